@@ -58,7 +58,6 @@ def campaign(play: TrialPlayer, count: int, cores: int) -> Trials:
     shared = functools.partial(_shared, cores)
     return run_trials(
         play,
-        play.space,
         metrics,
         units,
         TrialStore(None, {}),

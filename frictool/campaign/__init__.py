@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING
 from frictool.runtime.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
+    from frictool.campaign.campaign_run import CampaignRequest as CampaignRequest
     from frictool.campaign.campaign_run import CampaignResult as CampaignResult
     from frictool.campaign.campaign_run import campaign as campaign
     from frictool.campaign.statistics.findings import Findings as Findings
@@ -13,6 +14,7 @@ else:
     __getattr__, __dir__ = lazy_exports(
         __name__,
         {
+            "CampaignRequest": "frictool.campaign.campaign_run",
             "CampaignResult": "frictool.campaign.campaign_run",
             "Findings": "frictool.campaign.statistics.findings",
             "WorstCase": "frictool.campaign.trials.worst_case",
@@ -20,4 +22,4 @@ else:
         },
     )
 
-__all__ = ["CampaignResult", "Findings", "WorstCase", "campaign"]
+__all__ = ["CampaignRequest", "CampaignResult", "Findings", "WorstCase", "campaign"]

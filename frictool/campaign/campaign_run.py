@@ -13,7 +13,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, get_args
 
 from frictool.campaign.draws.sampling import Method, UnitDraws, draws_of
 from frictool.campaign.statistics.clopper_pearson import CONFIDENCE
@@ -45,9 +45,8 @@ from frictool.verify.recheck import recheck
 from frictool.workers.share import share
 
 TRIALS = 1000
-WORTH_SHARING_S = (
-    3.0  # s, amount of work below which starting further processes takes longer than they save
-)
+# s, amount of work below which starting further processes takes longer than they save
+WORTH_SHARING_S = 3.0
 
 
 @dataclass(frozen=True)
@@ -62,6 +61,67 @@ class CampaignResult:
     worst: tuple[WorstCase, ...]
 
 
+@dataclass(frozen=True)
+class CampaignRequest:
+    """Choices of a campaign.
+
+    Attributes
+    ----------
+    trials : int or None
+        Number of draws. By default 1000, or all vertices, at most 4096.
+    method : {"random", "latin", "vertices"}
+        Choice of the draws.
+    seed : int or None
+        Seed of draws and noise; by default that of the scenario.
+    at_least : float or None
+        Pass rate to show, 0 to 1. By default every trial must pass.
+    confidence : float
+        Confidence of intervals and bounds, 0 to 1.
+    evaluations : int
+        Number of plants that the worst-case search of each requirement may try; 0 for no search.
+    number : {"double", "float", "q31", "q15"}
+        Number format of the controller.
+    cores : int or None
+        Number of processes; None uses as many as save time. With more than one, the work of the
+        calling script must be below `if __name__ == "__main__":`.
+    cluster : str or None
+        Address of a Dask scheduler whose workers run the trials.
+    """
+
+    trials: int | None = None
+    method: Method = "random"
+    seed: int | None = None
+    at_least: float | None = None
+    confidence: float = CONFIDENCE
+    evaluations: int = 0
+    number: Number = "double"
+    cores: int | None = 1
+    cluster: str | None = None
+
+    @property
+    def count(self) -> int | None:
+        """Number of draws; None for as many vertices as there are."""
+        return TRIALS if self.trials is None and self.method != "vertices" else self.trials
+
+    def check(self) -> None:
+        """Raise FrictoolError for the first value that is out of range."""
+        rate, cores = self.at_least, self.cores
+        for name, fits, allowed in (
+            ("method", self.method in get_args(Method), "random, latin, vertices"),
+            ("trials", self.trials is None or self.trials >= 1, "1 or more"),
+            ("seed", self.seed is None or self.seed >= 0, "0 or more"),
+            ("at_least", rate is None or 0.0 < rate <= 1.0, "above 0, at most 1"),
+            ("confidence", 0.0 < self.confidence < 1.0, "between 0 and 1"),
+            ("evaluations", self.evaluations >= 0, "0 or more"),
+            ("cores", cores is None or cores >= 1, "1 or more"),
+        ):
+            if not fits:
+                raise FrictoolError(f"{name}: found {getattr(self, name)!r}; allowed: {allowed}")
+
+
+USUAL = CampaignRequest()
+
+
 @contextmanager
 def _silent(label: str) -> Iterator[ProgressCallback]:
     yield lambda part: None
@@ -72,17 +132,9 @@ def campaign(
     controller: Controller,
     scenario: Scenario,
     spec: Spec,
+    request: CampaignRequest = USUAL,
     *,
-    trials: int | None = None,
-    method: Method = "random",
-    seed: int | None = None,
-    at_least: float | None = None,
-    confidence: float = CONFIDENCE,
-    evaluations: int = 0,
-    number: Number = "double",
     recorded: Log | None = None,
-    cores: int | None = 1,
-    cluster: str | None = None,
     progress: ProgressContext = _silent,
 ) -> CampaignResult:
     """Simulate a scenario on many plants and judge each run by the specification.
@@ -101,28 +153,10 @@ def campaign(
         The test, with the variations in `spread`.
     spec : Spec
         The requirements.
-    trials : int, optional
-        Number of draws. By default 1000, or all vertices, at most 4096.
-    method : {"random", "latin", "vertices"}
-        Choice of the draws.
-    seed : int, optional
-        Seed of draws and noise; by default that of the scenario.
-    at_least : float, optional
-        Pass rate to show, 0 to 1. By default every trial must pass.
-    confidence : float
-        Confidence of intervals and bounds, 0 to 1.
-    evaluations : int
-        Number of plants that the worst-case search of each requirement may try; 0 for no search.
-    number : {"double", "float", "q31", "q15"}
-        Number format of the controller.
+    request : CampaignRequest
+        Number and choice of the draws, confidence, worst-case search, shares of the work.
     recorded : Log, optional
         The log that the scenario replays.
-    cores : int, optional
-        Number of processes; None uses as many as save time. With more than one, the work of the
-        calling
-        script must be below `if __name__ == "__main__":`.
-    cluster : str, optional
-        Address of a Dask scheduler whose workers run the trials.
     progress : callable
         `progress(label)` returns a context manager that yields a callback taking the completed
         fraction (0 to 1).
@@ -143,35 +177,29 @@ def campaign(
     FrictoolError
         If an argument is out of range.
     """
-    _check(method, trials, seed, at_least, confidence, evaluations, cores)
-    setting, count = (
-        CampaignSetting(plant, controller, scenario, spec, recorded, DocumentNames(), number),
-        trials,
+    request.check()
+    setting = CampaignSetting(
+        plant, controller, scenario, spec, recorded, DocumentNames(), request.number
     )
     check_requirements(spec, "spec")
     try:
         recheck(controller)
-        trial = TrialPlayer(
-            setting, space_of_setting(setting), scenario.seed if seed is None else seed
-        )
+        seed = scenario.seed if request.seed is None else request.seed
+        trial = TrialPlayer(setting, space_of_setting(setting), seed)
     except ElementError as wrong:
         raise document_error(setting.names.model, wrong.key, str(wrong)) from None
-    if count is None and method != "vertices":
-        count = TRIALS
-    draws = draws_of(method, count, trial.space.size, trial.seed)
-    played, worst = conduct(
+    trials, worst = conduct(
         trial,
-        draws,
+        draws_of(request.method, request.count, trial.space.size, trial.seed),
         TrialStore(None, {}),
-        evaluations,
-        sharing(cores, cluster),
-        commands_of(number),
+        request.evaluations,
+        sharing(request.cores, request.cluster),
+        commands_of(request.number),
         progress,
     )
-    return CampaignResult(
-        find(played, method, worst, at_least, confidence, remarks_of(setting, trial.space)),
-        tuple(worst),
-    )
+    remarks = remarks_of(setting, trial.space)
+    findings = find(trials, request.method, worst, request.at_least, request.confidence, remarks)
+    return CampaignResult(findings, tuple(worst))
 
 
 def conduct(
@@ -195,20 +223,11 @@ def conduct(
     each = time.perf_counter() - begun
     metrics, left = metrics_of(nominal), draws.units.shape[0] - len(store.trials)
     with progress("campaign") as tell:
-        trials = run_trials(
-            trial, trial.space, metrics, draws.units, store, shared(left * each), tell, each
-        )
+        trials = run_trials(trial, metrics, draws.units, store, shared(left * each), tell, each)
     if not evaluations:
         return trials, []
-    return trials, worst_cases(
-        trial,
-        trials,
-        store,
-        shared(len(metrics) * evaluations * each),
-        evaluations,
-        commands,
-        progress,
-    )
+    shared_search = shared(len(metrics) * evaluations * each)
+    return trials, worst_cases(trial, trials, store, shared_search, evaluations, commands, progress)
 
 
 def sharing(cores: int | None, cluster: str | None) -> Callable[[float], JobSharing]:
@@ -228,26 +247,3 @@ def sharing(cores: int | None, cluster: str | None) -> Callable[[float], JobShar
         return shared
 
     return of
-
-
-def _check(
-    method: str,
-    trials: int | None,
-    seed: int | None,
-    at_least: float | None,
-    confidence: float,
-    evaluations: int,
-    cores: int | None,
-) -> None:
-    """Raise FrictoolError for the first argument that is out of range."""
-    for name, found, fits, allowed in (
-        ("method", method, method in ("random", "latin", "vertices"), "random, latin, vertices"),
-        ("trials", trials, trials is None or trials >= 1, "1 or more"),
-        ("seed", seed, seed is None or seed >= 0, "0 or more"),
-        ("at_least", at_least, at_least is None or 0.0 < at_least <= 1.0, "above 0, at most 1"),
-        ("confidence", confidence, 0.0 < confidence < 1.0, "between 0 and 1"),
-        ("evaluations", evaluations, evaluations >= 0, "0 or more"),
-        ("cores", cores, cores is None or cores >= 1, "1 or more"),
-    ):
-        if not fits:
-            raise FrictoolError(f"{name}: found {found!r}; allowed: {allowed}")

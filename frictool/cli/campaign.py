@@ -32,6 +32,7 @@ from frictool.cli.workers_options import refuse_both, workers_options
 from frictool.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, OutputError
 
 if TYPE_CHECKING:
+    from frictool.campaign.campaign_run import CampaignRequest
     from frictool.campaign.draws.sampling import Method, UnitDraws
     from frictool.campaign.statistics.findings import Findings
     from frictool.campaign.trials.trial_player import TrialPlayer
@@ -41,7 +42,8 @@ if TYPE_CHECKING:
     from frictool.documents.controller import Number
     from frictool.documents.provenance import Provenance
 
-TRIALS, EVALUATIONS = 1000, 300
+TRIALS = 1000  # as in campaign/campaign_run.py, which --help does not import
+EVALUATIONS = 300
 
 HELP = """\b
 Example:
@@ -73,20 +75,12 @@ Exit codes: 0 pass; 1 fail or undecided, or, with --at-least, the lower confiden
 class CampaignOptions:
     """Options of the command line."""
 
-    method: Method
-    trials: int | None
-    seed: int | None
-    at_least: float | None
-    confidence: float
+    request: CampaignRequest
     worst: Path | None
-    evaluations: int
     output: Path | None
     table: Path | None
     keep: Path | None
-    number: Number
     allow_undecided: bool
-    cores: int | None
-    cluster: str | None
     as_json: bool
 
     @property
@@ -191,11 +185,17 @@ def command(
     refuse_both(rest["cores"], rest["cluster"])
     if evaluations is not None and rest["worst"] is None:
         raise click.UsageError("--evaluations belongs to --worst.")
-    count = TRIALS if trials is None and method != "vertices" else trials
-    options = CampaignOptions(
-        method, count, number=number or "double", evaluations=evaluations or EVALUATIONS, **rest
+    from frictool.campaign.campaign_run import CampaignRequest
+
+    chosen = {
+        name: rest.pop(name) for name in ("seed", "at_least", "confidence", "cores", "cluster")
+    }
+    searched = 0 if rest["worst"] is None else evaluations or EVALUATIONS
+    request = CampaignRequest(
+        trials, method, evaluations=searched, number=number or "double", **chosen
     )
-    ctx.exit(_campaign(CampaignPaths(model, controller, scenario, spec, observer), options))
+    paths = CampaignPaths(model, controller, scenario, spec, observer)
+    ctx.exit(_campaign(paths, CampaignOptions(request, **rest)))
 
 
 def _campaign(paths: CampaignPaths, options: CampaignOptions) -> int:
@@ -208,20 +208,20 @@ def _campaign(paths: CampaignPaths, options: CampaignOptions) -> int:
     from frictool.campaign.trials.varied_space import space_of_setting
     from frictool.cli.campaign_inputs import header_of, mechanism_errors_with_line, setting_of
 
-    setting, paths = setting_of(paths, options.number)
+    setting, paths = setting_of(paths, options.request.number)
     _check_targets(paths, options)
     with mechanism_errors_with_line(paths.model):
         space = space_of_setting(setting)
-    trial = TrialPlayer(
-        setting, space, setting.scenario.seed if options.seed is None else options.seed
-    )
-    draws = draws_of(options.method, options.trials, space.size, trial.seed)
+    request = options.request
+    seed = setting.scenario.seed if request.seed is None else request.seed
+    trial = TrialPlayer(setting, space, seed)
+    draws = draws_of(request.method, request.count, space.size, trial.seed)
     with TrialStore(
-        options.kept, header_of(trial, paths, options.method, draws.units.shape[0])
+        options.kept, header_of(trial, paths, request.method, draws.units.shape[0])
     ) as store:
         trials, worst = _play(trial, draws, store, paths, options)
         remarks = remarks_of(setting, space)
-        found = find(trials, options.method, worst, options.at_least, options.confidence, remarks)
+        found = find(trials, request.method, worst, request.at_least, request.confidence, remarks)
         _save(found, worst, _provenance(paths, options), paths, options)
         if options.keep is None:
             store.remove()
@@ -262,15 +262,15 @@ def _play(
     if already:
         others = "; the others are played" if already < count else ""
         note(f"{store.path}: {min(already, count)} of {count} trials are there{others}")
-    evaluations = 0 if options.worst is None else options.evaluations
-    commands = commands_of(paths, options.worst or Path(), options.number)
+    request = options.request
+    commands = commands_of(paths, options.worst or Path(), request.number)
     try:
         return conduct(
             trial,
             draws,
             store,
-            evaluations,
-            sharing(options.cores, options.cluster),
+            request.evaluations,
+            sharing(request.cores, request.cluster),
             commands,
             progress,
         )
@@ -289,20 +289,21 @@ def _play(
 def _provenance(paths: CampaignPaths, options: CampaignOptions) -> Provenance:
     from frictool.documents.provenance import provenance_of_command
 
+    request = options.request
     words = {
         "model": paths.model,
         "controller": paths.controller,
         "--scenario": paths.scenario,
         "--spec": paths.spec,
         "--observer": paths.observer,
-        "--trials": options.trials,
-        "--method": options.method,
-        "--seed": options.seed,
-        "--at-least": options.at_least,
-        "--confidence": options.confidence,
-        "--number": None if options.number == "double" else options.number,
+        "--trials": request.count,
+        "--method": request.method,
+        "--seed": request.seed,
+        "--at-least": request.at_least,
+        "--confidence": request.confidence,
+        "--number": None if request.number == "double" else request.number,
         "--worst": options.worst,
-        "--evaluations": None if options.worst is None else options.evaluations,
+        "--evaluations": request.evaluations or None,
     }
     return provenance_of_command(command_line("campaign", words), list(paths.inputs.values()))
 

@@ -285,6 +285,7 @@ def _step_test(
         *(one for one in (observer, recorded) if one is not None),
     ]
     refuse_inputs(output, inputs)
+    from frictool.simulate.closed_loop import SimulationRequest
     from frictool.simulate.document_agreement import DocumentNames
     from frictool.simulate.simulation import simulate
 
@@ -310,9 +311,7 @@ def _step_test(
     names = DocumentNames(str(model), str(controller), str(scenario))
     played = simulate(
         *documents,
-        recorded=log,
-        number=number or "double",
-        target=code,
+        SimulationRequest(log, number or "double", code),
         provenance=provenance,
         names=names,
         progress=_progress,

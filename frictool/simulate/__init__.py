@@ -6,14 +6,16 @@ from frictool.runtime.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
     from frictool.simulate.bench_experiment_api import play as play
+    from frictool.simulate.closed_loop import SimulationRequest as SimulationRequest
     from frictool.simulate.simulation import simulate as simulate
 else:
     __getattr__, __dir__ = lazy_exports(
         __name__,
         {
+            "SimulationRequest": "frictool.simulate.closed_loop",
             "play": "frictool.simulate.bench_experiment_api",
             "simulate": "frictool.simulate.simulation",
         },
     )
 
-__all__ = ["play", "simulate"]
+__all__ = ["SimulationRequest", "play", "simulate"]

@@ -22,7 +22,6 @@ from frictool.simulate.axis_variants import (
     scheduled_values,
     variants_of,
 )
-from frictool.simulate.compiled_target_runs import play_target
 from frictool.simulate.document_agreement import DocumentNames, disturbances_of, refuse
 from frictool.simulate.given_plant import check_given
 from frictool.simulate.rig import rig_of
@@ -86,21 +85,7 @@ class AxisPlant:
     def play(
         self, variants: Sequence[AxisVariant], loop: SimulatedLoop
     ) -> Iterator[tuple[AxisVariant, VariantRun]]:
-        given = (
-            loop.controller,
-            loop.start,
-            loop.reference,
-            load_of(self.model),
-            loop.conditions,
-            loop.progress,
-            loop.told,
-        )
-        played = (
-            play(variants, loop.running, *given)
-            if loop.target is None
-            else play_target(variants, loop.target, *given)
-        )
-        for variant, record in played:
+        for variant, record in play(variants, loop, load_of(self.model)):
             yield variant, VariantRun(record, warnings=tuple(self._against_stops(variant, record)))
 
     def linear(self, variant: AxisVariant, conditions: Vector) -> LoggedPlant:

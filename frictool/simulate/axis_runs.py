@@ -1,67 +1,55 @@
-"""Closed loops of all variants of an axis, in parallel on all cores and in batches.
+"""Closed loops of all variants of an axis.
 
-The batches limit the memory for records.
+A controller in a number format runs on all cores, in batches that limit the memory for records.
+Compiled controller code runs engine/closed_loop.py sample by sample, one variant after the other.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
-from frictool.control.compiled_program import CompiledProgram, copy_program, hold, start_at
-from frictool.documents.controller import Controller
+from frictool.control.compiled_program import copy_program, hold, start_at
 from frictool.engine.batch import closed_loops
-from frictool.engine.closed_loop import RECORD_SIZE, measure, run
+from frictool.engine.closed_loop import RECORD_SIZE, advance_sample, encoder_reading, measure, run
 from frictool.engine.status import MESSAGES, OK
 from frictool.errors import NoSolutionError
-from frictool.plant.axis import ENCODER_STEP, POSITION, rest
-from frictool.plant.position_load import PositionLoad
+from frictool.plant.axis import ENCODER_STEP, POSITION, VELOCITY, rest
+from frictool.plant.position_load import PositionLoad, with_load
 from frictool.simulate.axis_variants import AxisVariant
-from frictool.typing import Vector
+from frictool.simulate.compiled_target import CompiledTarget
+from frictool.simulate.simulated_plant import SimulatedLoop
+from frictool.typing import IntVector, Vector
 
 AT_ONCE, LEAST = 500_000, 4  # samples of all runs of a batch; least number of runs in a batch
 
 
 def play(
-    variants: Sequence[AxisVariant],
-    running: CompiledProgram,
-    controller: Controller,
-    start: float,
-    reference: Vector,
-    load: PositionLoad,
-    conditions: Vector,
-    progress: Callable[[int, int], None],
-    told: Sequence[Mapping[int, float]] = (),
+    variants: Sequence[AxisVariant], loop: SimulatedLoop, load: PositionLoad
 ) -> Iterator[tuple[AxisVariant, Vector]]:
-    """Yield each variant and its record (n, 7) under `reference` (n,), with the program `running`.
+    """Yield each variant and its record (n, 7) in `loop`.
 
-    Each run starts at rest at `start` [rad | m], in the middle of the backlash, with the prefilter
-    at the measured position. `conditions` are those of engine/conditions.py. `told` has, per
-    variant, the scheduled parameters of the controller by state index; such variants run one by
-    one. `progress(done, total)` is called before the first batch and after each. Raises
-    NoSolutionError if a variant cannot be simulated.
+    Each run starts at rest, in the middle of the backlash, with the prefilter at the measured
+    position. Variants run one by one for compiled code, or if the loop has scheduled parameters.
+    Raises NoSolutionError if a variant cannot be simulated.
     """
-    samples, total, done = reference.size, len(variants), 0
-    batch = 1 if told else max(LEAST, AT_ONCE // max(samples, 1))
-    progress(0, total)
+    samples, total, done = loop.reference.size, len(variants), 0
+    alone = loop.target is not None or bool(loop.told)
+    batch = 1 if alone else max(LEAST, AT_ONCE // max(samples, 1))
+    loop.progress(0, total)
     while done < total:
         chosen = variants[done : done + batch]
-        axes = np.stack([variant.array for variant in chosen])
-        states, references = (
-            np.stack([rest(start)] * len(chosen)),
-            np.stack([reference] * len(chosen)),
-        )
-        records, statuses = (
-            np.zeros((len(chosen), samples, RECORD_SIZE)),
-            np.zeros(len(chosen), dtype=np.int64),
-        )
-        for place, value in told[done].items() if told else ():
-            hold(running, place, value)
-        timing = controller.sample_period_s, controller.delay_samples
-        rest_of = (*timing, records, statuses, load.as_array(), conditions)
-        (closed_loops if len(chosen) > 1 else _alone)(axes, states, running, references, *rest_of)
+        records = np.zeros((len(chosen), samples, RECORD_SIZE))
+        scheduled = loop.told[done] if loop.told else {}
+        if loop.target is not None:
+            loop.target.told = list(scheduled.values())
+            status = _run_target(chosen[0], loop.target, loop, load.as_array(), records[0])
+            statuses: Iterable[int] = (status,)
+        else:
+            for index, value in scheduled.items():
+                hold(loop.running, index, value)
+            statuses = _run_program(chosen, loop, load.as_array(), records)
         for variant, status in zip(chosen, statuses, strict=True):
             if status != OK:
                 raise NoSolutionError(
@@ -69,27 +57,48 @@ def play(
                 )
         yield from zip(chosen, records, strict=True)
         done += len(chosen)
-        progress(done, total)
+        loop.progress(done, total)
 
 
-def _alone(
-    axes: Vector,
-    states: Vector,
-    running: CompiledProgram,
-    references: Vector,
-    period: float,
-    delay_samples: int,
-    records: Vector,
-    statuses: NDArray[np.int64],
-    load: Vector,
-    conditions: Vector,
-) -> None:
-    """Run one loop like engine/batch.py `closed_loops`, without threads.
-
-    Starting the threads takes longer than a short run.
-    """
-    own = copy_program(running)
+def _run_program(
+    variants: Sequence[AxisVariant], loop: SimulatedLoop, load: Vector, records: Vector
+) -> IntVector:
+    """Fill the records (m, n, 7); return the statuses (m,)."""
+    period, delay = loop.controller.sample_period_s, loop.controller.delay_samples
+    states = np.stack([rest(loop.start)] * len(variants))
+    axes = np.stack([variant.array for variant in variants])
+    statuses = np.zeros(len(variants), dtype=np.int64)
+    if len(variants) > 1:
+        references = np.stack([loop.reference] * len(variants))
+        closed_loops(
+            axes, states, loop.running, references, period, delay, records, statuses, load,
+            loop.conditions,
+        )  # fmt: skip
+        return statuses
+    own = copy_program(loop.running)  # starting threads takes longer than a short run
     start_at(own, measure(states[0, POSITION], axes[0, ENCODER_STEP]))
     statuses[0] = run(
-        axes[0], states[0], own, references[0], period, delay_samples, records[0], load, conditions
+        axes[0], states[0], own, loop.reference, period, delay, records[0], load, loop.conditions
     )
+    return statuses
+
+
+def _run_target(
+    variant: AxisVariant, target: CompiledTarget, loop: SimulatedLoop, load: Vector, record: Vector
+) -> int:
+    """Fill the record (n, 7) with the step of the compiled controller; return the status."""
+    axis = with_load(variant.axis.as_array(), load)
+    state, p = rest(loop.start), axis.copy()
+    waiting = np.zeros(loop.controller.delay_samples + 1)
+    period, conditions = loop.controller.sample_period_s, loop.conditions
+    measured = float(measure(state[POSITION], axis[ENCODER_STEP]))
+    target.start(measured)
+    for k in range(loop.reference.size):
+        measured = encoder_reading(axis, state, measured, conditions, k)
+        command = target.step(loop.reference[k], measured, state[VELOCITY])
+        status = advance_sample(
+            axis, state, p, waiting, k, measured, command, period, record[k], conditions
+        )
+        if status != OK:
+            return int(status)
+    return OK

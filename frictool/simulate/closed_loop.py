@@ -11,6 +11,7 @@ also has the signals that only a simulation knows.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Generic, get_args
 
@@ -55,6 +56,28 @@ def untold(done: int, total: int) -> None:
     """Ignore the progress; the default of `progress`."""
 
 
+@dataclass(frozen=True)
+class SimulationRequest:
+    """Choices of a simulation with a controller.
+
+    Attributes
+    ----------
+    recorded : Log or None
+        Log that the scenario replays.
+    number : Number
+        Number format of the controller.
+    target : CompiledTarget or None
+        Compiled code that replaces the controller; its number format replaces `number`.
+    """
+
+    recorded: Log | None = None
+    number: Number = "double"
+    target: CompiledTarget | None = None
+
+
+PLAIN = SimulationRequest()
+
+
 def simulate_closed_loop(
     plant: Model | SimulatedPlant[V],
     controller: Controller,
@@ -62,31 +85,28 @@ def simulate_closed_loop(
     provenance: Provenance,
     names: DocumentNames = DOCUMENTS,
     progress: Progress = untold,
-    recorded: Log | None = None,
-    number: Number = "double",
-    target: CompiledTarget | None = None,
+    request: SimulationRequest = PLAIN,
 ) -> Log:
     """Return the log of the scenario, with one stream per variant, further data and warnings.
 
     `progress(done, total)` is called before the first variants and after each batch. `names` are
-    the names of the documents in messages. `recorded` is the log of a scenario that replays one.
-    `number` is the number format of the controller; `target` replaces the controller by compiled
-    code. Raises InputFileError if the documents do not fit together, LogError if the log cannot be
-    replayed, NoSolutionError if a variant cannot be simulated.
+    the names of the documents in messages. Raises InputFileError if the documents do not fit
+    together, LogError if the log cannot be replayed, NoSolutionError if a variant cannot be
+    simulated.
     """
     if isinstance(plant, Model):
-        return StepTest(AxisPlant(plant), controller, names, number, target).log(
-            scenario, provenance, progress, recorded
+        axis = AxisPlant(plant)
+        return simulate_closed_loop(
+            axis, controller, scenario, provenance, names, progress, request
         )
-    return StepTest(plant, controller, names, number, target).log(
-        scenario, provenance, progress, recorded
-    )
+    test = StepTest(plant, controller, names, request.number, request.target)
+    return test.log(scenario, provenance, progress, request.recorded)
 
 
 class StepTest(Generic[V]):
     """Closed loop of one plant and one controller, prepared once and run with several scenarios.
 
-    The arguments are those of `simulate_closed_loop`.
+    The arguments are those of `simulate_closed_loop` and fields of its request.
     """
 
     def __init__(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from frictool.adapters.mechanism.assembly import assemble
-from frictool.documents.controller import Controller, Number
+from frictool.documents.controller import Controller
 from frictool.documents.key_lines import document_error
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
@@ -14,8 +14,7 @@ from frictool.documents.scenario import Scenario
 from frictool.errors import DocumentError
 from frictool.logs.log import Log
 from frictool.plant.mechanism.element_error import ElementError
-from frictool.simulate.closed_loop import simulate_closed_loop
-from frictool.simulate.compiled_target import CompiledTarget
+from frictool.simulate.closed_loop import PLAIN, SimulationRequest, simulate_closed_loop
 from frictool.simulate.document_agreement import DocumentNames
 from frictool.simulate.mechanism_plant import MechanismPlant
 from frictool.simulate.open_loop import simulate_open_loop
@@ -28,10 +27,8 @@ def simulate(
     plant: Model | Mechanism | SimulatedPlant[V],
     controller: Controller | None,
     scenario: Scenario,
+    request: SimulationRequest = PLAIN,
     *,
-    recorded: Log | None = None,
-    number: Number = "double",
-    target: CompiledTarget | None = None,
     provenance: Provenance | None = None,
     names: DocumentNames = DOCUMENTS,
     progress: Callable[[int, int], None] = lambda done, total: None,
@@ -48,12 +45,8 @@ def simulate(
         Controller document; None for a mechanism whose sources follow the scenario.
     scenario : Scenario
         Reference or signals, disturbances, faults and variants.
-    recorded : Log, optional
-        Log that the scenario replays.
-    number : Number
-        Number format of the controller.
-    target : CompiledTarget, optional
-        Compiled code that replaces the controller.
+    request : SimulationRequest
+        Log to replay, number format of the controller, compiled code; for a controller only.
     provenance : Provenance, optional
         Origin to store; the record of this call if left out.
     names : DocumentNames
@@ -94,10 +87,8 @@ def simulate(
         if isinstance(plant, Mechanism):
             driven = MechanismPlant(plant, assemble(plant), lambda moved: None)
             return simulate_closed_loop(
-                driven, controller, scenario, origin, names, progress, recorded, number, target
+                driven, controller, scenario, origin, names, progress, request
             )
     except ElementError as wrong:
         raise document_error(names.model, wrong.key, str(wrong)) from None
-    return simulate_closed_loop(
-        plant, controller, scenario, origin, names, progress, recorded, number, target
-    )
+    return simulate_closed_loop(plant, controller, scenario, origin, names, progress, request)

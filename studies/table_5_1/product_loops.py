@@ -23,7 +23,7 @@ from frictool.documents.registry import load
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.logs.reading import read_log
-from frictool.simulate.closed_loop import simulate_closed_loop
+from frictool.simulate.closed_loop import SimulationRequest, simulate_closed_loop
 from frictool.synth.design import design_controller
 from frictool.typing import Vector
 from studies.table_5_1.published_figures import FIGURES, LOOPS, figures, missed
@@ -53,7 +53,9 @@ def played(name: str, seconds: float, number: Number = "double") -> Vector:
     scenario = msgspec.structs.replace(
         scenario, steps=(msgspec.structs.replace(step, duration_s=seconds),)
     )
-    log = simulate_closed_loop(model(name), controller(name), scenario, HERE, number=number)
+    log = simulate_closed_loop(
+        model(name), controller(name), scenario, HERE, request=SimulationRequest(number=number)
+    )
     return np.asarray(log.streams[0].signals["position_true"])
 
 

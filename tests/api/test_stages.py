@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from frictool.campaign import campaign, campaign_run
+from frictool.campaign import CampaignRequest, campaign, campaign_run
 from frictool.campaign.views.json_view import as_json
 from frictool.cli.campaign import TRIALS
 from frictool.documents import Bench, Mechanism, Model, Scenario, Spec, load, save, to_yaml
@@ -235,7 +235,7 @@ def test_a_campaign_says_what_its_command_says_and_its_worst_case_is_played_agai
     plant, own, scenario, spec = (
         load(tmp_path / f"{name}.yaml") for name in ("model", "controller", "scenario", "spec")
     )
-    found = campaign(plant, own, scenario, spec, trials=4, evaluations=8)
+    found = campaign(plant, own, scenario, spec, CampaignRequest(trials=4, evaluations=8))
     assert json.loads(json.dumps(as_json(found.findings)).replace("NaN", "null")) == json.loads(
         result.stdout
     )
@@ -266,7 +266,7 @@ def test_a_campaign_that_cannot_be_is_told_by_its_documents() -> None:
     ):
         (name,) = wrong
         with pytest.raises(FrictoolError, match=f"{name}: found .*; allowed: "):
-            campaign(*documents, **wrong)
+            campaign(*documents, CampaignRequest(**wrong))
 
 
 def test_words_that_are_none_are_refused_with_those_that_are() -> None:

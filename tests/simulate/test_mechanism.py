@@ -22,7 +22,7 @@ from frictool.engine.axis_motion import advance
 from frictool.errors import DocumentError, FrictoolError, InputFileError, NoSolutionError
 from frictool.logs.log import Log
 from frictool.plant.axis import POSITION, VELOCITY, AxisParameters, rest
-from frictool.simulate.closed_loop import simulate_closed_loop
+from frictool.simulate.closed_loop import SimulationRequest, simulate_closed_loop
 from frictool.simulate.compiled_target import COMPILERS, compiled_target
 from frictool.simulate.document_agreement import DocumentNames
 from frictool.simulate.open_loop import simulate_open_loop
@@ -343,7 +343,10 @@ def test_the_exported_code_in_the_loop_gives_the_same_log(tmp_path: Path) -> Non
         scenario(40.0, 25.0, seconds=0.2, drive_noise=0.05),
         HERE,
     )
-    ours, theirs = simulate_closed_loop(*played), simulate_closed_loop(*played, target=code)
+    ours, theirs = (
+        simulate_closed_loop(*played),
+        simulate_closed_loop(*played, request=SimulationRequest(target=code)),
+    )
     for one, other in zip(ours.streams, theirs.streams, strict=True):
         for name, values in one.signals.items():
             np.testing.assert_array_equal(values, other.signals[name], err_msg=name)

@@ -21,7 +21,7 @@ from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.documents.writing import to_yaml
 from frictool.export.rounded_loop import rounded_loop
-from frictool.simulate.closed_loop import scheduled, simulate_closed_loop
+from frictool.simulate.closed_loop import SimulationRequest, scheduled, simulate_closed_loop
 from frictool.simulate.compiled_target import compiled_target
 from frictool.synth.design import synthesise_verified
 from studies.command_line import run
@@ -97,7 +97,9 @@ def test_the_compiled_code_is_told_the_same(controller: Controller, tmp_path: Pa
         tuple(scheduled(controller, program)),
     )
     ours, theirs = (
-        simulate_closed_loop(clutch_model(), controller, scenario(), HERE, target=target)
+        simulate_closed_loop(
+            clutch_model(), controller, scenario(), HERE, request=SimulationRequest(target=target)
+        )
         for target in (None, code)
     )
     for one, other in zip(ours.streams, theirs.streams, strict=True):

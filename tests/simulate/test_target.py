@@ -18,7 +18,7 @@ from frictool.errors import FrictoolError
 from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.logs.log import Log
 from frictool.simulate import compiled_target as targets
-from frictool.simulate.closed_loop import simulate_closed_loop
+from frictool.simulate.closed_loop import SimulationRequest, simulate_closed_loop
 from frictool.simulate.compiled_target import COMPILERS, compiled_target
 from studies.command_line import run
 from studies.rigs.clutch_model import clutch_model
@@ -50,7 +50,11 @@ def logs(
         scenario(40.0, 25.0, seconds=0.25, drive_noise=0.05, sensor_faults=faults),
         PROVENANCE,
     )
-    return simulate_closed_loop(*played, number=number), simulate_closed_loop(*played, target=code)
+    simulated, compiled = (
+        simulate_closed_loop(*played, request=request)
+        for request in (SimulationRequest(number=number), SimulationRequest(target=code))
+    )
+    return simulated, compiled
 
 
 def same(one: Log, other: Log) -> bool:
@@ -112,7 +116,11 @@ def test_an_encoder_that_is_lost_is_the_same_in_every_channel_too(
 def test_number_formats_differ_in_the_loop_but_little(tmp_path: Path) -> None:
     double, q31 = (
         simulate_closed_loop(
-            clutch_model(), controller(), scenario(40.0), PROVENANCE, number=number
+            clutch_model(),
+            controller(),
+            scenario(40.0),
+            PROVENANCE,
+            request=SimulationRequest(number=number),
         )
         for number in ("double", "q31")
     )
@@ -196,6 +204,6 @@ def test_a_format_that_cannot_be_scaled_is_no_solution() -> None:
             msgspec.structs.replace(made, bench=endless),
             scenario(),
             PROVENANCE,
-            number="q15",
+            request=SimulationRequest(number="q15"),
         )
     assert raised.value.exit_code == 4

@@ -9,12 +9,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-from frictool.campaign.draws.space import FactorSpace
-from frictool.campaign.trials.differential_evolution import SearchResult
-from frictool.campaign.trials.trial_store import SearchKey, TrialStore
+from frictool.campaign.trials.trial_player import TrialPlayer
+from frictool.campaign.trials.trial_store import TrialStore
 from frictool.campaign.trials.trials import MetricLimit, TrialResult, Trials, collect_trials
 from frictool.typing import Vector
 
@@ -32,8 +28,7 @@ class JobSharing(Protocol):
 
 
 def run_trials(
-    play: Callable[[Job], TrialResult],
-    space: FactorSpace,
+    play: TrialPlayer,
     metrics: Sequence[MetricLimit],
     units: Vector,
     store: TrialStore,
@@ -63,41 +58,8 @@ def run_trials(
     finally:  # an interrupt loses no completed trial
         store.add(waiting)
     tell(1.0)
-    return collect_trials(space, metrics, units, (store.trials[draw] for draw in range(count)))
+    return collect_trials(play.space, metrics, units, (store.trials[draw] for draw in range(count)))
 
 
 def _not_outlived(job: Job, reason: str) -> TrialResult:
     return TrialResult(job[0], (), (), reason)
-
-
-class SearchJob(Protocol):
-    """Worst-case search for one metric."""
-
-    @property
-    def asked(self) -> SearchKey: ...
-
-
-def run_searches(
-    look: Callable[[Any], SearchResult],
-    jobs: Sequence[SearchJob],
-    store: TrialStore,
-    share: JobSharing,
-    tell: ProgressCallback,
-) -> list[SearchResult]:
-    """Return the worst case of each job in order; searches in `store` are not repeated."""
-    left = [job for job in jobs if job.asked not in store.worst]
-    for done, (index, worst) in enumerate(share(look, left, 1, None), start=1):
-        store.add_worst(left[index].asked, worst)
-        tell(done / len(left))
-    return [store.worst[job.asked] for job in jobs]
-
-
-def starts_of(trials: Trials, metric: int, most: int) -> NDArray[np.int64]:
-    """Return the indices of the draws with the worst values of a metric, worst first.
-
-    The result is empty if no draw has a value.
-    """
-    sign = 1.0 if trials.metrics[metric].relation == "<=" else -1.0
-    badness = np.where(np.isnan(trials.found[:, metric]), -np.inf, sign * trials.found[:, metric])
-    order = np.argsort(-badness, kind="stable")[:most]
-    return np.asarray(order[badness[order] > -np.inf], dtype=np.int64)

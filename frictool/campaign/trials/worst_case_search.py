@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from typing import NamedTuple
 
@@ -12,16 +12,11 @@ import numpy as np
 from frictool.campaign.draws.drawn_scenario import scenario_of
 from frictool.campaign.trials.differential_evolution import SearchResult, search_worst
 from frictool.campaign.trials.trial_player import TrialPlayer
-from frictool.campaign.trials.trial_sharing import (
-    JobSharing,
-    ProgressCallback,
-    run_searches,
-    starts_of,
-)
-from frictool.campaign.trials.trial_store import TrialStore
+from frictool.campaign.trials.trial_sharing import JobSharing, ProgressCallback
+from frictool.campaign.trials.trial_store import SearchKey, TrialStore
 from frictool.campaign.trials.trials import BROKEN, MET, Trials
 from frictool.campaign.trials.worst_case import Commands, WorstCase, file_name
-from frictool.typing import Vector
+from frictool.typing import IntVector, Vector
 
 STARTS = 5  # number of worst draws from which a search starts
 ProgressContext = Callable[[str], AbstractContextManager[ProgressCallback]]
@@ -45,7 +40,7 @@ class SearchTask(NamedTuple):
     seed: int
 
     @property
-    def asked(self) -> tuple[str, int, int]:
+    def key(self) -> SearchKey:
         """Return the key of the search within its campaign."""
         return self.name, self.evaluations, self.draws
 
@@ -94,15 +89,41 @@ def worst_cases(
         if (job := _task(trial, trials, index, evaluations)) is not None
     ]
     with progress("worst cases") as tell:
-        found = run_searches(WorstSearch(trial), jobs, store, share, tell)
+        found = _search(WorstSearch(trial), jobs, store, share, tell)
     return [
         _kept(trial, trials, job.metric, worst, commands)
         for job, worst in zip(jobs, found, strict=True)
     ]
 
 
+def _search(
+    search: WorstSearch,
+    tasks: Sequence[SearchTask],
+    store: TrialStore,
+    share: JobSharing,
+    tell: ProgressCallback,
+) -> list[SearchResult]:
+    """Return the worst case of each task in order; searches in `store` are not repeated."""
+    left = [task for task in tasks if task.key not in store.worst]
+    for done, (index, worst) in enumerate(share(search, left, 1, None), start=1):
+        store.add_worst(left[index].key, worst)
+        tell(done / len(left))
+    return [store.worst[task.key] for task in tasks]
+
+
+def _worst_draws(trials: Trials, metric: int) -> IntVector:
+    """Return the indices of the STARTS draws with the worst values of a metric, worst first.
+
+    The result is empty if no draw has a value.
+    """
+    sign = 1.0 if trials.metrics[metric].relation == "<=" else -1.0
+    badness = np.where(np.isnan(trials.found[:, metric]), -np.inf, sign * trials.found[:, metric])
+    order = np.argsort(-badness, kind="stable")[:STARTS]
+    return np.asarray(order[badness[order] > -np.inf], dtype=np.int64)
+
+
 def _task(trial: TrialPlayer, trials: Trials, index: int, evaluations: int) -> SearchTask | None:
-    metric, draws = trials.metrics[index], starts_of(trials, index, STARTS)
+    metric, draws = trials.metrics[index], _worst_draws(trials, index)
     if not draws.size:
         return None
     first = int(draws[0])
