@@ -29,15 +29,11 @@ import textwrap
 import numpy as np
 
 from frictool.typing import Vector
+from studies.rigs.clutch_friction import BACKWARD, BETA, FORWARD
 
 RATIO = 2.0414e-4  # r, m/rad, table 4.8
 TRAVEL = 63.0  # rad
 BRUSHES = 0.05  # C_r2, N m, table 4.8
-BETA = 1.1  # breakaway over slip, table 4.8
-FORWARD = np.polynomial.Polynomial(
-    [0.0794, 0.0077, -2.7773e-4, 2.8731e-6]
-)  # C_s, N m over rad, table 4.7
-BACKWARD = np.polynomial.Polynomial([0.0938, -0.0126, 0.0013, -3.2940e-5, 2.5120e-7])
 EFFICIENCY = 0.8  # assumed: two stages of spur gears and a rack
 FRICTION_COEFFICIENT = 0.12  # mu_c, assumed: greased steel
 AREA_RATIO = 0.6  # S_m/S_s, assumed: 12.9 mm at the cart are 7.7 mm at the bearing
@@ -75,7 +71,8 @@ def release_force(way: Vector) -> Vector:
 
 def rotor_torque(theta: Vector) -> tuple[Vector, Vector]:
     """C_r [N m] of both directions at theta [rad], (4.42), each against the motion."""
-    return FORWARD(theta) / BETA, BACKWARD(theta) / BETA
+    forward, backward = (np.polynomial.Polynomial(c)(theta) for c in (FORWARD, BACKWARD))
+    return forward / BETA, backward / BETA
 
 
 def slideway(theta: Vector) -> tuple[Vector, Vector]:

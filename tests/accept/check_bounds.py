@@ -31,7 +31,7 @@ from frictool.plant.polytope import PlantPoint
 from frictool.plant.uncertain_axis import uncertain_plant
 from frictool.verify.hinf_norm import norm
 from frictool.verify.interior_search import interior_points, searched, worst_norm
-from tests.lmi.position_loop import (
+from tests.support.position_loop import (
     BOX,
     CLUTCH,
     CORNERS,

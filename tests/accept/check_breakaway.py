@@ -27,12 +27,12 @@ from frictool.identify.fit_result import SLIDING, Interval
 from frictool.identify.identification import identify_records
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import make_record
+from studies.rigs.clutch_friction import BETA, KNEE, TABLE_4_7
 from studies.rigs.curve_logs import mass_sines, nonlinear_clutch
 from studies.rigs.identification_rigs import MASS, clutch, mass_bench, record
 from studies.rigs.sample_logs import PERIOD, SECONDS_EACH, TRUTH, ramp, sines
-from tests.accept.check_identify import CHANCE, FINE_STEP, RATE, experiment
-from tests.identify.stribeck_rigs import FALLS, found_breakaway
-from tests.identify.test_friction_map import BETA, KNEE, TABLE_4_7
+from tests.support.identification_statistics import CHANCE, FINE_STEP, RATE, experiment
+from tests.support.stribeck_rigs import FALLS, found_breakaway
 
 SEEDS, MAP_SEEDS, SINE_SEEDS = 400, 100, 40
 FALL_SEEDS = 200

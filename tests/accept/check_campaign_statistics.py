@@ -18,8 +18,8 @@ from frictool.campaign.statistics.clopper_pearson import interval, lower
 from frictool.campaign.statistics.distribution import COVERED, distribution
 from frictool.campaign.statistics.sensitivity import LEVEL, sensitivity
 from frictool.campaign.trials.trials import BROKEN, MET, MetricLimit, Trials
-from tests.campaign.example import factors
-from tests.campaign.test_variance_shares import FUNCTIONS
+from tests.support.campaign_trials import factors
+from tests.support.sensitivity_functions import FUNCTIONS
 
 Array = np.ndarray
 METHODS: tuple[Method, Method] = ("random", "latin")

@@ -18,9 +18,9 @@ from studies.rigs.campaign_rig import EVERYTHING, played, write
 from studies.rigs.clutch_fleet import Unit
 from studies.rigs.fleet_logs import cut, log_of, model_file, save
 from studies.rigs.identification_rigs import CLUTCH
-from tests.workers.arrays import spectrum
-from tests.workers.jobs import Deadly, series
-from tests.workers.loopback import Loopback, end
+from tests.support.local_cluster import Loopback, end
+from tests.support.shared_sums import spectrum
+from tests.support.worker_jobs import Deadly, series
 
 JOBS, BATCH = 3000, 5
 KILLS = 6

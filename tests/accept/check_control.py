@@ -22,8 +22,7 @@ from frictool.control.program import Program
 from frictool.documents.controller import Controller, Number
 from frictool.export.mode_coverage import visit_conditions
 from frictool.runtime.kernels import kernel
-from tests.export.cases import CASES
-from tests.export.compiled import (
+from tests.support.compiled_c import (
     COMPILERS,
     NUMBERS,
     OPTIMISATIONS,
@@ -34,8 +33,9 @@ from tests.export.compiled import (
     simulated,
     write,
 )
-from tests.export.controllers import controllers
-from tests.export.inputs import rows_for, with_losses
+from tests.support.export_cases import CASES
+from tests.support.export_controllers import controllers
+from tests.support.export_inputs import rows_for, with_losses
 
 CONTROLLERS, SAMPLES = 20, 50_000
 DRAWN = 400  # controllers that are drawn, of which the first that the format can hold are played

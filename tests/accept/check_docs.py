@@ -17,8 +17,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from tests.docs.pages import PAGES, ROOT, blocks
-from tests.docs.playing import COMMENT, DATA, first_missing, scratch
+from tests.support.documentation_pages import PAGES, ROOT, blocks
+from tests.support.documentation_player import COMMENT, DATA, first_missing, scratch
 
 
 def made(command: str, shown: list[str]) -> dict[str, Any]:

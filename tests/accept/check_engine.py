@@ -19,9 +19,9 @@ from frictool.plant.axis_friction_laws import (
     ViscousRegime,
 )
 from studies.references.event_integration import event_integration
-from tests.engine.laws_reference import follow
-from tests.engine.test_axis import CLUTCH
-from tests.engine.test_axis_laws import BACKWARD, FORWARD, as_motion
+from studies.rigs.clutch_friction import BACKWARD, FORWARD
+from tests.support.axis_reference import follow
+from tests.support.axis_runs import CLUTCH, as_motion
 
 AXES, CALLS, REPLAYS, LAWFUL = 60_000, 10, 60, 40
 
@@ -133,7 +133,7 @@ def _laws(rng: np.random.Generator) -> AxisLaws:
 
 def laws_agree_with_an_integrator() -> dict[str, Any]:
     """Clutch-like axes with laws under random commands against the independent integration of
-    tests/engine/laws_reference.py."""
+    tests/support/axis_reference.py."""
     rng, worst = np.random.default_rng(22), 0.0
     for _ in range(LAWFUL):
         axis = CLUTCH._replace(

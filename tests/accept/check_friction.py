@@ -23,7 +23,7 @@ from frictool.friction.preisach_cycles import (
 )
 from frictool.friction.reversal_memory import new_memory
 from studies.rigs.table_3_1 import packed
-from tests.friction.drivers import (
+from tests.support.law_drivers import (
     FORCE,
     MODE,
     SLIPPING,
@@ -33,7 +33,7 @@ from tests.friction.drivers import (
     hybrid_run,
     pointers,
 )
-from tests.friction.plain import Relays
+from tests.support.plain_laws import Relays
 
 EXACT_PERIOD = 6.5123  # s, event-exact
 PUBLISHED = {

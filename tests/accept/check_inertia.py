@@ -24,9 +24,9 @@ from frictool.identify.excite.excitation_kinds import excite
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord, record_of
 from frictool.simulate.bench_experiment import bench_test
+from studies.rigs.clutch_friction import KNEE
 from studies.rigs.identification_rigs import ROOT, clutch
-from tests.accept.check_identify import HIGHEST, LOWEST, RATE
-from tests.identify.test_friction_map import KNEE
+from tests.support.identification_statistics import HIGHEST, LOWEST, RATE
 
 SEEDS = 200
 GAINS, NOISE = ServoGains(30.0, 0.1, None), 0.1  # A

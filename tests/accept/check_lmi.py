@@ -27,7 +27,7 @@ from frictool.verify.speed_loop import check_loop
 from studies.references.printed_inequalities import plain
 from studies.rigs.clutch_model import clutch_model
 from studies.rigs.published_plants import READINGS, annex_lft, annex_mixed, position
-from tests.lmi.examples import LAG, between, clutch_speed, random_polytope
+from tests.support.synthesis_plants import LAG, between, clutch_speed, random_polytope
 
 POLYTOPES, BLENDS, RECENTRING, DEFAULT_RECENTRING = 300, 5, 1.05, 1.1
 NEAR, ROUNDING, LONGEST = 0.01, 1e-6, 30.0  # of the gamma asked; s for one problem

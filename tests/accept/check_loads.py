@@ -1,7 +1,7 @@
 """Do intervals of what loads an axis beside friction cover at their stated rate, and hold 0 where
 there is no load? Over 400 seeds.
 
-Each seed has its own axis, load, effort and noise (tests/identify/loaded_axis.py). Judged as the
+Each seed has its own axis, load, effort and noise (tests/support/loaded_axis.py). Judged as the
 other coverages (check_identify.py).
 """
 
@@ -16,8 +16,8 @@ from scipy.stats import binom
 from frictool.identify.estimators.load_search import with_found_loads
 from frictool.identify.fit_result import SLIDING
 from frictool.identify.methods import DEFAULT, IdentificationSettings, run
-from tests.accept.check_identify import CHANCE, RATE, SEEDS
-from tests.identify.loaded_axis import TERMS, covered, estimates, loaded_axis, rotary_bench
+from tests.support.identification_statistics import CHANCE, RATE, SEEDS
+from tests.support.loaded_axis import TERMS, covered, estimates, loaded_axis, rotary_bench
 
 
 def coverage(kind: str) -> dict[str, Any]:

@@ -14,8 +14,8 @@ from frictool.logs.canonical.mcap_layout import StreamHeader
 from frictool.logs.canonical.mcap_writer import CanonicalWriter, write_streams
 from frictool.logs.canonical.sample_chunks import chunked
 from frictool.logs.stream_source import SampleBlock
-from tests.cli.peak_memory import peak_mb
-from tests.logs.example import ROOT
+from tests.support.example_logs import ROOT
+from tests.support.peak_memory import peak_mb
 
 SEED = 11
 BYTES = 2_000_000_000

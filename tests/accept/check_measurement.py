@@ -18,7 +18,7 @@ from frictool.identify.fit_result import Interval
 from frictool.identify.measurement.reversals import reversals
 from studies.rigs.identification_rigs import record
 from studies.rigs.sample_logs import sines
-from tests.accept.check_identify import FINE_STEP, RATE, experiment
+from tests.support.identification_statistics import FINE_STEP, RATE, experiment
 
 SEEDS = 100
 CHANCE = 1e-3

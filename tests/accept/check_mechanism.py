@@ -25,11 +25,11 @@ from studies.clutch.rig import CLUTCH, identify_model
 from studies.clutch.torque_ramps import missed as not_shown
 from studies.clutch.torque_ramps import ramps, yielding
 from studies.command_line import run_checked
-from tests.mechanism.belt_by_hand import Belt
-from tests.mechanism.playing import play
-from tests.mechanism.screw_by_hand import Screw
-from tests.mechanism.test_belt import TEXT as BELT
-from tests.mechanism.test_screw import TEXT as SCREW
+from tests.support.belt_reference import BELT as BELT
+from tests.support.belt_reference import Belt
+from tests.support.mechanism_motion import play
+from tests.support.screw_reference import SCREW as SCREW
+from tests.support.screw_reference import Screw
 
 LAWS = ("speed", "fast", "position", "rst")
 PLANTS = 200

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from tests.engine.mechanism.self_locking import compared
-from tests.engine.mechanism.test_balance import CLOSED, check
+from tests.support.energy_balance import CLOSED, balance_error
+from tests.support.self_locking_mechanisms import compared
 
 MECHANISMS, SELF_LOCKING = 4000, 200
 
@@ -16,7 +16,7 @@ MECHANISMS, SELF_LOCKING = 4000, 200
 def energy_closes() -> dict[str, Any]:
     """Random mechanisms of all elements under random inputs: what is put in is held or lost; no
     loss is negative; every run ends."""
-    errors = np.array([check(seed) for seed in range(MECHANISMS)])
+    errors = np.array([balance_error(seed) for seed in range(MECHANISMS)])
     return {
         "passed": bool(errors.max() < CLOSED),
         "mechanisms": MECHANISMS,

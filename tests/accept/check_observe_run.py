@@ -16,7 +16,7 @@ from frictool.observe.wear.estimator import WearEstimator
 from frictool.typing import Vector
 from studies.rigs.clutch_fleet import NOISE, Loop, Unit, believed, clutch, run, spread, steps
 from studies.rigs.fleet_logs import long_log, model_file
-from tests.cli.peak_memory import peak_mb
+from tests.support.peak_memory import peak_mb
 
 MOST_MB = 600.0  # most of it are libraries: 8 s of log take nearly as much
 MOST_GROWTH = 1.1

@@ -18,8 +18,8 @@ from frictool.identify.presliding.loops import find_loops
 from frictool.identify.presliding.preisach import preisach
 from frictool.identify.presliding.presliding_laws import presliding
 from studies.rigs.identification_rigs import CLUTCH
-from tests.accept.check_identify import HIGHEST, LOWEST
-from tests.identify.presliding_bench import (
+from tests.support.identification_statistics import HIGHEST, LOWEST
+from tests.support.presliding_bench import (
     BREAKAWAY,
     INERTIA,
     MAXWELL,
@@ -27,10 +27,10 @@ from tests.identify.presliding_bench import (
     TRUTHS,
     Z_BA,
     Z_MAX,
+    centred_cycles,
     curve,
     slow_loops,
 )
-from tests.identify.test_presliding import centred_cycles
 
 SEEDS = 60
 COUNT = Z_MAX / 200.0

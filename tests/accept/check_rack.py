@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from tests.identify.test_velocity_record import published_rack
+from tests.support.rack_record import published_rack
 
 DRY, VISCOUS, BREAKAWAY = (
     10.1,

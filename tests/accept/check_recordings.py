@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from frictool.logs.canonical.mcap_reader import open_mcap
-from tests.cli.peak_memory import peak_mb
-from tests.cli.test_ingest_recordings import CLUTCH, COLUMNS
-from tests.logs.recordings import long_joint_states
+from tests.support.peak_memory import peak_mb
+from tests.support.recordings import CLUTCH, COLUMNS, long_joint_states
 
 BYTES = 2_000_000_000
 MOST_MB = 400.0

@@ -32,7 +32,7 @@ from frictool.verify.encoder_count_drive import count_current
 from frictool.verify.hinf_norm import norm
 from frictool.verify.speed_loop import check_loop, performance
 from studies.rigs.clutch_model import ROOT, clutch_model
-from tests.accept.check_synth import specification_met
+from tests.support.synthesis_requirements import plants_that_meet
 
 RIG = ROOT / "configs/clutch"
 SPEC, SPEED = load(RIG / "spec.yaml", Spec), load(RIG / "designs/speed.yaml", Design)
@@ -116,7 +116,7 @@ def relaxes_the_speed_loop() -> dict[str, Any]:
         for check in vertex.checks
         if check.delay_samples == 1
     )
-    inside = specification_met(controller, model, SPEC, here, PLANTS)
+    inside = plants_that_meet(controller, model, SPEC, here, PLANTS)
     return {
         "passed": bool(
             trade.chosen.level <= 1.0

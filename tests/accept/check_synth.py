@@ -19,15 +19,15 @@ from frictool.documents.design import Design
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
-from frictool.documents.scenario import Scenario, Step
+from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.errors import NoSolutionError
 from frictool.report.verdict import judge
 from frictool.simulate.closed_loop import simulate_closed_loop
 from frictool.synth.design import design_controller
-from studies.rigs.clutch_model import ROOT, clutch_model
+from studies.rigs.clutch_model import clutch_model
+from tests.support.synthesis_requirements import RIG, plants_that_meet
 
-RIG = ROOT / "configs/clutch"
 HERE = Provenance("a check", "0")
 TRIALS, PLANTS, INSIDE = 300, 300, 10
 RATES = {
@@ -184,30 +184,6 @@ def _random_plants(controller: Controller, model: Model, count: int, seed: int) 
     ]
 
 
-def specification_met(
-    controller: Controller, model: Model, spec: Spec, origin: Provenance, plants: int
-) -> int:
-    """Return the number of `plants` random plants on which steps of 50 and 20 rad and a hold of 16
-    s meet `spec` but for its margin."""
-    steps = load(RIG / "scenarios/steps.yaml", Scenario)
-    long_hold = (steps.steps[0], Step(reference=steps.steps[-1].reference, duration_s=16.0))
-    drawn = msgspec.structs.replace(
-        steps, steps=long_hold, variants="random", plants=plants, seed=11
-    )
-    log, alone = (
-        simulate_closed_loop(model, controller, drawn, origin),
-        msgspec.structs.replace(spec, modulus_margin=None),
-    )
-    streams = log.streams[1:]  # the first is the nominal plant's
-    if len(streams) != plants:
-        raise RuntimeError(f"{len(streams)} plants were played, required: {plants}")
-    verdicts = [
-        judge(alone, [type(log)((stream,), log.metadata, stream.topic)], controller)
-        for stream in streams
-    ]
-    return sum(all(item.met for item in verdict.requirements) for verdict in verdicts)
-
-
 def meets_the_specification_on_random_plants() -> dict[str, Any]:
     """Steps of 50 and 20 rad and a hold of 16 s on plants drawn over the whole of table 5.2."""
     model, spec = clutch_model(), load(RIG / "spec.yaml", Spec)
@@ -216,7 +192,7 @@ def meets_the_specification_on_random_plants() -> dict[str, Any]:
         controller = design_controller(
             model, spec, load(RIG / f"designs/{name}.yaml", Design), HERE
         )
-        met[name] = specification_met(controller, model, spec, HERE, PLANTS)
+        met[name] = plants_that_meet(controller, model, spec, HERE, PLANTS)
     passed = all(met[name] >= rate * PLANTS for name, rate in RATES.items())
     return {
         "passed": passed,

@@ -14,8 +14,8 @@ from scipy.stats import binom
 from frictool.identify.estimators.output_error import simulation_error
 from frictool.identify.fit_result import SLIDING
 from frictool.identify.methods import IdentificationSettings
-from tests.identify.linear_axis import linear_axis, linear_bench
-from tests.identify.test_output_error import closed_loop_errors
+from tests.support.driven_axes import closed_loop_errors
+from tests.support.linear_axis import linear_axis, linear_bench
 
 RATE, CHANCE = 0.95, 1e-3
 SEEDS, AXES = 400, 100

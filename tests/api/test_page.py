@@ -8,7 +8,7 @@ import re
 
 import pytest
 
-from tests.docs.pages import ROOT, blocks, text_of
+from tests.support.documentation_pages import ROOT, blocks, text_of
 
 PAGE = ROOT / "docs" / "api.md"
 ROWS = re.findall(r"^\| `(frictool[\w.]*)` \| (.*?) \|", text_of(PAGE), re.MULTILINE)

@@ -14,7 +14,7 @@ from scipy import stats
 
 from frictool.campaign.statistics.distribution import COVERED, distribution, fewest, rank
 from frictool.campaign.trials.trials import BROKEN, UNDECIDED, MetricLimit, Trials
-from tests.campaign.example import factors, trials_of
+from tests.support.campaign_trials import factors, trials_of
 
 
 def _with(trials: Trials, values: np.ndarray, relation: str = "<=", limit: float = 0.5) -> Trials:

@@ -31,7 +31,7 @@ from frictool.documents.spread import (
 from frictool.documents.writing import to_yaml
 from studies.rigs.campaign_rig import EVERYTHING, SLOW_WEAR, played, trial
 from studies.rigs.step_logs import ENCODER_STEP
-from tests.campaign.example import factors
+from tests.support.campaign_trials import factors
 
 SPREAD_SIZE = 15  # of EVERYTHING
 TRIAL = trial()

@@ -15,7 +15,7 @@ from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED
 from frictool.campaign.views.json_view import as_json
 from frictool.campaign.views.messages import headline, percent
 from frictool.campaign.views.text_view import lines
-from tests.campaign.findings_example import CORNERS, HOSTILE, findings, stopped, trials
+from tests.campaign.example_findings import CORNERS, HOSTILE, findings, stopped, trials
 
 
 def test_every_trial_has_to_pass_unless_a_rate_is_asked_for() -> None:

@@ -12,11 +12,11 @@ from frictool.campaign.statistics.findings import find
 from frictool.campaign.views.campaign_figures import failing_plane, metric
 from frictool.campaign.views.page import page
 from frictool.documents.provenance import Input, Provenance
-from tests.campaign.example import factors, trials_of
-from tests.campaign.findings_example import CORNERS, HOSTILE, findings, stopped, trials
-from tests.report.chromium import browser
-from tests.report.chromium import find as find_chromium
-from tests.report.test_page import SVG_NAMESPACES, Page
+from tests.campaign.example_findings import CORNERS, HOSTILE, findings, stopped, trials
+from tests.support.campaign_trials import factors, trials_of
+from tests.support.chromium import browser
+from tests.support.chromium import find as find_chromium
+from tests.support.html_page import SVG_NAMESPACES, Page
 
 MADE = Provenance(
     "frictool campaign model.yaml controller.yaml", "0.1.0", (Input("model.yaml", "ab" * 32),)

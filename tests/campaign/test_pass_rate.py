@@ -11,7 +11,7 @@ import pytest
 from frictool.campaign.statistics.clopper_pearson import interval, lower
 from frictool.campaign.statistics.pass_rate import pass_rate
 from frictool.campaign.trials.trials import UNDECIDED
-from tests.campaign.example import factors, trials_of
+from tests.support.campaign_trials import factors, trials_of
 
 
 def test_the_rate_counts_what_passed_and_what_could_not_be_simulated_as_failed() -> None:

@@ -10,8 +10,8 @@ import pytest
 from frictool.campaign.draws.space import Factor, FactorSpace
 from frictool.campaign.statistics.sensitivity import masks, sensitivity
 from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED, Trials
-from tests.campaign.example import factors, trials_of
-from tests.campaign.test_variance_shares import vertices
+from tests.support.campaign_trials import factors, trials_of
+from tests.support.sensitivity_functions import vertices
 
 Array = np.ndarray
 

@@ -19,7 +19,7 @@ from frictool.campaign.trials.trials import (
 )
 from frictool.documents.quantity import Quantity
 from frictool.simulate.simulated_plant import VariedParameter
-from tests.campaign.example import factors, trials_of
+from tests.support.campaign_trials import factors, trials_of
 
 METRIC = MetricLimit("overshoot", "overshoot_percent", "%", 5.0, "<=")
 

@@ -10,7 +10,7 @@ from scipy.optimize import minimize
 
 from frictool.campaign.statistics.sensitivity import sensitivity
 from frictool.campaign.statistics.simplex_projection import within_whole
-from tests.campaign.example import factors, trials_of
+from tests.support.campaign_trials import factors, trials_of
 
 SHARES = st.lists(
     st.tuples(st.floats(0.0, 1.2), st.floats(0.01, 0.3), st.floats(0.0, 1.0)),

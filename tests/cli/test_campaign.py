@@ -21,8 +21,8 @@ from frictool.documents.spread import InstantBand, LastingBand, Spread, SpreadDi
 from frictool.documents.writing import to_yaml
 from studies.command_line import run
 from studies.rigs.campaign_rig import EVERYTHING, played, trial, write
-from tests.simulate.mechanism_example import ONE_BLOCK
 from tests.support.command_line import refused
+from tests.support.simulated_mechanisms import ONE_BLOCK
 
 NO_REST = {"rest": None}  # the step is too short for it
 WEAR = Spread(

@@ -20,8 +20,8 @@ from frictool.logs.conversion import CONVERSIONS
 from frictool.logs.log import Log, Stream
 from frictool.logs.table import BLOCK_ROWS
 from studies.command_line import CommandResult, run
-from tests.logs.example import ROOT, as_bytes, golden_log
 from tests.support.command_line import refused
+from tests.support.example_logs import ROOT, as_bytes, golden_log
 
 KINDS = tuple(CONVERSIONS)
 SUFFIX = {kind: one.suffixes[0] for kind, one in CONVERSIONS.items()}

@@ -11,8 +11,8 @@ import pytest
 
 from studies.command_line import run
 from studies.rigs.clutch_model import ROOT
-from tests.plant.mechanism.described import TRAIN
 from tests.support.command_line import also_called, refused
+from tests.support.mechanism_documents import TRAIN
 
 
 @pytest.fixture

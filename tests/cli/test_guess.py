@@ -13,8 +13,8 @@ from frictool.documents.bench import Bench
 from frictool.documents.registry import load
 from frictool.logs.channels.column_names import unit_in
 from studies.command_line import run
-from tests.logs.loggers import LOGGERS, twincat
 from tests.support.command_line import refused
+from tests.support.logger_headers import LOGGERS, twincat
 
 ASKED = "?"
 EXPECTED: dict[str, dict[str, tuple[str, str]]] = {

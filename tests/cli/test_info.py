@@ -12,8 +12,8 @@ import pytest
 
 from frictool.logs.log import Log, Stream
 from studies.command_line import run
-from tests.logs.example import ROOT, as_bytes, golden_log, measured
 from tests.support.command_line import refused
+from tests.support.example_logs import ROOT, as_bytes, golden_log, measured
 
 CLUTCH = ROOT / "configs" / "clutch" / "bench.yaml"
 EMPS = ROOT / "configs" / "emps" / "bench.yaml"

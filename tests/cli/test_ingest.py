@@ -14,8 +14,8 @@ import pytest
 
 from frictool.logs.canonical.mcap_format import read_mcap
 from studies.command_line import run
-from tests.logs.example import ROOT, as_bytes, golden_log, measured, same
 from tests.support.command_line import refused
+from tests.support.example_logs import ROOT, as_bytes, golden_log, measured, same
 
 CLUTCH = ROOT / "configs" / "clutch" / "bench.yaml"
 SINES = ROOT / "sample_logs" / "sines.csv"

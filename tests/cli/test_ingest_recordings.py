@@ -11,17 +11,22 @@ import pytest
 from frictool.logs.canonical.mcap_format import read_mcap
 from studies.command_line import run
 from studies.rigs.sample_logs import TRUTH
-from tests.logs.example import ROOT, measured
-from tests.logs.recordings import PERIOD, START, Sent, joint_states, ros2_bag, ros2_mcap, stamp
 from tests.support.command_line import refused
+from tests.support.example_logs import ROOT, measured
+from tests.support.recordings import (
+    CLUTCH,
+    COLUMNS,
+    PERIOD,
+    START,
+    Sent,
+    joint_states,
+    ros2_bag,
+    ros2_mcap,
+    stamp,
+)
 
-CLUTCH = ROOT / "configs" / "clutch" / "bench.yaml"
 SINES = ROOT / "sample_logs" / "sines.csv"
 RESOLUTION = 2.0 * np.pi / 56
-COLUMNS = """columns:
-  position: {column: "/joint_states.position[clutch]", unit: rad}
-  current: {column: "/joint_states.effort[clutch]", unit: A}   # this driver puts the current there
-"""
 
 
 @pytest.fixture

@@ -17,9 +17,9 @@ import pytest
 from frictool.cli import progress
 from frictool.logs.canonical.mcap_format import read_mcap
 from studies.command_line import CommandResult, run
-from tests.cli.peak_memory import peak_mb
-from tests.logs.example import ROOT, as_bytes, golden_log
 from tests.support.command_line import refused
+from tests.support.example_logs import ROOT, as_bytes, golden_log
+from tests.support.peak_memory import peak_mb
 
 CLUTCH = ROOT / "configs" / "clutch" / "bench.yaml"
 HEADER = "time [s],encoder [count],current [A]\n"

@@ -13,8 +13,8 @@ from frictool.documents.bench import Bench
 from frictool.documents.registry import load
 from frictool.logs.canonical.mcap_format import read_mcap
 from studies.command_line import run
-from tests.logs.example import ROOT, measured
 from tests.support.command_line import refused
+from tests.support.example_logs import ROOT, measured
 
 RACK = ROOT / "configs" / "rack" / "bench.yaml"
 EXPORT = "Motor test\nTime;Angle;Amps;State\nms;deg;A;\n" + "".join(

@@ -21,13 +21,13 @@ from frictool.logs.canonical.mcap_format import read_mcap, write_mcap
 from studies.command_line import run
 from studies.rigs.campaign_rig import played
 from studies.rigs.clutch_model import clutch_model
-from tests.cli.test_stale_controller import CONTROLLER, Rig, margin_of
-from tests.simulate.mechanism_example import ONE_BLOCK
+from tests.cli.controller_rig import CONTROLLER, ControllerRig, margin_of
+from tests.support.simulated_mechanisms import ONE_BLOCK
 
 
 @pytest.fixture(name="rig")
-def _rig(tmp_path: Path) -> Rig:
-    return Rig(tmp_path)
+def _rig(tmp_path: Path) -> ControllerRig:
+    return ControllerRig(tmp_path)
 
 
 def with_bench(**fields: Any) -> Model:
@@ -71,7 +71,7 @@ OTHERS = {
 
 @pytest.mark.parametrize("name", OTHERS)
 def test_another_rig_is_named_in_every_verdict_and_leaves_the_margin_undecided(
-    rig: Rig, name: str
+    rig: ControllerRig, name: str
 ) -> None:
     model, named = OTHERS[name]
     rig.write(model, played(), 0.1)
@@ -91,7 +91,7 @@ def test_another_rig_is_named_in_every_verdict_and_leaves_the_margin_undecided(
     assert named in found.stdout
 
 
-def test_saturation_is_judged_by_the_limit_that_was_played(rig: Rig) -> None:
+def test_saturation_is_judged_by_the_limit_that_was_played(rig: ControllerRig) -> None:
     """A drive that gives 0.5 A where the controller asks for 50 A is at its limit for most of the
     step."""
     rig.write(with_limit(0.5), played(), 0.1)
@@ -109,7 +109,7 @@ def test_saturation_is_judged_by_the_limit_that_was_played(rig: Rig) -> None:
     "lost", ["the whole record", "loop_time_constant_s", "not a number", "interval"]
 )
 def test_a_log_that_does_not_state_its_rig_leaves_the_margin_undecided_and_says_what_writes_it_again(
-    rig: Rig, lost: str
+    rig: ControllerRig, lost: str
 ) -> None:
     """As a log of an earlier version."""
     rig.write(clutch_model(), played(), 0.1)
@@ -137,7 +137,7 @@ def test_a_log_that_does_not_state_its_rig_leaves_the_margin_undecided_and_says_
     )
 
 
-def test_the_bench_of_a_recorded_log_is_compared_with_the_controller_s(rig: Rig) -> None:
+def test_the_bench_of_a_recorded_log_is_compared_with_the_controller_s(rig: ControllerRig) -> None:
     rig.write(clutch_model(), played(), 0.1)
     rig.simulate()
     log = read_mcap(rig.folder / "run.mcap")
@@ -156,7 +156,9 @@ def test_the_bench_of_a_recorded_log_is_compared_with_the_controller_s(rig: Rig)
     )
 
 
-def test_a_model_of_the_bench_s_values_is_named_by_every_command_and_verdict(rig: Rig) -> None:
+def test_a_model_of_the_bench_s_values_is_named_by_every_command_and_verdict(
+    rig: ControllerRig,
+) -> None:
     rig.write(
         msgspec.structs.replace(clutch_model(), bench_values_only="the sign is reversed"),
         played(),
@@ -175,7 +177,7 @@ def test_a_model_of_the_bench_s_values_is_named_by_every_command_and_verdict(rig
     )
 
 
-def test_verify_computes_the_margin_with_the_resonances_of_the_model(rig: Rig) -> None:
+def test_verify_computes_the_margin_with_the_resonances_of_the_model(rig: ControllerRig) -> None:
     """The controller was designed without them; a link that rings near its bandwidth makes its loop
     unstable."""
     soft = Resonances(links=("belt",), poles=(Oscillation(30.0, 0.01),))
@@ -187,7 +189,9 @@ def test_verify_computes_the_margin_with_the_resonances_of_the_model(rig: Rig) -
     assert (answer.code, told["holds"], told["modulus_margin_with_resonances"]) == (1, False, 0.0)
 
 
-def test_a_plant_beyond_the_certificate_is_named_though_its_own_margin_holds(rig: Rig) -> None:
+def test_a_plant_beyond_the_certificate_is_named_though_its_own_margin_holds(
+    rig: ControllerRig,
+) -> None:
     """`given` makes one plant stronger than the controller was verified for, within a model that it
     was verified for."""
     rig.write(
@@ -202,7 +206,9 @@ def test_a_plant_beyond_the_certificate_is_named_though_its_own_margin_holds(rig
     assert any(line.startswith(named) for line in json.loads(shown.stdout)["warnings"])
 
 
-def test_the_verdict_names_a_block_that_was_changed_after_the_verification(rig: Rig) -> None:
+def test_the_verdict_names_a_block_that_was_changed_after_the_verification(
+    rig: ControllerRig,
+) -> None:
     rig.write(clutch_model(), played(), 0.1)
     verified = with_digests(CONTROLLER)
     assert verified.position_law is not None
@@ -217,7 +223,7 @@ def test_the_verdict_names_a_block_that_was_changed_after_the_verification(rig: 
     assert named in json.loads(rig.campaign("--json").stdout)["warnings"]
 
 
-def test_a_mechanism_with_another_drive_is_named_in_every_verdict(rig: Rig) -> None:
+def test_a_mechanism_with_another_drive_is_named_in_every_verdict(rig: ControllerRig) -> None:
     """Its margin is undecided anyway; the drive's limit and constant are compared."""
     rig.write(clutch_model(), played(), 0.1)
     changed = ONE_BLOCK.replace("value: 50, unit: A", "value: 5, unit: A")

@@ -13,7 +13,7 @@ import pytest
 from frictool.cli.printable import printable, printable_json
 from frictool.logs.log import Log, Stream
 from studies.command_line import CommandResult, run
-from tests.logs.example import ROOT, as_bytes
+from tests.support.example_logs import ROOT, as_bytes
 
 CLUTCH = ROOT / "configs" / "clutch" / "bench.yaml"
 EVIL = "\x1b]0;title\x07\x1b[31m\x9b2J\u202e\x7f"

@@ -23,8 +23,8 @@ from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from studies.command_line import run
-from tests.reduce.building import belt, coulomb, lift, lossy_train, motor, rotor, two_plays
 from tests.support.command_line import refused
+from tests.support.small_mechanisms import belt, coulomb, lift, lossy_train, motor, rotor, two_plays
 
 GOLDEN = Path(__file__).parents[1] / "reduce" / "golden" / "model.yaml"
 Q = Quantity

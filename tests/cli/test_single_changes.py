@@ -22,8 +22,8 @@ from frictool.verify.model_check import check_model
 from studies.command_line import run
 from studies.rigs.campaign_rig import played
 from studies.rigs.clutch_model import clutch_model
-from tests.cli.test_stale_controller import CONTROLLER, Rig, margin_of
-from tests.verify.edits import Edit, edits_of_keys
+from tests.cli.controller_rig import CONTROLLER, ControllerRig, margin_of
+from tests.support.controller_edits import Edit, edits_of_keys
 
 SEED, DRAWN = 20261123, 2
 # keys of the four parameters, in the model, its bench and its laws: each end that moves outwards
@@ -125,7 +125,7 @@ def test_a_change_that_matters_is_named_by_simulate_and_report(tmp_path: Path, i
         edit for edit in changes() if matters(edit.label) and answer(tmp_path, edit) == "named"
     ]
     edit = named[np.random.default_rng(SEED).choice(len(named), DRAWN, replace=False)[index]]
-    rig = Rig(tmp_path)
+    rig = ControllerRig(tmp_path)
     rig.write(model(), played(), 0.1)
     (tmp_path / "model.yaml").write_text(yaml.safe_dump(edit.document, sort_keys=False))
     assert "is not what " in rig.simulate().stderr, edit.label

@@ -11,22 +11,17 @@ import msgspec
 import pytest
 
 from frictool.documents.model import Model
-from frictool.documents.scenario import Scenario
-from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap, write_mcap
 from frictool.plant.polytope import PlantPoint
 from frictool.verify.document_check import check_feedback
 from frictool.verify.feedback_loops import feedbacks_of
-from studies.command_line import CommandResult, run
+from studies.command_line import run
 from studies.rigs.campaign_rig import played
 from studies.rigs.clutch_model import clutch_model
-from studies.rigs.step_logs import clutch_spec
-from studies.rigs.step_scenario import controller
-from studies.rigs.verified_controller import truthful
-from tests.simulate.mechanism_example import ONE_BLOCK
+from tests.cli.controller_rig import CONTROLLER, ControllerRig, margin_of
+from tests.support.simulated_mechanisms import ONE_BLOCK
 
 OUTSIDE = "inertia {} to 1.53e-05 kg m^2, verified 1.11e-05 to 1.53e-05"
-CONTROLLER = truthful(controller())
 
 
 def with_inertia(low: float, high: float) -> Model:
@@ -52,79 +47,13 @@ def margin_at(inertia: float, viscous: float, constant: float) -> float:
     )
 
 
-class Rig:
-    """Documents in a folder, and the commands on them."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-
-    def write(self, model: Model, scenario: Scenario, limit: float) -> None:
-        spec = clutch_spec(
-            modulus_margin=limit,
-            rest=None,
-            static_error=None,
-            oscillations=None,
-            overshoot_percent=1e4,
-            response_time_95_s=0.55,
-        )
-        for name, document in {
-            "model": model,
-            "controller": CONTROLLER,
-            "scenario": scenario,
-            "spec": spec,
-        }.items():
-            (self.folder / f"{name}.yaml").write_text(to_yaml(document))
-
-    def simulate(self) -> CommandResult:
-        files = [self.folder / f"{name}.yaml" for name in ("model", "controller", "scenario")]
-        done = run(
-            "simulate",
-            files[0],
-            "--controller",
-            files[1],
-            "--scenario",
-            files[2],
-            "-o",
-            self.folder / "run.mcap",
-        )
-        assert done.code == 0, done.stderr
-        return done
-
-    def report(self, *more: str | Path) -> CommandResult:
-        paths = [self.folder / name for name in ("run.mcap", "spec.yaml", "controller.yaml")]
-        return run("report", paths[0], "--spec", paths[1], "--controller", paths[2], *more)
-
-    def campaign(self, *more: str | Path) -> CommandResult:
-        paths = [
-            self.folder / f"{name}.yaml" for name in ("model", "controller", "scenario", "spec")
-        ]
-        return run(
-            "campaign",
-            *paths[:2],
-            "--scenario",
-            paths[2],
-            "--spec",
-            paths[3],
-            "--cores",
-            "1",
-            "-n",
-            "12",
-            *more,
-        )
-
-
 @pytest.fixture(name="rig")
-def _rig(tmp_path: Path) -> Rig:
-    return Rig(tmp_path)
-
-
-def margin_of(text: str) -> dict[str, object]:
-    (found,) = [one for one in json.loads(text)["requirements"] if one["name"] == "modulus_margin"]
-    return found
+def _rig(tmp_path: Path) -> ControllerRig:
+    return ControllerRig(tmp_path)
 
 
 def test_a_margin_that_the_played_plant_misses_is_broken_though_the_controller_s_vertices_have_it(
-    rig: Rig,
+    rig: ControllerRig,
 ) -> None:
     """The light ends of the model's own ranges, with the least friction and the strongest drive."""
     vertices = min(vertex.modulus_margin for vertex in CONTROLLER.verified.vertices)
@@ -144,7 +73,7 @@ def test_a_margin_that_the_played_plant_misses_is_broken_though_the_controller_s
     assert streams["/axis/v16"] == pytest.approx(margin_at(1.53e-5, 7.62e-4, 14.0e-3), rel=1e-5)
 
 
-def test_a_model_outside_is_undecided_and_named_in_every_output(rig: Rig) -> None:
+def test_a_model_outside_is_undecided_and_named_in_every_output(rig: ControllerRig) -> None:
     rig.write(with_inertia(1.0e-5, 1.2e-5), played(variants="vertices"), 0.1)
     rig.simulate()
     page, suite, table = (rig.folder / f"report.{kind}" for kind in ("html", "xml", "md"))
@@ -172,7 +101,7 @@ def test_a_model_outside_is_undecided_and_named_in_every_output(rig: Rig) -> Non
 
 
 def test_coulomb_friction_outside_is_undecided_and_named_though_no_margin_depends_on_it(
-    rig: Rig,
+    rig: ControllerRig,
 ) -> None:
     model = clutch_model()
     coulomb = msgspec.structs.replace(model.parameters.coulomb, value=0.25, low=0.24, high=0.26)
@@ -193,7 +122,7 @@ def test_coulomb_friction_outside_is_undecided_and_named_though_no_margin_depend
     assert found["verdict"] == "undecided"
 
 
-def test_a_model_within_is_judged_by_the_margins_of_what_was_played(rig: Rig) -> None:
+def test_a_model_within_is_judged_by_the_margins_of_what_was_played(rig: ControllerRig) -> None:
     rig.write(clutch_model(), played(variants="vertices"), 0.1)
     assert "warning" not in rig.simulate().stderr
     shown = rig.report("--json")
@@ -208,7 +137,7 @@ def test_a_model_within_is_judged_by_the_margins_of_what_was_played(rig: Rig) ->
     assert json.loads(shown.stdout)["warnings"] == []
 
 
-def test_a_campaign_has_the_margin_of_each_draw(rig: Rig) -> None:
+def test_a_campaign_has_the_margin_of_each_draw(rig: ControllerRig) -> None:
     rig.write(clutch_model(), played(), 0.1)
     rows = rig.folder / "rows.csv"
     assert rig.campaign("--table", rows).code == 0
@@ -220,7 +149,9 @@ def test_a_campaign_has_the_margin_of_each_draw(rig: Rig) -> None:
     assert len({row[heads.index("modulus_margin")] for row in found}) == 12
 
 
-def test_draws_beyond_the_certificate_are_named_and_judged_by_their_own_margins(rig: Rig) -> None:
+def test_draws_beyond_the_certificate_are_named_and_judged_by_their_own_margins(
+    rig: ControllerRig,
+) -> None:
     from frictool.documents.spread import Spread, Temperature, Warmth
 
     rig.write(
@@ -234,7 +165,7 @@ def test_draws_beyond_the_certificate_are_named_and_judged_by_their_own_margins(
 
 @pytest.mark.parametrize("broken", ["no record", "no plant"])
 def test_a_log_that_does_not_describe_its_plant_leaves_the_margin_undecided(
-    rig: Rig, broken: str
+    rig: ControllerRig, broken: str
 ) -> None:
     rig.write(clutch_model(), played(), 0.1)
     rig.simulate()
@@ -251,7 +182,7 @@ def test_a_log_that_does_not_describe_its_plant_leaves_the_margin_undecided(
     assert "does not describe its plant" in str(margin_of(shown.stdout)["reason"])
 
 
-def test_the_margin_on_a_mechanism_is_undecided(rig: Rig) -> None:
+def test_the_margin_on_a_mechanism_is_undecided(rig: ControllerRig) -> None:
     rig.write(clutch_model(), played(), 0.1)
     (rig.folder / "model.yaml").write_text(ONE_BLOCK)
     rig.simulate()
@@ -260,7 +191,7 @@ def test_the_margin_on_a_mechanism_is_undecided(rig: Rig) -> None:
 
 
 @pytest.mark.parametrize(("low", "holds"), [(1.11e-5, True), (4.9e-6, False)])
-def test_verify_answers_for_a_model_alone(rig: Rig, low: float, holds: bool) -> None:
+def test_verify_answers_for_a_model_alone(rig: ControllerRig, low: float, holds: bool) -> None:
     """The example has no certificate, which is exit code 1 by itself; what is said of the model is
     the same."""
     rig.write(with_inertia(low, 1.53e-5), played(), 0.1)
@@ -277,7 +208,7 @@ def test_verify_answers_for_a_model_alone(rig: Rig, low: float, holds: bool) -> 
     assert ("not what the controller was verified for: inertia" in text) is not holds
 
 
-def test_verify_refuses_a_model_of_another_bench(rig: Rig) -> None:
+def test_verify_refuses_a_model_of_another_bench(rig: ControllerRig) -> None:
     model = clutch_model()
     other = msgspec.structs.replace(
         model, bench=msgspec.structs.replace(model.bench, delay_samples=2)
@@ -289,7 +220,9 @@ def test_verify_refuses_a_model_of_another_bench(rig: Rig) -> None:
 
 
 @pytest.mark.parametrize("lag", [0.0, 0.006])
-def test_a_model_whose_drive_has_another_time_constant_is_not_played(rig: Rig, lag: float) -> None:
+def test_a_model_whose_drive_has_another_time_constant_is_not_played(
+    rig: ControllerRig, lag: float
+) -> None:
     """The margins of the controller's drive say nothing of a slower or faster one."""
     model = clutch_model()
     actuator = msgspec.structs.replace(model.bench.actuator, loop_time_constant_s=lag)

@@ -15,8 +15,8 @@ from frictool.identify.validate.picture import effort_label
 from frictool.plant.axis import AxisParameters, rest
 from studies.command_line import run
 from studies.rigs.identification_rigs import EMPS
-from tests.logs.example import as_bytes, golden_log
 from tests.support.command_line import also_called, refused
+from tests.support.example_logs import as_bytes, golden_log
 from tests.support.measured_data import data
 
 AXIS = AxisParameters(inertia=2.0, viscous=10.0, coulomb=4.0, breakaway=5.0, offset=0.5)

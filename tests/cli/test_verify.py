@@ -15,9 +15,9 @@ from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from studies.command_line import run
 from studies.rigs.verified_controller import truthful
+from tests.support.certified_controllers import certified
+from tests.support.clutch_speed_controller import clutch_speed_controller
 from tests.support.command_line import refused
-from tests.synth.test_design import clutch_controller
-from tests.verify.certified import certified
 
 
 def _written(folder: Path, controller: Controller) -> Path:
@@ -130,8 +130,8 @@ def test_a_vertex_outside_of_the_box_is_exit_4(tmp_path: Path) -> None:
 
 
 def test_without_a_certificate_the_answer_is_no(tmp_path: Path) -> None:
-    path = _written(tmp_path, clutch_controller())
-    assert clutch_controller().certificate is None
+    path = _written(tmp_path, clutch_speed_controller())
+    assert clutch_speed_controller().certificate is None
     for option in ((), ("--json",)):
         result = run("verify", path, *option)
         assert (result.code, result.stderr) == (1, "")

@@ -14,7 +14,7 @@ from frictool.compare.page import page
 from frictool.compare.text_view import lines
 from frictool.documents.provenance import provenance_of_command
 from frictool.errors import NoSolutionError
-from tests.compare.example import Failing, Told
+from tests.compare.scripted_simulator import Failing, Told
 
 
 @pytest.fixture(scope="module")

@@ -28,7 +28,7 @@ from frictool.engine.status import OK
 from frictool.plant.axis import AxisParameters, rest
 from frictool.plant.position_load import PositionLoad
 from studies.rigs.example_controllers import BRAKE_LAW, CUT_LAW, clutch_controller
-from tests.control.drawn import STEP, Sample, assaults, controllers, space, wanderings
+from tests.control.random_controllers import STEP, Sample, assaults, controllers, space, wanderings
 
 LAWS = {"cut": CUT_LAW, "brake": BRAKE_LAW}
 NUMBERS = ("double", "float", "q31", "q15")

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import compile_program, control_step, read, start_at
 from frictool.documents.controller import Controller
-from tests.control.drawn import Sample, assaults, controllers, wanderings
-from tests.control.plain import PlainController
+from tests.control.plain_controller import PlainController
+from tests.control.random_controllers import Sample, assaults, controllers, wanderings
 
 
 def _same(one: float, other: float) -> bool:

@@ -38,9 +38,9 @@ from studies.rigs.example_controllers import (
     clutch_controller,
     emps_controller,
 )
-from tests.control.drawn import Sample, assaults, controllers, seeds, space, wanderings
-from tests.control.interpreted import InWords
 from tests.control.programs import hostile, random_program
+from tests.control.random_controllers import Sample, assaults, controllers, seeds, space, wanderings
+from tests.support.interpreted_program import InWords
 
 bits = st.sampled_from(sorted(BITS.values()))
 

@@ -25,9 +25,9 @@ from frictool.control.program import Program, ProgramNode
 from frictool.plant.lti import Lti
 from frictool.typing import Matrix
 from frictool.verify import scheduled_loop as synthesised
-from tests.control.block import Block
-from tests.control.block import given as input_of
-from tests.control.drawn import seeds, stable
+from tests.control.random_controllers import seeds, stable
+from tests.control.single_block import Block
+from tests.control.single_block import given as input_of
 
 
 def _equation(

@@ -20,9 +20,9 @@ from frictool.control.number_format import machine_in
 from frictool.control.program import Program
 from frictool.documents.controller import Controller
 from studies.rigs.example_controllers import clutch_controller
-from tests.control.drawn import Sample, assaults, controllers, seeds, wanderings
-from tests.control.interpreted import InFloat
 from tests.control.programs import hostile, random_program
+from tests.control.random_controllers import Sample, assaults, controllers, seeds, wanderings
+from tests.support.interpreted_program import InFloat
 
 
 @settings(max_examples=60)

@@ -25,9 +25,9 @@ from frictool.control.fixed_point import BITS, fixed_program
 from frictool.control.number_format import machine_in
 from frictool.control.program import Program
 from frictool.documents.controller import Controller
-from tests.control.drawn import Sample, wanderings
-from tests.control.interpreted import InFloat, InWords
-from tests.export.cases import CASES
+from tests.control.random_controllers import Sample, wanderings
+from tests.support.export_cases import CASES
+from tests.support.interpreted_program import InFloat, InWords
 
 FORMATS = ("double", "float", "q31", "q15")
 LOST = (math.nan, math.inf, -math.inf)

@@ -9,7 +9,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from tests.docs.pages import ROOT
+from tests.support.documentation_pages import ROOT
 
 
 @dataclass(frozen=True)

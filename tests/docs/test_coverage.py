@@ -10,8 +10,8 @@ import pytest
 
 from studies.thesis.documents import read
 from studies.thesis.page import CHAPTERS, chapter_of
-from tests.docs.pages import ROOT, text_of
-from tests.docs.printed import LAST_EQUATION, LAST_FIGURE, LAST_TABLE, numbers
+from tests.docs.thesis_numbers import LAST_EQUATION, LAST_FIGURE, LAST_TABLE, numbers
+from tests.support.documentation_pages import ROOT, text_of
 
 PAGE = ROOT / "docs/coverage.md"
 HEAD = "| section | system | equations | code | tests | reproduced |"

@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from frictool.documents.registry import DOCUMENTS, load
-from tests.docs.pages import ROOT, Block, blocks
+from tests.support.documentation_pages import ROOT, Block, blocks
 
 
 class Loader(yaml.SafeLoader):

@@ -9,7 +9,7 @@ from functools import cache
 
 import pytest
 
-from tests.docs.pages import ROOT, text_of
+from tests.support.documentation_pages import ROOT, text_of
 
 PAGE = ROOT / "docs/glossary.md"
 

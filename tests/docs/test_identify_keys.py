@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 
 from studies.command_line import run
-from tests.docs.pages import ROOT
+from tests.support.documentation_pages import ROOT
 
 
 def test_each_key_of_identify_is_described() -> None:

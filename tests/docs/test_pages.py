@@ -18,8 +18,18 @@ import yaml
 
 from benchmarks import __main__ as bench
 from tests.accept import __main__ as accept
-from tests.docs.pages import PAGES, ROOT, Block, anchors, blocks, links, name_of, prose, text_of
-from tests.docs.playing import agrees, first_missing, play, scratch
+from tests.support.documentation_pages import (
+    PAGES,
+    ROOT,
+    Block,
+    anchors,
+    blocks,
+    links,
+    name_of,
+    prose,
+    text_of,
+)
+from tests.support.documentation_player import agrees, first_missing, play, scratch
 
 README = ROOT / "README.md"
 ELSEWHERE = {  # pages with a test of their own, in a folder of their own

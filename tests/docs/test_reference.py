@@ -7,7 +7,7 @@ import re
 import pytest
 
 from release.reference import pages
-from tests.docs.pages import ROOT
+from tests.support.documentation_pages import ROOT
 
 PAGES = pages()
 

@@ -8,7 +8,7 @@ import json
 import pytest
 
 from frictool.documents.registry import DOCUMENTS, json_schema
-from tests.docs.pages import ROOT, text_of
+from tests.support.documentation_pages import ROOT, text_of
 
 FOLDER = ROOT / "docs" / "schemas"
 

@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.docs.pages import PAGES, ROOT, links, name_of, prose, text_of
-from tests.docs.printed import LAST_EQUATION, LAST_FIGURE, LAST_SECTION, LAST_TABLE, is_there
+from tests.docs.thesis_numbers import LAST_EQUATION, LAST_FIGURE, LAST_SECTION, LAST_TABLE, is_there
+from tests.support.documentation_pages import PAGES, ROOT, links, name_of, prose, text_of
 
 FOLDER = ROOT / "docs" / "theory"
 TABLE = FOLDER / "README.md"

@@ -9,8 +9,8 @@ from decimal import Decimal
 
 import pytest
 
-from tests.docs.pages import ROOT, blocks, text_of
-from tests.docs.playing import COMMENT, NUMBER, play, scratch
+from tests.support.documentation_pages import ROOT, blocks, text_of
+from tests.support.documentation_player import COMMENT, NUMBER, play, scratch
 
 PAGE = ROOT / "docs" / "tutorial.md"
 FOLDER = "configs/clutch"

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.docs.pages import ROOT
-from tests.docs.playing import DATA, play, scratch
+from tests.support.documentation_pages import ROOT
+from tests.support.documentation_player import DATA, play, scratch
 
 PAGE = ROOT / "docs" / "tutorial_emps.md"
 

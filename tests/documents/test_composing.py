@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from frictool.documents import yaml_parser
 from studies.command_line import run
-from tests.docs.playing import DATA
 from tests.support.command_line import refused
+from tests.support.documentation_player import DATA
 
 ROOT = Path(__file__).parents[2]
 BENCH = (ROOT / "configs/clutch/bench.yaml").read_text()

@@ -17,7 +17,7 @@ from frictool.documents.mechanism import Link, Mechanism
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import json_schema, load
 from frictool.documents.writing import to_yaml
-from tests.documents.wrong import refusal
+from tests.documents.edited_documents import refusal
 
 GOLDEN = Path(__file__).parent / "golden" / "mechanism.yaml"
 

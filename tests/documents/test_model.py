@@ -9,7 +9,7 @@ import pytest
 from frictool.documents.model import Model
 from frictool.documents.registry import json_schema, load
 from frictool.documents.writing import to_yaml
-from tests.documents.wrong import refusal
+from tests.documents.edited_documents import refusal
 
 GOLDEN = Path(__file__).parent / "golden" / "model.yaml"
 

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from numpy.typing import NDArray
 
 from frictool.engine.axis_motion import advance
 from frictool.engine.status import NOT_FINITE, OK
@@ -26,14 +25,8 @@ from frictool.plant.axis import (
     rest,
 )
 from studies.references.event_integration import event_integration, time_stepping
+from tests.support.axis_runs import BARE, CLUTCH, COMMANDS, run
 
-CLUTCH = AxisParameters(
-    inertia=1.32e-5, viscous=3.8e-4, coulomb=0.099, breakaway=0.109, constant=0.0134, lag=3e-3, drive_limit=50.0,
-    backlash=3.0, backlash_coulomb=0.05, backlash_breakaway=0.055,
-)  # fmt: skip
-BARE = AxisParameters(inertia=1.0, viscous=0.0, coulomb=1.0, breakaway=1.5)
-
-COMMANDS = st.lists(st.floats(-50.0, 50.0), min_size=1, max_size=12)
 AXES = st.builds(
     lambda viscous, breakaway, lag, backlash, offset: CLUTCH._replace(
         viscous=viscous, breakaway=breakaway, lag=lag, backlash=backlash, offset=offset
@@ -44,19 +37,6 @@ AXES = st.builds(
     backlash=st.sampled_from([0.0, 0.02, 3.0]),
     offset=st.sampled_from([0.0, 0.02, -0.01]),
 )
-
-
-def run(
-    p: AxisParameters,
-    commands: list[float],
-    period: float = 1e-3,
-    state: NDArray[np.float64] | None = None,
-) -> NDArray[np.float64]:
-    state = rest() if state is None else state
-    array = p.as_array()
-    for command in commands:
-        assert advance(state, command, array, period) == OK
-    return state
 
 
 @pytest.mark.parametrize("effort", [1.4999999, 1.5, -1.5, 0.0])

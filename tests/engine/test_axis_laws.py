@@ -32,12 +32,11 @@ from frictool.plant.axis_friction_laws import (
     FrictionPositionShape,
     ViscousRegime,
 )
-from tests.engine.laws_reference import Motion, coulomb, follow
-from tests.engine.test_axis import BARE, CLUTCH, COMMANDS, run
+from studies.rigs.clutch_friction import BACKWARD, FORWARD
+from tests.support.axis_reference import coulomb, follow
+from tests.support.axis_runs import BARE, CLUTCH, COMMANDS, as_motion, run
 
 FAST = settings(derandomize=True, deadline=None, max_examples=60)
-FORWARD = (0.0794, 0.0077, -2.7773e-4, 2.8731e-6)  # table 4.7
-BACKWARD = (0.0938, -0.0126, 0.0013, -3.2940e-5, 2.5120e-7)
 MAP = FrictionPositionShape(0.0, 63.0, (FORWARD, BACKWARD), (FORWARD, BACKWARD))
 OWN = FrictionPositionShape(0.0, 63.0, ((1.0,), (0.9, 1e-3)), ((1.2, 2e-3), (1.0, 5e-3, -4e-5)))
 KNEE = (ViscousRegime(260.0, 3.81e-4, 2e-4),)
@@ -74,10 +73,6 @@ RICH = st.builds(
     backlash=st.sampled_from([0.0, 0.3]),
     breakaway=st.sampled_from([0.115, 0.16]),
 )
-
-
-def as_motion(state: NDArray[np.float64]) -> Motion:
-    return Motion(*(float(state[k]) for k in (POSITION, VELOCITY, DRIVE, GAP, RESTED)))
 
 
 @CASES

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import math
 
-import msgspec
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -30,15 +29,10 @@ from frictool.engine.status import NOT_FINITE, OK
 from frictool.plant.axis import DRIVE, LOAD_POSITION, POSITION, VELOCITY, AxisParameters, rest
 from frictool.plant.position_load import LoadHarmonic, PositionLoad
 from studies.references.event_integration import event_integration
-from studies.rigs.example_controllers import BRAKE_LAW, clutch_controller, speed_controller, started
-from tests.engine.test_axis import CLUTCH
+from studies.rigs.example_controllers import BRAKE_LAW, started
+from tests.support.axis_runs import CLUTCH, CONTROLLER, ENCODED, PERIOD
 
-ENCODED = CLUTCH._replace(encoder_step=2 * math.pi / 56)
-PERIOD = 1e-3
 NO_LOAD = PositionLoad().as_array()
-CONTROLLER = clutch_controller(
-    BRAKE_LAW, speed=msgspec.structs.replace(speed_controller(), anti_windup=(0.0, 0.0))
-)
 
 
 def loop(

@@ -44,7 +44,7 @@ from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws
 from frictool.plant.position_load import PositionLoad
 from frictool.typing import Vector
 from studies.rigs.example_controllers import ROOT, started
-from tests.engine.test_closed_loop import CONTROLLER, ENCODED, PERIOD
+from tests.support.axis_runs import CONTROLLER, ENCODED, PERIOD
 
 PUBLISHED = axis_of(load(ROOT / "configs/clutch/nonlinear.yaml", Model))
 SPRING = PositionLoad(stiffness=5e-4)

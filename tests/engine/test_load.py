@@ -20,7 +20,7 @@ from frictool.plant.axis_friction_laws import AxisLaws
 from frictool.plant.position_load import LoadHarmonic, PositionLoad, load_effort, with_load
 from studies.references.event_integration import event_integration
 from studies.rigs.example_controllers import BRAKE_LAW, clutch_controller, speed_controller, started
-from tests.engine.test_axis import CLUTCH
+from tests.support.axis_runs import CLUTCH
 
 PERIOD = 1e-3
 EXACT = 1e-7  # rad

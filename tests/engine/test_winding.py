@@ -31,7 +31,7 @@ from frictool.plant.axis import DRIVE, SUPPLY, VELOCITY, AxisParameters, rest
 from frictool.plant.position_load import PositionLoad
 from studies.rigs.clutch_model import clutch_model
 from studies.rigs.example_controllers import started
-from tests.engine.test_closed_loop import CONTROLLER, ENCODED, PERIOD
+from tests.support.axis_runs import CONTROLLER, ENCODED, PERIOD
 
 WOUND = ENCODED._replace(resistance=0.2, supply=6.0)  # 30 A at rest, 448 rad/s without any
 FREE = AxisParameters(1.32e-5, 0.0, 0.0, 0.0, constant=0.0134, resistance=0.2, supply=6.0)

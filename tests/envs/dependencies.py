@@ -15,8 +15,8 @@ import venv
 from pathlib import Path
 from typing import Any
 
-from tests.docs.pages import ROOT, blocks
-from tests.docs.playing import COMMENT, EXIT, scratch
+from tests.support.documentation_pages import ROOT, blocks
+from tests.support.documentation_player import COMMENT, EXIT, scratch
 
 DEVELOPMENT = {"dev", "bench"}  # extras that no user installs
 REQUIREMENT = re.compile(r"([\w.-]+)(?:\[[\w,]+\])?>=([\w.]+)")

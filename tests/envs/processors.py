@@ -12,7 +12,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from tests.docs.pages import ROOT
+from tests.support.documentation_pages import ROOT
 
 NEEDS = {
     "Prescott": "pni",

@@ -25,7 +25,7 @@ from frictool.equations.expression import Equation, Term, symbol
 from frictool.equations.views import as_latex
 from frictool.plant.mechanism.element_error import ElementError
 from frictool.plant.mechanism.linearisation import linearise
-from tests.plant.mechanism.described import TRAIN, document
+from tests.support.mechanism_documents import TRAIN, document
 
 HERE = Path(__file__).parent / "golden"
 EVERY_KEY = Path(__file__).parents[1] / "documents" / "golden" / "mechanism.yaml"

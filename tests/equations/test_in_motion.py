@@ -16,7 +16,7 @@ from frictool.engine.mechanism.state import rest
 from frictool.engine.status import OK
 from frictool.equations.derivation import derive
 from frictool.equations.expression import Equation, Term
-from tests.plant.mechanism.described import TRAIN, document
+from tests.support.mechanism_documents import TRAIN, document
 
 # lossy and lossless rigid links, yielding ones, a spring, friction over the position, a cam: a
 # motor that goes on forward

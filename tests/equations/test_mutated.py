@@ -17,7 +17,7 @@ from frictool.equations.derivation import derive
 from frictool.equations.views import as_latex, as_text
 from frictool.errors import FrictoolError
 from frictool.plant.mechanism.linearisation import linearise
-from tests.fuzz.mutations import mutated
+from tests.support.file_mutations import mutated
 
 HERE = Path(__file__).parent
 SAMPLES = (HERE / "golden" / "clutch.yaml", HERE.parent / "documents" / "golden" / "mechanism.yaml")

@@ -24,8 +24,7 @@ from frictool.export.c_names import TAKEN, CNames
 from frictool.export.c_real_numbers import RealNumbers
 from frictool.export.golden_vectors import GoldenVectors, golden_vectors
 from studies.rigs.example_controllers import clutch_controller, speed_controller
-from tests.export.cases import CASES, VISITS
-from tests.export.compiled import (
+from tests.support.compiled_c import (
     COMPILERS,
     NUMBERS,
     OPTIMISATIONS,
@@ -40,8 +39,9 @@ from tests.export.compiled import (
     sources,
     write,
 )
-from tests.export.controllers import controllers
-from tests.export.inputs import rows_for
+from tests.support.export_cases import CASES, VISITS
+from tests.support.export_controllers import controllers
+from tests.support.export_inputs import rows_for
 
 SAMPLES = 600
 FITTING: list[tuple[str, Number]] = [

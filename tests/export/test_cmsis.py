@@ -24,8 +24,8 @@ from frictool.export.export_result import export
 from frictool.typing import Vector
 from studies.rigs.example_controllers import clutch_controller
 from studies.rigs.verified_controller import truthful
-from tests.export.compiled import COMPILERS, ORIGIN, STRICT, needs_compiler
-from tests.export.controllers import scheduled
+from tests.support.compiled_c import COMPILERS, ORIGIN, STRICT, needs_compiler
+from tests.support.export_controllers import scheduled
 
 BITS = {"q31": 31, "q15": 15}
 ENTERING = 3.0

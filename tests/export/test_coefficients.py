@@ -18,8 +18,8 @@ from frictool.documents.controller import Number
 from frictool.export.coefficients import json_files, matlab_files
 from frictool.verify.coefficient_rounding import coefficient_rounder
 from studies.rigs.example_controllers import BRAKE_LAW, clutch_controller
-from tests.export.cases import CASES
-from tests.export.compiled import LOOP, NUMBERS, ORIGIN
+from tests.support.compiled_c import LOOP, NUMBERS, ORIGIN
+from tests.support.export_cases import CASES
 
 CONTROLLER = clutch_controller(BRAKE_LAW)
 

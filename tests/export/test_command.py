@@ -18,9 +18,9 @@ from frictool.documents.writing import to_yaml
 from studies.command_line import run
 from studies.rigs.example_controllers import CUT_LAW, clutch_controller
 from studies.rigs.verified_controller import truthful
-from tests.export.compiled import COMPILERS, NUMBERS, built, ran
-from tests.export.controllers import scheduled
 from tests.support.command_line import refused
+from tests.support.compiled_c import COMPILERS, NUMBERS, built, ran
+from tests.support.export_controllers import scheduled
 
 NAMES = ["speed.c", "speed.h", "speed_selftest.c", "speed_vectors.h"]
 

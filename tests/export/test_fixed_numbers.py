@@ -21,8 +21,7 @@ from frictool.control.number_format import machine_in
 from frictool.documents.controller import Controller, Number
 from frictool.export.golden_vectors import golden_vectors
 from frictool.export.proof_table import multiplier
-from tests.export.cases import CASES
-from tests.export.compiled import (
+from tests.support.compiled_c import (
     COMPILERS,
     built,
     fits,
@@ -33,8 +32,9 @@ from tests.export.compiled import (
     sources,
     write,
 )
-from tests.export.controllers import controllers
-from tests.export.inputs import rows_for
+from tests.support.export_cases import CASES
+from tests.support.export_controllers import controllers
+from tests.support.export_inputs import rows_for
 
 fixed = st.sampled_from(["q31", "q15"])
 

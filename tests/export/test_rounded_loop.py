@@ -16,8 +16,8 @@ from frictool.verify.document_check import loop_checks
 from frictool.verify.feedback_loops import feedbacks
 from studies.rigs.example_controllers import BRAKE_LAW, clutch_controller
 from studies.rigs.verified_controller import truthful
-from tests.export.compiled import NUMBERS
-from tests.export.controllers import scheduled
+from tests.support.compiled_c import NUMBERS
+from tests.support.export_controllers import scheduled
 
 replace = msgspec.structs.replace
 

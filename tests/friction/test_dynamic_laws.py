@@ -15,9 +15,9 @@ from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.law_registry import LAWS
 from frictool.friction.status import NOT_FINITE, OK
 from studies.rigs.table_3_1 import STIFF, STRIBECK, TABLE_3_1, packed
-from tests.friction.drivers import FORCE, STATE, dynamic_run, pointers
-from tests.friction.plain import presliding_force, presliding_rate, stribeck_curve
+from tests.support.law_drivers import FORCE, STATE, dynamic_run, pointers
 from tests.support.law_values import values
+from tests.support.plain_laws import presliding_force, presliding_rate, stribeck_curve
 
 DYNAMIC = sorted(name for name, law in LAWS.items() if law.kind == "dynamic")
 SCALAR = ["dahl", "lugre", "elasto_plastic"]

@@ -18,11 +18,10 @@ from frictool.friction.position_polynomial import normalise, position_factor
 from frictool.friction.rising_breakaway import dwell_factor
 from frictool.friction.speed_regimes import knee_force, knee_slope, regimes_from
 from frictool.friction.stribeck import slip_force
+from studies.rigs.clutch_friction import BACKWARD, FORWARD
 from studies.rigs.table_3_1 import STRIBECK, TABLE_3_1, packed
 
 FAST = settings(derandomize=True, deadline=None, max_examples=60)
-FORWARD = np.array([0.0794, 0.0077, -2.7773e-4, 2.8731e-6])  # table 4.7, N m over rad
-BACKWARD = np.array([0.0938, -0.0126, 0.0013, -3.2940e-5, 2.5120e-7])
 TRAVEL = (0.0, 63.0)
 KNEE = regimes_from([(260.0, 4e-4)])
 
@@ -40,7 +39,8 @@ def test_position_factor_is_the_polynomial_within_the_travel(
 
 
 @pytest.mark.parametrize(
-    ("coefficients", "lowest", "highest"), [(FORWARD, 0.079, 0.181), (BACKWARD, 0.058, 0.210)]
+    ("coefficients", "lowest", "highest"),
+    [(np.array(FORWARD), 0.079, 0.181), (np.array(BACKWARD), 0.058, 0.210)],
 )
 def test_breakaway_of_the_clutch(coefficients: np.ndarray, lowest: float, highest: float) -> None:
     """Table 4.7 over 0..63 rad; normalised to a mean of 1. The lowest backward value has the digits

@@ -16,8 +16,8 @@ from frictool.friction.law import HybridKernels
 from frictool.friction.law_registry import LAWS
 from frictool.friction.reversal_memory import COUNT
 from studies.rigs.table_3_1 import STRIBECK, TABLE_3_1, packed
-from tests.friction.drivers import EFFORT, MODE, POSITION, VELOCITY, hybrid_run, pointers
-from tests.friction.plain import stribeck_curve
+from tests.support.law_drivers import EFFORT, MODE, POSITION, VELOCITY, hybrid_run, pointers
+from tests.support.plain_laws import stribeck_curve
 
 FAST = settings(derandomize=True, deadline=None, max_examples=100)
 VERSIONS = ["hybrid_a", "hybrid_b", "hybrid_c"]

@@ -20,7 +20,7 @@ from frictool.friction.preisach_cycles import (
 from frictool.friction.reversal_memory import COUNT, FORCE, FORGOTTEN, new_memory
 from frictool.friction.status import MEMORY_FULL, NOT_FINITE, OK
 from frictool.friction.virgin_curve import virgin_force
-from tests.friction.plain import Masing, Relays
+from tests.support.plain_laws import Masing, Relays
 
 FAST = settings(derandomize=True, deadline=None, max_examples=80)
 BREAKAWAY, LIMIT = 1.5, 1e-5

@@ -15,9 +15,9 @@ from frictool.friction.law import StaticKernels
 from frictool.friction.law_registry import LAWS
 from frictool.friction.static_kernels import sticking_force
 from studies.rigs.table_3_1 import TABLE_3_1, packed
-from tests.friction.drivers import pointers, static_values
-from tests.friction.plain import sign, static_force
+from tests.support.law_drivers import pointers, static_values
 from tests.support.law_values import values
+from tests.support.plain_laws import sign, static_force
 
 STATIC = sorted(name for name, law in LAWS.items() if law.kind == "static")
 FAST = settings(derandomize=True, deadline=None, max_examples=40)

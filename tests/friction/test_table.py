@@ -12,7 +12,7 @@ from frictool.documents.quantity import factor_to_si
 from frictool.friction.law import DynamicKernels, HybridKernels, StaticKernels
 from frictool.friction.law_registry import LAWS, ROWS
 from studies.rigs.table_3_1 import STRIBECK, TABLE_3_1, packed
-from tests.friction.drivers import dynamic_run, hybrid_run, pointers, static_values
+from tests.support.law_drivers import dynamic_run, hybrid_run, pointers, static_values
 
 NAMES = sorted(LAWS)
 

@@ -13,9 +13,9 @@ import sys
 import tempfile
 from pathlib import Path
 
-from tests.fuzz import samples
 from tests.fuzz.child import command, input_of, place_for
 from tests.fuzz.harness import SEED, fuzz
+from tests.support import sample_files
 
 COUNT = 20_000
 
@@ -25,19 +25,20 @@ def show(name: str, index: int) -> None:
     folder = Path("build", "fuzz")
     bench = folder / "bench.yaml"
     with tempfile.TemporaryDirectory() as made:
-        sample = samples.write(name, Path(made))
+        sample = sample_files.write(name, Path(made))
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
-        samples.write_other(name, sample, bench)
+        sample_files.write_other(name, sample, bench)
         path = place_for(sample, folder)
         path.write_bytes(input_of(name, sample.read_bytes(), SEED, index))
     print(
-        "frictool --debug", *command(name, index, samples.given(path), bench, folder / "out.mcap")
+        "frictool --debug",
+        *command(name, index, sample_files.given(path), bench, folder / "out.mcap"),
     )
 
 
 def main(arguments: list[str]) -> int:
-    if arguments[:1] and arguments[0] in samples.names():
+    if arguments[:1] and arguments[0] in sample_files.names():
         show(arguments[0], int(arguments[1]))
         return 0
     result = fuzz(

@@ -23,8 +23,8 @@ import numpy as np
 from frictool.errors import LogError
 from frictool.logs.canonical.mcap_format import read_mcap
 from studies.command_line import CommandResult, run
-from tests.fuzz import samples
-from tests.fuzz.mutations import mutated
+from tests.support import sample_files
+from tests.support.file_mutations import mutated
 
 LONGEST = 10.0  # s for one input
 MOST_BYTES = 1 << 30  # beyond what the process has when it has read the unchanged sample
@@ -51,9 +51,9 @@ def input_of(name: str, data: bytes, seed: int, index: int) -> bytes:
 def command(name: str, index: int, path: Path, bench: Path, target: Path) -> list[str | Path]:
     """Return the command for an input: ingest, info or ingest --salvage in turn; info or --guess
     for a logger; info for a document."""
-    if name == samples.DOCUMENT:
+    if name == sample_files.DOCUMENT:
         return ["info", bench, "--bench", path, "--json"]
-    if name.startswith(samples.LOGGER):
+    if name.startswith(sample_files.LOGGER):
         guess: list[str | Path] = [
             "ingest",
             "--guess",
@@ -106,7 +106,7 @@ def complaint(result: CommandResult, target: Path, before: set[str], salvage: bo
 def place_for(sample: Path, folder: Path) -> Path:
     """The file in `folder` that inputs are written to, with the rest of its bag beside it where the
     sample is a part of one."""
-    whole = samples.given(sample)
+    whole = sample_files.given(sample)
     if whole == sample:
         return folder / INPUT
     shutil.copytree(whole, folder / INPUT)
@@ -124,7 +124,7 @@ def attempt(
     before = {one.name for one in folder.iterdir()}
     faulthandler.dump_traceback_later(longest, exit=True, file=sys.__stderr__)
     try:
-        words = command(name, index, samples.given(path), bench, target)
+        words = command(name, index, sample_files.given(path), bench, target)
         return complaint(run(*words), target, before, "--salvage" in words)
     except MemoryError:
         return "took more memory than it may"
@@ -146,9 +146,9 @@ def limit_memory() -> None:
 
 def main(name: str, seed: int, first: int, count: int) -> None:
     with tempfile.TemporaryDirectory() as made, tempfile.TemporaryDirectory() as work:
-        sample, folder = samples.write(name, Path(made)), Path(work)
+        sample, folder = sample_files.write(name, Path(made)), Path(work)
         bench = folder / "bench.yaml"
-        samples.write_other(name, sample, bench)
+        sample_files.write_other(name, sample, bench)
         data, path = sample.read_bytes(), place_for(sample, folder)
         for way in range(3):  # the sample itself, so that every library is loaded
             found = attempt(name, way, data, path, bench, 6.0 * LONGEST)

@@ -11,8 +11,8 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
-from tests.fuzz import samples
 from tests.fuzz.child import LONGEST
+from tests.support import sample_files
 
 SEED = 4
 _FOUND = re.compile(r"found (\d+): (.*)")
@@ -29,7 +29,7 @@ def fuzz(
     Returns {"passed", "inputs", "formats", "seconds", "findings": ["NAME SEED INDEX: what"]};
     python -m tests.fuzz NAME INDEX shows one.
     """
-    chosen = names or samples.names()
+    chosen = names or sample_files.names()
     findings: list[str] = []
     start = time.perf_counter()
     shares = [

@@ -11,18 +11,19 @@ import pytest
 from frictool.logs.canonical.mcap_reader import is_canonical
 from frictool.logs.formats import FORMATS, format_of
 from studies.command_line import CommandResult
-from tests.fuzz import child, samples
+from tests.fuzz import child
 from tests.fuzz.harness import SEED, fuzz
+from tests.support import sample_files
 
 INPUTS = 9  # of each format
 LOGGER_INPUTS = 3  # of each logger: they are all text
 
 
-@pytest.fixture(scope="module", params=samples.names())
+@pytest.fixture(scope="module", params=sample_files.names())
 def sample(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[str, Path]:
-    return request.param, samples.write(request.param, tmp_path_factory.mktemp("sample"))
+    return request.param, sample_files.write(request.param, tmp_path_factory.mktemp("sample"))
 
 
 def test_mutated_inputs_are_read_or_refused_in_one_line(sample: tuple[str, Path], tmp_path: Path):
@@ -30,9 +31,9 @@ def test_mutated_inputs_are_read_or_refused_in_one_line(sample: tuple[str, Path]
     memory."""
     name, made = sample
     bench, data, path = tmp_path / "bench.yaml", made.read_bytes(), child.place_for(made, tmp_path)
-    samples.write_other(name, made, bench)
+    sample_files.write_other(name, made, bench)
     assert child.attempt(name, 0, data, path, bench) is None
-    for index in range(LOGGER_INPUTS if name.startswith(samples.LOGGER) else INPUTS):
+    for index in range(LOGGER_INPUTS if name.startswith(sample_files.LOGGER) else INPUTS):
         found = child.attempt(name, index, child.input_of(name, data, SEED, index), path, bench)
         assert found is None, f"python -m tests.fuzz {name} {index}: {found}"
     assert [one.name for one in tmp_path.iterdir() if one.name != "input"] == ["bench.yaml"]
@@ -46,11 +47,11 @@ def test_a_process_with_limits_runs_the_same():
 
 def test_every_format_has_a_sample(tmp_path: Path):
     seen = set()
-    for name in samples.names():
+    for name in sample_files.names():
         folder = tmp_path / name
         folder.mkdir(parents=True)
-        path = samples.write(name, folder)
-        if name != samples.DOCUMENT and not is_canonical(path):
+        path = sample_files.write(name, folder)
+        if name != sample_files.DOCUMENT and not is_canonical(path):
             seen.add(format_of(path))
     assert seen == set(FORMATS)
 

@@ -19,7 +19,7 @@ from frictool.identify.assess.identifiability import PARAMETERS, verdict
 from frictool.identify.methods import METHODS
 from studies.command_line import run
 from studies.rigs.identification_rigs import CLUTCH, EMPS, clutch, mass_bench
-from tests.accept.check_assess import DURATION, outcomes, promised
+from tests.support.assess_promises import DURATION, outcomes, promised
 from tests.support.command_line import refused
 
 

@@ -16,7 +16,7 @@ from frictool.identify.breakaway.stribeck_velocity import allowed_fall
 from frictool.plant.axis import AxisParameters
 from studies.command_line import run
 from tests.identify.arm import BENCH, PERIOD, write_log
-from tests.identify.stribeck_rigs import FALLS, Ramps, found_breakaway, play
+from tests.support.stribeck_rigs import FALLS, Ramps, found_breakaway, play
 
 COUNTS = 8192
 RIG = AxisParameters(

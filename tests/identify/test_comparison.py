@@ -28,9 +28,9 @@ from frictool.logs.reading import read_log
 from studies.command_line import run as command
 from studies.rigs.identification_rigs import EMPS
 from tests.identify.arm import PERIOD, Arm, play, write_bench, write_log
-from tests.identify.linear_axis import linear_axis, linear_bench
-from tests.identify.loaded_axis import estimates, loaded_axis
 from tests.identify.two_days import DAYS, day, written
+from tests.support.linear_axis import linear_axis, linear_bench
+from tests.support.loaded_axis import estimates, loaded_axis
 from tests.support.measured_data import data
 
 TIME = np.arange(12_000) * PERIOD

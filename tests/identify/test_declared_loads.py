@@ -24,9 +24,8 @@ from frictool.plant.position_load import LoadHarmonic, PositionLoad
 from frictool.typing import Vector
 from studies.command_line import CommandResult
 from studies.command_line import run as command
-from tests.identify.linear_axis import PERIOD
-from tests.identify.loaded_axis import COUNT, Loaded, estimates, rotary_bench
-from tests.identify.test_load_terms import BENCH
+from tests.support.linear_axis import PERIOD
+from tests.support.loaded_axis import BENCH, COUNT, Loaded, estimates, rotary_bench
 
 DECLARED: tuple[Term, ...] = ("offset", "spring", "gravity", "viscous_by_direction")
 SAMPLES, NOISE, SEEDS = 12_000, 2.0, 20  # N m, standard deviation of the effort's noise

@@ -25,8 +25,8 @@ from frictool.plant.axis_friction_laws import ViscousRegime as AxisRegime
 from studies.command_line import run
 from studies.rigs.identification_rigs import CLUTCH, ROOT, clutch, record
 from studies.rigs.sample_logs import TRUTH, sines
-from tests.identify.linear_axis import PERIOD, linear_bench
-from tests.identify.test_output_error import driven, plain
+from tests.support.driven_axes import driven, plain_axis
+from tests.support.linear_axis import PERIOD, linear_bench
 
 SINES = ROOT / "sample_logs" / "sines.csv"
 SLIDING = {"inertia": 5.0, "viscous": 12.0, "coulomb": 8.0, "offset": 0.5}
@@ -89,7 +89,7 @@ def test_an_inertia_that_is_off_by_a_half_shows(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("noise", [0.0, 1.0])
 def test_the_truth_leaves_what_noise_leaves_in_the_band_of_the_motion(noise: float) -> None:
-    log = driven(plain())
+    log = driven(plain_axis())
     log = replace(
         log, effort=log.effort + noise * np.random.default_rng(1).standard_normal(log.effort.size)
     )
@@ -109,8 +109,8 @@ def known(value: float, unit: str) -> Estimate:
 
 def test_every_law_of_slip_is_the_engines() -> None:
     """Direction, a knee and a spring, simulated by the engine: the model that has them explains the
-    effort, and the plain one does not."""
-    axis = plain(
+    effort, and the plain_axis one does not."""
+    axis = plain_axis(
         laws=AxisLaws(
             backward=AxisFrictionLevels(16.0, 9.0, 9.0), regimes=(AxisRegime(0.3, 20.0, 30.0),)
         )
@@ -126,7 +126,7 @@ def test_every_law_of_slip_is_the_engines() -> None:
         )
         == 0
     )
-    log = replace(driven(plain()), time=time, position=x, effort=effort)
+    log = replace(driven(plain_axis()), time=time, position=x, effort=effort)
     laws = Laws(
         backward=Backward(known(16.0, "N s/m"), known(9.0, "N")),
         regimes=(Regime(Quantity(0.3, unit="m/s"), known(20.0, "N s/m"), known(30.0, "N s/m")),),
@@ -149,7 +149,7 @@ def test_the_fall_over_speed_starts_from_the_breakaway() -> None:
 
 
 def test_a_long_log_is_judged_by_parts_of_it() -> None:
-    log = driven(plain(), samples=MOST_SAMPLES + 100_000)
+    log = driven(plain_axis(), samples=MOST_SAMPLES + 100_000)
     rows = motion_rows([log], linear_bench())
     assert sum(one.index.size for one in rows) <= MOST_SAMPLES
     whole = force_error(motion_rows([log.part(slice(0, 100_000))], linear_bench()), SLIDING, None)

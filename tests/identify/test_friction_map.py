@@ -15,15 +15,10 @@ from frictool.identify.identification import Identification, identify_records
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.model_document import model_of
 from frictool.identify.motion_record import MotionRecord
+from studies.rigs.clutch_friction import BETA, KNEE, TABLE_4_7
 from studies.rigs.curve_logs import nonlinear_clutch
 from studies.rigs.identification_rigs import ROOT, clutch, record
 from studies.rigs.sample_logs import ramp, sines
-
-BETA, KNEE = 1.1, 260.0
-TABLE_4_7 = {
-    1.0: [0.0794, 0.0077, -2.7773e-4, 2.8731e-6],
-    -1.0: [0.0938, -0.0126, 0.0013, -3.2940e-5, 2.5120e-7],
-}
 
 
 @pytest.fixture(scope="module")

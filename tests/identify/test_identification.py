@@ -26,7 +26,7 @@ from frictool.identify.motion_record import MotionRecord, make_record, record_of
 from frictool.logs.log import Log, Stream
 from studies.rigs.identification_rigs import clutch, record
 from studies.rigs.sample_logs import TRUTH, ramp, sines
-from tests.accept.check_identify import covered, experiment
+from tests.support.identification_statistics import covered, experiment
 
 
 def test_differentiation_gives_all_but_inertia() -> None:

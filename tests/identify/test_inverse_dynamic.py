@@ -17,8 +17,8 @@ from frictool.identify.methods import IdentificationSettings, PublishedFilters
 from frictool.identify.motion_record import MotionRecord, make_record
 from studies.rigs.identification_rigs import EMPS, clutch, record
 from studies.rigs.sample_logs import TRUTH, sines
-from tests.accept.check_identify import linear_covered
-from tests.identify.linear_axis import linear_axis, linear_bench
+from tests.support.identification_statistics import linear_covered
+from tests.support.linear_axis import linear_axis, linear_bench
 from tests.support.measured_data import data
 
 PUBLISHED_VALUES = {

@@ -25,8 +25,10 @@ from frictool.identify.regression.tsqr import triangles
 from frictool.identify.rows.load_columns import by_direction
 from studies.command_line import run as command
 from studies.rigs.identification_rigs import CLUTCH, ROOT
-from tests.identify.linear_axis import PERIOD
-from tests.identify.loaded_axis import (
+from tests.support.command_line import refused
+from tests.support.linear_axis import PERIOD
+from tests.support.loaded_axis import (
+    BENCH,
     COUNT,
     NOISE,
     TERMS,
@@ -35,7 +37,6 @@ from tests.identify.loaded_axis import (
     loaded_axis,
     rotary_bench,
 )
-from tests.support.command_line import refused
 
 SINES = ROOT / "sample_logs" / "sines.csv"
 
@@ -270,24 +271,3 @@ def test_the_command_writes_them_into_the_model(tmp_path: Path) -> None:
         errors["position_error_rel"]
         < 0.3 * json.loads(command("validate", bare, log, "--json").stdout)["position_error_rel"]
     )
-
-
-BENCH = f"""\
-format: bench/1
-name: arm
-axis: rotary
-sample_period_s: 0.001
-encoder: {{counts_per_revolution: {2.0 * math.pi / COUNT:.10g}}}
-actuator:
-  drive: current
-  constant: {{value: 20, unit: N m/A}}
-  limit: {{value: 10, unit: A}}
-mechanics:
-  inertia: {{value: 5, low: 3, high: 7, unit: kg m^2}}
-  viscous: {{value: 12, low: 4, high: 20, unit: N m s/rad}}
-  coulomb: {{value: 8, low: 3, high: 13, unit: N m}}
-columns:
-  time: {{column: time, unit: s}}
-  position: {{column: encoder, unit: count}}
-  effort: {{column: torque, unit: N m}}
-"""

@@ -21,7 +21,7 @@ from frictool.typing import Vector
 from studies.command_line import run
 from studies.rigs.identification_rigs import CLUTCH, clutch, record
 from studies.rigs.sample_logs import PERIOD, TRUTH, sines
-from tests.accept.check_identify import FINE_STEP
+from tests.support.identification_statistics import FINE_STEP
 
 
 def currents(

@@ -22,9 +22,9 @@ from frictool.plant.axis import AxisParameters
 from studies.command_line import CommandResult, run
 from studies.rigs.identification_rigs import CLUTCH, ROOT, clutch, record
 from studies.rigs.sample_logs import ramp, sines
-from tests.identify.linear_axis import linear_axis, linear_bench
-from tests.identify.loaded_axis import loaded_axis
-from tests.identify.test_output_error import driven, plain
+from tests.support.driven_axes import driven, plain_axis
+from tests.support.linear_axis import linear_axis, linear_bench
+from tests.support.loaded_axis import loaded_axis
 
 SAMPLES = ROOT / "sample_logs"
 CONFIG = ROOT / "configs" / "clutch"
@@ -218,9 +218,9 @@ def test_a_fine_encoder_is_judged_as_a_coarse_one(method: str) -> None:
 
 
 AXES = {
-    "weight": plain(offset=6.0),
-    "light": plain(viscous=0.5, coulomb=0.1, breakaway=0.1, offset=0.0),
-    "dry": plain(inertia=0.2),
+    "weight": plain_axis(offset=6.0),
+    "light": plain_axis(viscous=0.5, coulomb=0.1, breakaway=0.1, offset=0.0),
+    "dry": plain_axis(inertia=0.2),
 }
 
 

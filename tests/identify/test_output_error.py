@@ -11,89 +11,35 @@ import numpy as np
 import pytest
 
 from frictool.documents.bench import Bench
-from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
-from frictool.engine.effort_replay import FREE, replay, replay_parameters
 from frictool.engine.servo import PositionServo
 from frictool.identify.estimators.output_error import simulation_error
 from frictool.identify.estimators.segment_simulation import SegmentSimulation, estimate
 from frictool.identify.estimators.structure_selection import better, choose_terms, halves
 from frictool.identify.fit_result import SLIDING, UnusableLogs
 from frictool.identify.methods import IdentificationSettings, run
-from frictool.identify.motion_record import MotionRecord, record_of
+from frictool.identify.motion_record import record_of
 from frictool.identify.rows.load_terms import DIRECTION, GRAVITY, SPRING, possible
 from frictool.identify.rows.segments import RecordSegment, thinned, whole
 from frictool.logs.reading import read_log
-from frictool.plant.axis import AxisParameters, rest
+from frictool.plant.axis import AxisParameters
 from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws
 from frictool.plant.position_load import PositionLoad
 from studies.rigs.identification_rigs import (
     EMPS,
     MASS,
-    MASS_POLE,
     mass_bench,
-    mass_reference,
     mass_sine,
 )
-from tests.identify.linear_axis import ENCODER_STEP, PERIOD, linear_axis, linear_bench
+from tests.support.driven_axes import closed_loop_errors, driven, plain_axis
+from tests.support.linear_axis import ENCODER_STEP, PERIOD, linear_axis, linear_bench
 from tests.support.measured_data import data
 
-NO_LOAD = PositionLoad()
 TRUTH = {"inertia": 5.0, "viscous": 12.0, "coulomb": 8.0, "offset": 0.5}
 
 
-def driven(
-    axis: AxisParameters, load: PositionLoad = NO_LOAD, samples: int = 12_000
-) -> MotionRecord:
-    """A log without noise of an axis that a known effort drives; the encoder is fine."""
-    draw = np.random.default_rng(7)
-    time = np.arange(samples) * PERIOD
-    effort = (
-        14.0 * np.sin(2.0 * np.pi * 0.9 * time)
-        + 9.0 * np.sin(2.0 * np.pi * 0.37 * time + 1.0)
-        + 0.1 * draw.standard_normal(samples)
-    )
-    x, v = np.empty(samples), np.empty(samples)
-    assert (
-        replay(replay_parameters(axis), load.as_array(), rest(), effort, effort, FREE, PERIOD, x, v)
-        == 0
-    )
-    x = np.floor(x / ENCODER_STEP) * ENCODER_STEP
-    return MotionRecord(
-        "driven", time, x, effort, np.zeros(samples, dtype=np.int64), PERIOD, ENCODER_STEP, 0.0
-    )
-
-
-def closed_loop_errors(seed: int, folder: Path) -> list[float]:
-    """Relative errors of inertia, viscous and Coulomb friction of table 4.1's mass; its breakaway
-    is known, as a ramp gives it."""
-    gains = (
-        3.0 * MASS_POLE**2 * MASS.inertia,
-        MASS_POLE**3 * MASS.inertia,
-        3.0 * MASS_POLE * MASS.inertia - MASS.viscous,
-    )
-    bench = mass_bench(folder)
-    bench = msgspec.structs.replace(
-        bench,
-        mechanics=msgspec.structs.replace(
-            bench.mechanics, breakaway=Quantity(MASS.breakaway, unit="N")
-        ),
-    )
-    record = replace(mass_sine(seed), reference=mass_reference(seed))
-    found = simulation_error(
-        [record], bench, IdentificationSettings(), (), PositionServo(*gains, reference_rate=1.0)
-    ).parameters
-    return [
-        found[name].value / getattr(MASS, name) - 1.0 for name in ("inertia", "viscous", "coulomb")
-    ]
-
-
-def plain(**changes: object) -> AxisParameters:
-    return AxisParameters(5.0, 12.0, 8.0, 8.0, 0.5)._replace(**changes)
-
-
 def test_without_noise_the_truth_is_found_to_the_encoder() -> None:
-    simulated = SegmentSimulation(whole([driven(plain())]), linear_bench())
+    simulated = SegmentSimulation(whole([driven(plain_axis())]), linear_bench())
     found = estimate(simulated, {"inertia": 4.0, "viscous": 15.0, "coulomb": 7.0, "offset": 0.0})
     assert found.values == pytest.approx(TRUTH, rel=2e-3)
     assert np.sqrt(np.mean(found.residual**2)) < 5.0 * ENCODER_STEP
@@ -102,10 +48,10 @@ def test_without_noise_the_truth_is_found_to_the_encoder() -> None:
 @pytest.mark.parametrize(
     ("term", "axis", "load", "names"),
     [
-        (SPRING, plain(), PositionLoad(stiffness=20.0), {"stiffness": 20.0}),
+        (SPRING, plain_axis(), PositionLoad(stiffness=20.0), {"stiffness": 20.0}),
         (
             DIRECTION,
-            plain(laws=AxisLaws(backward=AxisFrictionLevels(16.0, 8.0, 8.0))),
+            plain_axis(laws=AxisLaws(backward=AxisFrictionLevels(16.0, 8.0, 8.0))),
             PositionLoad(),
             {"viscous_backward": 16.0},
         ),
@@ -141,7 +87,7 @@ def replace_axis(bench: Bench) -> Bench:
 
 
 def test_halves_are_cut_at_a_reversal_and_hold_every_sample() -> None:
-    record = driven(plain())
+    record = driven(plain_axis())
     sides = halves([record])
     assert sides is not None
     (before,), (after,) = sides
@@ -189,7 +135,7 @@ def test_a_closed_loop_without_a_reference_is_refused(tmp_path: Path) -> None:
 
 
 def test_motion_in_one_direction_is_refused() -> None:
-    record = driven(plain())
+    record = driven(plain_axis())
     forward = np.cumsum(np.abs(np.diff(record.position, prepend=0.0)))
     with pytest.raises(UnusableLogs, match="one direction"):
         simulation_error(
@@ -224,7 +170,7 @@ def test_auto_keeps_the_regression_where_the_simulation_contradicts_it(tmp_path:
 
 
 def test_of_a_long_log_a_part_is_compared_evenly_over_it() -> None:
-    record = driven(plain())
+    record = driven(plain_axis())
     pieces = [RecordSegment(record, first, first + 1000) for first in range(0, 12_000, 1000)]
     assert thinned(pieces, 12_000) == pieces
     few = thinned(pieces, 4000)

@@ -14,11 +14,8 @@ from frictool.identify.breakaway.position_law import (
     fit_polynomials,
     sides_of,
 )
+from studies.rigs.clutch_friction import BACKWARD, FORWARD
 
-FORWARD, BACKWARD = (
-    [0.0794, 0.0077, -2.7773e-4, 2.8731e-6],
-    [0.0938, -0.0126, 0.0013, -3.2940e-5, 2.5120e-7],
-)  # table 4.7
 NOISE = 1e-3  # N m
 
 

@@ -14,9 +14,8 @@ from hypothesis import strategies as st
 from frictool.documents.model import Model
 from frictool.documents.registry import load
 from frictool.friction.preisach_cycles import masing_everett
-from frictool.friction.virgin_curve import virgin_force
 from frictool.identify.fit_result import Interval, UnusableLogs
-from frictool.identify.motion_record import MotionRecord, make_record
+from frictool.identify.motion_record import MotionRecord
 from frictool.identify.presliding.elasto_plastic import elasto_plastic, elasto_plastic_path
 from frictool.identify.presliding.loops import find_loops
 from frictool.identify.presliding.lugre import lugre, lugre_path
@@ -24,21 +23,22 @@ from frictool.identify.presliding.maxwell import element_paths, maxwell
 from frictool.identify.presliding.preisach import preisach
 from studies.command_line import run
 from studies.rigs.identification_rigs import CLUTCH
-from tests.identify.presliding_bench import (
+from tests.support.command_line import refused
+from tests.support.presliding_bench import (
     BREAKAWAY,
+    COUNT,
     INERTIA,
     MAXWELL,
     PERIOD,
     STIFFNESS,
     Z_BA,
     Z_MAX,
+    centred_cycles,
     curve,
     slow_loops,
 )
-from tests.support.command_line import refused
 
 KNOWN = Interval(BREAKAWAY, 0.995 * BREAKAWAY, 1.005 * BREAKAWAY)
-COUNT = Z_MAX / 200.0
 BENCH = f"""\
 format: bench/1
 name: contact
@@ -90,29 +90,6 @@ def test_maxwell_slip_is_found_and_told_from_the_others() -> None:
     assert holds(found.stiffness, float(MAXWELL[1].sum()))
     assert holds(found.limit, Z_MAX)
     assert found.held_out < 0.2 * lugre(loops, 0.95).held_out
-
-
-def centred_cycles(repeats: int, noise: float, seed: int = 4, phase: float = 0.0) -> MotionRecord:
-    """Ten growing centred cycles of the Masing hysteresis of the parabola, 3.7.1, again and again;
-    the first from the virgin curve.
-
-    phase: where in a count the encoder's zero lies, 0 to 1.
-    """
-    position, force, last = [0.0], [0.0], 0.0
-    for top in np.tile(np.arange(1, 11) / 10.0, repeats):
-        reach, fall = virgin_force(top * Z_MAX, BREAKAWAY, Z_MAX), np.linspace(top, -top, 400)
-        position += [*np.linspace(last, top, 400)[1:-1], *fall]
-        force += [
-            *np.linspace(force[-1], reach, 400)[1:-1],
-            *(reach + 2.0 * virgin_force(0.5 * (z - top) * Z_MAX, BREAKAWAY, Z_MAX) for z in fall),
-        ]
-        last = -top
-    x, generator = np.array(position) * Z_MAX, np.random.default_rng(seed)
-    seen, effort = (
-        np.rint(x / (0.2 * COUNT) + phase) * 0.2 * COUNT,
-        np.array(force) + noise * BREAKAWAY * generator.standard_normal(x.size),
-    )
-    return make_record("cycles", np.arange(x.size) * PERIOD, seen, effort, 0.2 * COUNT, 0.0)
 
 
 def test_a_noisy_effort_does_not_end_a_branch_of_preisach_before_the_axis_turns() -> None:

@@ -12,7 +12,7 @@ from frictool.identify.methods import DEFAULT, IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord, make_record
 from studies.rigs.identification_rigs import clutch, record
 from studies.rigs.sample_logs import TRUTH, sines, steps
-from tests.identify.linear_axis import linear_axis, linear_bench
+from tests.support.linear_axis import linear_axis, linear_bench
 
 PERIOD = 1e-3
 

@@ -16,7 +16,7 @@ from studies.rigs.curve_logs import mass_sines
 from studies.rigs.identification_rigs import MASS, clutch, mass_bench, record
 from studies.rigs.sample_logs import TRUTH
 from studies.rigs.sample_logs import sines as half_sines
-from tests.accept.check_knees import false_knees, true_knees
+from tests.support.friction_knees import false_knees, true_knees
 
 
 @pytest.mark.parametrize("step", [1e-4, 1e-2])

@@ -18,8 +18,8 @@ from frictool.identify.orientation import negative_effort, stroke_efforts, strok
 from frictool.logs.quality.sign_check import CLEAR, net_work
 from frictool.plant.axis import AxisParameters, rest
 from studies.command_line import run
-from tests.identify.linear_axis import PERIOD
-from tests.identify.loaded_axis import rotary_bench
+from tests.support.linear_axis import PERIOD
+from tests.support.loaded_axis import rotary_bench
 
 SAMPLES, RIGS = 12_000, 10
 BENCH = """\

@@ -19,7 +19,7 @@ from frictool.identify.rows.smoothing import (
     smoothed,
 )
 from frictool.plant.weak_form import effort_weights
-from tests.identify.linear_axis import linear_axis
+from tests.support.linear_axis import linear_axis
 
 PERIOD = 1e-3
 WINDOWS = st.integers(3, 60).map(lambda n: 2 * n + 1)

@@ -13,7 +13,7 @@ from frictool.identify.methods import IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.identify.rows.differences import differenced, memory_of
 from studies.rigs.identification_rigs import MASS, mass_bench, mass_sine
-from tests.accept.check_identify import in_published_order, table_errors
+from tests.support.identification_statistics import in_published_order, table_errors
 
 
 @pytest.fixture(scope="module")

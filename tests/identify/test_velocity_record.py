@@ -24,13 +24,12 @@ from frictool.identify.regression.newey_west import newey_west
 from frictool.identify.rows.smoothing import acceleration_filter, acceleration_response, bump
 from frictool.plant.axis import AxisParameters, rest
 from studies.command_line import run as command
-from studies.rigs.identification_rigs import ROOT
-from tests.identify.linear_axis import PERIOD, linear_bench
 from tests.support.command_line import refused
+from tests.support.linear_axis import PERIOD, linear_bench
 from tests.support.measured_data import data
+from tests.support.rack_record import RACK, published_rack, stroke
 
 SAMPLES, NOISE, COUNT = 12_000, 0.2, 2e-4  # N, standard deviation; m/s
-RACK = ROOT / "configs" / "rack" / "bench.yaml"
 
 
 def axis(seed: int) -> AxisParameters:
@@ -187,30 +186,6 @@ def test_newey_west_is_its_double_sum(seed: int, reach: int) -> None:
     inverse = np.linalg.inv(columns.T @ columns)
     expected = np.sqrt(np.diag(inverse @ middle @ inverse) * 40 / 37)
     assert newey_west(columns, residual, reach) == pytest.approx(expected, rel=1e-6)
-
-
-def stroke(folder: Path, *part: str) -> Path:
-    """The rack's two exports on one grid, as `make -C configs/rack` makes it."""
-    target = folder / "stroke.mcap"
-    raw = [data("rack", "a3MR.csv"), data("rack", "a3NI.csv")]
-    assert (
-        command(
-            "ingest", *raw, "--bench", RACK, "--resample", "0.000666667", *part, "-o", target
-        ).code
-        == 0
-    )
-    return target
-
-
-def published_rack(folder: Path) -> dict[str, dict[str, float]]:
-    """What the published pipeline gives on the published part of the stroke, by name; skips without
-    the data."""
-    log = stroke(folder, "--from", "0.034", "--to", "0.27")
-    published = ("--method", "friction-force", "--cutoff-hz", "30", "--filter-order", "2")
-    result = command("identify", log, "--bench", RACK, *published, "--json")
-    assert result.code == 0, result.stderr
-    found: dict[str, dict[str, float]] = json.loads(result.stdout)["parameters"]
-    return found
 
 
 def test_the_rack_s_published_values(tmp_path: Path) -> None:

@@ -27,7 +27,7 @@ from frictool.verify.speed_loop import check_loop
 from studies.references.printed_inequalities import plain
 from studies.rigs.clutch_model import clutch_model
 from studies.rigs.published_plants import position
-from tests.lmi.examples import LAG, between, clutch_speed, random_plant, random_polytope
+from tests.support.synthesis_plants import LAG, between, clutch_speed, random_plant, random_polytope
 
 ROUNDING = 1e-6
 

@@ -9,7 +9,7 @@ from scipy.linalg import expm
 from frictool.lmi.lyapunov_bounds import common_bound, parameter_dependent_bound
 from frictool.plant.lti import Lti, tustin
 from frictool.verify.hinf_norm import norm
-from tests.lmi.position_loop import corner_loops, minimax_controller, sampled
+from tests.support.position_loop import corner_loops, minimax_controller, sampled
 
 
 def _corners(seed: int, n: int = 3, spread: float = 0.4) -> list[Lti]:

@@ -11,7 +11,7 @@ from frictool.lmi.hinf_synthesis import PoleDisc, PoleHalfPlane, controller, min
 from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.verify.hinf_norm import norm
 from studies.rigs.published_plants import position
-from tests.lmi.examples import clutch_speed, random_plant
+from tests.support.synthesis_plants import clutch_speed, random_plant
 
 NEAR_THE_ORIGIN = 1e-12
 

@@ -7,7 +7,7 @@ import pytest
 
 from frictool.lmi.bounded_real import BoundedRealInequalities
 from frictool.lmi.sdp import AffineConstraint, assemble, solve, symmetric, upper_triangle
-from tests.lmi.examples import random_plant
+from tests.support.synthesis_plants import random_plant
 
 
 def _largest_eigenvalue(m: np.ndarray) -> AffineConstraint:

@@ -10,7 +10,7 @@ from frictool.plant.lti import Lti, tustin
 from frictool.plant.uncertain_axis import FullBlock, RealBlock, uncertain_plant
 from frictool.verify.hinf_norm import norm
 from frictool.verify.interior_search import searched, worst_norm
-from tests.lmi.position_loop import BOX, CLUTCH, LAG, WEIGHTS, minimax_controller, plant
+from tests.support.position_loop import BOX, CLUTCH, LAG, WEIGHTS, minimax_controller, plant
 
 
 def _second_order(stiffness: float, damping: float) -> Lti:

@@ -33,7 +33,7 @@ from frictool.logs.clocks.sample_intervals import SampleIntervals
 from frictool.logs.log import Log
 from frictool.logs.quality.time_base import time_base
 from frictool.logs.table import DataLoss, RowBlock
-from tests.logs.example import as_bytes, bench, golden_log, mapped, same
+from tests.support.example_logs import as_bytes, bench, golden_log, mapped, same
 
 COLUMNS = {"time": Column("t", "s"), "position": Column("x", "count"), "current": Column("i", "A")}
 

@@ -19,8 +19,8 @@ from frictool.documents.bench import Column
 from frictool.documents.writing import to_yaml
 from frictool.logs.unpacked_size import LARGE, SMALL, UnpackedBudget, allowed_bytes
 from studies.command_line import run
-from tests.logs.example import bench
 from tests.support.command_line import refused
+from tests.support.example_logs import bench
 
 LONGEST = 10.0  # s of processor time
 MCAP = b"\x89MCAP0\r\n"

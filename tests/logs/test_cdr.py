@@ -19,7 +19,7 @@ from frictool.logs.recordings.messages import pack_messages
 from frictool.logs.recordings.ros_definitions import DEFINITIONS
 from frictool.logs.recordings.ros_idl import parse_idl
 from frictool.logs.recordings.ros_message import NUMBERS, parse_message
-from tests.logs.recordings import IMU, JOINT_STATE, joint_states, ros2_mcap
+from tests.support.recordings import IMU, JOINT_STATE, joint_states, ros2_mcap
 
 RANGES = {
     "u1": (0, 255),

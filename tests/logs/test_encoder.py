@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from frictool.documents.bench import Bench, Encoder
 from frictool.documents.quantity import Quantity
 from frictool.logs.channels.encoder import EncoderCounter, folded, outside
-from tests.logs.example import bench
+from tests.support.example_logs import bench
 
 REVOLUTION = 100
 FASTEST = 12  # counts a sample: top speed

@@ -17,7 +17,7 @@ from frictool.errors import LogError
 from frictool.logs.arrays import reader_process
 from frictool.logs.formats import tables_of
 from frictool.logs.table import DataLoss, RowBlock
-from tests.logs.example import GOLDEN
+from tests.support.example_logs import GOLDEN
 
 
 @dataclass

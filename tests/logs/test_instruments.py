@@ -19,7 +19,7 @@ from frictool.logs.assembly import assemble, assemble_log
 from frictool.logs.clocks.alignment import CLOCK_OFFSET
 from frictool.logs.clocks.clock_offset import clock_offset
 from frictool.logs.log import Log
-from tests.logs.example import ROOT, bench, measured
+from tests.support.example_logs import ROOT, bench, measured
 
 SECONDS = 2.0
 

@@ -15,8 +15,8 @@ from frictool.documents.bench import Column, Encoder
 from frictool.errors import LogError
 from frictool.logs.arrays.memory_table import MemoryTable
 from frictool.logs.log import Log
-from tests.logs import example
-from tests.logs.example import bench
+from tests.support import example_logs
+from tests.support.example_logs import bench
 
 STEP = 2.0 * math.pi / 100.0
 POSITION = {"position": Column("encoder", "count")}
@@ -38,7 +38,7 @@ def mapped(
     encoder: Encoder | None = None,
     axis: str = "rotary",
 ) -> Log:
-    return example.mapped(raw, bench(columns, encoder, axis=axis))
+    return example_logs.mapped(raw, bench(columns, encoder, axis=axis))
 
 
 def test_counts_become_radians_in_the_encoders_direction():

@@ -23,8 +23,8 @@ from frictool.logs.assembly import LogAssembly, add_tables
 from frictool.logs.assembly import assemble_log as whole_log
 from frictool.logs.log import Log
 from frictool.logs.table import BLOCK_ROWS, DataLoss
-from tests.logs.example import GOLDEN, bench, measured
 from tests.logs.tables import columns
+from tests.support.example_logs import GOLDEN, bench, measured
 
 CONTENTS = {
     "t": np.arange(4.0) / 1000.0,

@@ -14,7 +14,7 @@ from frictool.errors import LogError
 from frictool.logs.arrays.memory_table import MemoryTable
 from frictool.logs.channels.bench_match import match_bench
 from frictool.logs.log import Log, Stream
-from tests.logs.example import bench, mapped
+from tests.support.example_logs import bench, mapped
 
 COLUMNS = {"position": Column("encoder", "count"), "current": Column("i", "A")}
 CURRENT = np.array([0.5, -1.25, 3.0, 2.0])

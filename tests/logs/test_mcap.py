@@ -24,7 +24,7 @@ from frictool.logs.canonical.mcap_layout import StreamHeader
 from frictool.logs.canonical.mcap_writer import CanonicalWriter
 from frictool.logs.canonical.sample_chunks import CHUNK_NS
 from frictool.logs.log import Log, Stream
-from tests.logs.example import GOLDEN, as_bytes, golden_log, measured, same
+from tests.support.example_logs import GOLDEN, as_bytes, golden_log, measured, same
 
 
 def read_bytes(data: bytes) -> Log:

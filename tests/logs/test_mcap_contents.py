@@ -19,7 +19,7 @@ from frictool.logs.canonical.growing_vector import GrowingVector
 from frictool.logs.canonical.mcap_chunk import chunk_data
 from frictool.logs.canonical.mcap_records import FileRecord, FileRecords
 from frictool.logs.canonical.mcap_sections import FileSection, contents
-from tests.logs.recordings import float64s, in_order, joint_states, ros2_mcap
+from tests.support.recordings import float64s, in_order, joint_states, ros2_mcap
 
 SENT = in_order(joint_states(np.arange(300.0).tolist()), float64s(np.arange(300.0).tolist()))
 CODECS = (CompressionType.NONE, CompressionType.LZ4, CompressionType.ZSTD)

@@ -21,7 +21,7 @@ from frictool.logs.canonical.mcap_records import (
     FileRecords,
     LooseMessages,
 )
-from tests.logs.recordings import float64s, in_order, joint_states, ros2_mcap
+from tests.support.recordings import float64s, in_order, joint_states, ros2_mcap
 
 SENT = in_order(joint_states(np.arange(60.0).tolist()), float64s(np.arange(60.0).tolist()))
 CHUNKED = ros2_mcap(SENT, compression=CompressionType.NONE, chunk_size=1000, enable_data_crcs=True)

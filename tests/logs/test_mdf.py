@@ -16,8 +16,8 @@ from frictool.logs.arrays import mdf_format
 from frictool.logs.arrays.truncated_mdf import described_at
 from frictool.logs.channels.column_binding import bind
 from frictool.logs.table import BLOCK_ROWS, DataLoss
-from tests.logs.example import GOLDEN, measured
 from tests.logs.tables import columns, one_line, times
+from tests.support.example_logs import GOLDEN, measured
 
 asammdf = pytest.importorskip("asammdf")
 V4, V3 = GOLDEN / "v4.mf4", GOLDEN / "v3.mdf"
@@ -72,7 +72,7 @@ def test_an_invalid_sample_is_damage_or_an_empty_cell():
 
 def test_bench_columns_of_two_groups_become_two_streams():
     from frictool.documents.bench import Column
-    from tests.logs.example import bench
+    from tests.support.example_logs import bench
 
     rig = bench(
         {"position": Column("slow/nAct\\ETKC:1", "rad", scale=0.5), "current": Column("iAct", "A")},

@@ -17,8 +17,8 @@ from frictool.errors import LogError
 from frictool.logs.arrays import npz_format
 from frictool.logs.arrays.array_table import ArrayTable
 from frictool.logs.table import BLOCK_ROWS, DataLoss
-from tests.logs.example import GOLDEN
 from tests.logs.tables import columns, times
+from tests.support.example_logs import GOLDEN
 
 
 def table_of(path: Path) -> ArrayTable:

@@ -18,9 +18,9 @@ from frictool.documents.bench import Column
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap
 from studies.command_line import run
-from tests.fuzz import samples
-from tests.logs.example import bench, measured
+from tests.support import sample_files
 from tests.support.command_line import refused
+from tests.support.example_logs import bench, measured
 
 TIME = np.arange(100) / 1000.0
 MOTION = np.sin(30.0 * TIME)
@@ -142,7 +142,7 @@ def test_the_bag_that_was_found(tmp_path: Path):
 @pytest.mark.parametrize("column", ["id", "name", "type", "serialization_format"])
 @pytest.mark.parametrize("value", [None, 1.5, b"\xff\x00", "text", -1, 2**62])
 def test_topics_of_any_content_are_read_or_one_line(column: str, value: object, tmp_path: Path):
-    log, good = tmp_path / "log.db3", samples.write("db3", tmp_path)
+    log, good = tmp_path / "log.db3", sample_files.write("db3", tmp_path)
     with sqlite3.connect(good) as bag:
         rows = bag.execute("SELECT id, name, type, serialization_format FROM topics").fetchall()
         bag.execute("DROP TABLE topics")

@@ -17,7 +17,7 @@ from frictool.errors import LogError
 from frictool.logs.assembly import assemble, assemble_log
 from frictool.logs.kernels.quadrature import COUNT, ILLEGAL, UNKNOWN, count_quadrature
 from frictool.logs.reading import read_log
-from tests.logs.example import bench
+from tests.support.example_logs import bench
 
 ORDER = [(0, 0), (1, 0), (1, 1), (0, 1)]  # of (A, B) where the count rises
 

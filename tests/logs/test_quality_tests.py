@@ -13,7 +13,7 @@ from frictool.logs.log import Stream
 from frictool.logs.quality.kind_recognition import Kind, kind_of
 from frictool.logs.quality.log_kinds import KINDS
 from frictool.logs.quality.sign_check import sign_of
-from tests.logs.example import ROOT, measured
+from tests.support.example_logs import ROOT, measured
 
 T = np.arange(8000) / 1000.0
 

@@ -14,7 +14,7 @@ from frictool.errors import LogError
 from frictool.logs.assembly import assemble, write
 from frictool.logs.reading import read_log
 from frictool.logs.table import listed
-from tests.logs.example import ROOT, as_bytes, bench, golden_log, measured, same
+from tests.support.example_logs import ROOT, as_bytes, bench, golden_log, measured, same
 
 COLUMNS = {"time": Column("t", "s"), "position": Column("x", "count"), "current": Column("i", "A")}
 VALUES = {"t": np.arange(20) / 1000.0, "x": np.arange(20.0), "i": np.arange(20.0) / 10.0}

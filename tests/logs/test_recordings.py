@@ -21,8 +21,9 @@ from frictool.logs.reading import read_log
 from frictool.logs.recordings.recording_files import are_parts, parts_of, sources
 from frictool.logs.recordings.recording_format import sniff, tables, tables_of_parts
 from frictool.logs.table import DataLoss, RawTable
-from tests.logs.example import GOLDEN, bench, measured
-from tests.logs.recordings import (
+from tests.logs.tables import columns, times
+from tests.support.example_logs import GOLDEN, bench, measured
+from tests.support.recordings import (
     DELAY,
     GOLDEN_POSITION,
     PERIOD,
@@ -38,7 +39,6 @@ from tests.logs.recordings import (
     ros2_bag,
     ros2_mcap,
 )
-from tests.logs.tables import columns, times
 
 ARM = "/joint_states.position[arm]"
 CDR_HEAD = b"\0\1\0\0"

@@ -20,7 +20,7 @@ from frictool.logs.canonical.mcap_layout import schema_text
 from frictool.logs.log import Log, Stream
 from frictool.logs.losses import LossList, losses_of
 from frictool.logs.table import DataLoss
-from tests.logs.example import as_bytes
+from tests.support.example_logs import as_bytes
 
 CHUNKS = 5
 TIME = np.arange(CHUNKS * 100) / 25.0  # a hundred samples in each chunk, fifty of the other stream

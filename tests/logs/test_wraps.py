@@ -20,8 +20,8 @@ from frictool.logs.channels.unwrapping import PeriodicSignal
 from frictool.logs.log import Log, Stream
 from frictool.logs.quality.wrap_detection import TURN, Wrap, WrapSearch
 from studies.command_line import run
-from tests.logs.example import as_bytes, bench, measured
 from tests.support.command_line import refused
+from tests.support.example_logs import as_bytes, bench, measured
 
 PERIOD = 0.001
 TIME = np.arange(6000) * PERIOD

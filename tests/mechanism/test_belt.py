@@ -4,54 +4,18 @@
 from __future__ import annotations
 
 import math
-import re
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.adapters.mechanism.assembly import assemble
 from frictool.plant.mechanism.linearisation import linearise
 from frictool.typing import ComplexVector
-from tests.mechanism.belt_by_hand import Belt
-from tests.mechanism.playing import moved
-from tests.mechanism.writing import mechanism
+from tests.support.belt_reference import Belt, belt
+from tests.support.mechanism_motion import moved
 
 INERTIA = st.floats(1e-5, 1e-1)
-TEXT = """
-format: mechanism/1
-name: belt
-blocks:
-  a: {{inertia: {{value: {a!r}, unit: kg m^2}}}}
-  b: {{inertia: {{value: {b!r}, unit: kg m^2}}}}
-links:
-  belt:
-    kind: belt
-    between: [a, b]
-    radius_a: {{value: {radius_a!r}, unit: m}}
-    radius_b: {{value: {radius_b!r}, unit: m}}
-    compliance: {{stiffness: {{value: {k!r}, unit: N/m}}, damping: {{value: {c!r}, unit: N s/m}}}}
-sources:
-  torque: {{on: a, drive: effort}}
-sensors:
-  out: {{on: b}}
-"""
-
-
-def belt(
-    a: float,
-    b: float,
-    k: float = math.inf,
-    c: float = 0.0,
-    radius_a: float = 1.0,
-    radius_b: float = 1.0,
-):
-    """The belt as a mechanism, put together; without compliance for k = inf."""
-    text = TEXT if math.isfinite(k) else re.sub(r" *compliance:.*\n", "", TEXT)
-    return assemble(
-        mechanism(text.format(a=a, b=b, k=k, c=c, radius_a=radius_a, radius_b=radius_b))
-    )
 
 
 def response(assembled, s: ComplexVector) -> ComplexVector:

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from studies.command_line import run
-from tests.docs.playing import agrees
+from tests.support.documentation_player import agrees
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs/theory/mechanism.md").read_text()

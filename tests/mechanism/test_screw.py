@@ -11,35 +11,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.mechanism.playing import play
-from tests.mechanism.screw_by_hand import Screw
+from tests.support.mechanism_motion import play
+from tests.support.screw_reference import SCREW, Screw
 
 FOLDER = Path(__file__).parents[2] / "configs" / "screw"
 EXAMPLES = settings(max_examples=25)
 STEEP, MU = st.floats(0.03, 0.8), st.floats(0.01, 0.5)
 
-TEXT = """
-blocks:
-  screw: {{inertia: {{value: 2.0e-5, unit: kg m^2}}}}
-  nut: {{mass: {{value: 1, unit: kg}}}}
-links:
-  thread:
-    kind: screw
-    between: [screw, nut]
-    radius: {{value: 6, unit: mm}}
-    lead_angle: {{value: {angle!r}, unit: rad}}
-    friction_coefficient: {mu!r}
-    friction_form: {form}
-  spring: {{kind: spring, between: [nut, ground], stiffness: {{value: 20, unit: N/mm}}, preload: {{value: 100, unit: N}}}}
-sources:
-  torque: {{on: screw, drive: effort}}
-"""
-
 
 def moved(steep: float, mu: float, form: str, torque: float) -> float:
     """How fast the screw is after a few milliseconds from rest against 100 N."""
     return float(
-        play(TEXT.format(angle=math.atan(steep), mu=mu, form=form), [[torque]] * 3).speed("screw")[
+        play(SCREW.format(angle=math.atan(steep), mu=mu, form=form), [[torque]] * 3).speed("screw")[
             -1
         ]
     )

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from tests.mechanism.playing import play
+from tests.support.mechanism_motion import play
 
 INERTIA = st.floats(1e-5, 1e-2)
 RATIO = st.floats(0.02, 20.0)

@@ -17,7 +17,7 @@ from frictool.logs.assembly import TimeWindow
 from frictool.logs.log import Log, Stream
 from frictool.observe.sample_stream import PIECE_SAMPLES, open_stream
 from studies.rigs.fleet_logs import save
-from tests.logs.example import bench as rig
+from tests.support.example_logs import bench as rig
 
 UNITS = {"position": "rad", "current": "A", "effort": "N m", "velocity": "rad/s"}
 PERIOD = 1e-3

@@ -22,8 +22,8 @@ from frictool.observe.wear.estimator import prior
 from studies.command_line import CommandResult, run
 from studies.rigs.clutch_fleet import Unit, believed, clutch, with_encoder
 from studies.rigs.fleet_logs import cut, log_of, model_file, repeated, save
-from tests.observe.observers import drawn_observer
 from tests.support.command_line import also_called, refused
+from tests.support.example_observers import drawn_observer
 
 SECONDS = 6.0
 

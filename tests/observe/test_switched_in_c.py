@@ -16,9 +16,9 @@ from frictool.documents.controller import Controller, Number, Velocity
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.observer_run import run_along
 from studies.rigs.example_controllers import BRAKE_LAW, clutch_controller
-from tests.export.compiled import COMPILERS, in_format, library, needs_compiler, simulated, write
-from tests.export.inputs import rows_for
-from tests.observe.observers import drawn_observer
+from tests.support.compiled_c import COMPILERS, in_format, library, needs_compiler, simulated, write
+from tests.support.example_observers import drawn_observer
+from tests.support.export_inputs import rows_for
 
 SAMPLES = 1500
 Kind = Literal["multiplicative", "additive"]

@@ -24,7 +24,7 @@ from frictool.observe.design.intervals import intervals, turning_points
 from frictool.observe.design.matrices import ModeConstants, subsystem
 from frictool.observe.design.transitions import switches
 from studies.rigs.clutch_model import ROOT
-from tests.accept.check_observer_design import drawn, seen
+from tests.support.random_observer_models import largest_gain, random_model
 
 
 @lru_cache
@@ -118,9 +118,9 @@ def test_friction_opposes_the_motion_and_rest_holds(wear: str, direction: int) -
 
 @pytest.mark.parametrize("number", [0, 22])
 def test_drawn_models_keep_their_gamma(number: int) -> None:
-    """A part of the check `observers: designs of drawn models`."""
-    model, asked, is_additive = drawn(number)
+    """A part of the check `observers: designs of random_model models`."""
+    model, asked, is_additive = random_model(number)
     observer = (additive if is_additive else multiplicative).design(
         model, asked, Provenance("drawn", "0")
     )
-    assert 0.01 < seen(observer, sequences=4, samples=500) <= 1.0
+    assert 0.01 < largest_gain(observer, sequences=4, samples=500) <= 1.0

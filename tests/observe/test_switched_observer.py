@@ -17,9 +17,9 @@ from frictool.documents.observer import Observer
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.observer_run import ObserverOutput, ObserverRun, run_along
 from frictool.typing import Vector
-from tests.control.interpreted import InFloat
-from tests.observe.observers import drawn_observer
 from tests.observe.plain_observer import PlainObserver
+from tests.support.example_observers import drawn_observer
+from tests.support.interpreted_program import InFloat
 
 PERIOD = 1e-3
 observers = st.builds(

@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 
+from frictool.plant.axis import AxisParameters
 from frictool.plant.axis_friction_laws import (
     BREAKAWAY_PAIR,
     COULOMB_PAIR,
@@ -19,8 +20,8 @@ from frictool.plant.axis_friction_laws import (
     FrictionPositionShape,
     ViscousRegime,
 )
-from tests.plant.test_axis import GOOD
 
+GOOD = AxisParameters(inertia=1.0, viscous=0.1, coulomb=1.0, breakaway=1.2)
 FLAT = ((1.0,), (1.0,))
 
 

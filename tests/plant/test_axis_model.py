@@ -19,6 +19,7 @@ from frictool.documents.quantity import Estimate, Quantity, Span
 from frictool.documents.registry import load
 from frictool.engine.axis_friction import breakaway_at, coulomb_at
 from frictool.plant.axis_friction_laws import PLAIN_SIZE
+from studies.rigs.clutch_friction import TABLE_4_7
 from studies.rigs.clutch_model import ROOT, clutch_model
 
 NONLINEAR = ROOT / "configs/clutch/nonlinear.yaml"
@@ -84,11 +85,7 @@ def _without_travel(model: Model) -> Mechanics:
 )
 def test_the_published_clutch_has_the_published_breakaway(direction: float, x: float) -> None:
     """Table 4.7, and C_r = C_s/1.1 (4.42), to the digits of the file."""
-    published = {
-        1.0: (0.0794, 0.0077, -2.7773e-4, 2.8731e-6),
-        -1.0: (0.0938, -0.0126, 0.0013, -3.2940e-5, 2.5120e-7),
-    }[direction]
-    expected = sum(b * x**k for k, b in enumerate(published))
+    expected = sum(b * x**k for k, b in enumerate(TABLE_4_7[direction]))
     array = axis_of(load(NONLINEAR, Model)).as_array()
     assert breakaway_at(array, direction, x, 0.0) == pytest.approx(expected, rel=1e-4)
     assert coulomb_at(array, direction, x) == pytest.approx(expected / 1.1, rel=1e-4)

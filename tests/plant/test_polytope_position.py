@@ -8,12 +8,8 @@ import numpy as np
 from frictool.adapters.parameter_intervals import intervals
 from frictool.documents.model import Model
 from frictool.documents.registry import load
+from studies.rigs.clutch_friction import BACKWARD, FORWARD
 from studies.rigs.identification_rigs import ROOT
-
-FORWARD, BACKWARD = (
-    [0.0794, 0.0077, -2.7773e-4, 2.8731e-6],
-    [0.0938, -0.0126, 0.0013, -3.2940e-5, 2.5120e-7],
-)
 
 
 def test_the_hull_holds_table_4_7_in_either_direction() -> None:

@@ -19,7 +19,7 @@ from frictool.reduce.advice import parts_of_travel, passing_bandwidth
 from frictool.reduce.chain import chain
 from frictool.reduce.partial_travel import restrict_travel
 from studies.command_line import run
-from tests.reduce.building import belt, coulomb, lossy_train, mechanism, rotor
+from tests.support.small_mechanisms import belt, coulomb, lossy_train, mechanism, rotor
 
 
 def _error(bandwidth: float) -> float:

@@ -12,7 +12,7 @@ from frictool.documents.mechanism import Mechanism
 from frictool.documents.registry import load
 from frictool.errors import NoSolutionError
 from frictool.reduce.chain import chain
-from tests.reduce.building import two_plays
+from tests.support.small_mechanisms import two_plays
 
 CLUTCH = Path(__file__).parents[2] / "configs" / "clutch" / "mechanism.yaml"
 

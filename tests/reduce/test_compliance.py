@@ -14,7 +14,7 @@ from frictool.plant.mechanism.linearisation import linearise
 from frictool.reduce.assembly_cache import assemble_cached
 from frictool.reduce.chain import ReductionChain, chain
 from frictool.reduce.step_report import StepReport
-from tests.reduce.building import belt
+from tests.support.small_mechanisms import belt
 
 STIFFNESS, DAMPING, NEAR, FAR = 2e5, 20.0, 2e-4, 6e-4 * 0.5**2  # inertias at the motor
 AT_MOTOR = 0.02**2  # of the belt's stiffness and damping

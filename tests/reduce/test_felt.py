@@ -13,7 +13,7 @@ from frictool.errors import NoSolutionError
 from frictool.reduce.chain import chain
 from frictool.reduce.check_positions import mechanism_positions
 from frictool.reduce.coordinate_change import from_reference
-from tests.reduce.building import coulomb, mechanism, rotor
+from tests.support.small_mechanisms import coulomb, mechanism, rotor
 
 NEAR, FAR, RATIO, ETA, ETA_BACK = 2e-5, 3e-3, 0.1, 0.8, 0.7
 BRUSHES, BEARING, CONSTANT = 0.02, 0.1, 0.05

@@ -21,7 +21,7 @@ from frictool.errors import NoSolutionError
 from frictool.reduce.residual_load import LoadUnits, ResidualLoad, load_beside
 from frictool.reduce.resistance import DirectedResistance
 from studies.command_line import run
-from tests.reduce.building import coulomb, mechanism, rotor
+from tests.support.small_mechanisms import coulomb, mechanism, rotor
 
 WORDS = LoadUnits("drawn", "N m", "rad")
 

@@ -10,7 +10,7 @@ from frictool.reduce.chain import ReductionChain, chain
 from frictool.reduce.final_step import final
 from frictool.reduce.step_report import StepFigure
 from frictool.reduce.text_view import _figure
-from tests.reduce.building import mechanism, rotor, screw
+from tests.support.small_mechanisms import mechanism, rotor, screw
 
 Q = Quantity
 

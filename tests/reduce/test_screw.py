@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.reduce.chain import ReductionChain, chain
-from tests.reduce.building import screw
+from tests.support.small_mechanisms import screw
 
 RADIUS, LEAD, STIFFNESS = 6e-3, 4e-3, 2e4
 STEEP = LEAD / (2.0 * math.pi * RADIUS)

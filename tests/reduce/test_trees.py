@@ -13,7 +13,7 @@ from frictool.reduce.block_resistance import resisting
 from frictool.reduce.connections import connections, seen_from
 from frictool.reduce.coordinate_change import from_source
 from frictool.reduce.rigid_lumping import lump_rigid_links
-from tests.reduce.building import coulomb, mechanism, rotor, slide
+from tests.support.small_mechanisms import coulomb, mechanism, rotor, slide
 
 Q = Quantity
 sizes = st.floats(0.1, 10.0)

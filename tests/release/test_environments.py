@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.docs.pages import ROOT
 from tests.envs import __main__ as envs
 from tests.envs import dependencies, processors
+from tests.support.documentation_pages import ROOT
 
 
 def test_every_requirement_of_users_has_a_lower_bound_that_is_tested() -> None:

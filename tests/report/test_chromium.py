@@ -24,8 +24,8 @@ from studies.rigs.step_logs import (
     smooth_log,
     stream,
 )
-from tests.report.chromium import Browser, browser, find
-from tests.report.test_page import MADE
+from tests.support.chromium import Browser, browser, find
+from tests.support.html_page import MADE
 
 pytestmark = pytest.mark.skipif(find() is None, reason="no chromium is on the PATH")
 PHONE, DESKTOP = 390, 1280

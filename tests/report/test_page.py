@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from html.parser import HTMLParser
 
 import msgspec
 import numpy as np
@@ -11,7 +10,6 @@ import pytest
 
 from frictool.documents.certificate import Bound, Box, Certificate, CertifiedWeights, Filter
 from frictool.documents.controller import Controller, Margins
-from frictool.documents.provenance import Input, Provenance
 from frictool.logs.log import Log, Stream
 from frictool.report.metric_table import HOLD_METRICS
 from frictool.report.page import page
@@ -26,30 +24,7 @@ from studies.rigs.step_logs import (
     smooth_log,
     stream,
 )
-
-MADE = Provenance(
-    "frictool report run.mcap --spec spec.yaml", "0.1.0", (Input("run.mcap", "ab" * 32),)
-)
-SVG_NAMESPACES = ("http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink")
-
-
-class Page(HTMLParser):
-    """Tags, attributes and text of a page."""
-
-    def __init__(self, html: str) -> None:
-        super().__init__()
-        self.tags: list[str] = []
-        self.attributes: list[tuple[str, str]] = []
-        self.text = ""
-        self.open: list[str] = []
-        self.feed(html)
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.tags.append(tag)
-        self.attributes += [(name, value or "") for name, value in attrs]
-
-    def handle_data(self, data: str) -> None:
-        self.text += data
+from tests.support.html_page import MADE, SVG_NAMESPACES, Page
 
 
 def made(*logs: Log, controlled: Controller | None = None) -> str:

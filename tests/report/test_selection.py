@@ -14,7 +14,7 @@ from frictool.report.requirement import Verdict
 from frictool.report.stream_selection import MOST_SHOWN, select_streams
 from frictool.report.verdict import judge
 from studies.rigs.step_logs import clutch_spec, controller, stream
-from tests.report.test_page import MADE, Page
+from tests.support.html_page import MADE, Page
 
 SHORT = ((55.0, 0.5), (5.0, 0.5))
 PLANTS, SOFT, SOFTEST = 120, (30, 77, 110), 77

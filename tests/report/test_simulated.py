@@ -3,21 +3,17 @@ behind the clutch's backlash."""
 
 from __future__ import annotations
 
-import msgspec
 import pytest
 
-from tests.accept import check_report
+from tests.support.reported_logs import limit_cycle, load_behind_the_backlash
 
 
 @pytest.mark.parametrize("name", ["pid", "pi_p", "pid_limiter", "pi_root"])
 def test_limit_cycles_of_table_5_1_are_told_with_amplitude_and_period(name: str) -> None:
-    found = check_report.limit_cycle(name)
+    found = limit_cycle(name)
     assert found["passed"], found
 
 
-def test_the_bounds_of_the_load_hold_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(
-        check_report, "RANDOM", msgspec.structs.replace(check_report.RANDOM, plants=10)
-    )
-    found = check_report.load_behind_the_backlash()
+def test_the_bounds_of_the_load_hold_it() -> None:
+    found = load_behind_the_backlash(plants=10)
     assert found["passed"], found

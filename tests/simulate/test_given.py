@@ -31,8 +31,8 @@ from frictool.simulate.mechanism_plant import MechanismPlant
 from studies.command_line import run
 from studies.rigs.clutch_model import clutch_model
 from studies.rigs.step_scenario import controller, scenario, write_rig
-from tests.simulate.mechanism_example import GEARED
 from tests.support.command_line import refused
+from tests.support.simulated_mechanisms import GEARED
 
 UNITS = {name: one.unit for name, one in parameters_of(clutch_model()).items()}
 HERE = Provenance("a test", "0")

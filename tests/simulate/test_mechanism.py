@@ -28,10 +28,10 @@ from frictool.simulate.document_agreement import DocumentNames
 from frictool.simulate.open_loop import simulate_open_loop
 from studies.rigs.clutch_model import ROOT
 from studies.rigs.step_scenario import controller, scenario
-from tests.export.compiled import sources
-from tests.mechanism.writing import mechanism
-from tests.simulate.mechanism_example import GEARED, ONE_BLOCK, clutch, one_axis, plant_of
-from tests.simulate.test_step_test import HERE
+from tests.support.compiled_c import sources
+from tests.support.mechanism_text import mechanism
+from tests.support.provenance import HERE
+from tests.support.simulated_mechanisms import GEARED, ONE_BLOCK, clutch, one_axis, plant_of
 
 AXIS = {
     "position_true",

@@ -14,8 +14,8 @@ from frictool.logs.canonical.mcap_format import read_mcap
 from studies.command_line import CommandResult, run
 from studies.rigs.clutch_model import ROOT
 from studies.rigs.step_scenario import controller, scenario
-from tests.simulate.mechanism_example import CLUTCH, GEARED, ONE_BLOCK, one_axis, write_text
 from tests.support.command_line import refused
+from tests.support.simulated_mechanisms import CLUTCH, GEARED, ONE_BLOCK, one_axis, write_text
 
 READY = ROOT / "configs/clutch/scenarios"
 TORQUES = """\

@@ -25,7 +25,7 @@ from studies.command_line import CommandResult, run
 from studies.rigs.example_controllers import clutch_controller
 from studies.rigs.step_scenario import scenario
 from tests.support.command_line import refused
-from tests.verify.observed import CLUTCH, by_speed, tracking
+from tests.support.observed_loop import CLUTCH, by_speed, tracking
 
 
 @pytest.fixture

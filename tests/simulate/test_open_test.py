@@ -20,9 +20,9 @@ from frictool.simulate.document_agreement import DocumentNames
 from frictool.simulate.mechanism_channels import field_names
 from frictool.simulate.mechanism_inputs import inputs_of, mean_over
 from frictool.simulate.open_loop import simulate_open_loop
-from tests.mechanism.writing import mechanism
-from tests.simulate.mechanism_example import FREE_MASS, GEARED
-from tests.simulate.test_step_test import HERE
+from tests.support.mechanism_text import mechanism
+from tests.support.provenance import HERE
+from tests.support.simulated_mechanisms import FREE_MASS, GEARED
 
 NAMES = DocumentNames("mechanism.yaml", scenario="scenario.yaml")
 MASS = 2.0

@@ -14,7 +14,6 @@ from frictool.documents.conditions import SensorFault
 from frictool.documents.controller import Controller, StateSpace, Velocity
 from frictool.documents.laws import Polynomial
 from frictool.documents.model import Model
-from frictool.documents.provenance import Input, Provenance
 from frictool.documents.quantity import Estimate, Quantity, Span
 from frictool.documents.registry import load
 from frictool.documents.scenario import Scenario, Step
@@ -24,8 +23,8 @@ from frictool.simulate.axis_variants import variants_of
 from frictool.simulate.closed_loop import simulate_closed_loop
 from studies.rigs.clutch_model import ROOT, clutch_model
 from studies.rigs.step_scenario import controller, scenario
+from tests.support.provenance import HERE
 
-HERE = Provenance("frictool simulate", "0", (Input("model.yaml", "ab" * 32),))
 STEP = 2 * math.pi / 56
 
 

@@ -23,15 +23,15 @@ from frictool.simulate.compiled_target import COMPILERS, compiled_target
 from studies.command_line import run
 from studies.rigs.clutch_model import clutch_model
 from studies.rigs.step_scenario import controller, scenario, write_rig
-from tests.export.cases import CASES
-from tests.export.compiled import NUMBERS, sources
 from tests.support.command_line import refused
+from tests.support.compiled_c import NUMBERS, sources
+from tests.support.export_cases import CASES
 
 needs_compiler = pytest.mark.skipif(
     not any(map(shutil.which, COMPILERS)), reason="no C compiler on the PATH"
 )
 PROVENANCE = Provenance("frictool simulate", "0")
-SHA256 = "0" * 64  # of the sources that tests.export.compiled writes
+SHA256 = "0" * 64  # of the sources that tests.support.compiled_c writes
 
 
 def logs(

@@ -26,9 +26,9 @@ from frictool.synth.design import design_controller
 from frictool.synth.surrounding_blocks import SurroundingBlocks, blocks
 from frictool.verify.recheck import recheck
 from studies.rigs.clutch_model import clutch_model
-from tests.synth.test_pid import design as mass_design
-from tests.synth.test_pid import model as mass_model
-from tests.synth.test_pid import spec as mass_spec
+from tests.synth.mass_documents import design as mass_design
+from tests.synth.mass_documents import model as mass_model
+from tests.synth.mass_documents import spec as mass_spec
 
 STEP = 2.0 * math.pi / 56.0
 PREFILTER = PrefilterDesign(30.0, 0.8)

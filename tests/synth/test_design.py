@@ -3,46 +3,29 @@ forms, refused when it must be."""
 
 from __future__ import annotations
 
-from functools import cache
-
 import msgspec
 import numpy as np
 import pytest
 from scipy import signal
 
 from frictool.adapters.state_space import read_state_space
-from frictool.documents.controller import Controller
-from frictool.documents.design import Design
 from frictool.documents.design_blocks import PositionLawDesign
 from frictool.documents.model import Model
-from frictool.documents.provenance import Provenance
-from frictool.documents.registry import load
-from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.polytope import PlantPoint
 from frictool.synth.design import design_controller, synthesise_verified
 from frictool.verify.speed_loop import check_loop
-from studies.rigs.clutch_model import ROOT, clutch_model
-
-RIG = ROOT / "configs/clutch"
-HERE = Provenance("a test", "0")
-
-
-def _spec() -> Spec:
-    return load(RIG / "spec.yaml", Spec)
-
-
-def _design() -> Design:
-    return load(RIG / "designs/speed.yaml", Design)
-
-
-@cache
-def clutch_controller() -> Controller:
-    return design_controller(clutch_model(), _spec(), _design(), HERE)
+from studies.rigs.clutch_model import clutch_model
+from tests.support.clutch_speed_controller import (
+    HERE,
+    clutch_speed_controller,
+    speed_design,
+    speed_spec,
+)
 
 
 def test_margin_and_stability_at_all_sixteen_vertices_with_either_delay() -> None:
-    controller = clutch_controller()
+    controller = clutch_speed_controller()
     assert len(controller.verified.vertices) == 16
     for vertex in controller.verified.vertices:
         point = PlantPoint(
@@ -64,12 +47,16 @@ def test_margin_and_stability_at_all_sixteen_vertices_with_either_delay() -> Non
 def test_gamma_is_near_the_optimum_of_the_recipe() -> None:
     # the trial of this recipe: optimum 2.27, recentred at 1.1 times it
     weights = msgspec.structs.replace(
-        _design().weights, bandwidth_rad_s=40.0, modulus_margin=0.5, disturbance=0.03, command=0.5
+        speed_design().weights,
+        bandwidth_rad_s=40.0,
+        modulus_margin=0.5,
+        disturbance=0.03,
+        command=0.5,
     )
     found = design_controller(
         clutch_model(),
-        _spec(),
-        msgspec.structs.replace(_design(), weights=weights, recentring=1.1),
+        speed_spec(),
+        msgspec.structs.replace(speed_design(), weights=weights, recentring=1.1),
         HERE,
     )
     assert found.verified.gamma_asked == pytest.approx(1.1 * 2.27, rel=0.01)
@@ -77,11 +64,17 @@ def test_gamma_is_near_the_optimum_of_the_recipe() -> None:
 
 def test_a_controller_at_ease_has_more_margin_and_claims_less() -> None:
     weights = msgspec.structs.replace(
-        _design().weights, bandwidth_rad_s=40.0, modulus_margin=0.5, disturbance=0.03, command=0.5
+        speed_design().weights,
+        bandwidth_rad_s=40.0,
+        modulus_margin=0.5,
+        disturbance=0.03,
+        command=0.5,
     )
-    design = msgspec.structs.replace(_design(), weights=weights, recentring=1.1)
+    design = msgspec.structs.replace(speed_design(), weights=weights, recentring=1.1)
     tight, easy = (
-        design_controller(clutch_model(), _spec(), msgspec.structs.replace(design, ease=ease), HERE)
+        design_controller(
+            clutch_model(), speed_spec(), msgspec.structs.replace(design, ease=ease), HERE
+        )
         for ease in (1.0, 2.0)
     )
     margins = [
@@ -92,7 +85,7 @@ def test_a_controller_at_ease_has_more_margin_and_claims_less() -> None:
 
 
 def test_every_stored_form_is_the_same_controller() -> None:
-    stored = clutch_controller().linear
+    stored = clutch_speed_controller().linear
     angles = np.geomspace(1e-3, 3.1, 50)
     direct = read_state_space(stored.discrete, 1e-3).response(angles / 1e-3)[:, 0, 0]
     _, sections = signal.sosfreqz(np.array(stored.sos), worN=angles)
@@ -106,7 +99,7 @@ def test_every_stored_form_is_the_same_controller() -> None:
 
 
 def test_the_anti_windup_observer_is_stable() -> None:
-    stored = clutch_controller().linear
+    stored = clutch_speed_controller().linear
     k = read_state_space(stored.discrete, 1e-3)
     assert np.max(np.abs(np.linalg.eigvals(k.a - np.outer(stored.anti_windup, k.c[0])))) < 1.0
 
@@ -115,14 +108,14 @@ def test_a_proportional_law_is_verified_with_the_loop_inside_it() -> None:
     """Slow it costs little margin; as fast as the speed loop it is refused, and the vertex
     named."""
     law = PositionLawDesign("none", kind="proportional", gain_per_s=5.0)
-    design = msgspec.structs.replace(_design(), position_law=law)
-    slow = design_controller(clutch_model(), _spec(), design, HERE)
+    design = msgspec.structs.replace(speed_design(), position_law=law)
+    slow = design_controller(clutch_model(), speed_spec(), design, HERE)
     assert (
         slow.verified.vertices[0].modulus_margin
-        < clutch_controller().verified.vertices[0].modulus_margin
+        < clutch_speed_controller().verified.vertices[0].modulus_margin
     )
     certain = synthesise_verified(
-        pinned(clutch_model(constant=(13.4e-3,) * 3)), _spec(), design, HERE
+        pinned(clutch_model(constant=(13.4e-3,) * 3)), speed_spec(), design, HERE
     )
     assert any("proportional law around it" in note for note in certain.notes)
     fast = msgspec.structs.replace(law, gain_per_s=60.0)
@@ -130,40 +123,49 @@ def test_a_proportional_law_is_verified_with_the_loop_inside_it() -> None:
         NoSolutionError, match=r"(modulus margin 0\.\d+ < 0.5|unstable) at vertex v\d+"
     ):
         design_controller(
-            clutch_model(), _spec(), msgspec.structs.replace(_design(), position_law=fast), HERE
+            clutch_model(),
+            speed_spec(),
+            msgspec.structs.replace(speed_design(), position_law=fast),
+            HERE,
         )
 
 
 @pytest.mark.parametrize(("formula", "factor"), [("sqrt(F/J)", 1.0), ("sqrt(2F/J)", np.sqrt(2.0))])
 def test_the_gain_is_that_of_the_named_formula(formula: str, factor: float) -> None:
-    law = msgspec.structs.replace(_design().position_law, formula=formula)
+    law = msgspec.structs.replace(speed_design().position_law, formula=formula)
     controller = design_controller(
-        clutch_model(), _spec(), msgspec.structs.replace(_design(), position_law=law), HERE
+        clutch_model(),
+        speed_spec(),
+        msgspec.structs.replace(speed_design(), position_law=law),
+        HERE,
     )
     assert controller.position_law.gain == pytest.approx(factor * np.sqrt(0.099 / 1.32e-5))
     assert controller.position_law.formula == formula
 
 
 def test_a_margin_that_is_not_reached_is_refused_and_the_vertex_named() -> None:
-    spec = msgspec.structs.replace(_spec(), modulus_margin=0.9)
-    weights = msgspec.structs.replace(_design().weights, modulus_margin=0.5)
+    spec = msgspec.structs.replace(speed_spec(), modulus_margin=0.9)
+    weights = msgspec.structs.replace(speed_design().weights, modulus_margin=0.5)
     with pytest.raises(
         NoSolutionError, match=r"modulus margin 0\.\d+ < 0.9 at vertex v\d+ .*inertia"
     ) as caught:
         design_controller(
-            clutch_model(), spec, msgspec.structs.replace(_design(), weights=weights), HERE
+            clutch_model(), spec, msgspec.structs.replace(speed_design(), weights=weights), HERE
         )
     assert caught.value.exit_code == 4
 
 
 def test_the_same_inputs_give_the_same_controller() -> None:
-    assert design_controller(clutch_model(), _spec(), _design(), HERE) == clutch_controller()
+    assert (
+        design_controller(clutch_model(), speed_spec(), speed_design(), HERE)
+        == clutch_speed_controller()
+    )
 
 
 def test_a_wide_polytope_has_no_controller() -> None:
     model = clutch_model(constant=(1e-4, 13.4e-3, 1.0))
     with pytest.raises(NoSolutionError):
-        design_controller(model, _spec(), _design(), HERE)
+        design_controller(model, speed_spec(), speed_design(), HERE)
 
 
 def test_a_bench_without_delay_gets_a_controller_too() -> None:
@@ -171,14 +173,16 @@ def test_a_bench_without_delay_gets_a_controller_too() -> None:
     without = msgspec.structs.replace(
         model, bench=msgspec.structs.replace(model.bench, delay_samples=0)
     )
-    controller = design_controller(without, _spec(), _design(), HERE)
+    controller = design_controller(without, speed_spec(), speed_design(), HERE)
     assert controller.delay_samples == 0
     assert controller.linear.discrete.d == ((0.0,),)  # the register is the controller's own
     assert all(
         vertex.stable and vertex.modulus_margin >= 0.5 for vertex in controller.verified.vertices
     )
     # with the register outside, it is the loop of the bench with one sample of delay
-    pairs = zip(controller.verified.vertices, clutch_controller().verified.vertices, strict=True)
+    pairs = zip(
+        controller.verified.vertices, clutch_speed_controller().verified.vertices, strict=True
+    )
     assert all(a.modulus_margin == pytest.approx(b.modulus_margin, rel=1e-6) for a, b in pairs)
 
 
@@ -187,10 +191,13 @@ def test_weights_at_the_edge_of_the_numbers_give_nothing_that_is_not_verified() 
     rounding. The others are solved."""
     solved = 0
     for drive in (0.5, 0.6, 0.5e6):
-        weights = msgspec.structs.replace(_design().weights, drive=drive)
+        weights = msgspec.structs.replace(speed_design().weights, drive=drive)
         try:
             found = design_controller(
-                clutch_model(), _spec(), msgspec.structs.replace(_design(), weights=weights), HERE
+                clutch_model(),
+                speed_spec(),
+                msgspec.structs.replace(speed_design(), weights=weights),
+                HERE,
             ).verified
         except NoSolutionError:
             continue
@@ -204,36 +211,39 @@ def test_weights_at_the_edge_of_the_numbers_give_nothing_that_is_not_verified() 
 
 @pytest.mark.parametrize("factor", [1e9, 1e12])
 def test_absurd_weights_are_refused_and_not_a_traceback(factor: float) -> None:
-    weights = msgspec.structs.replace(_design().weights, drive=0.5 * factor)
+    weights = msgspec.structs.replace(speed_design().weights, drive=0.5 * factor)
     with pytest.raises(NoSolutionError):
         design_controller(
-            clutch_model(), _spec(), msgspec.structs.replace(_design(), weights=weights), HERE
+            clutch_model(),
+            speed_spec(),
+            msgspec.structs.replace(speed_design(), weights=weights),
+            HERE,
         )
 
 
 def test_a_specification_without_margin_is_a_fault_of_the_documents() -> None:
-    spec = msgspec.structs.replace(_spec(), modulus_margin=None)
-    weights = msgspec.structs.replace(_design().weights, modulus_margin=None)
+    spec = msgspec.structs.replace(speed_spec(), modulus_margin=None)
+    weights = msgspec.structs.replace(speed_design().weights, modulus_margin=None)
     with pytest.raises(FrictoolError, match="modulus_margin: missing") as caught:
         design_controller(
-            clutch_model(), spec, msgspec.structs.replace(_design(), weights=weights), HERE
+            clutch_model(), spec, msgspec.structs.replace(speed_design(), weights=weights), HERE
         )
     assert caught.value.exit_code == 3
 
 
 @pytest.mark.parametrize("frequency", [3141.6, 1e5])
 def test_a_prewarping_frequency_that_sampling_does_not_reach_is_refused(frequency: float) -> None:
-    design = msgspec.structs.replace(_design(), domain="continuous", prewarp_rad_s=frequency)
+    design = msgspec.structs.replace(speed_design(), domain="continuous", prewarp_rad_s=frequency)
     with pytest.raises(
         FrictoolError,
         match=r"prewarp_rad_s: found .* allowed: below half the sampling frequency .* 3141.59 rad/s",
     ):
-        design_controller(clutch_model(), _spec(), design, HERE)
+        design_controller(clutch_model(), speed_spec(), design, HERE)
 
 
 def test_a_plant_known_exactly_is_bounded_and_proved_as_any_other() -> None:
     certain = pinned(clutch_model(constant=(13.4e-3,) * 3))
-    found = synthesise_verified(certain, _spec(), _design(), HERE).controller
+    found = synthesise_verified(certain, speed_spec(), speed_design(), HERE).controller
     assert len(found.verified.vertices) == 1
     robustness, norm = found.verified.robustness, found.verified.gamma_verified
     assert robustness is not None

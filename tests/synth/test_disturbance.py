@@ -26,8 +26,8 @@ from frictool.synth.load_disturbance import amplitude, disturbance
 from studies.command_line import run
 from studies.rigs.clutch_model import ROOT, clutch_model
 from studies.rigs.step_scenario import controller, scenario
-from tests.simulate.test_step_test import HERE
 from tests.support.command_line import refused
+from tests.support.provenance import HERE
 
 CLUTCH = ROOT / "configs" / "clutch"
 

@@ -10,8 +10,8 @@ import pytest
 
 from frictool.documents.synthesis_methods import METHODS
 from frictool.synth.methods import solver
-from tests.docs.pages import ROOT, text_of
 from tests.docs.recipe import CopiedPackage
+from tests.support.documentation_pages import ROOT, text_of
 
 RIG = ROOT / "configs/mass"
 SOLVER = '''"""Method `dummy`: proportional and derivative controller of fixed gains."""

@@ -18,7 +18,6 @@ from frictool.control.compiled_program import compile_program as running
 from frictool.control.compiled_program import control_step, start_at
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
-from frictool.documents.model import Model
 from frictool.documents.pid_gains import Pid
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity
@@ -32,22 +31,10 @@ from frictool.synth.pid import sampled_pid
 from frictool.synth.text_view import text
 from frictool.verify.recheck import recheck
 from studies.rigs.clutch_model import ROOT, clutch_model
+from tests.synth.mass_documents import design, model, spec
 
-RIG = ROOT / "configs/mass"
 HERE = Provenance("a test", "0")
 PERIOD = 1e-3
-
-
-def design(name: str, **changes: Any) -> Design:
-    return msgspec.structs.replace(load(RIG / f"designs/{name}.yaml", Design), **changes)
-
-
-def model(name: str = "model") -> Model:
-    return load(RIG / f"{name}.yaml", Model)
-
-
-def spec() -> Spec:
-    return load(RIG / "spec.yaml", Spec)
 
 
 @cache

@@ -25,11 +25,7 @@ from frictool.verify.certificate_proof import prove, unpacked
 from frictool.verify.enclosed_axis import corners
 from frictool.verify.interval_arithmetic import ONE
 from frictool.verify.speed_loop import check_loop, performance
-from tests.verify.test_speed_loop import GENTLE, LAG, PERIOD
-
-WEIGHTS = CertifiedWeights(Filter(31.5, 40.0, 0.635), 0.03, 0.5, 0.5, Filter(0.01))
-BOX = Box((1.3e-5, 1.4e-5), (1e-4, 2e-4), (0.018, 0.18), (0.0130, 0.0134))
-LOOP = CertificateLoop(stored_state_space(GENTLE), "speed", 1, LAG, PERIOD, WEIGHTS)
+from tests.verify.gentle_loop import BOX, GENTLE, LAG, LOOP, PERIOD, WEIGHTS
 
 
 @cache

@@ -23,8 +23,7 @@ from frictool.verify.certificate_proof import prove
 from frictool.verify.enclosed_axis import corners
 from frictool.verify.feedback_loops import chain
 from frictool.verify.interval_arithmetic import ONE
-from tests.verify.test_certificate import BOX, LAG, LOOP, PERIOD, WEIGHTS
-from tests.verify.test_speed_loop import GENTLE
+from tests.verify.gentle_loop import BOX, GENTLE, LAG, LOOP, PERIOD, WEIGHTS
 
 # a section of the second order, one of the first, one that is a delay, one that is a gain
 SECTIONS = (

@@ -26,9 +26,9 @@ from frictool.verify import recheck
 from frictool.verify.certificate_proof import ProvedBound
 from frictool.verify.loop_figures import LinearLoops
 from studies.command_line import run
+from tests.support.certified_controllers import Named, certified
 from tests.support.command_line import refused
-from tests.verify.certified import Named, certified
-from tests.verify.edits import Edit, edits
+from tests.support.controller_edits import Edit, edits
 
 SEED = 20261123
 # edits of the vertices' figures, of which there are half a thousand, and of those that are judged

@@ -6,7 +6,7 @@ import numpy as np
 
 from frictool.plant.parameter_box import DYNAMIC
 from frictool.verify.interior_search import interior_points, searched, worst_norm
-from tests.lmi.position_loop import BOX, CLUTCH, minimax_controller, plant
+from tests.support.position_loop import BOX, CLUTCH, minimax_controller, plant
 
 
 def test_points_fill_the_box_evenly_and_are_the_same_for_a_seed() -> None:

@@ -27,8 +27,8 @@ from frictool.verify.observed_controller import with_observer
 from frictool.verify.observer_loop import shown_speeds
 from frictool.verify.recheck import recheck
 from studies.rigs.example_controllers import BRAKE_LAW, clutch_controller
-from tests.observe.observers import drawn_observer
-from tests.verify.observed import PERIOD, by_speed, tracking
+from tests.support.example_observers import drawn_observer
+from tests.support.observed_loop import PERIOD, by_speed, tracking
 
 
 def frictionless(observer: Observer) -> Observer:

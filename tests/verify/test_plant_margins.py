@@ -20,7 +20,7 @@ from frictool.verify.feedback_loops import feedbacks_of
 from frictool.verify.logged_plant import LoggedPlant
 from frictool.verify.plant_margins import PlantMargins
 from studies.rigs.step_scenario import controller
-from tests.verify.observed import by_speed, tracking
+from tests.support.observed_loop import by_speed, tracking
 
 CONTROLLERS = {
     "eta": controller(),

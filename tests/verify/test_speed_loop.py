@@ -10,11 +10,9 @@ from frictool.plant.linear_axis import linear_axis
 from frictool.plant.lti import Lti
 from frictool.plant.polytope import PlantPoint
 from frictool.verify.speed_loop import check_loop
+from tests.verify.gentle_loop import GENTLE, LAG, PERIOD
 
 CLUTCH = PlantPoint("clutch", 1.32e-5, 3.81e-4, 0.099, 0.0134)
-PERIOD, LAG = 1e-3, 0.003
-# a proportional controller with a lead, and one that is far too strong
-GENTLE = Lti(*(np.array([[value]]) for value in (0.5, 1.0, -12.0, 30.0)), PERIOD)
 VIOLENT = Lti(GENTLE.a, GENTLE.b, 100.0 * GENTLE.c, 100.0 * GENTLE.d, PERIOD)
 
 

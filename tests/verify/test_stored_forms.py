@@ -13,7 +13,7 @@ from frictool.documents.controller import LinearController
 from frictool.errors import NoSolutionError
 from frictool.verify.recheck import recheck
 from frictool.verify.stored_forms import check_forms, sections_response
-from tests.synth.test_design import clutch_controller
+from tests.support.clutch_speed_controller import clutch_speed_controller
 
 replace = msgspec.structs.replace
 
@@ -46,19 +46,19 @@ CHANGES: dict[str, tuple[Callable[[LinearController], LinearController], str]] =
 
 
 def test_what_is_stored_agrees() -> None:
-    check_forms(clutch_controller())
+    check_forms(clutch_speed_controller())
 
 
 @pytest.mark.parametrize("name", CHANGES)
 def test_a_changed_form_is_refused(name: str) -> None:
     change, words = CHANGES[name]
-    controller = clutch_controller()
+    controller = clutch_speed_controller()
     with pytest.raises(NoSolutionError, match=words):
         recheck(replace(controller, linear=change(controller.linear)))
 
 
 def test_what_rounding_changes_is_not() -> None:
-    controller = clutch_controller()
+    controller = clutch_speed_controller()
     check_forms(replace(controller, linear=_sections(controller.linear, 0, 0, 1.0 + 1e-12)))
     check_forms(replace(controller, linear=_continuous(controller.linear, 1.0 + 1e-12)))
 
@@ -74,6 +74,6 @@ def test_sections_are_their_quotients() -> None:
 
 
 def test_a_section_of_five_numbers_is_no_section() -> None:
-    linear = clutch_controller().linear
+    linear = clutch_speed_controller().linear
     with pytest.raises(ValueError, match=r"sos\[0\]: found .* b0, b1, b2, a0, a1, a2"):
         replace(linear, sos=(linear.sos[0][:5], *linear.sos[1:]))

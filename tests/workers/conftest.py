@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from frictool.workers import dask_cluster
-from tests.workers.loopback import PATIENCE_S
+from tests.support.local_cluster import PATIENCE_S
 
 
 @pytest.fixture(autouse=True)

@@ -18,9 +18,9 @@ from frictool.workers import dask_cluster, dask_connection, shared_files
 from frictool.workers.installation import Installation, differences, installation
 from frictool.workers.share import share
 from frictool.workers.shared_files import share_files
-from tests.workers.arrays import spectrum
-from tests.workers.jobs import Deadly, compiles, content, greedy, instead, negative
-from tests.workers.loopback import Loopback, end
+from tests.support.local_cluster import Loopback, end
+from tests.support.shared_sums import spectrum
+from tests.support.worker_jobs import Deadly, compiles, content, greedy, instead, negative
 
 pytest.importorskip("distributed")
 JOBS = 60

@@ -15,9 +15,9 @@ import pytest
 from frictool.errors import ClusterError
 from frictool.workers import dask_connection
 from frictool.workers.share import share
+from tests.support.local_cluster import Loopback
+from tests.support.worker_jobs import negative
 from tests.workers.certificates import certificates
-from tests.workers.jobs import negative
-from tests.workers.loopback import Loopback
 
 distributed = pytest.importorskip("distributed")
 dask = pytest.importorskip("dask")

@@ -14,7 +14,7 @@ import pytest
 from frictool.workers.process_pool import start_method
 from frictool.workers.share import share
 from studies.rigs.identification_rigs import CLUTCH, ROOT
-from tests.workers.jobs import Deadly, series
+from tests.support.worker_jobs import Deadly, series
 
 WITHOUT_FORK = """
 import multiprocessing, sys

@@ -16,7 +16,7 @@ from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.mechanism.state import work_by_element
 from frictool.plant.axis import LOAD_POSITION, POSITION, AxisParameters, rest
 from studies.rigs.mechanism_builder import Builder
-from tests.engine.mechanism.helpers import instants, moved, ready
+from tests.support.mechanism_runs import instants, moved, ready
 
 
 def test_a_motor_with_play_and_a_light_load_is_the_axis() -> None:

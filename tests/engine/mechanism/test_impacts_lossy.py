@@ -12,7 +12,7 @@ from frictool.engine.mechanism.energy import balance
 from frictool.engine.mechanism.open_loop_run import run
 from frictool.typing import Vector
 from studies.rigs.mechanism_builder import Builder
-from tests.engine.mechanism.helpers import ready
+from tests.support.mechanism_runs import ready
 
 GAP = 0.01
 LOSS = {"drive_loss": 0.3, "back_loss": 0.25}

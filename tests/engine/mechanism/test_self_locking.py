@@ -10,8 +10,8 @@ from frictool.engine.mechanism.events import JAMS, SEPARATES
 from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.status import OK
 from studies.rigs.mechanism_builder import Builder
-from tests.engine.mechanism.helpers import instants, moved, ready
-from tests.engine.mechanism.self_locking import compared
+from tests.support.mechanism_runs import instants, moved, ready
+from tests.support.self_locking_mechanisms import compared
 
 RATIO, EFFICIENCY, MOTOR, DRUM, WEIGHT = 0.02, 0.4, 1e-5, 5.0, 1.0
 LOST = RATIO * (1.0 / EFFICIENCY - 1.0)

@@ -15,8 +15,8 @@ from frictool.engine.mechanism.forces import forces
 from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.mechanism.state import STUCK
 from studies.rigs.mechanism_builder import Builder
-from tests.engine.mechanism.gauss import accelerations
-from tests.engine.mechanism.helpers import instants, moved, ready
+from tests.engine.mechanism.least_constraint import accelerations
+from tests.support.mechanism_runs import instants, moved, ready
 
 
 def row_of_blocks(count: int, coulomb: float = 1.0) -> Builder:

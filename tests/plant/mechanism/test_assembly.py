@@ -11,7 +11,7 @@ import pytest
 
 from frictool.friction.law_registry import LAWS, ROWS
 from frictool.plant.mechanism.packed_mechanism import FRAME
-from tests.plant.mechanism.described import TRAIN, assembled
+from tests.support.mechanism_documents import TRAIN, assembled
 
 
 def test_the_train(tmp_path: Path) -> None:

@@ -11,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.plant.mechanism.linearisation import linearise
-from tests.mechanism.test_belt import belt
-from tests.plant.mechanism.described import TRAIN, assembled
+from tests.support.belt_reference import belt
+from tests.support.mechanism_documents import TRAIN, assembled
 
 GEAR = """\
 format: mechanism/1

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from frictool.adapters.mechanism.assembly import assemble
 from frictool.plant.mechanism.fastest_link import fastest_link
 from frictool.plant.mechanism.linearisation import linearise
-from tests.mechanism.writing import mechanism
-from tests.plant.mechanism.described import TRAIN, assembled
+from tests.support.mechanism_documents import TRAIN, assembled
+from tests.support.mechanism_text import mechanism
 
 TWO = """\
 format: mechanism/1

@@ -11,7 +11,7 @@ from frictool.adapters.mechanism.sources_and_sensors import controlled_indices
 from frictool.cli.mechanism_file import load_mechanism, mechanism_error
 from frictool.errors import EXIT_INPUT, DocumentError
 from frictool.plant.mechanism.element_error import ElementError
-from tests.plant.mechanism.described import TRAIN
+from tests.support.mechanism_documents import TRAIN
 
 GEAR = "  reducer: {kind: gear, between: [motor, shaft], ratio: 0.25, efficiency: 0.9}\n"
 RACK = "  rack: {kind: rack, between: [shaft, cart], radius: {value: 10, unit: mm}, backlash: {width: {value: 0.2, unit: mm}}}\n"

@@ -26,7 +26,7 @@ from typing import Any
 import pytest
 
 from studies.command_line import run
-from tests.docs.pages import ROOT, blocks, name_of
+from tests.support.documentation_pages import ROOT, blocks, name_of
 
 NUMBER = re.compile(r"-?\d+(?:\.\d+)?(?:e[+-]?\d+)?")
 VERTEX = re.compile(r"\bv\d+\b")

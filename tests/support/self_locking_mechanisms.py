@@ -12,7 +12,7 @@ from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.status import OK
 from frictool.typing import Vector
 from studies.rigs.mechanism_builder import Builder
-from tests.engine.mechanism.helpers import ready
+from tests.support.mechanism_runs import ready
 
 PERIOD, HOLDS, SAMPLES = 4e-3, 4, 25  # s; commands that follow one another, and the samples of each
 ALIKE, STILL = 0.03, 1e-2  # of the highest speed; rad/s of the motor, of which a tenth for the rest

@@ -16,7 +16,7 @@ from frictool.logs.canonical.mcap_format import write_mcap
 from frictool.logs.log import Log, Stream
 from frictool.logs.table import RawTable
 
-GOLDEN = Path(__file__).parent / "golden"
+GOLDEN = Path(__file__).parents[1] / "logs" / "golden"
 ROOT = Path(__file__).parents[2]
 
 

@@ -20,8 +20,8 @@ from frictool.logs.canonical.mcap_reader import is_canonical
 from frictool.logs.formats import open_tables
 from frictool.logs.recordings.recording_files import METADATA, sources
 from frictool.logs.table import RawTable, RowBlock
-from tests.logs.example import GOLDEN, as_bytes, bench, golden_log
-from tests.logs.loggers import LOGGERS
+from tests.support.example_logs import GOLDEN, as_bytes, bench, golden_log
+from tests.support.logger_headers import LOGGERS
 
 ROWS = 40
 TIME = np.arange(ROWS) / 1000.0

@@ -158,3 +158,21 @@ class Screw:
             max_step=2e-3,
             dense_output=True,
         )
+
+
+SCREW = """
+blocks:
+  screw: {{inertia: {{value: 2.0e-5, unit: kg m^2}}}}
+  nut: {{mass: {{value: 1, unit: kg}}}}
+links:
+  thread:
+    kind: screw
+    between: [screw, nut]
+    radius: {{value: 6, unit: mm}}
+    lead_angle: {{value: {angle!r}, unit: rad}}
+    friction_coefficient: {mu!r}
+    friction_form: {form}
+  spring: {{kind: spring, between: [nut, ground], stiffness: {{value: 20, unit: N/mm}}, preload: {{value: 100, unit: N}}}}
+sources:
+  torque: {{on: screw, drive: effort}}
+"""

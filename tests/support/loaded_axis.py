@@ -19,7 +19,7 @@ from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.plant.axis import AxisParameters, rest
 from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws
 from frictool.plant.position_load import LoadHarmonic, PositionLoad
-from tests.identify.linear_axis import PERIOD, linear_bench
+from tests.support.linear_axis import PERIOD, linear_bench
 
 Known = Interval | Estimate
 SAMPLES, COUNT, NOISE = (
@@ -35,6 +35,25 @@ TERMS: dict[str, tuple[Term, ...]] = {
     "viscous": ("offset", "viscous_by_direction"),
     "coulomb": ("coulomb_by_direction",),
 }
+BENCH = f"""\
+format: bench/1
+name: arm
+axis: rotary
+sample_period_s: 0.001
+encoder: {{counts_per_revolution: {2.0 * math.pi / COUNT:.10g}}}
+actuator:
+  drive: current
+  constant: {{value: 20, unit: N m/A}}
+  limit: {{value: 10, unit: A}}
+mechanics:
+  inertia: {{value: 5, low: 3, high: 7, unit: kg m^2}}
+  viscous: {{value: 12, low: 4, high: 20, unit: N m s/rad}}
+  coulomb: {{value: 8, low: 3, high: 13, unit: N m}}
+columns:
+  time: {{column: time, unit: s}}
+  position: {{column: encoder, unit: count}}
+  effort: {{column: torque, unit: N m}}
+"""
 
 
 @dataclass(frozen=True)

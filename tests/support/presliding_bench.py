@@ -12,6 +12,7 @@ import math
 
 import numpy as np
 
+from frictool.friction.virgin_curve import virgin_force
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
@@ -120,3 +121,29 @@ def slow_loops(
     seen = np.floor(x / count + generator.random()) * count
     measured = effort + noise * BREAKAWAY * generator.standard_normal(effort.size)
     return make_record("loops", np.arange(x.size) * PERIOD, seen, measured, count, 0.0)
+
+
+COUNT = Z_MAX / 200.0
+
+
+def centred_cycles(repeats: int, noise: float, seed: int = 4, phase: float = 0.0) -> MotionRecord:
+    """Ten growing centred cycles of the Masing hysteresis of the parabola, 3.7.1, again and again;
+    the first from the virgin curve.
+
+    phase: where in a count the encoder's zero lies, 0 to 1.
+    """
+    position, force, last = [0.0], [0.0], 0.0
+    for top in np.tile(np.arange(1, 11) / 10.0, repeats):
+        reach, fall = virgin_force(top * Z_MAX, BREAKAWAY, Z_MAX), np.linspace(top, -top, 400)
+        position += [*np.linspace(last, top, 400)[1:-1], *fall]
+        force += [
+            *np.linspace(force[-1], reach, 400)[1:-1],
+            *(reach + 2.0 * virgin_force(0.5 * (z - top) * Z_MAX, BREAKAWAY, Z_MAX) for z in fall),
+        ]
+        last = -top
+    x, generator = np.array(position) * Z_MAX, np.random.default_rng(seed)
+    seen, effort = (
+        np.rint(x / (0.2 * COUNT) + phase) * 0.2 * COUNT,
+        np.array(force) + noise * BREAKAWAY * generator.standard_normal(x.size),
+    )
+    return make_record("cycles", np.arange(x.size) * PERIOD, seen, effort, 0.2 * COUNT, 0.0)

@@ -1,7 +1,7 @@
 """Recordings for the tests, written by other tools alone: the mcap library with its ROS 2 and
 protobuf writers, rosbags.
 
-python -m tests.logs.recordings    writes the golden recordings anew
+python -m tests.support.recordings    writes the golden recordings anew
 """
 
 from __future__ import annotations
@@ -33,7 +33,9 @@ from rosbags.rosbag2 import StoragePlugin
 from rosbags.rosbag2 import Writer as Bag2Writer
 from rosbags.typesys import Stores, get_typestore
 
-GOLDEN = Path(__file__).parent / "golden"
+from tests.support.example_logs import ROOT
+
+GOLDEN = Path(__file__).parents[1] / "logs" / "golden"
 SEPARATOR = "=" * 80
 STAMP = "int32 sec\nuint32 nanosec\n"
 HEADER = f"builtin_interfaces/Time stamp\nstring frame_id\n{SEPARATOR}\nMSG: builtin_interfaces/Time\n{STAMP}"
@@ -375,3 +377,10 @@ def main() -> None:
 
 if __name__ == "__main__":
     main()
+
+
+CLUTCH = ROOT / "configs" / "clutch" / "bench.yaml"
+COLUMNS = """columns:
+  position: {column: "/joint_states.position[clutch]", unit: rad}
+  current: {column: "/joint_states.effort[clutch]", unit: A}   # this driver puts the current there
+"""

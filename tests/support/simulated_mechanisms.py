@@ -13,7 +13,7 @@ from frictool.documents.model import Model
 from frictool.documents.registry import load
 from frictool.simulate.mechanism_plant import MechanismPlant
 from studies.rigs.clutch_model import ROOT, clutch_model
-from tests.mechanism.writing import mechanism
+from tests.support.mechanism_text import mechanism
 
 CLUTCH = ROOT / "configs/clutch/mechanism.yaml"
 

@@ -12,7 +12,7 @@ from frictool.engine.mechanism.state import rest
 from frictool.engine.status import OK
 from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.typing import Vector
-from tests.mechanism.writing import mechanism
+from tests.support.mechanism_text import mechanism
 
 HEAD = "format: mechanism/1\nname: test\n"
 

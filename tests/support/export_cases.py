@@ -14,8 +14,8 @@ from frictool.documents.controller import (
     Velocity,
 )
 from studies.rigs.example_controllers import BRAKE_LAW, CUT_LAW, clutch_controller, speed_controller
-from tests.export.controllers import scheduled, space
-from tests.verify.observed import tracking
+from tests.support.export_controllers import scheduled, space
+from tests.support.observed_loop import tracking
 
 replace = msgspec.structs.replace
 

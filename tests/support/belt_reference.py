@@ -16,11 +16,15 @@ follow from either. Rightly:
 
 from __future__ import annotations
 
+import math
+import re
 from dataclasses import dataclass
 
 import numpy as np
 
+from frictool.adapters.mechanism.assembly import assemble
 from frictool.typing import ComplexVector, Vector
+from tests.support.mechanism_text import mechanism
 
 
 @dataclass(frozen=True)
@@ -77,3 +81,38 @@ class Belt:
             first * np.exp(roots[0] * times) + second * np.exp(roots[1] * times)
         )
         return 0.5 * times**2 / whole - self.inertia_a / whole * stretch
+
+
+BELT = """
+format: mechanism/1
+name: belt
+blocks:
+  a: {{inertia: {{value: {a!r}, unit: kg m^2}}}}
+  b: {{inertia: {{value: {b!r}, unit: kg m^2}}}}
+links:
+  belt:
+    kind: belt
+    between: [a, b]
+    radius_a: {{value: {radius_a!r}, unit: m}}
+    radius_b: {{value: {radius_b!r}, unit: m}}
+    compliance: {{stiffness: {{value: {k!r}, unit: N/m}}, damping: {{value: {c!r}, unit: N s/m}}}}
+sources:
+  torque: {{on: a, drive: effort}}
+sensors:
+  out: {{on: b}}
+"""
+
+
+def belt(
+    a: float,
+    b: float,
+    k: float = math.inf,
+    c: float = 0.0,
+    radius_a: float = 1.0,
+    radius_b: float = 1.0,
+):
+    """The belt as a mechanism, put together; without compliance for k = inf."""
+    text = BELT if math.isfinite(k) else re.sub(r" *compliance:.*\n", "", BELT)
+    return assemble(
+        mechanism(text.format(a=a, b=b, k=k, c=c, radius_a=radius_a, radius_b=radius_b))
+    )
