@@ -35,14 +35,16 @@ HELP = """\b
 Example:
   frictool assess --bench bench.yaml --wanted 5% --wanted inertia=10%
 
-Tell which parameters this bench can give, by which method and test, how precisely, and why: quantisation bounds (4.3)-(4.4), the filter
-that they need (4.7)-(4.9), the decision of figure 4.4, the Cramér-Rao bounds of the proposed test, and what a finer encoder would buy.
+State which parameters this bench can identify, by which method and test, how precisely, and why.
+The report contains the bounds that quantisation sets, the filter that they require, the choice of
+the method, the precision of the proposed test (Cramér-Rao bounds), and the gain of a finer encoder.
 
-A precision is half of a 95 % interval over the a-priori value. A parameter whose a-priori interval in bench.yaml is narrower than what is
-wanted has to be identified more precisely than that. Not counted: an error of the effort constant, which scales every parameter alike, and
-a friction that is not the model's.
+A precision is half of a 95 % interval divided by the a-priori value. If the a-priori interval of a
+parameter in bench.yaml is narrower than --wanted, the parameter must be identified more precisely
+than that interval. Two errors are not included: an error of the effort constant, which scales every
+parameter alike, and a friction that differs from the model.
 
-Exit code 1 where a wanted precision cannot be reached; the message says with which encoder it could.
+Exit code 1 if a wanted precision cannot be reached; the message names an encoder that could.
 """
 positive = FiniteRange(0.0, min_open=True)
 
@@ -72,31 +74,35 @@ class PrecisionParam(click.ParamType[tuple[str | None, float]]):
 
 
 @click.command("assess", help=HELP)
-@click.option("--bench", type=existing, required=True, help="The rig (bench.yaml).")
+@click.option("--bench", type=existing, required=True, help="Rig (bench.yaml).")
 @click.option(
     "--wanted",
     type=PrecisionParam(),
     multiple=True,
     metavar="[NAME=]5%",
-    help="Of all or of one parameter.  [default: 5%]",
+    help="Wanted precision, of all parameters or of one.  [default: 5%]",
 )
 @click.option(
-    "--duration", type=positive, default=30.0, show_default=True, help="Of the sines [s]."
+    "--duration", type=positive, default=30.0, show_default=True, help="Duration of the sines [s]."
 )
 @click.option(
     "--noise",
     type=positive,
-    help="Standard deviation of the measured drive [A | V].  [default: 0.2 % of its limit]",
+    help=("Standard deviation of the measured drive [A | V].  [default: 0.2 % of its limit]"),
 )
 @click.option(
     "--effort",
     type=positive,
-    help="Largest effort for (4.3) [N m | N].  [default: of the drive's limit]",
+    help=("Largest effort of the test [N m | N].  [default: that of the drive's limit]"),
 )
 @click.option(
-    "--presliding", type=positive, help="Distance expected [rad | m].  [default: 1e-3 rad, 1e-5 m]"
+    "--presliding",
+    type=positive,
+    help="Expected presliding distance [rad | m].  [default: 1e-3 rad, 1e-5 m]",
 )
-@click.option("-o", "--output", type=NamedPath(), help="The text, as a file too; - is stdout.")
+@click.option(
+    "-o", "--output", type=NamedPath(), help="Also write the text to this file; - is stdout."
+)
 @json_option
 def command(
     bench: Path,

@@ -18,15 +18,19 @@ F = TypeVar("F", bound=Callable[..., object])
 positive = FiniteRange(0.0, min_open=True)
 OPTIONS = (
     click.option(
-        "--position-gain", type=positive, help="Of the bench's controller [1/s]; with --speed-gain."
+        "--position-gain",
+        type=positive,
+        help="Position gain of the bench's controller [1/s]; needs --speed-gain.",
     ),
     click.option(
         "--speed-gain",
         type=positive,
-        help="Of the bench's controller, drive per speed; with --position-gain.",
+        help=("Speed gain of the bench's controller, drive per speed; needs --position-gain."),
     ),
     click.option(
-        "--integral-gain", type=positive, help="Of the position's error, drive per position and s."
+        "--integral-gain",
+        type=positive,
+        help=("Integral gain of the bench's controller, drive per position error and second."),
     ),
 )
 

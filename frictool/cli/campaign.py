@@ -47,27 +47,39 @@ EVALUATIONS = 300
 
 HELP = """\b
 Example:
-  frictool campaign model.yaml controller.yaml --scenario scenarios/steps.yaml --spec spec.yaml -n 10000 -o campaign.html
-  frictool campaign model.yaml controller.yaml --scenario steps.yaml --spec spec.yaml --method vertices --worst worst/ -o campaign.yaml
-  frictool campaign mechanism.yaml controller.yaml --scenario steps.yaml --spec spec.yaml --at-least 0.99 --keep trials.jsonl
+  frictool campaign model.yaml controller.yaml --scenario steps.yaml --spec spec.yaml \\
+    -n 10000 -o campaign.html
+  frictool campaign model.yaml controller.yaml --scenario steps.yaml --spec spec.yaml \\
+    --method vertices --worst worst/ -o campaign.yaml
+  frictool campaign mechanism.yaml controller.yaml --scenario steps.yaml --spec spec.yaml \\
+    --at-least 0.99 --keep trials.jsonl
 
-Play a scenario to many plants and judge each run by the specification, as simulate and report would: how many pass, how sure that is, how
-each metric is distributed, which parameters cause the failures.
+Simulate a scenario with many plants and judge each run by the specification, as simulate and report
+do. The result is the pass rate with its confidence interval, the distribution of each metric, and
+the parameters that cause the failures.
 
-What varies are the ranges of the plant (of bench and model; of a mechanism every quantity with low and high) and what the scenario's
-`spread` names: wear, temperature, start, sensor faults, disturbances, or other ranges (docs/formats.md). All are uniform and independent;
-of a breakaway's range what lies below the Coulomb friction of the same draw is left out.
---method random: draw i of a seed is the same however many there are, so that a kept campaign is extended by a larger -n. latin: a Latin
-hypercube of -n draws. vertices: every combination of ends, or where these are more than 4096, or than -n, a random part of them, which the
-report says. Results depend neither on the number of cores nor on who does which trial.
-With --worst, for each requirement a search looks for the worst plant in the same ranges, from the worst draws on, and keeps it as
-DIR/worst_REQUIREMENT.yaml: a scenario that `frictool simulate` plays again to the same value.
-Trials are kept in OUTPUT.trials, or in --keep, as they are done. After a kill or Ctrl-C the same command goes on from there.
+The plants are drawn from the ranges of the bench and the model, or of every quantity of a mechanism
+with low and high. `spread` of the scenario adds wear, temperature, start, sensor faults and
+disturbances, or replaces ranges. All draws are uniform and independent, with one exception: a
+breakaway is drawn above the Coulomb friction of the same plant.
 
--o writes a page (.html) or YAML (.yaml); --table all trials as CSV.
-The campaign is PASS, FAIL, UNDECIDED (nothing fails, and a trial is undecided, or no trial decides a requirement) or NOT SHOWN (with
---at-least: more draws might show the rate).
-Exit codes: 0 pass; 1 fail or undecided, or, with --at-least, the lower confidence bound of the pass rate is below it.
+--method random: draw i of a seed does not depend on -n, so that a larger -n extends a kept
+campaign. --method latin: a Latin hypercube of -n draws. --method vertices: every combination of
+range ends; if there are more than 4096 or more than -n, a random part of them. The results depend
+neither on the number of processes nor on their order.
+
+--worst searches the same ranges for the worst plant of each requirement, from the worst draws on.
+It writes DIR/worst_REQUIREMENT.yaml, a scenario that reproduces the value with `frictool simulate`.
+
+Completed trials are kept in OUTPUT.trials or in --keep. After an interruption, the same command
+continues from there.
+
+The verdict is PASS, FAIL, UNDECIDED or NOT SHOWN. UNDECIDED: nothing fails, but a trial is
+undecided, or no trial decides a requirement. NOT SHOWN, with --at-least: more draws might show the
+rate.
+
+Exit codes: 0 pass; 1 fail or undecided, or the lower confidence bound of the pass rate is below
+--at-least.
 """
 
 
@@ -101,67 +113,77 @@ class CampaignOptions:
     "model", help="Model of the axis (model.yaml), or mechanism (mechanism.yaml).", type=existing
 )
 @click.argument("controller", type=existing, help="Controller to test (controller.yaml).")
-@click.option("--scenario", type=existing, required=True, help="What is played (scenario.yaml).")
 @click.option(
-    "--spec", type=existing, required=True, help="What the closed loop has to do (spec.yaml)."
+    "--scenario", type=existing, required=True, help="Scenario to simulate (scenario.yaml)."
+)
+@click.option(
+    "--spec", type=existing, required=True, help="Requirements on the closed loop (spec.yaml)."
 )
 @click.option(
     "-n",
     "--trials",
     type=click.IntRange(1, 1_000_000),
-    help=f"How many draws. [default: {TRIALS}; of vertices all, 4096 at most]",
+    help=f"Number of draws. [default: {TRIALS}; of vertices all, at most 4096]",
 )
 @click.option(
     "--method",
     type=click.Choice(["random", "latin", "vertices"]),
     default="random",
     show_default=True,
-    help="How plants are drawn.",
+    help="Method that draws the plants.",
 )
 @click.option(
-    "--seed", type=click.IntRange(0), help="Of the draws and the noise. [default: the scenario's]"
+    "--seed",
+    type=click.IntRange(0),
+    help="Seed of the draws and of the noise. [default: the scenario's]",
 )
 @click.option(
     "--at-least",
     type=FiniteRange(0.0, 1.0, min_open=True),
-    help="The pass rate that has to be shown, 0 to 1. [default: all pass]",
+    help="Pass rate that must be shown, 0 to 1. [default: all draws pass]",
 )
 @click.option(
     "--confidence",
     type=FiniteRange(0.0, 1.0, True, True),
     default=0.95,
     show_default=True,
-    help="Of intervals and bounds.",
+    help="Confidence level of intervals and bounds.",
 )
 @click.option(
     "--worst",
     type=existing,
     metavar="DIR",
-    help="Search worst cases, and keep their scenarios there.",
+    help="Search the worst plants, and write their scenarios to this folder.",
 )
 @click.option(
     "--evaluations",
     type=click.IntRange(1),
-    help=f"Plants that each search may try. [default: {EVALUATIONS}]",
+    help=f"Largest number of plants in each search. [default: {EVALUATIONS}]",
 )
 @click.option(
-    "--observer", type=existing, help="What the controller takes for the speed (observer.yaml)."
+    "--observer",
+    type=existing,
+    help="Observer that provides the speed to the controller (observer.yaml).",
 )
 @click.option(
     "--number",
     type=click.Choice(["double", "float", "q31", "q15"]),
-    help="Number format the controller runs in. [default: double]",
+    help="Number format in which the controller runs. [default: double]",
 )
 @click.option(
     "--keep",
     type=existing,
-    help="Where trials are kept, and stay. [default: OUTPUT.trials, until all are done]",
+    help=("File that keeps the trials. [default: OUTPUT.trials, removed after the last trial]"),
 )
-@click.option("--table", type=NamedPath(writes=("CSV",)), help="All trials, a row each (CSV).")
+@click.option(
+    "--table",
+    type=NamedPath(writes=("CSV",)),
+    help="Write all trials to this file, one row each (CSV).",
+)
 @workers_options
 @output_option(
     required=False,
-    help="The page (.html) or what it says (.yaml); - is YAML on stdout.",
+    help="Page (.html) or its content (.yaml); - is YAML on stdout.",
     writes=("HTML", "YAML"),
     chooses=True,
 )

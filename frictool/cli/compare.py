@@ -37,12 +37,15 @@ Example:
   frictool compare -o laws.html
   frictool compare configs/mass/friction.yaml --law lugre --law hybrid_a --json
 
-Run the four tests of thesis 3.7 (stick-slip, limit cycle, presliding, non-drift) on every friction law, judge each, and tell where tables
-2.1 and 3.2 come out otherwise than the thesis prints them.
+Run four tests on every friction law and judge each result: stick-slip, limit cycle, presliding and
+drift. The report also lists the results that differ from the published ones.
 
-PARAMETERS is a friction.yaml, or the model.yaml of an actuator, whose tests and unknown parameters are those of table 3.1 by similarity;
-without it, table 3.1. A set that breaks the conditions of the hybrid versions (3.31), (3.36) is refused, and run with --allow.
--o writes one page (a name ending in .html, or - for stdout), or else a folder with the page and the figures as JSON.
+PARAMETERS is a friction.yaml, or the model.yaml of an actuator: its tests, and the parameters that
+a model does not contain, are then scaled from those of the built-in set. Parameters that violate a
+stability condition of the hybrid laws are an error; --allow runs them.
+
+-o writes one page (a name that ends in .html, or - for stdout), or else a folder with the page and
+the figures as JSON.
 """
 
 
@@ -51,23 +54,21 @@ without it, table 3.1. A set that breaks the conditions of the hybrid versions (
     "parameters",
     type=existing,
     required=False,
-    help="Parameters (friction.yaml), or an actuator's model (model.yaml). By default a built-in set.",
+    help="Parameters (friction.yaml) or an actuator's model (model.yaml). By default: built-in set.",
 )
 @click.option(
     "--law",
     "laws",
     multiple=True,
     metavar="NAME",
-    help="Only this law; may be given several times.",
+    help="Run this law only; repeatable.",
 )
 @click.option(
     "--allow",
     is_flag=True,
-    help="Run a parameter set that breaks (3.31) or (3.36), with a warning.",
+    help=("Run parameters that violate a stability condition of the hybrid laws, with a warning."),
 )
-@output_option(
-    required=False, help="A page (.html or -), or a folder for the page and the figures."
-)
+@output_option(required=False, help="Page (.html or -), or folder for the page and the figures.")
 @json_option
 def command(
     parameters: Path | None, laws: tuple[str, ...], allow: bool, output: Path | None, as_json: bool

@@ -23,13 +23,13 @@ HELP = f"""\b
 Example:
   eval "$(frictool completion bash)"
 
-Print the script by which a shell completes frictool: commands, options, choices such as those of --lang, and file names. It holds for the
-shell that evaluates it; for every new one
+Print the script that completes frictool in a shell: commands, options, choices and file names. The
+example completes in the current shell. For every new shell, run once:
 
 \b
 {chr(10).join(f"  {shell:<6}{line}" for shell, line in INSTALL.items())}
 
-Without an argument it is the one of the variable SHELL. bash has to be 4.4 or later, and zsh needs compinit before it.
+bash must be 4.4 or later; zsh needs compinit before this line.
 """
 
 

@@ -27,10 +27,12 @@ HELP = """\b
 Example:
   frictool convert run.mcap -o run.mat
 
-Turn a log into CSV, MATLAB (version 5), MDF 4.10, NumPy (.npz) or Parquet; the name of the output says which, or --to.
+Convert a log to CSV, MATLAB (version 5), MDF 4.10, NumPy (.npz) or Parquet. The name of the output
+selects the format, or --to.
 
-Times are in s and signals in SI, with their units; reading the file gives the same numbers bit for bit. A raw bench file needs --bench.
-MATLAB, MDF and NumPy files hold all streams of a log; CSV and Parquet hold one, named with --stream where there are several.
+Times are in s and signals in SI, with their units; reading the file gives the same numbers bit for
+bit. A raw bench file needs --bench. MATLAB, MDF and NumPy files hold all streams of a log. CSV and
+Parquet hold one stream; select it with --stream if there are several.
 """
 
 
@@ -39,20 +41,20 @@ MATLAB, MDF and NumPy files hold all streams of a log; CSV and Parquet hold one,
 @click.option(
     "--bench",
     type=existing,
-    help="The rig, and its columns (bench.yaml), where LOG is a raw bench file.",
+    help=("Rig whose columns describe LOG, if LOG is a raw bench file (bench.yaml)."),
 )
 @click.option(
     "--to",
     "kind",
     type=click.Choice(KINDS),
-    help="The format, where the output's name does not say it.",
+    help="Format, if the output's name does not determine it.",
 )
 @click.option(
     "--stream",
     "topics",
     multiple=True,
     metavar="TOPIC",
-    help="Only this stream, /axis or /axis/NAME; may be repeated.",
+    help="Convert this stream only, /axis or /axis/NAME; repeatable.",
 )
 @output_option()
 @json_option

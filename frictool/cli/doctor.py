@@ -16,20 +16,24 @@ HELP = """\b
 Example:
   frictool doctor
 
-Tell the state of this installation: versions, where compiled kernels are kept, the solver, a C compiler, the machine. What can be tried
-is tried: a kernel is compiled and run, a matrix inequality solved and its answer checked, a C program compiled and run.
+Report the state of this installation: versions, folder of the compiled kernels, solver, C compiler,
+machine. The command tests what it can: it compiles and runs a kernel, solves a matrix inequality
+and checks the answer, and compiles and runs a C program.
 
-ok is in order; note works with something less, such as a log format whose library is not installed; wrong does not work. Whatever is not
-ok has the line to try, and so has what takes room to no use. Text for a bug report: frictool doctor -o doctor.txt.
+`ok`: in order. `note`: works with a restriction, such as a log format whose library is not
+installed. `wrong`: does not work. A line that is not `ok` shows a command to try; so does a line
+about disk space that can be freed. For a bug report: frictool doctor -o doctor.txt.
 
---clean removes the compiled kernels of former versions, except those that a process uses or used within the hour. The kernels of this
-version are kept; an upgrade cleans up after itself, but for the last eight within a fortnight. It also removes, in the current folder,
-the unfinished outputs (.NAME.xxxxxxxx.part) of processes that were killed; the next command that writes there does the same.
+--clean removes the compiled kernels of former versions, except those used within the last hour. The
+kernels of this version are kept. Upgrades clean up by themselves, but keep up to eight versions
+that were used within a fortnight. --clean also removes unfinished outputs (.NAME.xxxxxxxx.part) of
+killed processes from the current folder; the next command that writes there does the same.
 
---compile compiles all kernels now, instead of each at its first use: for an image, or before the jobs of a build server, which then
-keep or share the folder that NUMBA_CACHE_DIR names. It takes some minutes; what is compiled already is skipped.
+--compile compiles all kernels now instead of at their first use, for container images and build
+servers. It takes some minutes and skips what is compiled already. The variable NUMBA_CACHE_DIR
+names the folder to keep or to share.
 
-Exit code 1 where something is wrong.
+Exit code 1 if something is wrong.
 """
 
 
@@ -37,13 +41,15 @@ Exit code 1 where something is wrong.
 @click.option(
     "--clean",
     is_flag=True,
-    help="Remove compiled kernels of former versions and unfinished outputs.",
+    help="Remove compiled kernels of former versions, and unfinished outputs.",
 )
 @click.option(
     "--compile", "compile_now", is_flag=True, help="Compile all kernels now, and keep them."
 )
 @output_option(
-    required=False, help="The text, as a file too; - is stdout.", writes=("text", "Markdown")
+    required=False,
+    help="Also write the text to this file; - is stdout.",
+    writes=("text", "Markdown"),
 )
 @json_option
 @click.pass_context

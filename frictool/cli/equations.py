@@ -14,16 +14,17 @@ Example:
 
 Print the equations of a mechanism, derived from its description.
 
-What each link constrains and loses, what each element exerts, the free body of every block (2.1)-(2.2), one equation for all that moves as
-one, with the forces of rigid links eliminated, and the conditions under which plays touch and blocks rest. Every term is named after its
-element and has its unit, and the dimension of every term is checked against that of its sum, from the units in the file. Numbers in
-brackets are the thesis's, as its slips are read.
+The report contains the constraint and the loss of each link, the effort of each element, the free
+body of every block, and one equation for each group of blocks that move together, without the
+forces of rigid links. It also states when backlash is in contact and when blocks rest. Every term
+is named after its element and has its unit; the dimensions of all sums are checked. Numbers in
+brackets refer to the equations of the thesis.
 """
 
 
 @click.command("equations", help=HELP)
 @click.argument("mechanism", type=existing, help="Mechanism (mechanism.yaml).")
-@click.option("--latex", is_flag=True, help="A LaTeX fragment (amsmath) instead of text.")
+@click.option("--latex", is_flag=True, help="Print a LaTeX fragment (amsmath) instead of text.")
 @output_option(required=False, writes=("text", "Markdown", "LaTeX"))
 @json_option
 def command(mechanism: Path, latex: bool, output: Path | None, as_json: bool) -> None:

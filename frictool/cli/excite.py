@@ -29,15 +29,15 @@ if TYPE_CHECKING:
 # kind -> (purpose, settings)
 KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
     "sine": (
-        "inertia, viscous, Coulomb: best conditioned (4.30)-(4.33)",
+        "inertia, viscous, Coulomb: best conditioned",
         ("amplitude", "frequency", "speed", "duration", "repetitions"),
     ),
     "sines": (
-        "viscous, Coulomb and regimes: sines over speeds (4.38)",
+        "viscous, Coulomb and regimes: sines at several speeds",
         ("amplitude", "speeds", "duration", "seed"),
     ),
     "breakaway": (
-        "breakaway: ramps both ways over the travel (figure 4.6)",
+        "breakaway: ramps in both directions over the travel",
         ("amplitude", "rate", "repetitions", "open_loop"),
     ),
     "steps": ("validation: moves over the travel with rests", ("amplitude", "repetitions")),
@@ -50,57 +50,67 @@ HELP = f"""\b
 Example:
   frictool excite --bench bench.yaml --kind sines -o sines.csv --plot sines.svg
 
-Write the reference (or, for breakaway, the command) to play on the bench, one row a sample, as CSV or MCAP by the output's name.
+Write a test to play on the bench, as CSV or MCAP with one row per sample: the reference, or for
+`breakaway` the command of the drive.
 
 \b
-Kinds, and what each is for:
+Kinds, with the parameters that each can identify:
 {chr(10).join(f"  {name:<10} {what}" for name, (what, _) in KINDS.items())}
 
-What is not given is chosen so that the worst axis of the bench (heaviest, most friction, weakest actuator) can follow. A reference is
-checked against travel, speed and drive; ramps are simulated on the lightest, the nominal and the heaviest axis. Numbers are in SI.
+Absent options are chosen so that the worst axis of the bench (heaviest, most friction, weakest
+actuator) can follow. A reference is checked against travel, speed and drive; ramps are simulated on
+the lightest, the nominal and the heaviest axis. Numbers are in SI.
 
-Exit code 4, naming the limit, where the test breaks one.
+Exit code 4 if the test exceeds a limit; the message names it.
 """
 positive = FiniteRange(0.0, min_open=True)
 
 
 @click.command("excite", help=HELP)
-@click.option("--bench", type=existing, required=True, help="The rig (bench.yaml).")
-@click.option(
-    "--kind", type=click.Choice(list(KINDS)), required=True, help="Kind of test, as listed above."
-)
+@click.option("--bench", type=existing, required=True, help="Rig (bench.yaml).")
+@click.option("--kind", type=click.Choice(list(KINDS)), required=True, help="Kind of the test.")
 @click.option(
     "--amplitude",
     type=positive,
-    help="Half the way from end to end [rad | m]; breakaway: top of the ramps [A | V].",
+    help=("Half of the peak-to-peak distance [rad | m]; of breakaway: top of the ramps [A | V]."),
 )
 @click.option(
-    "--frequency", type=positive, help="sine: its frequency [Hz]; multisine: of the first harmonic."
+    "--frequency",
+    type=positive,
+    help="Frequency of a sine, or of the first harmonic of a multisine [Hz].",
 )
-@click.option("--speed", type=positive, help="sine: its top speed [rad/s | m/s].")
-@click.option("--rate", type=positive, help="breakaway: of the ramps [A/s | V/s].")
+@click.option("--speed", type=positive, help="Top speed of a sine [rad/s | m/s].")
+@click.option("--rate", type=positive, help="Slope of the breakaway ramps [A/s | V/s].")
 @click.option(
-    "--duration", type=positive, help="sine, sines: about how long [s].  [default: 10, 30]"
+    "--duration",
+    type=positive,
+    help="Approximate duration of sine or sines [s].  [default: 10, 30]",
 )
 @click.option(
     "--repetitions",
     type=click.IntRange(1, 100_000),
-    help="Periods of a sine or multisine, rounds of steps or ramps.",
+    help=("Number of periods of a sine or multisine, or of rounds of steps or ramps."),
 )
-@click.option("--speeds", type=click.IntRange(2, 100), help="sines: how many speeds.  [default: 6]")
 @click.option(
-    "--harmonics", type=click.IntRange(2, 500), help="multisine: how many.  [default: 10]"
+    "--speeds", type=click.IntRange(2, 100), help="Number of speeds of sines.  [default: 6]"
 )
-@click.option("--seed", type=click.IntRange(0), help="sines: of the turning places.  [default: 0]")
+@click.option(
+    "--harmonics",
+    type=click.IntRange(2, 500),
+    help="Number of harmonics of a multisine.  [default: 10]",
+)
+@click.option(
+    "--seed", type=click.IntRange(0), help="Seed of the turning points of sines.  [default: 0]"
+)
 @click.option(
     "--open-loop",
     is_flag=True,
     default=None,
-    help="breakaway: every row is played, whatever the axis does.",
+    help="Ramps of breakaway whose rows do not depend on the motion of the axis.",
 )
-@click.option("--plot", type=NamedPath(writes=("SVG",)), help="A picture of it (SVG).")
+@click.option("--plot", type=NamedPath(writes=("SVG",)), help="Write a picture of the test (SVG).")
 @output_option(
-    help="The test (.csv or .mcap); - is CSV on stdout.", writes=("CSV", "MCAP"), chooses=True
+    help="Test (.csv or .mcap); - is CSV on stdout.", writes=("CSV", "MCAP"), chooses=True
 )
 @json_option
 def command(

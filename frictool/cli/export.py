@@ -34,15 +34,18 @@ Example:
 Write a controller for its target, or for another tool.
 
 \b
-  c       C99: NAME.h and NAME.c to run on the target, NAME_vectors.h and NAME_selftest.c to check it there
-  json    NAME.json: every coefficient as the number format keeps it, with its conventions
-  cmsis   NAME_cmsis.h: the linear controller as biquad arrays for CMSIS-DSP, in float, q31 or q15
+  c       C99: NAME.h and NAME.c for the target; NAME_vectors.h and NAME_selftest.c to check it
+  json    NAME.json: every coefficient as the number format stores it, with its conventions
+  cmsis   NAME_cmsis.h: the linear controller as biquads for CMSIS-DSP, in float, q31 or q15
   matlab  NAME.mat: a, b, c, d, sos, Ts and the blocks' parameters, for MATLAB and Simulink
 
-The C allocates nothing and calls nothing but sqrt. Its golden vectors come from the simulation's own controller in the same number
-format; the self-test exits 0 when the compiled code gives every one of them bit by bit. q31 and q15 are fixed point, proved free of
-overflow. Whatever is written, the loop is verified again with the coefficients as the format keeps them: exit 4 where that breaks the
-margin. Files of the same names in the folder are replaced, others are left alone. With -o - the files are a tar archive on stdout.
+The C code allocates nothing and calls no function but sqrt. Its golden vectors come from the
+simulation's controller in the same number format; the self-test exits with 0 if the compiled code
+reproduces all of them bit by bit. q31 and q15 are fixed point, proved free of overflow.
+
+The loop is verified again with the coefficients as the number format stores them. Exit code 4 if it
+violates the modulus margin. Files of the same names in the folder are replaced. With -o - the files
+are a tar archive on stdout.
 """
 
 
@@ -53,14 +56,14 @@ margin. Files of the same names in the folder are replaced, others are left alon
     type=click.Choice(["c", "json", "cmsis", "matlab"]),
     default="c",
     show_default=True,
-    help="What is written.",
+    help="Kind of the files.",
 )
 @click.option(
     "--number",
     type=click.Choice(["double", "float", "q31", "q15"]),
     help="Number format. [default: double; of cmsis float]",
 )
-@output_option(help="The folder to write into; - is a tar archive on stdout.")
+@output_option(help="Folder for the files; - is a tar archive on stdout.")
 @json_option
 def command(
     controller: Path, lang: Language, number: Number | None, output: Path, as_json: bool

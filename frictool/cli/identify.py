@@ -40,37 +40,36 @@ HELP = f"""\b
 Example:
   frictool identify sines.mcap ramp.mcap --bench bench.yaml -o model.yaml
 
-Find the friction model  effort = inertia a + viscous v + coulomb sign(v) + offset  and the
+Identify the friction model  effort = inertia a + viscous v + coulomb sign(v) + offset  and the
 breakaway at rest, each with an interval.
 
-Logs are canonical (ingest) or raw CSV and MAT with the columns of the bench. Logs of motion give
-the sliding parameters. Breakaway ramps (the effort grows until the axis moves, falls back, grows
-again; thesis 4.3) give the breakaway; they are recognised, or named with --ramp. Slow loops of the
-effort below the breakaway, named with --loops, give presliding: z_max, stiffness, LuGre,
-elasto-plastic, Maxwell-slip and Preisach contacts.
+Logs are canonical logs, or raw files with the columns of the bench. Logs of motion determine the
+sliding parameters. Breakaway ramps determine the breakaway: the effort grows until the axis moves,
+falls back, and grows again. They are recognised, or named with --ramp. Slow loops of the effort
+below the breakaway, named with --loops, determine the presliding laws.
 
 \b
-Methods (--method), and when each is right:
+Methods (--method), and the data that each suits:
 {METHOD_LINES}
 
-A parameter that the logs cannot give is listed as not identified with the reason, and the model
-carries the bench's interval for it. Intervals hold for the bench's nominal effort constant: an
-error of the constant scales inertia and every friction alike.
+A parameter that the logs do not determine is listed with the reason, and the model contains the
+bench's interval for it. Intervals hold for the bench's nominal effort constant; an error of the
+constant scales inertia and every friction alike.
 
 \b
-Many actuators, or many records of one:
+Many actuators, or many records of one actuator:
   frictool identify --each log fleet/ --bench bench.yaml --date '\\d{{4}}-\\d\\d-\\d\\d' -o models/
 
-Each log, or all logs of each folder (--each folder), give a model of their own, the same as alone,
-in the folder -o, and a row of its parameters.csv (-o FILE.csv, FILE.parquet: the table alone). What
-the parameters scatter is held against their intervals: whether they are of one population, which
-units differ, what drifts. A log that cannot be used is a row with its reason.
+Each log (or with --each folder, all logs of a folder) gives one model in the folder -o, and one row
+of parameters.csv in it. With -o FILE.csv or FILE.parquet only the table is written. The scatter of
+the parameters is compared with their intervals: are they one population, which units differ, which
+parameters drift? A log that cannot be used is a row with its reason.
 
-Exit code 1, and no model, where the logs are in order and no fit is possible. Exit code 4, and no
-model, where a fit gives neither inertia nor friction, or where position and drive have opposite
-signs. --keep-bench-values writes a model of the bench's values instead (exit code 0); it says so,
-and synth refuses it. With --each: 4 where this is so of any log, else 1, else 3 where a log cannot
-be used.
+Exit codes: 1 if the logs are in order but no fit is possible; 4 if a fit gives neither inertia nor
+friction, or if position and drive have opposite signs. No model is written then, except with
+--keep-bench-values: it writes a marked model of the bench's values, which synth refuses, and ends
+with 0. With --each: 4 if one log ends with 4, else 1 if one ends with 1, else 3 if a log cannot be
+used.
 """
 
 
@@ -96,66 +95,73 @@ def _method_options(command: Callable[..., None]) -> Callable[..., None]:
     metavar="LOG...",
     help="Logs of motion or breakaway ramps, canonical or raw. With --each folders of logs, too.",
 )
-@click.option("--bench", type=existing, required=True, help="The rig (bench.yaml).")
+@click.option("--bench", type=existing, required=True, help="Rig (bench.yaml).")
 @click.option(
     "--ramp",
     type=existing,
     multiple=True,
-    help="A log of breakaway ramps, whatever it looks like; may be given again.",
+    help="Log of breakaway ramps, whatever kind is recognised; repeatable.",
 )
 @click.option(
     "--loops",
     type=existing,
     multiple=True,
-    help="A log of slow loops below the breakaway, from a relaxed rest on.",
+    help=("Log of slow loops below the breakaway, from a relaxed rest on; repeatable."),
 )
 @click.option(
     "--measurement",
     is_flag=True,
-    help="The bench too: backlash, delay between drive and position, current loop's time constant.",
+    help=(
+        "Also identify the bench: backlash, delay of the drive, time constant of the current loop."
+    ),
 )
 @click.option(
     "--method",
     type=click.Choice(list(METHODS)),
     default=DEFAULT,
     show_default=True,
-    help="For the sliding parameters.",
+    help="Method for the sliding parameters.",
 )
 @click.option(
     "--confidence",
     type=FiniteRange(0.5, 0.9999),
     default=0.95,
     show_default=True,
-    help="Of every interval.",
+    help="Confidence level of every interval.",
 )
 @_method_options
 @click.option(
     "--keep-bench-values",
     is_flag=True,
-    help="Write a model, marked as such, even if nothing was identified.",
+    help=("Write a marked model of the bench's values even if nothing was identified."),
 )
 @click.option(
     "--each",
     type=click.Choice(["log", "folder"]),
-    help="A model for each log, or for the logs of each folder.",
+    help="Identify a model for each log, or for the logs of each folder.",
 )
 @click.option(
     "--unit",
     metavar="REGEX",
-    help="--each: where the logs do not say their unit, what it finds in a file's name.",
+    help=("With --each: pattern of the unit's name in a file name, if the logs do not contain it."),
 )
 @click.option(
     "--date",
     metavar="REGEX",
-    help="--each: the same of the date: year, month, day, and hour, minute, second.",
+    help=(
+        "With --each: pattern of the date in a file name: year, month, day, and hour, "
+        "minute, second."
+    ),
 )
 @workers_options
 @click.option(
     "--plot",
     type=NamedPath(writes=("SVG",)),
-    help="Friction over speed and position, measured and found (SVG).",
+    help=(
+        "Write a picture of the friction over speed and position, measured and identified (SVG)."
+    ),
 )
-@output_option(required=False, help="The model (YAML); - is stdout. Without it nothing is written.")
+@output_option(required=False, help="Model (YAML); - is stdout. Without it nothing is written.")
 @json_option
 def command(
     logs: tuple[Path, ...],

@@ -25,12 +25,14 @@ HELP = """\b
 Example:
   frictool info sines.mcap
 
-Show what a log holds and what it is good for: channels, rate and jitter, gaps, the step of the encoder and of every other signal,
-velocities, saturation (flat tops), signals that are held, the kind of test, whether effort and motion have one sign, what was lost on the
-way, and which methods of identification it can feed. - is standard input.
+Show the contents and the quality of a log: channels, sample rate and jitter, gaps, resolution of
+the encoder and of every other signal, velocities, saturation, held signals, the kind of test, the
+sign of the effort relative to the motion, lost data, and the identification methods that the log
+suits.
 
-With --bench, a raw bench file is shown in SI, and samples at the actuator's limit are counted. Without it, the columns that names and units
-tell are shown in the units of the file, of its first 262 144 rows; what the file does not tell is listed.
+With --bench, a raw bench file is shown in SI, and samples at the actuator's limit are counted.
+Without it, columns with a known name and unit are shown in the units of the file, from its first
+262 144 rows. Properties that the file does not determine are listed.
 """
 
 
@@ -41,7 +43,7 @@ tell are shown in the units of the file, of its first 262 144 rows; what the fil
 @click.option(
     "--bench",
     type=existing,
-    help="The rig, and its columns (bench.yaml), where LOG is a raw bench file.",
+    help=("Rig whose columns describe LOG, if LOG is a raw bench file (bench.yaml)."),
 )
 @window_options
 @output_option(required=False, writes=("text", "Markdown"))

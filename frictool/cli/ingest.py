@@ -34,15 +34,16 @@ HELP = """\b
 Example:
   frictool ingest sines.csv --bench bench.yaml -o sines.mcap
 
-Turn bench files into the canonical log (MCAP), which Foxglove, PlotJuggler and ROS 2 tools open as it is.
+Convert bench files to the canonical log (MCAP), which Foxglove, PlotJuggler and ROS 2 tools open.
 
-RAW is a file of any format that frictool reads (its content tells which), or a canonical log, which passes through; - is standard input.
-`columns` of the bench says which column is which channel; everything is converted to SI. The first file becomes /axis, each further one
-of the same rig /axis/NAME.
+RAW is a file of any format that frictool reads; its content determines the format. A canonical log
+passes through. `columns` of the bench assigns columns to channels, and everything is converted to
+SI. The first file becomes /axis, each further file of the same rig /axis/NAME.
 
---from and --to keep a part of the log, in its own time. --resample puts all streams on one grid as /axis: commands, drives and what is
-made from them are held, everything else is interpolated linearly, nothing is extrapolated; there is no filter, so do not resample to a
-longer period what has faster parts. --salvage keeps what can be read of a damaged file and lists what is lost, with exit code 3.
+--from and --to keep a part of the log, in the log's time. --resample puts all streams on one grid
+as /axis: commands, drives and efforts are held, other signals are interpolated linearly, nothing is
+extrapolated. There is no filter: do not resample fast signals to a longer period. --salvage keeps
+the readable part of a damaged file and lists the losses; the exit code is then 3.
 """
 
 
@@ -57,19 +58,20 @@ longer period what has faster parts. --salvage keeps what can be read of a damag
 @click.option(
     "--bench",
     type=existing,
-    help="The rig, and its columns (bench.yaml); a canonical log needs none.",
+    help="Rig with the columns (bench.yaml); not needed for a canonical log.",
 )
 @click.option(
     "--guess",
     is_flag=True,
     help=(
-        "Write no log but a bench.yaml, guessed from the names and units of RAW, for you to check."
+        "Write a bench.yaml instead of a log, guessed from the names and units of RAW, "
+        "to be checked."
     ),
 )
 @click.option(
     "--axis",
     type=click.Choice(["rotary", "linear"]),
-    help="With --guess: kind of axis; else as the units or names tell.",
+    help="With --guess: kind of axis. [default: from units or names]",
 )
 @window_options
 @click.option(
@@ -82,21 +84,21 @@ longer period what has faster parts. --salvage keeps what can be read of a damag
 @click.option(
     "--kind",
     type=click.Choice(list(KINDS)),
-    help="Which test the log is of, where it is known. [default: info finds it]",
+    help="Kind of test in the log. [default: as info recognises it]",
 )
 @click.option(
     "--unit",
     "unit_name",
     metavar="NAME",
-    help="Which actuator the log is of, by its serial number; `observe run` tells them apart.",
+    help="Serial number of the actuator, by which `observe run` groups logs.",
 )
 @click.option(
     "--date",
     metavar="DATE",
-    help="When it was recorded (2026-01-03, or with T08:15:00), where its clock does not tell.",
+    help=("Date of the recording (2026-01-03, or with T08:15:00), if the log contains none."),
 )
 @click.option(
-    "--salvage", is_flag=True, help="Keep what can be read of a damaged file; exit code 3."
+    "--salvage", is_flag=True, help="Keep the readable part of a damaged file; exit code 3."
 )
 @output_option()
 @json_option

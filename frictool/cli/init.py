@@ -22,16 +22,17 @@ Example:
   frictool init my_rig --from bench.csv --axis rotary
   make -C my_rig
 
-Write a rig's documents to start from, commented: bench.yaml, spec.yaml, designs/speed.yaml, scenarios/steps.yaml, and a Makefile that
-chains the commands by file dependencies into build/.
+Write commented documents for a new rig: bench.yaml, spec.yaml, designs/speed.yaml,
+scenarios/steps.yaml, and a Makefile that runs the commands and writes to build/.
 
-With --from, what a log (CSV with a header, MATLAB, MCAP of ingest) tells by itself is filled in and marked as guessed: columns, units,
-sample period, the encoder's step where positions are no counts. Where the log does not tell the kind of axis, --axis has to. A unit or
-a column that it does not tell is written as "?", with what fits in a comment, and listed: the bench is not read before it is filled in.
-Without --from, put the bench's logs into DIR/logs/ before make.
+With --from, properties that a log shows are filled in and marked as guessed: columns, units, sample
+period, and the encoder's step if positions are no counts. A unit or a column that the log does not
+show is written as "?" with the candidates in a comment; the bench is an error until you fill it in.
+If the log does not show the kind of axis, --axis is needed. Without --from, put the bench's logs
+into DIR/logs/ before you run make.
 
-Everything else is an example that loads, marked "# example: replace"; the command lists the keys. A verdict on examples says nothing
-of your rig. Nothing that exists is overwritten.
+Everything else is an example, marked "# example: replace"; the command lists these keys. A verdict
+that depends on examples says nothing about your rig. Existing files are not overwritten.
 """
 
 
@@ -40,10 +41,14 @@ of your rig. Nothing that exists is overwritten.
 @click.option(
     "--axis",
     type=click.Choice(["rotary", "linear"]),
-    help="Kind of axis; else as the units or names of the log tell.",
+    help="Kind of axis. [default: from units or names of the log]",
 )
 @click.option(
-    "--from", "log", type=existing, metavar="LOG", help="A log of the bench to guess from."
+    "--from",
+    "log",
+    type=existing,
+    metavar="LOG",
+    help="Log of the bench from which properties are guessed.",
 )
 @json_option
 def command(folder: Path, axis: str | None, log: Path | None, as_json: bool) -> None:

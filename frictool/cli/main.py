@@ -24,59 +24,65 @@ from frictool.runtime import notifications
 
 # command -> (module, one line for --help), in the order of the pipeline
 COMMANDS: dict[str, tuple[str, str]] = {
-    "init": ("frictool.cli.init", "Commented documents to start a rig's folder from."),
-    "ingest": ("frictool.cli.ingest", "Bench files to the canonical log (MCAP)."),
-    "info": ("frictool.cli.info", "What a log holds, its quality, and what it is good for."),
-    "convert": ("frictool.cli.convert", "A log to CSV, MATLAB, MDF, NumPy or Parquet."),
+    "init": ("frictool.cli.init", "Write commented documents for a new rig."),
+    "ingest": ("frictool.cli.ingest", "Convert bench files to the canonical log (MCAP)."),
+    "info": ("frictool.cli.info", "Show the contents and the quality of a log."),
+    "convert": ("frictool.cli.convert", "Convert a log to CSV, MATLAB, MDF, NumPy or Parquet."),
     "assess": (
         "frictool.cli.assess",
-        "What this bench can identify, by which test, how precisely, and why.",
+        "State which parameters a bench can identify, and how precisely.",
     ),
     "excite": (
         "frictool.cli.excite",
-        "The test to play on the bench: sines, ramps, steps, multisines.",
+        "Write a test to play on the bench: sines, ramps, steps, multisines.",
     ),
-    "identify": ("frictool.cli.identify", "Logs to parameters with intervals (model.yaml)."),
-    "validate": ("frictool.cli.validate", "A model against a measured log: errors and a plot."),
+    "identify": (
+        "frictool.cli.identify",
+        "Identify parameters with intervals from logs (model.yaml).",
+    ),
+    "validate": ("frictool.cli.validate", "Compare a model with a measured log."),
     "synth": (
         "frictool.cli.synth",
-        "Model and specification to a verified controller (controller.yaml).",
+        "Synthesise and verify a controller (controller.yaml).",
     ),
     "verify": (
         "frictool.cli.verify",
-        "The proof of a controller's certificate, again, without a solver.",
+        "Prove the certificate of a controller again, without a solver.",
     ),
-    "simulate": ("frictool.cli.simulate", "Step tests of model and controller, as a log."),
-    "report": ("frictool.cli.report", "Metrics and verdict of logs against the specification."),
+    "simulate": ("frictool.cli.simulate", "Simulate model and controller, and write a log."),
+    "report": ("frictool.cli.report", "Judge logs by the specification."),
     "campaign": (
         "frictool.cli.campaign",
-        "A controller on many plants: pass rate, what fails and why, worst cases.",
+        "Simulate many plants: pass rate, causes of failures, worst cases.",
     ),
     "reduce": (
         "frictool.cli.reduce",
-        "A mechanism of blocks and links to a one-inertia model, with the error of each step.",
+        "Reduce a mechanism to a one-inertia model, with the error of each step.",
     ),
-    "export": ("frictool.cli.export", "Controller to C99 with golden vectors."),
+    "export": (
+        "frictool.cli.export",
+        "Export a controller to C99 with golden vectors, JSON or MATLAB.",
+    ),
     "observe": (
         "frictool.cli.observe",
-        "Velocity, friction and wear from a running actuator's log; observers designed.",
+        "Estimate velocity, friction and wear; design observers.",
     ),
     "compare": (
         "frictool.cli.compare",
-        "Friction laws in the four tests of thesis 3.7, as numbers and verdicts.",
+        "Compare friction laws in four tests.",
     ),
     "equations": (
         "frictool.cli.equations",
-        "The equations of a mechanism, derived from its description.",
+        "Print the equations of a mechanism.",
     ),
-    "schema": ("frictool.cli.schema", "JSON Schema of a document, for editors."),
+    "schema": ("frictool.cli.schema", "Print the JSON Schema of a document."),
     "doctor": (
         "frictool.cli.doctor",
-        "The state of this installation, and what is left over of former ones.",
+        "Check this installation, and clean up after former ones.",
     ),
     "completion": (
         "frictool.cli.completion",
-        "Completion of commands, options and files for bash, zsh and fish.",
+        "Print the completion script for bash, zsh or fish.",
     ),
 }
 

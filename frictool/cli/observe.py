@@ -8,14 +8,14 @@ from frictool.cli.lazy_group import LazyGroup
 
 # subcommand -> (module, one line for --help)
 COMMANDS: dict[str, tuple[str, str]] = {
-    "design": ("frictool.cli.observe_design", "Gains of an observer, verified (observer.yaml)."),
+    "design": ("frictool.cli.observe_design", "Design and verify an observer (observer.yaml)."),
     "loop": (
         "frictool.cli.observe_loop",
-        "A controller whose speed comes from an observer, verified with it.",
+        "Replace a controller's speed signal by an observer, and verify the loop.",
     ),
     "run": (
         "frictool.cli.observe_run",
-        "Velocity, friction and wear along logs, with intervals, and a verdict.",
+        "Estimate velocity, friction and wear along logs, with a verdict.",
     ),
 }
 
@@ -26,7 +26,7 @@ Example:
   frictool observe design model.yaml --kind tracking -o observer.yaml
   frictool observe loop controller.yaml --observer observer.yaml -o observed.yaml
 
-Velocity, friction and wear of an actuator that runs, from its encoder and its drive.
+Estimate velocity, friction and wear of a running actuator from its encoder and its drive.
 """
 
 

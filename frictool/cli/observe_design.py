@@ -38,14 +38,14 @@ Example:
 
 Design an observer of velocity and friction from a model.
 
-multiplicative and additive are the switched observers of thesis chapter 6: friction has grown by a factor alpha (6.13), or by an effort
-alpha (6.22). Their gains bound the gain from the model's error to the estimate's by gamma (6.6) and let the error fall by a decay,
-whatever the allowed switches. They are accepted only if the inequalities hold when they are evaluated with the gains as stored, every
-mode's error dies out, and simulated switching sequences show no more than gamma; else nothing is written and the exit code is 4. They
-need a fine encoder.
+multiplicative and additive are switched observers: the friction has grown by a factor alpha, or by
+an effort alpha. Their gains bound the estimation error relative to the model error by gamma and let
+the error decay under all allowed switches. Three checks follow: the inequalities hold with the
+stored gains, the error of every mode decays, and simulated switching sequences stay below gamma. If
+one fails, nothing is written and the exit code is 4. These observers need a fine encoder.
 
-tracking is the one for a coarse encoder: it moves by the model and is put right by what the encoder excludes. Its one number is the
-bandwidth of its error.
+tracking is an observer for a coarse encoder: a model prediction, corrected where it leaves the
+encoder's count. Its only setting is the bandwidth of the error.
 """
 
 
@@ -73,20 +73,20 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
     "--kind",
     type=click.Choice(["multiplicative", "additive", "tracking"]),
     required=True,
-    help="Which observer.",
+    help="Kind of observer.",
 )
 @click.option(
     "--intervals",
     type=click.IntRange(1, 50),
     default=10,
     show_default=True,
-    help="Of the position, for each direction; multiplicative.",
+    help="multiplicative: number of position intervals in each direction.",
 )
 @click.option(
     "--switch-speed",
     help=(
-        "Stuck below it, such as 10rad/s; switched kinds.  [default: a fortieth of the "
-        "bench's top speed]"
+        "Switched kinds: speed below which the axis sticks, such as 10rad/s. [default: "
+        "1/40 of the bench's top speed]"
     ),
 )
 @click.option(
@@ -94,48 +94,56 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
     callback=_weights,
     default="1,100,0.001",
     show_default=True,
-    help="Of position, speed, alpha (6.19).",
+    help="Switched kinds: weights of position, speed and alpha in the error.",
 )
 @click.option(
     "--decay",
     type=FiniteRange(0.0, 1.0, min_open=True),
-    help="Of the error, a sample; 1 for none.  [default: 0.997, nearer to 1 below 1 ms]",
+    help=(
+        "Switched kinds: factor on the error per sample; 1 for none. [default: 0.997, "
+        "nearer to 1 below 1 ms]"
+    ),
 )
 @click.option(
     "--quiet",
     type=FiniteRange(1.0, min_open=True),
     help=(
-        "Gamma may be so many times the smallest, for gains that pass less of the "
-        "encoder's noise; 4 is usual.  [default: (6.6) as it is]"
+        "Switched kinds: allowed gamma relative to the smallest one. Larger values pass"
+        " less encoder noise; 4 is usual. [default: smallest gamma]"
     ),
 )
-@click.option("--inertia", help="In place of the model's, such as 1.1e-5 or '110 g cm^2'.")
+@click.option(
+    "--inertia", help="Inertia that replaces the model's, such as 1.1e-5 or '110 g cm^2'."
+)
 @click.option(
     "--transitions",
     type=click.Choice(["neighbours", "direction"]),
     default="neighbours",
     show_default=True,
-    help="Of the intervals: figure 6.3, or any in a direction.",
+    help=(
+        "Switched kinds: allowed switches, between neighbouring intervals or between "
+        "any of a direction."
+    ),
 )
 @click.option(
     "--stuck-speed",
     type=click.Choice(["held", "zero"]),
     default="held",
     show_default=True,
-    help="What mode 0 does with the estimated speed.",
+    help="Switched kinds: estimated speed in mode 0, held or zero.",
 )
 @click.option(
     "--bandwidth",
     type=FiniteRange(0.0, min_open=True),
-    help="Of its error [rad/s]; tracking.  [default: by the model's intervals]",
+    help=("tracking: bandwidth of the error [rad/s]. [default: from the model's intervals]"),
 )
 @click.option(
     "--drive-noise",
-    help="Standard deviation of the measured drive, such as 0.5A; tracking.  [default: 0]",
+    help=("tracking: standard deviation of the measured drive, such as 0.5A. [default: 0]"),
 )
 @output_option(
     required=False,
-    help="The observer (YAML); - is stdout. Without it nothing is written.",
+    help="Observer (YAML); - is stdout. Without it nothing is written.",
     writes=("YAML",),
 )
 @json_option

@@ -25,15 +25,16 @@ if TYPE_CHECKING:
 HELP = """\b
 Example:
   frictool observe loop controller.yaml --observer observer.yaml -o observed.yaml
-  frictool simulate model.yaml --controller observed.yaml --scenario scenarios/steps.yaml -o observed.mcap
+  frictool simulate model.yaml --controller observed.yaml --scenario steps.yaml -o observed.mcap
   frictool export observed.yaml --lang c --number float -o c/
 
-Give a controller its speed from an observer in place of the encoder's difference: in a speed error, a brake, the energy of a limiter,
-virtual friction, friction compensation, the bound of a winding. Positions, and eta, which is an integral less the position, stay measured.
+Replace the speed signal of a controller by that of an observer, wherever the controller uses a
+speed. The position stays measured.
 
-The loop with the observer is another loop: where the speed feeds the linear controller, its margins are found again at every vertex with
-the observer inside, and what was certified of the old loop is taken out. Exit 4 where it is unstable at a vertex, or below the modulus
-margin that was specified; --modulus-margin specifies another. What is written runs in simulate, export, verify and report.
+If the speed feeds the linear controller, the loop changes: its margins are computed again at every
+vertex with the observer inside, and the certificate of the former loop is removed. Exit code 4 if
+the loop is unstable at a vertex or violates the specified modulus margin. The new controller runs
+in simulate, export, verify and report.
 """
 
 
@@ -45,16 +46,16 @@ margin that was specified; --modulus-margin specifies another. What is written r
     "--observer",
     type=existing,
     required=True,
-    help="What the controller takes for the speed (observer.yaml).",
+    help="Observer that provides the speed (observer.yaml).",
 )
 @click.option(
     "--modulus-margin",
     type=FiniteRange(0.0, 1.0),
-    help="Specified from now on.  [default: the controller's]",
+    help="New specified modulus margin. [default: the controller's]",
 )
 @output_option(
     required=False,
-    help="The controller with it (YAML); - is stdout. Without it nothing is written.",
+    help="New controller (YAML); - is stdout. Without it nothing is written.",
     writes=("YAML",),
 )
 @json_option

@@ -48,19 +48,20 @@ Example:
   frictool observe run model.yaml shift.mcap --wear-limit 1.25 -o estimates.mcap --plot wear.svg
   frictool observe run model.yaml fleet/ --wear-limit 1.25 -o fleet.csv --plot trend.svg
 
-Estimate velocity, friction and wear of an actuator that runs, from its encoder and its drive: each with an interval, at every sample, from
-what was known at that sample. Wear is the dry friction over the model's, 1 where nothing has worn.
+Estimate velocity, friction and wear of a running actuator from its encoder and its drive. Each
+estimate has an interval at every sample, and uses the samples before it only. Wear is the dry
+friction divided by that of the model; it is 1 if nothing has worn.
 
-LOG is a canonical log or a raw file, which the columns of the model's bench tell; - is standard input. It is read block by block: hours
-take no more memory than minutes. -o writes the estimates as a log, --plot draws them (.svg, or a page, .html).
+LOG is a canonical log, or a raw file with the columns of the model's bench; - is standard input. It
+is read in blocks, so that the memory does not grow with its length. -o writes the estimates as a
+log, --plot draws them.
 
-With a folder or several logs, one row a log: unit, date, wear, interval, verdict (CSV on stdout, -o fleet.csv or fleet.parquet), and
---plot draws the wear over the date. The ratio is to the unit's earliest log, or to --commissioning. A log that cannot be read is a row
-with its reason. They are shared among the cores, or the workers of a Dask --cluster, which changes no row.
+With a folder or several logs, the result is a table with one row per log: unit, date, wear,
+interval, verdict. --plot draws the wear over the date. The ratio is relative to the unit's first
+log, or to --commissioning. A log that cannot be read is a row with its reason.
 
-Exit codes: 1 if the wear limit is exceeded, or a log leaves that undecided (not with --allow-undecided); else 3 if a log could not be read
-or has lost data; else 0. The outputs are written in every case; --json counts each of them: above_limit, undecided, not_read, data_lost, of
-one log alarm (null: undecided) and lost.
+Exit codes: 1 if the wear limit is exceeded or a log leaves it undecided; else 3 if a log could not
+be read or has lost data; else 0. The outputs are written in every case.
 """
 
 
@@ -77,51 +78,52 @@ one log alarm (null: undecided) and lost.
 @click.option(
     "--wear-limit",
     type=FiniteRange(0.0, min_open=True),
-    help="Exit code 1 where the wear, or its ratio, is above it.",
+    help=("Exit code 1 if the wear, or its ratio to the first log, is above this limit."),
 )
 @click.option(
     "--commissioning",
     type=existing,
-    help="The unit's first log, or the --json of its run: the limit is one of the ratio.",
+    help=(
+        "First log of the unit, or the --json output of its run; the limit then applies"
+        " to the ratio."
+    ),
 )
 @click.option(
     "--observer",
     type=existing,
-    help="Another observer beside, its estimates as /axis/observer (observer.yaml).",
+    help=("Additional observer, whose estimates become /axis/observer (observer.yaml)."),
 )
 @click.option(
     "--plot",
     type=NamedPath(True, ("SVG", "HTML"), True),
-    help="A picture of the estimates (.svg), or a page (.html); of several logs the trend.",
+    help=("Write a picture of the estimates (.svg) or a page (.html); of several logs the trend."),
 )
 @click.option(
     "--confidence",
     type=FiniteRange(0.5, 0.9999),
     default=0.95,
     show_default=True,
-    help="Of the intervals.",
+    help="Confidence level of the intervals.",
 )
 @window_options
-@click.option(
-    "--stream", "topic", metavar="TOPIC", help="Which stream of the log. [default: /axis]"
-)
+@click.option("--stream", "topic", metavar="TOPIC", help="Stream of the log. [default: /axis]")
 @click.option(
     "--unit",
     metavar="REGEX",
-    help="Where the logs do not say their unit: what it finds in a file's name.",
+    help=("Pattern of the unit's name in a file name, if the logs do not contain it."),
 )
 @click.option(
     "--date",
     metavar="REGEX",
-    help="The same of the date: year, month, day, and hour, minute, second.",
+    help=("Pattern of the date in a file name: year, month, day, and hour, minute, second."),
 )
 @click.option(
-    "--salvage", is_flag=True, help="Keep what can be read of a damaged file; exit code 3."
+    "--salvage", is_flag=True, help="Keep the readable part of a damaged file; exit code 3."
 )
 @workers_options
 @output_option(
     required=False,
-    help="The estimates (.mcap), or of several logs the table (.csv, .parquet); - is stdout.",
+    help=("Estimates (.mcap), or of several logs the table (.csv, .parquet); - is stdout."),
 )
 @click.option(
     "--allow-undecided",

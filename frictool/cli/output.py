@@ -70,10 +70,13 @@ def output_option(
 allow_undecided_option = click.option(
     "--allow-undecided",
     is_flag=True,
-    help="Exit code 0 also if requirements are undecided, none is broken and one is met.",
+    help=(
+        "Exit code 0 also if requirements are undecided, provided that none is broken "
+        "and one is met."
+    ),
 )
 json_option = click.option(
-    "--json", "as_json", is_flag=True, help="One JSON object on stdout instead of text."
+    "--json", "as_json", is_flag=True, help="Print one JSON object on stdout instead of text."
 )
 
 

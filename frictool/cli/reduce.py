@@ -37,13 +37,15 @@ Example:
   frictool reduce mechanism.yaml --bandwidth 300 --reduced reduced.yaml -o model.yaml
   frictool reduce throttle.yaml --travel 0.2 1.5 -o opening.yaml
 
-Reduce a mechanism to one inertia with friction: rigid links lumped, losses turned into friction, springs and cams into the friction that
-the motor feels in each direction, backlash brought to the motor and the sensor, resonances above a bandwidth dropped.
+Reduce a mechanism to one inertia with friction. Rigid links are lumped, losses become friction,
+springs and cams become the friction of each direction at the motor, backlash is moved between motor
+and sensor, and resonances above a bandwidth are dropped.
 
-Each step tells what it neglects, the error that is expected, and the error that is measured: every step, and the model at the end, are
-played under the same commands as the whole mechanism, and with --controller and --scenario in the closed loop too. Where the measured
-error is beyond --tolerance, or an expected one that no interval of the model holds, nothing is written and the exit code is 4. Where a step
-cannot be made at all --reduced writes the mechanism of the steps before it.
+Each step states what it neglects, its expected error and its measured error. To measure it, every
+step and the final model are simulated under the same commands as the whole mechanism; with
+--controller and --scenario also in the closed loop. If a measured error is above --tolerance, or an
+expected one is not covered by an interval of the model, nothing is written and the exit code is 4.
+If a step is impossible, --reduced writes the mechanism of the steps before it.
 """
 
 
@@ -53,48 +55,51 @@ cannot be made at all --reduced writes the mechanism of the steps before it.
     "--bandwidth",
     type=FiniteRange(min=0.0, min_open=True),
     metavar="RAD/S",
-    help="Keep resonances below, drop those above.",
+    help="Keep resonances below this frequency, drop those above.",
 )
 @click.option(
     "--controller",
     type=existing,
-    help="Without --bandwidth: ten times the highest crossing of this controller's loop.",
+    help=(
+        "Without --bandwidth: use ten times the highest crossover frequency of this "
+        "controller's loop."
+    ),
 )
 @click.option(
     "--scenario",
     type=existing,
-    help="Play it too, under --controller, to the mechanism and to its one inertia.",
+    help="With --controller: also compare mechanism and model in this scenario.",
 )
 @click.option(
     "--travel",
     type=(FiniteRange(), FiniteRange()),
     metavar="LOW HIGH",
     help=(
-        "Reduce this part of the travel alone [rad | m], as the sensor measures it: one "
-        "side of a default position."
+        "Reduce this part of the travel only, in coordinates of the sensor [rad | m], "
+        "such as one side of a default position."
     ),
 )
 @click.option(
     "--bench",
     type=existing,
-    help="The bench of the model, in place of the mechanism's own source and sensor.",
+    help="Bench of the model, instead of the mechanism's source and sensor.",
 )
 @click.option(
     "--tolerance",
     type=FiniteRange(0.0, 1.0, min_open=True),
     default=0.05,
     show_default=True,
-    help="Error allowed, of the way.",
+    help="Allowed error, relative to the travelled distance.",
 )
 @click.option(
     "--reduced",
     type=NamedPath(writes=("YAML",)),
-    help="Where to write the last mechanism, with the blocks of kept resonances.",
+    help="Also write the last mechanism, with the blocks of kept resonances.",
 )
 @click.option(
     "--plot",
     type=NamedPath(writes=("SVG",)),
-    help="The curves that the motor feels, as a picture (SVG).",
+    help="Write the curves of inertia and friction at the motor (SVG).",
 )
 @output_option(required=False, writes=("YAML",))
 @json_option

@@ -39,15 +39,18 @@ HELP = """\b
 Example:
   frictool report run.mcap --spec spec.yaml --controller controller.yaml -o report.html
 
-Measure the steps of simulated or measured logs and judge them against the specification: a page with plots (-o), JUnit for a build
-server, Markdown for a merge request, JSON for programs.
+Measure the steps of simulated or measured logs and judge them by the specification. The outputs are
+a page with plots (-o), JUnit for a build server, Markdown for a merge request, and JSON.
 
-Each requirement is judged by its worst value over all steps of all streams (/axis and every variant /axis/NAME) and is MET, NOT MET or
-UNDECIDED with the reason: a smooth reference has no step, and a log alone has no modulus margin (give --controller). The margin is that of
-the plants that were played; a model or a rig that the controller was not verified for leaves it undecided. The verdict is FAIL if
-a requirement is not met, else UNDECIDED if one is undecided, else PASS.
-Raw CSV and MAT logs are read by the columns of --bench, or else of the controller's own bench, which tells the drive's limit and the
-backlash too. Several logs are laid over each other, aligned at the steps that they have in common.
+Each requirement is judged by its worst value over all steps of all streams (/axis and every variant
+/axis/NAME). It is MET, NOT MET, or UNDECIDED with the reason: a smooth reference has no step, and a
+log alone has no modulus margin, which --controller provides. The margin is that of the simulated
+plants; it is undecided for a model or a rig that the controller was not verified for. The verdict
+is FAIL if a requirement is not met, else UNDECIDED if one is undecided, else PASS.
+
+Raw CSV and MAT logs are read by the columns of --bench, or else of the controller's bench, which
+also provides the drive's limit and the backlash. Several logs are overlaid, aligned at their common
+steps.
 
 Exit codes: 0 pass; 1 fail or undecided. The outputs are written in either case.
 """
@@ -63,21 +66,27 @@ Exit codes: 0 pass; 1 fail or undecided. The outputs are written in either case.
     help="Logs to judge, simulated or measured.",
 )
 @click.option(
-    "--spec", type=existing, required=True, help="What the closed loop has to do (spec.yaml)."
+    "--spec", type=existing, required=True, help="Requirements on the closed loop (spec.yaml)."
 )
 @click.option(
     "--controller",
     type=existing,
-    help="Whose loop it is: modulus margin, transfers (controller.yaml).",
+    help=(
+        "Controller of the loop, for the modulus margin and transfer functions (controller.yaml)."
+    ),
 )
 @click.option(
-    "--bench", type=existing, help="Columns of raw logs, drive limit, backlash (bench.yaml)."
+    "--bench", type=existing, help="Rig: columns of raw logs, drive limit, backlash (bench.yaml)."
 )
-@output_option(required=False, help="The page (HTML); - is stdout.", writes=("HTML",))
+@output_option(required=False, help="Page (HTML); - is stdout.", writes=("HTML",))
 @click.option(
-    "--junit", type=NamedPath(writes=("XML",)), help="JUnit XML, one test case per requirement."
+    "--junit",
+    type=NamedPath(writes=("XML",)),
+    help="Write JUnit XML, one test case per requirement.",
 )
-@click.option("--markdown", type=NamedPath(writes=("Markdown", "text")), help="Markdown table.")
+@click.option(
+    "--markdown", type=NamedPath(writes=("Markdown", "text")), help="Write a Markdown table."
+)
 @allow_undecided_option
 @json_option
 @click.pass_context

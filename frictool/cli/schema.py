@@ -33,7 +33,7 @@ Print the JSON Schema of a document, for the YAML support of an editor. NAME is 
     "--json",
     is_flag=True,
     expose_value=False,
-    help="Accepted as in every command: a schema is JSON anyway.",
+    help="Accepted as in every command; a schema is JSON anyway.",
 )
 def command(name: str, output: Path | None) -> None:
     text = json.dumps(json_schema(name), indent=2) + "\n"

@@ -42,61 +42,42 @@ if TYPE_CHECKING:
     from frictool.logs.log import Log
     from frictool.simulate.mechanism_bench import MechanismBenchPlant
 
-KEYS = """\b
-scenario.yaml, key by key (quantities are {value, unit}; docs/formats.md has an example of each):
-  start          position at rest before it begins
-  steps          parts of the reference, one after another; each is one of
-                   {reference: .., duration_s: ..}  held      {ramp_to: .., duration_s: ..}  at constant speed
-                   {sine: {amplitude, frequency_hz, phase_deg, centre}, duration_s: ..}
-                   {hold_s: ..}  what was there is kept, 15 s or more: limit cycles show late
-  reference      in place of steps {log, channel, from_s, to_s, shift, hold_s}: a measured reference is replayed; raw logs are read by
-                 the columns of the model's bench
-  variants       nominal: the model; vertices: also the corners of its ranges; random: also `plants` drawn plants;
-                 given: in its place one plant
-  plants         how many plants are drawn from the ranges of model and bench, or from those of the mechanism's own quantities
-  given          what that plant differs in, by name: {coulomb: {value, unit}, ..}, {links.belt.stiffness: ..} of a mechanism
-  disturbances   efforts on the axis {kind: step | pulse | sine, effort, at_s, duration_s, frequency_hz, phase_deg}; on: a mechanism's block
-  drifts         wear, warmth: {friction, viscous, constant: [{at_s, factor}, ..]}, straight lines between the points
-  sensor_faults  {kind: lost_counts, counts, at_s}, {kind: encoder_stuck | encoder_invalid, at_s, until_s},
-                 {kind: drive_offset, offset, at_s, until_s}, {kind: drive_gain, gain_error, at_s, until_s}
-  sources        of a mechanism, by name, what each is asked for: {motor: [{kind: step | pulse | ramp | sine, level, at_s, ..}, ..]}
-  duration_s     how long, in place of steps: a test without a controller
-  spread         what `frictool campaign` varies beside the plant: {wear, temperature, start, sensor_faults, ..}; here it is left out
-  drive          current or voltage, which the quantities of the drive are in
-  drive_noise    standard deviation of the measured drive, A or V
-  seed           of the noise and of the drawn plants
-  examples       keys whose values `frictool init` made up and nobody has replaced; commands and verdicts warn of them
-"""
-
 HELP = f"""\b
 Example:
-  frictool simulate model.yaml --controller controller.yaml --scenario scenarios/steps.yaml -o run.mcap
-  frictool simulate nonlinear.yaml --controller controller.yaml --scenario scenarios/random.yaml -o plants.mcap
-  frictool simulate model.yaml --controller controller.yaml --scenario scenarios/steps.yaml --target c/ -o target.mcap
-  frictool simulate model.yaml --controller controller.yaml --observer observer.yaml --scenario scenarios/steps.yaml -o observed.mcap
-  frictool simulate model.yaml --excitation sines.mcap --position-gain 30 --speed-gain 0.1 -o bench_log.mcap
-  frictool simulate mechanism.yaml --controller controller.yaml --scenario scenarios/mechanism.yaml --events events.csv -o run.mcap
+  frictool simulate model.yaml --controller controller.yaml --scenario steps.yaml -o run.mcap
+  frictool simulate model.yaml --controller controller.yaml --scenario steps.yaml --target c/ \\
+    -o target.mcap
+  frictool simulate model.yaml --excitation sines.mcap --position-gain 30 --speed-gain 0.1 \\
+    -o bench_log.mcap
+  frictool simulate mechanism.yaml --controller controller.yaml --scenario steps.yaml \\
+    --events events.csv -o run.mcap
   frictool simulate mechanism.yaml --scenario torques.yaml -o run.mcap
 
-Play a scenario to the model, or to a whole mechanism, under its controller and write what a bench would have logged.
+Simulate a scenario with a model or a whole mechanism under its controller, and write the log that a
+bench would record. docs/reference/documents.md lists the keys of scenario.yaml.
 
-The engine moves from event to event (stop, breakaway, backlash contact, knee, end stop), in closed form where there is one: an axis at
-rest below its breakaway stays where it is, exactly. The controller is sampled, sees the position through the encoder, and acts after
-the bench's computational delay.
-The log holds what a bench would have (position, reference, drive, effort), velocity_estimated, which the controller took for the speed, and
-what only a simulation knows (position_true, velocity, load_position, the true drive, command). Each plant is a stream: /axis is the model,
-/axis/NAME a vertex or a drawn plant.
-Of a mechanism the log has the stream /mechanism too: position, velocity and stick of every block, the side of every contact, what flows in
-each source; load_position is that of the block at the far end of the links, seen at the sensor. random draws every quantity of the file
-that has low and high. Without --controller its sources follow the scenario's `sources`. The summary holds the energy balance; --events
-lists every breakaway, stick, contact and impact.
-With --observer the controller's speed is that of an observer (frictool observe design), whose loop is verified at the vertices first: exit
-4 where it is unstable; `frictool observe loop` writes that controller for export.
-With --number the controller runs in float or in fixed point as on the target; with --target the exported C itself runs, compiled here.
+The engine steps from event to event (stop, breakaway, backlash contact, knee, end stop). An axis at
+rest below its breakaway does not move at all. The controller is sampled, reads the position through
+the encoder, and acts after the bench's computational delay.
 
-{KEYS}
-With --excitation a test that `frictool excite` wrote as MCAP is played as the bench would play it: ramps by their rule, a reference under
-the bench's own position loop,  {LAW},  on the encoder's counts. The log holds what the bench would have logged.
+The log contains position, reference, drive and effort, the speed that the controller used
+(velocity_estimated), and signals that only a simulation knows: position_true, velocity,
+load_position, the true drive, command. Each plant is a stream: /axis is the model, /axis/NAME a
+vertex or a drawn plant.
+
+The log of a mechanism also has the stream /mechanism: position, velocity and stick of every block,
+the side of every contact, the drive of each source. Without --controller, the scenario's `sources`
+drive the mechanism. The summary contains the energy balance; --events lists every breakaway, stick,
+contact and impact.
+
+--observer gives the controller the speed of an observer. The loop with it is verified at the
+vertices first; exit code 4 if it is unstable. `frictool observe loop` writes that controller.
+
+--number runs the controller in float or fixed point as on the target; --target runs the exported C
+code, compiled here.
+
+--excitation plays a test of `frictool excite` as the bench would: ramps by their rule, a reference
+with the bench's position controller  {LAW}  on the encoder's counts.
 """
 
 
@@ -104,40 +85,41 @@ the bench's own position loop,  {LAW},  on the encoder's counts. The log holds w
 @click.argument(
     "model", help="Model of the axis (model.yaml), or mechanism (mechanism.yaml).", type=existing
 )
-@click.option("--controller", type=existing, help="The controller (controller.yaml).")
-@click.option("--scenario", type=existing, help="What is played: keys above (scenario.yaml).")
+@click.option("--controller", type=existing, help="Controller (controller.yaml).")
+@click.option("--scenario", type=existing, help="Scenario to simulate (scenario.yaml).")
 @click.option(
-    "--observer", type=existing, help="What the controller takes for the speed (observer.yaml)."
+    "--observer",
+    type=existing,
+    help="Observer that provides the speed to the controller (observer.yaml).",
 )
 @click.option(
     "--target",
     type=existing,
-    help=(
-        "The folder of `frictool export --lang c`: its code, compiled, in place of the "
-        "simulation's."
-    ),
+    help=("Folder of `frictool export --lang c`, whose compiled code runs as the controller."),
 )
 @click.option(
     "--number",
     type=click.Choice(["double", "float", "q31", "q15"]),
-    help="Number format the controller runs in. [default: double]",
+    help="Number format in which the controller runs. [default: double]",
 )
-@click.option("--excitation", type=existing, help="Instead: a test of `frictool excite` (.mcap).")
+@click.option(
+    "--excitation", type=existing, help="Test of `frictool excite` (.mcap), instead of a scenario."
+)
 @servo_options
 @click.option(
     "--drive-noise",
     type=FiniteRange(0.0),
-    help="--excitation: standard deviation of the measured drive [A | V]. [default: 0]",
+    help=("With --excitation: standard deviation of the measured drive [A | V]. [default: 0]"),
 )
 @click.option(
     "--seed",
     type=click.IntRange(0),
-    help="--excitation: of the noise, and of the encoder's zero within a count. [default: 0]",
+    help=("With --excitation: seed of the noise and of the encoder's zero. [default: 0]"),
 )
 @click.option(
     "--events",
     type=NamedPath(writes=("CSV",)),
-    help="Of a mechanism: where to write what happens when, as CSV.",
+    help="Of a mechanism: write the times of all events to this file (CSV).",
 )
 @output_option(writes=("MCAP",))
 @json_option

@@ -32,21 +32,21 @@ Synthesise a controller for every plant that the intervals of model and bench sp
 as it will run.
 
 \b
-Methods (`method` of the design), and when each is right:
+Methods (`method` of the design), and the use of each:
 {METHOD_ROWS}
 
-The controller is accepted only if the loop rebuilt from the stored coefficients, sampled at the
-bench's period, is stable at every vertex with 0 and with 1 sample of computational delay, holds the
-specified modulus margin at the bench's delay, and does so with its coefficients rounded to the
-target's number format. Then its worst norm over the whole box is searched for, bounded, and proved:
-`frictool verify` proves it again. If one of these fails, nothing is written and the exit code is 4.
+The loop is rebuilt from the stored coefficients and sampled at the bench's period. It must be
+stable at every vertex with 0 and with 1 sample of computational delay, and have the specified
+modulus margin at the bench's delay, also with coefficients rounded to the target's number format.
+Then its worst norm over all plants of the intervals is bounded and proved; `frictool verify` proves
+it again. If one of these steps fails, nothing is written and the exit code is 4.
 """
 
 
 @click.command("synth", help=HELP)
 @click.argument("model", type=existing, help="Model of the axis (model.yaml).")
 @click.option(
-    "--spec", type=existing, required=True, help="What the closed loop has to do (spec.yaml)."
+    "--spec", type=existing, required=True, help="Requirements on the closed loop (spec.yaml)."
 )
 @click.option(
     "--design", type=existing, required=True, help="Structure, method and weights (design.yaml)."
@@ -54,16 +54,18 @@ target's number format. Then its worst norm over the whole box is searched for, 
 @click.option(
     "--vertices-only",
     is_flag=True,
-    help="Quicker: no bounds over the whole box, and no certificate.",
+    help=(
+        "Check the vertices only: quicker, without bounds for all plants and without certificate."
+    ),
 )
 @click.option(
     "--plot",
     type=NamedPath(writes=("SVG",)),
-    help="A picture of the trade that relax: auto finds (SVG).",
+    help="Write a picture of the trade that `relax: auto` finds (SVG).",
 )
 @output_option(
     required=False,
-    help="The controller (YAML); - is stdout. Without it nothing is written.",
+    help="Controller (YAML); - is stdout. Without it nothing is written.",
     writes=("YAML",),
 )
 @json_option

@@ -28,15 +28,16 @@ HELP = f"""\b
 Example:
   frictool validate model.yaml sines.mcap --plot validation.svg
 
-Replay what was measured through the model and compare: the measured effort drives it from the measured position, at rest, held between
-samples (or as the bench's drive lag lets it); the errors of position, velocity, acceleration and force leave out the first 20 samples.
+Simulate a model along a measured log and compare the two. The simulation starts from the measured
+position at rest and is driven by the measured effort, held between samples or with the bench's
+drive lag. The errors of position, velocity, acceleration and force exclude the first samples.
 
-With the gains of the controller that ran on the bench (--position-gain, --speed-gain), the measured reference drives the model in closed
-loop:  {LAW}.  Gains are in SI: 1/s, A s/rad (V s/m), A/(rad s).
+With the gains of the bench's controller, the measured reference drives the model in closed loop:
+{LAW}.
 
-The force error is that of identify: the effort that the model lacks along the measured motion, sample by sample where the axis slips, in
-the band of the motion. The effort error of a closed loop is measured less simulated effort. Relative errors are norms over the norm of
-the measured signal.
+The force error is that of identify: the effort that the model lacks along the measured motion, at
+samples in slip and in the frequency band of the motion. The effort error of a closed loop is
+measured less simulated effort. Relative errors are norms over the norm of the measured signal.
 """
 positive = FiniteRange(0.0, min_open=True)
 
@@ -50,20 +51,20 @@ positive = FiniteRange(0.0, min_open=True)
     type=click.IntRange(0),
     default=20,
     show_default=True,
-    help="Samples left out at the start.",
+    help="Number of samples left out at the start.",
 )
-@click.option("--moving", is_flag=True, help="Start with the measured speed, not at rest.")
+@click.option("--moving", is_flag=True, help="Start with the measured speed instead of at rest.")
 @click.option(
     "--cutoff-hz",
     type=positive,
     default=100.0,
     show_default=True,
-    help="Of velocity and acceleration, both of measured and simulated.",
+    help="Cut-off frequency of the filter on velocity and acceleration [Hz].",
 )
 @click.option(
     "--plot",
     type=NamedPath(True, writes=("SVG",)),
-    help="Measured against simulated (SVG); - is stdout.",
+    help="Write a picture of measured and simulated signals (SVG); - is stdout.",
 )
 @json_option
 def command(

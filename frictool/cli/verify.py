@@ -20,20 +20,24 @@ Example:
   frictool verify controller.yaml
   frictool verify controller.yaml --model model.yaml
 
-Prove again what a controller's certificate states, for every constant plant of its intervals and not only at their corners, and compute
-again everything that the document states of its loop.
+Prove the certificate of a controller again, for every constant plant of its intervals, and compute
+all stored properties of its loop again.
 
-The loop is built from the stored coefficients, sampled at the bench's period with its delay. The matrix inequalities of the certificate are
-proved with whole numbers: no solver, no rounding and no digest takes part. The box has to hold the bench's intervals. Norms, margins and
-rounded forms at the corners, and the plants seen inside the box, have to be what `verified` says. Digests show blocks that were changed
-although no figure depends on them (position law, prefilter). Figures of a solver are listed as not computed.
+The loop is built from the stored coefficients, sampled at the bench's period with its delay. The
+matrix inequalities of the certificate are proved in integer arithmetic, without solver, rounding or
+digest. The certificate's intervals must contain those of the bench. Norms, margins and rounded
+forms at the vertices, and the norms inside the intervals, must agree with `verified`. Digests show
+changed blocks that no stored property depends on (position law, prefilter). Results of a solver are
+listed as not computed.
 
-With --model, also whether the model lies within the intervals that the controller was verified for, whether its bench has the controller's
-drive limit, winding and encoder, and whether the loop has the specified modulus margin at every corner of the model's intervals, with the
-model's resonances too; if not, exit code 1. Parts of the model that no margin contains are listed.
+With --model, three more conditions are checked: the model lies within the verified intervals, its
+bench has the controller's drive limit, winding and encoder, and the loop has the specified modulus
+margin at every vertex of the model's intervals, also with the model's resonances. Properties of the
+model that no margin covers are listed.
 
-Exit codes: 0 everything holds; 1 the controller has no certificate, a stored figure is not that of its coefficients, or a block was changed
-after it was verified; 4 a bound is not proved, or a loop is unstable or misses the specified margin.
+Exit codes: 0 everything holds; 1 there is no certificate, a stored property differs from that of
+the coefficients, a block was changed, or a condition of --model fails; 4 a bound is not proved, or
+a loop is unstable or violates the specified margin.
 """
 
 NAMES = ("inertia", "viscous", "coulomb", "constant")
@@ -45,7 +49,7 @@ MOST_LINES = 12  # differences that the text lists
 @click.option(
     "--model",
     type=existing,
-    help="The plant that the controller has to be verified for (model.yaml).",
+    help="Model that the controller must be verified for (model.yaml).",
 )
 @json_option
 @click.pass_context

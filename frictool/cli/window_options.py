@@ -22,14 +22,14 @@ def window_options(function: F) -> F:
         "end",
         type=FiniteRange(),
         metavar="S",
-        help="Leave out what is after this time of the log [s].",
+        help="Leave out samples after this time of the log [s].",
     )
     start = click.option(
         "--from",
         "start",
         type=FiniteRange(),
         metavar="S",
-        help="Leave out what is before this time of the log [s].",
+        help="Leave out samples before this time of the log [s].",
     )
     return start(end(function))
 

@@ -16,14 +16,14 @@ def workers_options(function: F) -> F:
         "--cluster",
         metavar="ADDRESS",
         help=(
-            "Share the work among the workers of a Dask scheduler, tcp://HOST:PORT or "
+            "Address of a Dask scheduler whose workers share the work, tcp://HOST:PORT or "
             "tls://HOST:PORT."
         ),
     )
     cores = click.option(
         "--cores",
         type=click.IntRange(1),
-        help="Processes that share the work. [default: as many as there are cores]",
+        help="Number of processes that share the work. [default: number of cores]",
     )
     return cores(cluster(function))
 

@@ -402,12 +402,6 @@ def test_the_log_that_is_replayed_is_an_input(tmp_path: Path) -> None:
     refused(result, 3, "link_to_steps.mcap", "is an input")
 
 
-def test_every_key_of_a_scenario_is_in_the_help() -> None:
-    text = run("simulate", "--help").stdout
-    for key in Scenario.__struct_fields__:
-        assert key in ("format", "name", "axis") or f"\n    {key} " in text, key
-
-
 def test_the_scenario_of_the_formats_page_is_one(tmp_path: Path) -> None:
     """Its examples have every key; a replay and a test without a controller stand in place of the
     steps."""
