@@ -72,7 +72,9 @@ def link_equations(
     if backlash is not None and play is not None:
         modes = (
             _within(name, b, notation, play),
-            _touching(name, a, b, notation, ratio, play, rigid, backlash.restitution),
+            _rebounding(name, link, notation, ratio, play, backlash.restitution)
+            if rigid
+            else _pressed(name, b, notation, play),
         )
     return LinkEquations(
         name,
@@ -182,32 +184,30 @@ def _within(name: str, b: str, notation: Notation, play: Term) -> Condition:
     )
 
 
-def _touching(
-    name: str, a: str, b: str, notation: Notation, ratio: Term, play: Term,
-    rigid: bool, restitution: float,
-) -> Condition:  # fmt: skip
-    """Return the condition at the ends of the backlash."""
+def _pressed(name: str, b: str, notation: Notation, play: Term) -> Condition:
+    """Return the condition beyond the ends of the backlash of a compliant link."""
     stretch, _ = notation.stretch("e", name, notation.kinds[b])
-    unit, key = RATES[notation.kinds[b]][0], f"links.{name}"
-    if not rigid:
-        taut, _ = notation.stretch("s", name, notation.kinds[b])
-        ends = (
-            f"{taut.text} = {stretch.text} - {play.text} above, {stretch.text} + {play.text} below"
-        )
-        text = f"{name} touches beyond it: {ends}, lambda_{name} {taut.text} <= 0 (no flank pulls)"
-        return Condition(
-            text,
-            rf"{taut.latex} = {stretch.latex} \mp {play.latex}",
-            unit,
-            (taut, stretch, play),
-            key,
-        )
+    taut, _ = notation.stretch("s", name, notation.kinds[b])
+    ends = f"{taut.text} = {stretch.text} - {play.text} above, {stretch.text} + {play.text} below"
+    return Condition(
+        f"{name} touches beyond it: {ends}, lambda_{name} {taut.text} <= 0 (no flank pulls)",
+        rf"{taut.latex} = {stretch.latex} \mp {play.latex}",
+        RATES[notation.kinds[b]][0],
+        (taut, stretch, play),
+        f"links.{name}",
+    )
+
+
+def _rebounding(
+    name: str, link: Transmitting, notation: Notation, ratio: Term, play: Term, restitution: float
+) -> Condition:
+    """Return the condition at the ends of the backlash of a rigid link."""
+    a, b = link.between
+    stretch, _ = notation.stretch("e", name, notation.kinds[b])
     follows = ratio.times(notation.speed(a)).negative()
     sign = "-" if follows.sign < 0 else "+"
-    slip, slip_latex = (
-        f"{notation.speed(b).text} {sign} {follows.text}",
-        f"{notation.speed(b).latex} {sign} {follows.latex}",
-    )
+    slip = f"{notation.speed(b).text} {sign} {follows.text}"
+    slip_latex = f"{notation.speed(b).latex} {sign} {follows.latex}"
     after = f"-{restitution:g} times itself" if restitution else "0"
     ends = (
         f"{stretch.text} = -{play.text} with lambda_{name} >= 0, "
@@ -217,8 +217,8 @@ def _touching(
     return Condition(
         text,
         rf"{stretch.latex} = \mp {play.latex}: \quad {slip_latex} = 0",
-        unit,
+        RATES[notation.kinds[b]][0],
         (stretch, play),
-        key,
+        f"links.{name}",
         "(2.19)",
     )

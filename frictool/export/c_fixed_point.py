@@ -1,4 +1,4 @@
-"""C expressions in fixed point, equal to the integer arithmetic of control/fixed_kernel.py.
+"""C expressions in fixed point, equal to control/fixed_point_kernel.py.
 
 The shifts are those of control/fixed_point.py:
 
@@ -24,7 +24,11 @@ EDGE = 2**31
 
 
 class FixedNumbers:
-    """Writer of numbers in q31 or q15, the words of the program `scaled`."""
+    """Writer of numbers in q31 or q15, the words of the program `scaled`.
+
+    `kind`: C type of values. `constant_kind`: C type of coefficients. `printed`, `cast`: conversion
+    and cast of a value in printf. `words`: note on the values in a row of vectors.
+    """
 
     printed, cast = "%ld", "(long)"
     words = ", as words"

@@ -8,43 +8,16 @@ have been computed.
 from __future__ import annotations
 
 import textwrap
-from typing import Protocol
 
 from frictool.control.program import ProgramNode
-from frictool.export.c_names import CNames, NamedArray
+from frictool.export.c_fixed_point import FixedNumbers
+from frictool.export.c_names import CNames
+from frictool.export.c_real_numbers import RealNumbers
 
 WIDTH = 128
 INDENT = "    "
 UNBROKEN = "\0"
-
-
-class NumberWriter(Protocol):
-    """Number format: C text of operations, coefficients and vectors.
-
-    `kind`: C type of values. `constant_kind`: C type of coefficients. `printed`, `cast`: conversion
-    and cast of a value in printf. `words`: note on the values in a row of vectors.
-    """
-
-    kind: str
-    constant_kind: str
-    suffix: str
-    printed: str
-    cast: str
-    words: str
-
-    def literal(self, value: float) -> str: ...
-    def exact(self, value: float, node: ProgramNode) -> str: ...
-    def constant(self, node: ProgramNode) -> str: ...
-    def number(self, node: ProgramNode) -> str: ...
-    def parameter(self, name: str) -> str: ...
-    def entering(self, node: ProgramNode, name: str) -> list[str]: ...
-    def valid(self, text: str) -> str: ...
-    def started(self, state: ProgramNode, source: ProgramNode | None) -> str: ...
-    def stored(self, state: ProgramNode, source: ProgramNode | None, text: str) -> str: ...
-    def fractions(self, table: NamedArray) -> str: ...
-    def expression(self, node: ProgramNode, of: list[str]) -> str: ...
-    def closed(self, node: ProgramNode, text: str, within: ProgramNode) -> str: ...
-    def note(self, node: ProgramNode) -> str: ...
+NumberWriter = RealNumbers | FixedNumbers
 
 
 def c_statements(names: CNames, numbers: NumberWriter) -> list[str]:

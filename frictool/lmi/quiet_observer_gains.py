@@ -180,15 +180,13 @@ class _QuietProblem:
             p_j = p_i if same else symmetric(x[:, own:-1], self.n)
             g, v = self.multipliers(i, x[:, self.half : own])
             square = x[:, -1] if level is None else np.full(len(x), level)
-            enters = -v @ self.noise[i] if of_noise else np.swapaxes(g, 1, 2) @ mode.q
+            turned = np.swapaxes(g, 1, 2)
+            enters = -v @ self.noise[i] if of_noise else turned @ mode.q
+            decay = 1.0 if of_noise else (1.0 - FASTER) * self.decay
             return _matrix(
-                mode,
-                1.0 if of_noise else (1.0 - FASTER) * self.decay,
-                p_i,
-                p_j,
-                g,
-                v,
-                enters,
+                decay**2 * p_i - mode.weight.T @ mode.weight,
+                np.concatenate([turned @ mode.a - v @ mode.c, enters], axis=2),
+                g + turned - p_j,
                 square,
             )
 
@@ -225,27 +223,17 @@ class _QuietProblem:
         return SwitchedGains(gains, gamma, self.decay, np.inf, p, self.t)
 
 
-def _matrix(
-    mode: ObserverMode,
-    decay: float,
-    p_i: Matrix,
-    p_j: Matrix,
-    g: Matrix,
-    v: Matrix,
-    enters: Matrix,
-    square: Matrix,
-) -> Matrix:
-    """Return the module's matrix for P_i, P_j, G_i (k, n, n), V_i (k, n, m) and gamma^2 (k,).
+def _matrix(first: Matrix, below: Matrix, last: Matrix, square: Vector) -> Matrix:
+    """Return the module's matrix from its blocks.
 
-    `enters` (k, n, w) is the input's block.
+    first, last (k, n, n): diagonal blocks; square (k,) times the identity (w, w) is between them.
+    below (k, n, n + w): block below the first two, and its transpose at their right.
     """
-    n, w = len(mode.a), enters.shape[2]
-    whole = np.zeros((len(p_i), 2 * n + w, 2 * n + w))
-    turned = np.swapaxes(g, 1, 2)
-    whole[:, :n, :n] = decay**2 * p_i - mode.weight.T @ mode.weight
-    whole[:, n : n + w, n : n + w] = square[:, None, None] * np.eye(w)
-    below = np.concatenate([turned @ mode.a - v @ mode.c, enters], axis=2)
-    whole[:, n + w :, : n + w] = below
-    whole[:, : n + w, n + w :] = np.swapaxes(below, 1, 2)
-    whole[:, n + w :, n + w :] = g + turned - p_j
-    return whole
+    n, whole = first.shape[1], below.shape[2]
+    out = np.zeros((len(first), whole + n, whole + n))
+    out[:, :n, :n] = first
+    out[:, n:whole, n:whole] = square[:, None, None] * np.eye(whole - n)
+    out[:, whole:, :whole] = below
+    out[:, :whole, whole:] = np.swapaxes(below, 1, 2)
+    out[:, whole:, whole:] = last
+    return out

@@ -2,26 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Protocol
-
 from frictool.documents.bench import Bench
+from frictool.documents.controller import Vertex
 from frictool.documents.quantity import si_unit
-
-
-class PlantParameters(Protocol):
-    """Object with the four parameters of a plant, in SI units."""
-
-    @property
-    def inertia(self) -> float: ...
-
-    @property
-    def viscous(self) -> float: ...
-
-    @property
-    def coulomb(self) -> float: ...
-
-    @property
-    def constant(self) -> float: ...
+from frictool.plant.polytope import PlantPoint
 
 
 def delay_words(samples: int) -> str:
@@ -40,7 +24,7 @@ def plant_units(bench: Bench) -> dict[str, str]:
     return units | {"constant": bench.actuator.constant.unit}
 
 
-def plant_words(plant: PlantParameters, bench: Bench) -> str:
+def plant_words(plant: PlantPoint | Vertex, bench: Bench) -> str:
     """Return the plant in words: inertia 1.11e-05 kg m^2, viscous 0 N m s/rad, ..."""
     return ", ".join(
         f"{name} {getattr(plant, name):.4g} {unit}" for name, unit in plant_units(bench).items()

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal
 
 import numpy as np
 
 from frictool.documents.quantity import Quantity, Span, factor_between
+from frictool.simulate.simulated_plant import VariedParameter
 from frictool.typing import Vector
 
 # `plant`: parameters of the model or mechanism; other kinds: from the scenario's `spread`
@@ -77,30 +78,10 @@ class FactorSpace:
         return np.stack(columns, axis=1) if columns else np.empty((units.shape[0], 0))
 
 
-class FactorRange(Protocol):
-    """Range and nominal value of a plant parameter, in SI."""
-
-    @property
-    def low(self) -> float: ...
-
-    @property
-    def high(self) -> float: ...
-
-    @property
-    def nominal(self) -> float: ...
-
-    @property
-    def unit(self) -> str: ...
-
-    @property
-    def label(self) -> str: ...
-
-    @property
-    def least(self) -> tuple[str, float] | None: ...
-
-
 def plant_factors(
-    ranges: Mapping[str, FactorRange], instead: Mapping[str, Span], given: Mapping[str, Quantity]
+    ranges: Mapping[str, VariedParameter],
+    instead: Mapping[str, Span],
+    given: Mapping[str, Quantity],
 ) -> Iterator[Factor]:
     """Yield the factors of a plant's parameters.
 
@@ -117,7 +98,9 @@ def plant_factors(
         yield Factor(name, low, high, own.unit, own.label, own.nominal, "plant", least=least)
 
 
-def _ends(own: FactorRange, instead: Span | None, given: Quantity | None) -> tuple[float, float]:
+def _ends(
+    own: VariedParameter, instead: Span | None, given: Quantity | None
+) -> tuple[float, float]:
     """Return (low, high) of a parameter in SI."""
     if instead is not None:
         scale = factor_between(instead.unit, own.unit)

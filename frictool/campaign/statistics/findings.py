@@ -6,9 +6,9 @@ json_view.py
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal
 
 from frictool.campaign.draws.sampling import Method
 from frictool.campaign.statistics.clopper_pearson import CONFIDENCE, draws_to_show
@@ -16,33 +16,9 @@ from frictool.campaign.statistics.distribution import Distribution, distribution
 from frictool.campaign.statistics.pass_rate import PassRate, pass_rate
 from frictool.campaign.statistics.sensitivity import Sensitivity, sensitivity
 from frictool.campaign.trials.trials import Trials
+from frictool.campaign.trials.worst_case import WorstCase
 
 Outcome = Literal["PASS", "FAIL", "UNDECIDED", "NOT SHOWN"]
-
-
-class WorstCaseView(Protocol):
-    """Worst case of one requirement: values, scenario file, and the command that replays it."""
-
-    @property
-    def requirement(self) -> str: ...
-    @property
-    def value(self) -> float: ...
-    @property
-    def limit(self) -> float: ...
-    @property
-    def unit(self) -> str: ...
-    @property
-    def relation(self) -> str: ...
-    @property
-    def met(self) -> bool | None: ...
-    @property
-    def values(self) -> Mapping[str, float]: ...
-    @property
-    def scenario(self) -> str: ...
-    @property
-    def command(self) -> str: ...
-    @property
-    def typed(self) -> str: ...
 
 
 @dataclass(frozen=True)
@@ -56,7 +32,7 @@ class Findings:
     rate: PassRate
     distributions: tuple[Distribution, ...]
     sensitivity: Sensitivity
-    worst: tuple[WorstCaseView, ...]
+    worst: tuple[WorstCase, ...]
     asked: float | None
     remarks: tuple[str, ...] = ()
 
@@ -129,7 +105,7 @@ class Findings:
 def find(
     trials: Trials,
     method: Method,
-    worst: Sequence[WorstCaseView] = (),
+    worst: Sequence[WorstCase] = (),
     at_least: float | None = None,
     confidence: float = CONFIDENCE,
     remarks: tuple[str, ...] = (),

@@ -23,7 +23,7 @@ Commands = Callable[
 
 @dataclass(frozen=True)
 class WorstCase:
-    """Worst case of one requirement, a WorstCaseView (campaign/statistics/findings.py).
+    """Worst case of one requirement.
 
     `values`: factor values by name. `scenario`: base name of the file. `command`: command that
     replays it, with base names. `typed`: the same with the paths of the command line, for the

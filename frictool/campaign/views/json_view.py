@@ -9,10 +9,11 @@ import math
 from typing import Any
 
 from frictool.campaign.statistics.distribution import COVERED, Distribution
-from frictool.campaign.statistics.findings import Findings, Outcome, WorstCaseView
+from frictool.campaign.statistics.findings import Findings, Outcome
 from frictool.campaign.statistics.regional_sensitivity import FailureRegion
 from frictool.campaign.statistics.sensitivity import FailureComparison, MetricInfluence
 from frictool.campaign.trials.trials import Trials
+from frictool.campaign.trials.worst_case import WorstCase
 from frictool.campaign.views.messages import caveat, headline
 
 FORMAT = "campaign/2"  # since version 2 the verdict has three states
@@ -195,7 +196,7 @@ def _influence(trials: Trials, metric: str, influence: MetricInfluence) -> dict[
     }
 
 
-def _worst(one: WorstCaseView) -> dict[str, Any]:
+def _worst(one: WorstCase) -> dict[str, Any]:
     return {
         "requirement": one.requirement,
         "value": _finite(one.value),

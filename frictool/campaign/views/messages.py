@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from typing import Literal
 
-from frictool.campaign.statistics.findings import Findings, WorstCaseView
+from frictool.campaign.statistics.findings import Findings
 from frictool.campaign.statistics.pass_rate import PassRate
+from frictool.campaign.trials.worst_case import WorstCase
 
 
 def number(value: float | None) -> str:
@@ -160,7 +161,7 @@ def failure_reasons(found: Findings) -> list[tuple[str, int, int]]:
     return sorted(counted, key=lambda item: (-item[1], item[2]))
 
 
-def worst_values(found: Findings, one: WorstCaseView) -> str:
+def worst_values(found: Findings, one: WorstCase) -> str:
     """Return a worst case's factor values as text, such as "Coulomb friction 0.14 N m, ..."."""
     known = {factor.name: factor for factor in found.trials.space.factors}
     return ", ".join(
