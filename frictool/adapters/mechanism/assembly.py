@@ -10,7 +10,7 @@ from typing import get_args
 import numpy as np
 
 from frictool.adapters.mechanism.block_references import BlockNames, check_unit
-from frictool.adapters.mechanism.element_packing import ElementArrays
+from frictool.adapters.mechanism.element_packing import ElementArrays, pack_rows
 from frictool.adapters.mechanism.magnitude_limits import check_sizes
 from frictool.adapters.mechanism.sources_and_sensors import (
     check_sensor,
@@ -29,7 +29,15 @@ from frictool.plant.mechanism.link_graph import (
     loose_parts,
     without_loops,
 )
-from frictool.plant.mechanism.packed_mechanism import FRAME, Joints, PackedMechanism
+from frictool.plant.mechanism.packed_mechanism import (
+    FRAME,
+    Couplings,
+    Joints,
+    PackedMechanism,
+    Pressings,
+    Pushes,
+    Stops,
+)
 from frictool.plant.mechanism.speed_scale import speed_scale
 from frictool.typing import Vector
 
@@ -72,11 +80,11 @@ def assemble(document: Mechanism) -> AssembledMechanism:
             sources.block,
         ),
         joints=_packed_joints(joints, start),
-        couplings=collected.packed_couplings(),
+        couplings=pack_rows(Couplings, collected.couplings.values()),
         frictions=collected.packed_frictions(),
-        pressings=collected.packed_pressings(),
-        pushes=collected.packed_pushes(),
-        stops=collected.packed_stops(),
+        pressings=pack_rows(Pressings, collected.pressings.values()),
+        pushes=pack_rows(Pushes, [row for _, row in collected.pushes]),
+        stops=pack_rows(Stops, collected.stops.values()),
         sources=sources,
         curves=collected.curves.packed(),
     )
@@ -85,11 +93,11 @@ def assemble(document: Mechanism) -> AssembledMechanism:
         blocks.kinds,
         start,
         tuple(link.name for link in joints),
-        tuple(collected.coupling_names),
-        tuple(collected.friction_names),
-        tuple(collected.pressing_names),
-        tuple(collected.push_names),
-        tuple(collected.stop_names),
+        tuple(collected.couplings),
+        tuple(collected.frictions),
+        tuple(collected.pressings),
+        tuple(name for name, _ in collected.pushes),
+        tuple(collected.stops),
         tuple(document.sources),
         tuple(document.sensors),
         sensor_blocks,
@@ -155,17 +163,22 @@ def _carried(block: int, groups: tuple[RigidGroup, ...]) -> float:
 
 
 def _packed_joints(joints: list[Transmission], start: Vector) -> Joints:
-    def column(name: str) -> Vector:
-        return np.array([getattr(link, name) for link in joints], dtype=np.float64)
-
-    a = np.array([link.a for link in joints], dtype=np.int64)
-    b = np.array([link.b for link in joints], dtype=np.int64)
-    ratio = column("ratio")
-    losses = (
-        column(name)
-        for name in ("gap", "restitution", "drive_loss", "back_loss", "thread", "thesis_screw")
-    )
-    return Joints(a, b, ratio, start[b] - ratio * start[a], *losses)
+    rows = [
+        (
+            link.a,
+            link.b,
+            link.ratio,
+            start[link.b] - link.ratio * start[link.a],
+            link.gap,
+            link.restitution,
+            link.drive_loss,
+            link.back_loss,
+            link.thread,
+            link.thesis_screw,
+        )
+        for link in joints
+    ]
+    return pack_rows(Joints, rows)
 
 
 def _refuse_loose(
@@ -173,9 +186,7 @@ def _refuse_loose(
 ) -> None:
     """Raise ElementError for a part that is tied to no source, sensor or frame."""
     pairs = [(link.a, link.b) for link in links]
-    pairs += [
-        (a, b) for a, b in zip(collected.coupled_a, collected.coupled_b, strict=True) if a != FRAME
-    ]
+    pairs += [(row.a, row.b) for row in collected.couplings.values() if row.a != FRAME]
     for part in loose_parts(pairs, held | collected.grounded, len(blocks.names)):
         told = ", ".join(blocks.names[block] for block in part)
         raise ElementError(
@@ -196,11 +207,7 @@ def _scale(
     pushed: np.ndarray[tuple[int], np.dtype[np.int64]],
 ) -> Vector:
     ratios = [(link.a, link.b, link.ratio) for link in links]
-    ratios += [
-        (a, b, 1.0)
-        for a, b in zip(collected.spring_a, collected.spring_b, strict=True)
-        if a != FRAME
-    ]
+    ratios += [(a, b, 1.0) for a, b in collected.springs if a != FRAME]
     known = None
     if document.top_speed is not None or document.travel is not None:
         _, sensor = controlled_names(document)

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from collections.abc import Collection
+from functools import cache
+from typing import Any, NamedTuple, TypeVar, get_type_hints
 
 import numpy as np
 
@@ -23,15 +25,8 @@ from frictool.documents.quantity import Axis, si_unit
 from frictool.plant.mechanism.curves import CurveList, PiecewiseCubic, cam_push, monotone_cubic
 from frictool.plant.mechanism.element_error import ElementError
 from frictool.plant.mechanism.link_graph import RigidGroup, Transmission
-from frictool.plant.mechanism.packed_mechanism import (
-    FRAME,
-    Couplings,
-    Frictions,
-    Pressings,
-    Pushes,
-    Stops,
-)
-from frictool.typing import Vector
+from frictool.plant.mechanism.packed_mechanism import FRAME, Frictions
+from frictool.typing import IntVector, Vector
 
 STEEPEST = math.radians(80.0)  # rad, largest angle of a cam's profile
 FAR: dict[Axis, float] = {
@@ -40,9 +35,28 @@ FAR: dict[Axis, float] = {
 }  # rad, m: distance of the second side of a compliant stop that has one side
 
 
-class ElementArrays:
-    """Rows of all arrays of a packed mechanism, except the array of rigid links.
+Arrays = TypeVar("Arrays", bound=tuple[Any, ...])
 
+
+class CouplingRow(NamedTuple):
+    """Row of `Couplings`; curve: index of a curve, -1 for none."""
+
+    a: int
+    b: int
+    ratio: float
+    offset: float
+    gap: float
+    stiffness: float
+    damping: float
+    curve: int = -1
+    drive_loss: float = 0.0
+    back_loss: float = 0.0
+
+
+class ElementArrays:
+    """Rows of all arrays of a packed mechanism by name, except those of rigid links and sources.
+
+    springs: both blocks of each, or FRAME. pushes: with names, which a link and a source may share.
     grounded: blocks that an element ties to the frame.
     """
 
@@ -52,20 +66,12 @@ class ElementArrays:
         self.document, self.blocks, self.start, self.notes = document, blocks, start, list(notes)
         self.curves = CurveList()
         self.grounded: set[int] = set()
-        self.coupling_names: list[str] = []
-        self.friction_names: list[str] = []
-        self.pressing_names: list[str] = []
-        self.push_names: list[str] = []
-        self.stop_names: list[str] = []
-        self.coupled_a: list[int] = []
-        self.coupled_b: list[int] = []
-        self.spring_a: list[int] = []
-        self.spring_b: list[int] = []
-        self._couplings: list[tuple[float, ...]] = []
-        self._frictions: list[tuple[int, int, Vector, int]] = []
-        self._pressings: list[tuple[int, int, float, float]] = []
-        self._pushes: list[tuple[int, float, int]] = []
-        self._stops: list[tuple[int, float, float, float]] = []
+        self.couplings: dict[str, CouplingRow] = {}
+        self.springs: list[tuple[int, int]] = []
+        self.frictions: dict[str, tuple[int, int, Vector, int]] = {}
+        self.pressings: dict[str, tuple[int, int, float, float]] = {}
+        self.pushes: list[tuple[str, tuple[int, float, int]]] = []
+        self.stops: dict[str, tuple[int, float, float, float]] = {}
         self._ranges: list[tuple[str, int, PiecewiseCubic]] = []
 
     def coupling(self, link: Transmission) -> None:
@@ -81,18 +87,19 @@ class ElementArrays:
                 "found thesis on a compliant screw; allowed: angle, since (2.12) is of a rigid one",
             )
         offset = self.start[link.b] - link.ratio * self.start[link.a]
-        losses = (link.drive_loss, link.back_loss)
         self._couple(
             link.name,
-            link.a,
-            link.b,
-            link.ratio,
-            float(offset),
-            link.gap,
-            link.stiffness,
-            link.damping,
-            -1,
-            losses,
+            CouplingRow(
+                link.a,
+                link.b,
+                link.ratio,
+                float(offset),
+                link.gap,
+                link.stiffness,
+                link.damping,
+                drive_loss=link.drive_loss,
+                back_loss=link.back_loss,
+            ),
         )
 
     def spring(self, name: str, spring: Spring) -> None:
@@ -131,9 +138,9 @@ class ElementArrays:
                 f"{key}.force", spring.force, kind, first, b if a == FRAME else None
             )
         damping = 0.0 if spring.damping is None else spring.damping.value
-        self._couple(name, a, b, 1.0, offset, 0.0, stiffness, damping, curve, (0.0, 0.0))
-        self.spring_a.append(a)
-        self.spring_b.append(b)
+        row = CouplingRow(a, b, 1.0, offset, 0.0, stiffness, damping, curve)
+        self._couple(name, row)
+        self.springs.append((a, b))
 
     def cam(self, name: str, cam: Cam) -> None:
         """Add the effort and the friction of a cam (2.23).
@@ -162,12 +169,15 @@ class ElementArrays:
         angle = monotone_cubic(cam.angle.position.values, cam.angle.value.values)
         self._ranges.append((f"{key}.angle", block, angle))
         profile = cam_push(monotone_cubic(cam.force.position.values, cam.force.value.values), angle)
-        self.push_names.append(name)
-        self._pushes.append((block, 0.0, self.curves.add(profile)))
+        self.pushes.append((name, (block, 0.0, self.curves.add(profile))))
         self.grounded.add(block)
         if cam.friction_coefficient > 0.0:
-            self.pressing_names.append(name)
-            self._pressings.append((block, force, cam.friction_coefficient, cam.breakaway_ratio))
+            self.pressings[name] = (
+                block,
+                force,
+                cam.friction_coefficient,
+                cam.breakaway_ratio,
+            )
 
     def stop(self, name: str, stop: Stop) -> None:
         """Add a rigid stop, or a compliant one as a coupling with play to the frame.
@@ -192,8 +202,7 @@ class ElementArrays:
             )
         self.grounded.add(block)
         if stop.compliance is None:
-            self.stop_names.append(name)
-            self._stops.append((block, low, high, stop.restitution))
+            self.stops[name] = block, low, high, stop.restitution
             return
         check_compliance(f"{key}.compliance", stop.compliance, kind, stop.on)
         stiffness, damping = stop.compliance.stiffness.value, stop.compliance.damping.value
@@ -206,18 +215,9 @@ class ElementArrays:
             (low if math.isfinite(low) else high - FAR[kind]),
             (high if math.isfinite(high) else low + FAR[kind]),
         )
-        self._couple(
-            name,
-            FRAME,
-            block,
-            0.0,
-            0.5 * (low + high),
-            0.5 * (high - low),
-            stiffness,
-            damping,
-            -1,
-            (0.0, 0.0),
-        )
+        middle, half = 0.5 * (low + high), 0.5 * (high - low)
+        row = CouplingRow(FRAME, block, 0.0, middle, half, stiffness, damping)
+        self._couple(name, row)
 
     def friction(self, name: str, friction: FrictionOf, inertia: float) -> None:
         """Add the friction of a bearing or slideway.
@@ -234,13 +234,11 @@ class ElementArrays:
             else self._level(f"{key}.level", friction.level, kind, friction.on, block)
         )
         self.grounded.add(block)
-        self.friction_names.append(name)
-        self._frictions.append((block, law_row(law), values, level))
+        self.frictions[name] = block, law_row(law), values, level
 
     def constant_push(self, name: str, block: int, effort: float) -> None:
         """Add the constant effort of a source."""
-        self.push_names.append(name)
-        self._pushes.append((block, effort, -1))
+        self.pushes.append((name, (block, effort, -1)))
 
     def note_short_curves(self, groups: tuple[RigidGroup, ...]) -> None:
         """Note each curve that ends before the stops of its block.
@@ -272,25 +270,10 @@ class ElementArrays:
                         f"{curve.breaks[-1]:g}: beyond, it stays as it is there"
                     )
 
-    def _couple(
-        self,
-        name: str,
-        a: int,
-        b: int,
-        ratio: float,
-        offset: float,
-        gap: float,
-        stiffness: float,
-        damping: float,
-        curve: int,
-        losses: tuple[float, float],
-    ) -> None:
-        self.coupling_names.append(name)
-        self.coupled_a.append(a)
-        self.coupled_b.append(b)
-        if a == FRAME:
-            self.grounded.add(b)
-        self._couplings.append((a, b, ratio, offset, gap, stiffness, damping, curve, *losses))
+    def _couple(self, name: str, row: CouplingRow) -> None:
+        self.couplings[name] = row
+        if row.a == FRAME:
+            self.grounded.add(row.b)
 
     def _curve(self, key: str, curve: Curve, kind: Axis, whose: str, block: int | None) -> int:
         check_unit(f"{key}.position", curve.position, "position", kind, whose)
@@ -306,52 +289,30 @@ class ElementArrays:
         self._ranges.append((key, block, cubics))
         return self.curves.add(cubics)
 
-    def packed_couplings(self) -> Couplings:
-        """Return the couplings as arrays for kernels."""
-        columns = np.array(self._couplings, dtype=np.float64).reshape(-1, 10).T
-        whole = {0, 1, 7}
-        arrays: list[Any] = [
-            column.astype(np.int64) if index in whole else np.ascontiguousarray(column)
-            for index, column in enumerate(columns)
-        ]
-        return Couplings(*arrays)
-
     def packed_frictions(self) -> Frictions:
         """Return the frictions as arrays for kernels."""
-        block, law, values, level = (
-            zip(*self._frictions, strict=True) if self._frictions else ((), (), (), ())
-        )
+        rows = self.frictions.values()
+        block, law, values, level = zip(*rows, strict=True) if rows else ((), (), (), ())
         starts = np.cumsum([0, *(len(p) for p in values)])
         joined = np.concatenate(values) if values else np.empty(0)
-        return Frictions(_places(block), _places(law), _places(starts), joined, _places(level))
-
-    def packed_pressings(self) -> Pressings:
-        """Return the cam frictions as arrays for kernels."""
-        block, force, coefficient, ratio = (
-            zip(*self._pressings, strict=True) if self._pressings else ((), (), (), ())
-        )
-        return Pressings(
-            _places(block),
-            _places(force),
-            np.array(coefficient, dtype=np.float64),
-            np.array(ratio, dtype=np.float64),
-        )
-
-    def packed_pushes(self) -> Pushes:
-        """Return the position-dependent and constant efforts as arrays for kernels."""
-        block, constant, curve = zip(*self._pushes, strict=True) if self._pushes else ((), (), ())
-        return Pushes(_places(block), np.array(constant, dtype=np.float64), _places(curve))
-
-    def packed_stops(self) -> Stops:
-        """Return the rigid stops as arrays for kernels."""
-        block, low, high, restitution = (
-            zip(*self._stops, strict=True) if self._stops else ((), (), (), ())
-        )
-        return Stops(
-            _places(block),
-            *(np.array(column, dtype=np.float64) for column in (low, high, restitution)),
+        return Frictions(
+            _integers(block), _integers(law), _integers(starts), joined, _integers(level)
         )
 
 
-def _places(values: object) -> np.ndarray[tuple[int], np.dtype[np.int64]]:
+def pack_rows(kind: type[Arrays], rows: Collection[tuple[float, ...]]) -> Arrays:
+    """Return the rows as a record of arrays; each column has the type of its annotation."""
+    columns = zip(*rows, strict=True) if rows else [()] * len(_types(kind))
+    return kind(
+        *(np.array(column, dtype=of) for column, of in zip(columns, _types(kind), strict=True))
+    )
+
+
+@cache
+def _types(kind: type) -> tuple[type, ...]:
+    hints = get_type_hints(kind).values()
+    return tuple(np.int64 if hint == IntVector else np.float64 for hint in hints)
+
+
+def _integers(values: object) -> IntVector:
     return np.array(values, dtype=np.int64)

@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from frictool.adapters.mechanism.block_references import MOTION, BlockNames, check_unit
-from frictool.adapters.mechanism.element_packing import ElementArrays
+from frictool.adapters.mechanism.element_packing import ElementArrays, pack_rows
 from frictool.documents.mechanism import Mechanism, Sensor, Source
 from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.plant.mechanism.element_error import ElementError
@@ -36,10 +34,7 @@ def pack_sources(document: Mechanism, blocks: BlockNames, collected: ElementArra
         constant = 1.0 if source.constant is None else source.constant.value
         limit = math.inf if source.limit is None else source.limit.value
         rows.append((block, constant, limit, source.loop_time_constant_s, *winding))
-    columns = np.array(rows, dtype=np.float64).reshape(-1, 6).T
-    return PackedDrives(
-        columns[0].astype(np.int64), *(np.ascontiguousarray(column) for column in columns[1:])
-    )
+    return pack_rows(PackedDrives, rows)
 
 
 def _check_source(key: str, source: Source, blocks: BlockNames) -> None:
