@@ -52,6 +52,19 @@ def test_a_geared_block_stops_as_one_with_the_reflected_inertia(name: str) -> No
     np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-9)
 
 
+@pytest.mark.parametrize("name", ["dahl", "hybrid_a", "karnopp", "svc_band"])
+def test_the_second_of_two_laws_has_its_own_values(name: str) -> None:
+    """Two blocks without a connection: the second stops as it does alone."""
+    single, two = Builder(), Builder()
+    pulled = single.block(1.0, 0.1)
+    first, second = two.block(2.0, 0.1), two.block(1.0, 0.1)
+    two.friction(first, name, **TABLE_3_1[name])
+    expected = _stopping(single, pulled, [0.2], name)
+    stopped = _stopping(two, second, [0.1, 0.2], name)
+    assert abs(expected[-1] - expected[-2]) < 1e-4  # it has stopped
+    np.testing.assert_allclose(stopped, expected, rtol=0.0, atol=1e-6)
+
+
 def _stopping(b: Builder, block: int, velocities: list[float], name: str) -> Vector:
     """Return the positions of `block` under friction alone, from these velocities."""
     b.friction(block, name, **TABLE_3_1[name])
