@@ -67,6 +67,8 @@ class Tree:
                     return Outcome("out of time", "", budget)
                 with self._edited(mutant):
                     status, test = self._run(files, left)
+                if status == "out of time":
+                    return Outcome(status, "", budget)
                 if (
                     status == "failed"
                     and self._run([test] if test else files, budget)[0] == "passed"
