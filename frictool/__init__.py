@@ -1,5 +1,4 @@
-"""frictool: from the bench logs of an actuator with dry friction to a verified robust
-controller."""
+"""From the bench logs of an actuator with dry friction to a verified robust controller."""
 
 from importlib.metadata import version as _version
 

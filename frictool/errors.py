@@ -44,18 +44,17 @@ class FrictoolError(Exception):
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """From another process it comes back as it was, whatever its constructor takes."""
+        """Pickle the error with its fields, whatever its constructor takes."""
         return _rebuilt, (type(self), self.args), self.__dict__
 
 
 def _rebuilt(kind: type[FrictoolError], arguments: tuple[Any, ...]) -> FrictoolError:
-    """An error with these `args`, its constructor not called."""
+    """Return an error with these `args`, without calling its constructor."""
     return kind.__new__(kind, *arguments)
 
 
 class InputFileError(FrictoolError):
-    """An input file cannot be used: it is missing, damaged, or not of the form that is asked
-    for."""
+    """An input file is missing or damaged, or has not the required form."""
 
     def __init__(self, path: Path | str, message: str, *, line: int | None = None) -> None:
         self.path = str(path)
@@ -65,8 +64,7 @@ class InputFileError(FrictoolError):
 
 
 class DocumentError(InputFileError):
-    """A YAML document breaks its type: unknown key, wrong unit, out of range, missing (with file,
-    line and key)."""
+    """A key or value of a YAML document is wrong; the message names file, line and key."""
 
     def __init__(self, path: Path | str, message: str, *, line: int | None, key: str) -> None:
         self.key = key
@@ -74,7 +72,7 @@ class DocumentError(InputFileError):
 
 
 class LogError(InputFileError):
-    """A log cannot be read, or its channels do not give what a stage needs."""
+    """A log cannot be read, or lacks channels that a stage needs."""
 
 
 class OutputError(FrictoolError):
@@ -82,14 +80,16 @@ class OutputError(FrictoolError):
 
 
 class NoSolutionError(FrictoolError):
-    """Infeasible, not converged, or found and then not verified."""
+    """There is no solution, the solver did not converge, or the verification failed."""
 
     exit_code = EXIT_NO_SOLUTION
 
 
 class WorkerLost(FrictoolError):
-    """A job that several processes in turn did not outlive. job: its index among those that were
-    shared, None where none began."""
+    """Several processes in turn died at a job.
+
+    job: index of the job among those shared; None if no job began.
+    """
 
     def __init__(self, job: int | None, message: str) -> None:
         self.job = job
@@ -97,4 +97,4 @@ class WorkerLost(FrictoolError):
 
 
 class ClusterError(FrictoolError):
-    """A cluster that cannot be reached, is gone, or whose workers are not what this machine is."""
+    """A cluster cannot be reached, is gone, or has workers with another installation."""

@@ -122,7 +122,7 @@ Exit codes:
     package_name="frictool", message=f"%(prog)s %(version)s, Python {sys.version.split()[0]}"
 )
 def group(debug: bool) -> None:
-    """Replaced by EXAMPLE."""
+    """Show EXAMPLE as help."""
 
 
 def main() -> None:

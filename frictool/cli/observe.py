@@ -32,4 +32,4 @@ Estimate velocity, friction and wear of a running actuator from its encoder and 
 
 @click.group("observe", cls=LazyGroup, table=COMMANDS, help=HELP)
 def command() -> None:
-    """Replaced by HELP."""
+    """Show HELP as help."""

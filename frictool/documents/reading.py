@@ -130,6 +130,7 @@ class DocumentReader:
         self.drive: Literal["current", "voltage"] = "current"
 
     def fail(self, node: yaml.Node, key: str, message: str) -> typing.NoReturn:
+        """Raise DocumentError with file, line and key of `node`."""
         raise DocumentError(self.path, message, line=node.start_mark.line + 1, key=key)
 
     def read(self, node: yaml.Node, kind: Any, key: str) -> Any:

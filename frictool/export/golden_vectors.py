@@ -81,6 +81,7 @@ class GoldenVectors:
 
     @property
     def samples(self) -> int:
+        """Number of samples."""
         return len(self.rows)
 
 

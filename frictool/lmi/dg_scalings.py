@@ -44,6 +44,7 @@ class ScalingForm:
 
     @property
     def count(self) -> int:
+        """Number of unknowns."""
         return len(self.basis)
 
     def fixed(self, level: float) -> ComplexVector:

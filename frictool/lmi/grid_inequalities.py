@@ -43,6 +43,7 @@ class ParameterBasis:
 
     @property
     def terms(self) -> tuple[tuple[int, ...], ...]:
+        """Monomials up to the degree; each is the tuple of its parameters' indices."""
         return tuple(
             term
             for d in range(self.degree + 1)

@@ -71,10 +71,12 @@ class BenchPlant(Protocol):
     """
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Name of the plant's document."""
 
     @property
-    def rig(self) -> Rig: ...
+    def rig(self) -> Rig:
+        """Drive, encoder, timing and travel."""
 
     def follow(
         self, start: float, servo: Vector, reference: Vector, position: Vector, drive: Vector

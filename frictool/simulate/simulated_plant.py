@@ -23,19 +23,19 @@ from frictool.verify.logged_plant import LoggedPlant
 
 
 class PlantVariant(Protocol):
-    """One plant of a scenario, with the values that differ from the nominal plant.
-
-    `name` is empty for the nominal plant, `topic` is that of its stream.
-    """
+    """One plant of a scenario."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Name of the variant; empty for the nominal plant."""
 
     @property
-    def values(self) -> Mapping[str, float]: ...
+    def values(self) -> Mapping[str, float]:
+        """Values that differ from the nominal plant, SI, by name."""
 
     @property
-    def topic(self) -> str: ...
+    def topic(self) -> str:
+        """Topic of its stream."""
 
 
 V = TypeVar("V", bound=PlantVariant)
@@ -94,10 +94,12 @@ class SimulatedPlant(Protocol[V]):
     """Single axis or mechanism, with the data of its log."""
 
     @property
-    def name(self) -> str: ...
+    def name(self) -> str:
+        """Name of the plant's document."""
 
     @property
-    def rig(self) -> Rig: ...
+    def rig(self) -> Rig:
+        """Drive, encoder, timing and travel."""
 
     @property
     def width(self) -> float:

@@ -33,6 +33,7 @@ class LoadDisturbance:
 
     @property
     def total(self) -> float:
+        """Sum of the parts."""
         return self.offset + self.gravity + self.ripple
 
 

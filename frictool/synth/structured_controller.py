@@ -62,6 +62,7 @@ class StructuredController:
 
     @property
     def size(self) -> int:
+        """Number of parameters."""
         return self.free + self.numerator
 
     def limits(self) -> tuple[Vector, Vector]:

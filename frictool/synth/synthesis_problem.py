@@ -54,6 +54,7 @@ class SynthesisProblem:
 
     @property
     def controlled(self) -> Controlled:
+        """Quantity that the linear controller controls."""
         return "position" if self.design.structure == "position" else "speed"
 
     @property

@@ -58,6 +58,7 @@ class CertificateLoop:
 
     @property
     def states(self) -> list[str]:
+        """Names of the states in order."""
         axis = ["drive"] * (self.lag > 0.0) + ["speed", "eta"]
         filters = [
             name
@@ -68,6 +69,7 @@ class CertificateLoop:
 
     @property
     def inputs(self) -> list[str]:
+        """Names of the inputs in order."""
         weights = self.weights
         return (
             ["reference"]

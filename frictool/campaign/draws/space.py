@@ -65,6 +65,7 @@ class FactorSpace:
 
     @property
     def names(self) -> tuple[str, ...]:
+        """Names of the factors."""
         return tuple(factor.name for factor in self.factors)
 
     def values(self, units: Vector) -> Vector:

@@ -46,10 +46,7 @@ class CampaignSetting(NamedTuple):
 
 
 class TrialPlayer:
-    """Player of draws of `space` with the noise of `seed`.
-
-    A call takes a draw's index and its point in the unit cube.
-    """
+    """Player of draws of `space` with the noise of `seed`."""
 
     def __init__(self, setting: CampaignSetting, space: FactorSpace, seed: int) -> None:
         self.setting, self.space, self.seed = setting, space, seed
@@ -62,12 +59,13 @@ class TrialPlayer:
         }  # the cached objects are built again in each process
 
     def __call__(self, job: tuple[int, tuple[float, ...]]) -> TrialResult:
+        """Return the judged trial of a draw's index and point (d,)."""
         draw, unit = job
         return self.played(np.array(unit), draw)
 
     @cached_property
     def test(self) -> StepTest[Any]:
-        """Return the plant with its controller."""
+        """The plant with its controller."""
         return StepTest(
             plant_of(self.setting.plant),
             self.setting.controller,

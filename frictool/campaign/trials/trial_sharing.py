@@ -24,7 +24,8 @@ class JobSharing(Protocol):
 
     def __call__(
         self, function: Callable[[Any], Any], jobs: Sequence[Any], batch: int, instead: Any
-    ) -> Iterator[tuple[int, Any]]: ...
+    ) -> Iterator[tuple[int, Any]]:
+        """Yield (index of the job, result) in any order."""
 
 
 def run_trials(

@@ -85,6 +85,7 @@ class TrialStore:
             self.path.unlink(missing_ok=True)
 
     def close(self) -> None:
+        """Close the file."""
         if self._file is not None:
             self._file.close()
             self._file = None

@@ -46,12 +46,13 @@ class SearchTask(NamedTuple):
 
 
 class WorstSearch:
-    """Function that runs a SearchTask; every plant has the noise of the worst draw."""
+    """Function that runs a SearchTask in a worker."""
 
     def __init__(self, trial: TrialPlayer) -> None:
         self.trial = trial
 
     def __call__(self, task: SearchTask) -> SearchResult:
+        """Return the worst case; every plant has the noise of the worst draw."""
         sign, unplayed = (1.0 if task.relation == "<=" else -1.0), 0
 
         def badness(unit: Vector) -> float:
