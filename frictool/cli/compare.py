@@ -49,6 +49,16 @@ the figures as JSON.
 """
 
 
+class LawOption(click.Option):
+    """Option whose help lists the laws, which are imported only when the help is shown."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        from frictool.friction.law_registry import LAWS
+
+        self.help = f"Only this law; may be given several times. NAME: {', '.join(LAWS)}."
+        return super().get_help_record(ctx)
+
+
 @click.command("compare", help=HELP)
 @click.argument(
     "parameters",
@@ -61,7 +71,7 @@ the figures as JSON.
     "laws",
     multiple=True,
     metavar="NAME",
-    help="Run this law only; repeatable.",
+    cls=LawOption,
 )
 @click.option(
     "--allow",

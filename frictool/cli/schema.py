@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import Any
 
 import click
 
 from frictool.cli.output import STDOUT, output_option, save_text
+from frictool.documents.mechanism import Mechanism
 from frictool.documents.registry import DOCUMENTS, json_schema
 
 HELP = (
@@ -19,6 +21,15 @@ Print the JSON Schema of a document, for the YAML support of an editor. NAME is 
 """
     + f"{', '.join(DOCUMENTS)}."
 )
+
+
+def schema_of(name: str) -> dict[str, Any]:
+    """Return the JSON Schema of a document, with the names that other packages register."""
+    if DOCUMENTS[name] is not Mechanism:
+        return json_schema(name)
+    from frictool.friction.law_registry import LAWS
+
+    return json_schema(name, {"FrictionOf.law": LAWS})
 
 
 @click.command("schema", help=HELP)
@@ -36,5 +47,5 @@ Print the JSON Schema of a document, for the YAML support of an editor. NAME is 
     help="Accepted as in every command; a schema is JSON anyway.",
 )
 def command(name: str, output: Path | None) -> None:
-    text = json.dumps(json_schema(name), indent=2) + "\n"
+    text = json.dumps(schema_of(name), indent=2) + "\n"
     save_text(output or STDOUT, text, [])

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from frictool.compare.comparison import Comparison, LawResult
+from frictool.compare.comparison import REFERENCE, Comparison, LawResult
 from frictool.compare.limit_cycle_criterion import LimitCycleResult
 from frictool.compare.stick_slip_criterion import StickSlipResult
 from frictool.compare.thesis_tables import PROPERTIES, TESTS
@@ -21,7 +21,7 @@ def as_json(found: Comparison) -> dict[str, Any]:
     return {
         "parameters": asdict(found.setting),
         "reference": {
-            "law": "stribeck",
+            "law": REFERENCE,
             "stick_slip": _pulled(found.reference, axis),
             "limit_cycle": _cycle(found.reference_cycle, axis),
         },

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -14,21 +15,11 @@ from frictool.engine.drive import held, ramped
 from frictool.engine.law_simulation import run_law
 from frictool.engine.status import MESSAGES, OK
 from frictool.errors import NoSolutionError
-from frictool.friction.hybrid_time_step import HybridBench, HybridSettings
-from frictool.friction.hybrid_time_step import violations as broken_rules
+from frictool.friction.hybrid_time_step import HybridBench, HybridSettings, violations
 from frictool.friction.law import DynamicKernels
 from frictool.friction.law_registry import LAWS
-from frictool.friction.preisach_cycles import everett_tail, masing_cycles
 from frictool.typing import Vector
 
-# parameters of the simulation or of the bench, which are not identified with the friction (3.7.6)
-NOT_FRICTION = (
-    "inertia",
-    "capture_velocity",
-    "convergence_rate",
-    "hold_time",
-    "smoothing_velocity",
-)
 SLOW, SHORTEST_STICK = (
     0.1,
     0.1,
@@ -51,8 +42,8 @@ MOST_BREAKAWAY, MOST_EFFORT, MOST_DAMPING = 100.0, 1e4, 100.0
 SETTLED = 5.0  # s, time in the drift test from which the mass must stand still
 
 
-def _values(setting: ComparisonSetting) -> dict[str, float]:
-    """Return the value of each parameter of friction/law_registry.py in this setting."""
+def law_values(setting: ComparisonSetting) -> dict[str, float]:
+    """Return the values of a setting from which the laws take those of their parameters."""
     return {
         "coulomb": setting.coulomb,
         "breakaway": setting.breakaway,
@@ -62,14 +53,13 @@ def _values(setting: ComparisonSetting) -> dict[str, float]:
         "stiffness": setting.stiffness,
         "damping": setting.damping,
         "presliding_limit": setting.presliding,
-        "elastic_limit": setting.plastic_from * setting.breakaway / setting.stiffness,
+        "plastic_from": setting.plastic_from,
+        "leuven_exponent": setting.leuven_exponent,
         "band": setting.dead_band,
-        "smoothing_velocity": setting.stribeck_velocity,
-        "attraction": setting.stiffness
-        * setting.stribeck_velocity,  # memory as fast as LuGre's at v_s
         "inertia": setting.mass,
         "capture_velocity": setting.switch_velocity,
         "convergence_rate": setting.decay,
+        "preisach_intervals": setting.preisach_intervals,
     }
 
 
@@ -87,14 +77,8 @@ def setting_violations(
         period, resolution, setting.mass, setting.effort_limit, setting.stribeck_velocity
     )
     settings = HybridSettings(setting.decay, setting.switch_velocity, setting.step)
-    versions = [law for law in ("hybrid_a", "hybrid_b", "hybrid_c") if law in laws]
-    lines = list(
-        dict.fromkeys(
-            line
-            for version in versions
-            for line in broken_rules(version, bench, settings, setting.axis)
-        )
-    )
+    found = (violations(LAWS[law], bench, settings, setting.axis) for law in laws)
+    lines = list(dict.fromkeys(itertools.chain.from_iterable(found)))
     advice = [line for line in lines if line.startswith("(3.2)")]
     return [line for line in lines if line not in advice], advice
 
@@ -171,31 +155,24 @@ class LawSimulator:
 
         Raises ValueError if the setting is out of the law's range.
         """
-        found, values = LAWS[law], _values(self._setting)
-        chosen = {p.name: values[p.name] for p in found.parameters if p.name in values}
-        if law.startswith("leuven"):
-            chosen["exponent"] = (
-                self._setting.leuven_exponent
-            )  # Dahl's parameter of the same name stays 1, as in (2.38)
-        tail = (
-            everett_tail(masing_cycles(self._setting.preisach_intervals))
-            if law == "hybrid_c"
-            else None
-        )
+        found, values = LAWS[law], law_values(self._setting)
+        chosen = {}
+        for parameter in found.parameters:
+            if parameter.comparison_value is not None:
+                chosen[parameter.name] = parameter.comparison_value(values)
+            elif parameter.name in values:
+                chosen[parameter.name] = values[parameter.name]
+        tail = None if found.tail is None else found.tail(values)
         return found.pack(chosen, self._setting.axis, tail)
 
     def parameters(self, law: str) -> int:
         """Return the number of physical parameters to identify.
 
-        Each of the n (n + 1)/2 cells of a Preisach triangle counts, and both parameters of each
-        Maxwell element.
+        Each cell of a Preisach triangle counts, and both parameters of each Maxwell element.
         """
-        own = sum(parameter.name not in NOT_FRICTION for parameter in LAWS[law].parameters)
-        n = self._setting.preisach_intervals
-        if law == "hybrid_c":
-            return own + n * (n + 1) // 2
-        tail = LAWS[law].tail
-        return own + (tail().size if tail is not None else 0)
+        found = LAWS[law]
+        fixed = sum(not parameter.simulation_only for parameter in found.parameters)
+        return fixed + found.tail_parameters(self.packed(law).size - len(found.parameters))
 
     def run(
         self, law: str, segments: tuple[input_protocol.Segment, ...], samples: int

@@ -21,6 +21,8 @@ from frictool.documents.quantity import (
 )
 from frictool.documents.resonances import Resonances
 
+AxisLaw = Literal["coulomb", "stribeck"]
+
 
 class Parameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Parameters of J dv/dt = u - offset - viscous v - coulomb sign(v), with breakaway at rest.
@@ -40,6 +42,11 @@ class Parameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     breakaway: NonNegativeEffortEstimate
     offset: EffortEstimate
     stribeck_velocity: PositiveVelocityEstimate | None = None
+
+    @property
+    def law(self) -> AxisLaw:
+        """Return the law that has these parameters."""
+        return "coulomb" if self.stribeck_velocity is None else "stribeck"
 
 
 class Fit(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -78,7 +85,7 @@ class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     format: Literal["model/1"]
     name: Name
     axis: Axis
-    law: Literal["coulomb", "stribeck"]
+    law: AxisLaw
     method: str
     confidence: Annotated[float, msgspec.Meta(gt=0, lt=1)]
     bench: Bench
@@ -93,7 +100,7 @@ class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     bench_values_only: str | None = None
 
     def __post_init__(self) -> None:
-        if (self.law == "stribeck") != (self.parameters.stribeck_velocity is not None):
+        if self.law != self.parameters.law:
             raise ValueError(
                 f"law: found {self.law}; parameters.stribeck_velocity belongs to law "
                 "stribeck, which needs it"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar, cast, overload
 
@@ -118,13 +119,16 @@ def same_axis(documents: dict[Path, Any]) -> None:
                 )
 
 
-def json_schema(name: str) -> dict[str, Any]:
+def json_schema(name: str, choices: Mapping[str, Iterable[str]] | None = None) -> dict[str, Any]:
     """Return the JSON Schema of a document.
 
     Parameters
     ----------
     name : str
         A key of `DOCUMENTS`, such as `bench`.
+    choices : dict of str to iterable of str, optional
+        Allowed values of keys whose values a registry of another package lists, by type and key,
+        such as `FrictionOf.law`.
 
     Returns
     -------
@@ -142,6 +146,9 @@ def json_schema(name: str) -> dict[str, Any]:
         described["description"] = summary_of(kind)
         for key, meaning in meanings_of(kind).items():
             described["properties"][key]["description"] = meaning
+    for path, allowed in (choices or {}).items():
+        owner, key = path.split(".")
+        schema["$defs"][owner]["properties"][key]["enum"] = list(allowed)
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": f"{name}.yaml",

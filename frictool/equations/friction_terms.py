@@ -9,38 +9,26 @@ from frictool.equations.expression import Atom, Term
 from frictool.equations.notation import Notation, function
 from frictool.friction.law_registry import LAWS
 
-# parameter -> letter in text and LaTeX; any other parameter has its name as letter
-LETTERS = {
-    "coulomb": ("Fc", "F_c"),
-    "breakaway": ("Fs", "F_s"),
-    "viscous": ("sigma_v", r"\sigma_v"),
-    "stribeck_velocity": ("v_s", "v_s"),
-    "stribeck_exponent": ("delta", r"\delta"),
-    "stiffness": ("sigma_0", r"\sigma_0"),
-    "damping": ("sigma_1", r"\sigma_1"),
-}
-WITH_VISCOUS = ("svc", "stribeck")
-
 
 def friction_terms(name: str, element: FrictionOf, notation: Notation) -> list[Term]:
     """Return the terms of F in slip, which opposes the motion."""
     symbols = _symbols(name, element, notation)
     speed = notation.speed(element.on)
     direction = function("sign", r"\mathrm{sign}", speed.text, speed.latex)
-    coulomb = symbols["coulomb"]
-    if element.law == "coulomb":
-        return [coulomb.times(direction)]
-    if element.law not in WITH_VISCOUS:
-        law = Atom(
-            f"{element.law}({speed.text})",
-            rf"\mathrm{{{element.law.replace('_', ' ')}}}\left({speed.latex}\right)",
-            made=(coulomb,),
-        )
-        return [Term(((law, 1),))]
-    terms = [coulomb.times(direction)]
-    if element.law == "stribeck":
-        terms.append(_fall(symbols, speed).times(direction))
-    return [*terms, symbols["viscous"].times(speed)]
+    law = LAWS[element.law]
+    made = {
+        "coulomb": lambda: symbols["coulomb"].times(direction),
+        "stribeck": lambda: _fall(symbols, speed).times(direction),
+        "viscous": lambda: symbols["viscous"].times(speed),
+    }
+    if law.slip_terms:
+        return [made[term]() for term in law.slip_terms]
+    named = Atom(
+        f"{law.name}({speed.text})",
+        rf"\mathrm{{{law.name.replace('_', ' ')}}}\left({speed.latex}\right)",
+        made=(symbols["coulomb"],),
+    )
+    return [Term(((named, 1),))]
 
 
 def _fall(symbols: dict[str, Term], speed: Term) -> Term:
@@ -88,8 +76,9 @@ def _symbols(name: str, element: FrictionOf, notation: Notation) -> dict[str, Te
         if quantity is None and parameter.default is not None:
             quantity = Quantity(parameter.default, unit=parameter.unit(kind))
         if quantity is not None:
-            text, latex = LETTERS.get(
-                parameter.name, (parameter.name, rf"\mathrm{{{parameter.name.replace('_', ' ')}}}")
+            text, latex = parameter.letters or (
+                parameter.name,
+                rf"\mathrm{{{parameter.name.replace('_', ' ')}}}",
             )
             out[parameter.name] = notation.parameter(
                 text, latex, name, quantity, f"{key}.parameters.{parameter.name}"

@@ -21,18 +21,11 @@ def slip_force(v: float, direction: float, p: Vector) -> float:
     return float(2.0 / math.pi * p[0] * math.atan(v / p[1]))
 
 
-@kernel
-def slip_slope(v: float, direction: float, p: Vector) -> float:
-    """Return the derivative of `slip_force` by v."""
-    ratio = v / p[1]
-    return float(2.0 / math.pi * p[0] / p[1] / (1.0 + ratio * ratio))
-
-
 LAW = Law(
     "coulomb_atan",
     "Coulomb smoothed by atan",
     "(2.30), 2.4.2.1",
     (COULOMB, SMOOTHING_VELOCITY),
-    StaticKernels(slip_force, slip_slope, never_sticks, no_band, true_velocity),
+    StaticKernels(slip_force, never_sticks, no_band, true_velocity),
     approximation=True,
 )

@@ -13,7 +13,14 @@ from frictool.friction.static_kernels import never_sticks, no_band, true_velocit
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
-SMOOTHING_VELOCITY = LawParameter("smoothing_velocity", "m/s", "rad/s", exclusive=True)  # v_r
+SMOOTHING_VELOCITY = LawParameter(  # v_r
+    "smoothing_velocity",
+    "m/s",
+    "rad/s",
+    exclusive=True,
+    simulation_only=True,
+    comparison_value=lambda values: values["stribeck_velocity"],
+)
 
 
 @kernel
@@ -22,18 +29,11 @@ def slip_force(v: float, direction: float, p: Vector) -> float:
     return float(p[0] * math.tanh(v / p[1]))
 
 
-@kernel
-def slip_slope(v: float, direction: float, p: Vector) -> float:
-    """Return the derivative of `slip_force` by v."""
-    shape = 1.0 / math.cosh(min(abs(v / p[1]), 400.0))
-    return float(p[0] / p[1] * shape * shape)
-
-
 LAW = Law(
     "coulomb_tanh",
     "Coulomb smoothed by tanh",
     "(2.30), 2.4.2.1",
     (COULOMB, SMOOTHING_VELOCITY),
-    StaticKernels(slip_force, slip_slope, never_sticks, no_band, true_velocity),
+    StaticKernels(slip_force, never_sticks, no_band, true_velocity),
     approximation=True,
 )

@@ -22,12 +22,6 @@ def slip_force(velocity: float, direction: float, coulomb: float, viscous: float
 
 
 @kernel
-def slip_force_slope(velocity: float, direction: float, coulomb: float, viscous: float) -> float:
-    """Return the derivative of `slip_force` by the velocity: the viscous coefficient."""
-    return viscous
-
-
-@kernel
 def breakaway_direction(effort: float, forward: float, backward: float) -> float:
     """Return +1 or -1 if an effort moves a body at rest in that direction, 0 if the body sticks.
 

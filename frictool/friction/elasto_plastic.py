@@ -23,7 +23,12 @@ from frictool.friction.stribeck import BREAKAWAY, curve
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
-ELASTIC_LIMIT = LawParameter("elastic_limit", "m", "rad")  # z_ba
+ELASTIC_LIMIT = LawParameter(  # z_ba
+    "elastic_limit",
+    "m",
+    "rad",
+    comparison_value=lambda q: q["plastic_from"] * q["breakaway"] / q["stiffness"],
+)
 Z_BA = 7
 
 

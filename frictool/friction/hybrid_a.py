@@ -13,14 +13,15 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
+from frictool.friction.dynamic_kernels import scalar_reset
 from frictool.friction.hybrid_kernels import (
+    CONVERGENCE_RATE,
     HYBRID,
     MASS,
     SLIPPING,
     STUCK,
     is_captured,
+    no_memory,
     sliding_force,
 )
 from frictool.friction.law import HybridKernels, Law
@@ -30,8 +31,7 @@ from frictool.friction.stribeck import BREAKAWAY
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
-CONVERGENCE_RATE = LawParameter("convergence_rate", "1/s", "1/s", exclusive=True)  # p0
-HOLD_TIME = LawParameter("hold_time", "s", "s", default=0.0)  # T_0
+HOLD_TIME = LawParameter("hold_time", "s", "s", default=0.0, simulation_only=True)  # T_0
 RATE, HOLD = 7, 8
 
 
@@ -69,22 +69,10 @@ def rate(mode: int, v: float, z: Vector, p: Vector, out: Vector) -> int:
     return OK if math.isfinite(v) else NOT_FINITE
 
 
-@kernel
-def commit(mode: int, z: Vector, p: Vector) -> int:
-    """Return OK: this version has no memory."""
-    return OK
-
-
-@kernel
-def reset(p: Vector) -> Vector:
-    """Return the state (1,) of a body that has just stuck."""
-    return np.zeros(1)
-
-
 LAW = Law(
     "hybrid_a",
     "Hybrid A, no presliding",
     "(3.28)-(3.31)",
     (*HYBRID, CONVERGENCE_RATE, HOLD_TIME),
-    HybridKernels(mode_after, enter, force, acceleration, rate, commit, reset),
+    HybridKernels(mode_after, enter, force, acceleration, rate, no_memory, scalar_reset),
 )

@@ -25,6 +25,7 @@ from frictool.friction.hybrid_kernels import (
     SLIPPING,
     STUCK,
     is_captured,
+    no_memory,
     sliding_force,
 )
 from frictool.friction.law import HybridKernels, Law
@@ -97,16 +98,10 @@ def rate(mode: int, v: float, z: Vector, p: Vector, out: Vector) -> int:
     return OK if math.isfinite(v) else NOT_FINITE
 
 
-@kernel
-def commit(mode: int, z: Vector, p: Vector) -> int:
-    """Return OK: this version has no memory."""
-    return OK
-
-
 LAW = Law(
     "hybrid_b",
     "Hybrid B, linear presliding",
     "(3.32)-(3.36)",
     (*HYBRID, PRESLIDING_LIMIT),
-    HybridKernels(mode_after, enter, force, acceleration, rate, commit, scalar_reset),
+    HybridKernels(mode_after, enter, force, acceleration, rate, no_memory, scalar_reset),
 )

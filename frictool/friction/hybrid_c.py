@@ -19,7 +19,7 @@ from frictool.friction.hybrid_kernels import HYBRID, MASS, STUCK, sliding_force
 from frictool.friction.law import HybridKernels, Law
 from frictool.friction.parameter import PRESLIDING_LIMIT
 from frictool.friction.preisach import preisach_force, preisach_move
-from frictool.friction.preisach_cycles import masing_everett
+from frictool.friction.preisach_cycles import cell_count, masing_table
 from frictool.friction.reversal_memory import COUNT, DEPTH, FIRST, FORCE, POSITION
 from frictool.friction.status import OK
 from frictool.friction.stribeck import BREAKAWAY
@@ -73,5 +73,6 @@ LAW = Law(
     "(3.37)-(3.39)",
     (*HYBRID, PRESLIDING_LIMIT),
     HybridKernels(mode_after, enter, force, acceleration, rate, commit, reset),
-    tail=masing_everett,
+    tail=masing_table,
+    tail_parameters=cell_count,
 )

@@ -18,14 +18,20 @@ from __future__ import annotations
 import math
 
 from frictool.friction.parameter import STRIBECK, LawParameter
+from frictool.friction.status import OK
 from frictool.friction.stribeck import COULOMB, slip_force
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
 STUCK, SLIPPING = 0, 1
 
-INERTIA = LawParameter("inertia", "kg", "kg m^2", exclusive=True)  # m
-CAPTURE_VELOCITY = LawParameter("capture_velocity", "m/s", "rad/s", exclusive=True)  # Sigma
+INERTIA = LawParameter("inertia", "kg", "kg m^2", exclusive=True, simulation_only=True)  # m
+CAPTURE_VELOCITY = LawParameter(  # Sigma
+    "capture_velocity", "m/s", "rad/s", exclusive=True, simulation_only=True
+)
+CONVERGENCE_RATE = LawParameter(  # p0 of version A
+    "convergence_rate", "1/s", "1/s", exclusive=True, simulation_only=True
+)
 HYBRID = (*STRIBECK, INERTIA, CAPTURE_VELOCITY)
 MASS, SIGMA = 5, 6  # indices in p
 
@@ -35,6 +41,12 @@ def sliding_force(v: float, u: float, p: Vector) -> float:
     """Return the friction in mode 1 [N | N m], (3.4)."""
     direction = math.copysign(1.0, v) if v != 0.0 else math.copysign(1.0, u)
     return slip_force(v, direction, p)
+
+
+@kernel
+def no_memory(mode: int, z: Vector, p: Vector) -> int:
+    """Return OK: `commit` of a version without memory."""
+    return OK
 
 
 @kernel

@@ -1,6 +1,6 @@
-"""Simulation parameters of the hybrid versions from bench data, with the inequalities they meet.
+"""Inequalities that the simulation parameters of the hybrid versions must meet on a bench.
 
-The inequalities are, with the thesis's equation or section:
+They are, with the thesis's equation or section:
 
     (3.8)   p0 >= 5/T_s                sticks within one sample of the controller
     (3.10)  Sigma < delta_x p0         a capture moves the body by less than one encoder step
@@ -13,15 +13,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal
 
+from frictool.friction.hybrid_kernels import CAPTURE_VELOCITY, CONVERGENCE_RATE
+from frictool.friction.law import Law
 from frictool.friction.parameter import Axis
-
-Version = Literal["hybrid_a", "hybrid_b", "hybrid_c"]
-# travel of a capture in encoder steps, unless Stribeck's velocity needs a larger Sigma
-TRACE = 0.01
-ABOVE_STRIBECK = 4.0  # Sigma in units of v_s; section 3.2 requires more than 3
-WITHIN_STEP = 0.8  # T_e in units of its bound (3.11)
 
 
 @dataclass(frozen=True)
@@ -53,26 +48,15 @@ def _positive(owner: HybridBench | HybridSettings, may_be_zero: tuple[str, ...])
             raise ValueError(f"{name} is {value:g}; allowed: a finite number {allowed}")
 
 
-def settings_from_bench(bench: HybridBench) -> HybridSettings:
-    """Return p0 by (3.8), the smallest useful Sigma, and T_e by (3.11).
-
-    A smaller Sigma is closer to the exact stop but requires a smaller step; below 1 % of an encoder
-    step the difference is not visible. If the encoder is too fine for v_s, the result violates
-    (3.10): check it with `violations`. Raises ValueError if a bench value is out of range.
-    """
-    _positive(bench, ("stribeck_velocity",))
-    rate = 5.0 / bench.sample_period
-    capture = max(ABOVE_STRIBECK * bench.stribeck_velocity, TRACE * bench.encoder_step * rate)
-    return HybridSettings(rate, capture, WITHIN_STEP * bench.inertia * capture / bench.effort_limit)
-
-
 def violations(
-    version: Version, bench: HybridBench, settings: HybridSettings, axis: Axis = "linear"
+    law: Law, bench: HybridBench, settings: HybridSettings, axis: Axis = "linear"
 ) -> list[str]:
     """Return the inequalities that the settings violate, one line each with its numbers.
 
-    Raises ValueError if a value is not finite or out of range.
+    The list is empty for a law that is no hybrid version. Raises ValueError if a value is not finite or out of range.
     """
+    if CAPTURE_VELOCITY not in law.parameters:
+        return []
     _positive(bench, ("stribeck_velocity",))
     _positive(settings, ("shortest_step", "hold_time"))
     speed, mass, effort, length = (
@@ -81,7 +65,7 @@ def violations(
     s, b = settings, bench
     sigma = f"Sigma = {s.capture_velocity:g} {speed}"
     broken = []
-    if version == "hybrid_a":
+    if CONVERGENCE_RATE in law.parameters:
         if s.convergence_rate < 5.0 / b.sample_period:
             broken.append(
                 f"(3.8) p0 >= 5/T_s: p0 = {s.convergence_rate:g} 1/s, 5/T_s = "

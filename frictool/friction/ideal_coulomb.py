@@ -16,16 +16,11 @@ def slip_force(v: float, direction: float, p: Vector) -> float:
     return coulomb_viscous.slip_force(v, direction, p[0], 0.0)
 
 
-@kernel
-def slip_slope(v: float, direction: float, p: Vector) -> float:
-    """Return the derivative of `slip_force` by v: 0."""
-    return 0.0
-
-
 LAW = Law(
     "coulomb",
     "Coulomb",
     "(2.30)",
     (COULOMB,),
-    StaticKernels(slip_force, slip_slope, coulomb_breakaway, no_band, true_velocity),
+    StaticKernels(slip_force, coulomb_breakaway, no_band, true_velocity),
+    slip_terms=("coulomb",),
 )

@@ -11,7 +11,7 @@ from __future__ import annotations
 from frictool.friction.law import Law, StaticKernels
 from frictool.friction.parameter import BREAKAWAY, COULOMB, VISCOUS
 from frictool.friction.static_kernels import breakaway_level
-from frictool.friction.svc import slip_force, slip_slope
+from frictool.friction.svc import slip_force
 from frictool.friction.svc_band import BAND, band
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
@@ -28,5 +28,5 @@ LAW = Law(
     "Karnopp",
     "(2.35)-(2.36)",
     (COULOMB, BREAKAWAY, VISCOUS, BAND),
-    StaticKernels(slip_force, slip_slope, breakaway_level, band, seen_velocity),
+    StaticKernels(slip_force, breakaway_level, band, seen_velocity),
 )

@@ -22,7 +22,7 @@ def _function(result: Any, *arguments: Any) -> Any:
 
 
 # static
-SLIP_FORCE = SLIP_SLOPE = _function(_f, _f, _f, _a)
+SLIP_FORCE = _function(_f, _f, _f, _a)
 BREAKAWAY = SEEN_VELOCITY = _function(_f, _f, _a)
 BAND = _function(_f, _a)
 # dynamic

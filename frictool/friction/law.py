@@ -22,10 +22,12 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from frictool.friction.parameter import Axis, LawParameter
+from frictool.friction.parameter import Axis, LawParameter, Values
 from frictool.typing import Vector
 
 Kernel = Callable[..., Any]
+# coulomb sign(v), (breakaway - coulomb) exp(-|v/v_s|^delta) sign(v), viscous v
+SlipTerm = Literal["coulomb", "stribeck", "viscous"]
 
 
 class StaticKernels(NamedTuple):
@@ -35,7 +37,6 @@ class StaticKernels(NamedTuple):
     """
 
     slip_force: Kernel  # (v, direction, p) -> force [N | N m]
-    slip_slope: Kernel  # (v, direction, p) -> its derivative by v
     breakaway: Kernel  # (direction, p) -> largest friction on a body at rest, in that direction
     band: Kernel  # (p) -> half width of the velocities that count as rest; 0 for exact laws
     seen_velocity: Kernel  # (v, p) -> velocity that moves the position: v, or v_m of (2.35)
@@ -73,8 +74,11 @@ class Law:
     """A friction law: its name, its parameters and its kernels.
 
     `equations` are equation numbers of the thesis. `approximation` marks a regularised law, which
-    never sticks. `tail` returns the default values behind the fixed parameters in p; it is None if
-    p holds the fixed parameters only.
+    never sticks. `slip_terms`: terms of the slip force in `frictool equations`; without them the
+    law appears there by its name. `tail` returns the values behind the fixed parameters in p, for
+    the values of a friction.yaml or, from an empty mapping, by default; it is None if p holds the
+    fixed parameters only. `tail_parameters` returns the number of parameters to identify in a tail
+    of the given size.
     """
 
     name: str
@@ -83,7 +87,9 @@ class Law:
     parameters: tuple[LawParameter, ...]
     kernels: StaticKernels | DynamicKernels | HybridKernels
     approximation: bool = False
-    tail: Callable[[], Vector] | None = None
+    slip_terms: tuple[SlipTerm, ...] = ()
+    tail: Callable[[Values], Vector] | None = None
+    tail_parameters: Callable[[int], int] = int
 
     @property
     def kind(self) -> Literal["static", "dynamic", "hybrid"]:
@@ -121,7 +127,7 @@ class Law:
             if tail is not None:
                 raise ValueError(f"{self.name} takes no table beside its parameters")
             return fixed
-        table = self.tail() if tail is None else np.asarray(tail, dtype=np.float64)
+        table = self.tail({}) if tail is None else np.asarray(tail, dtype=np.float64)
         if table.ndim != 1 or not np.all(np.isfinite(table)):
             raise ValueError(
                 f"the table of {self.name} has shape {table.shape}; allowed: one row of "

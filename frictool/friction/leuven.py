@@ -21,7 +21,15 @@ from frictool.friction.stribeck import BREAKAWAY, VISCOUS, curve
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
-EXPONENT = LawParameter("exponent", "", "", exclusive=True, maximum=100.0, default=1.0)  # i
+EXPONENT = LawParameter(  # i
+    "exponent",
+    "",
+    "",
+    exclusive=True,
+    maximum=100.0,
+    default=1.0,
+    comparison_value=lambda values: values["leuven_exponent"],
+)
 LIMIT, SIGMA_1, POWER, FIXED = 5, 6, 7, 8
 Z, ACCEPTED, DEFLECTIONS = 0, 1, 2
 
@@ -81,5 +89,5 @@ LAW = Law(
     "(2.49)-(2.51)",
     (*POSITIVE_STRIBECK, PRESLIDING_LIMIT, DAMPING, EXPONENT),
     DynamicKernels(rate, force, commit, reset),
-    tail=parabolic_bank,
+    tail=lambda values: parabolic_bank(),
 )

@@ -27,7 +27,13 @@ from frictool.friction.stribeck import BREAKAWAY, VISCOUS, curve
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
-ATTRACTION = LawParameter("attraction", "N/s", "N m/s", exclusive=True)  # C
+ATTRACTION = LawParameter(  # C; compared with a memory as fast as LuGre's at v_s
+    "attraction",
+    "N/s",
+    "N m/s",
+    exclusive=True,
+    comparison_value=lambda values: values["stiffness"] * values["stribeck_velocity"],
+)
 LIMIT, PULL, FIXED = 5, 6, 7
 
 
@@ -91,5 +97,5 @@ LAW = Law(
     "2.4.3.1, [29]",
     (*POSITIVE_STRIBECK, PRESLIDING_LIMIT, ATTRACTION),
     DynamicKernels(rate, force, commit, reset),
-    tail=parabolic_bank,
+    tail=lambda values: parabolic_bank(),
 )

@@ -7,10 +7,12 @@ and a torque on a rotary one.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from typing import Literal
 
 Axis = Literal["linear", "rotary"]
+Values = Mapping[str, float]  # SI values by the keys of compare/law_simulator.py `law_values`
 
 
 @dataclass(frozen=True)
@@ -18,7 +20,10 @@ class LawParameter:
     """Name, units and bounds of one parameter.
 
     `exclusive`: the minimum itself is not allowed. `at_least`: name of another parameter that is a
-    lower bound of this one.
+    lower bound of this one. `letters`: symbol in text and in LaTeX; by default the name.
+    `simulation_only`: the parameter belongs to the simulation and is not identified with the friction.
+    `comparison_value`: returns the value in `frictool compare` from those of a friction.yaml; by default
+    the value with the parameter's name, else `default`.
     """
 
     name: str
@@ -29,6 +34,9 @@ class LawParameter:
     exclusive: bool = False
     default: float | None = None
     at_least: str | None = None
+    letters: tuple[str, str] | None = None
+    simulation_only: bool = False
+    comparison_value: Callable[[Values], float] | None = None
 
     def unit(self, axis: Axis) -> str:
         """Return the SI unit for this kind of axis; empty if the parameter has no unit."""
@@ -45,18 +53,28 @@ class LawParameter:
         raise ValueError(f"{self.name} is {value:g}{unit}; allowed: a finite number {lower}{upper}")
 
 
-COULOMB = LawParameter("coulomb", "N", "N m")  # F_c
-BREAKAWAY = LawParameter("breakaway", "N", "N m", at_least="coulomb")  # F_s
-VISCOUS = LawParameter("viscous", "N s/m", "N m s/rad")  # sigma_v; sigma_0 in (2.31)-(2.36)
-STRIBECK_VELOCITY = LawParameter("stribeck_velocity", "m/s", "rad/s", exclusive=True)  # v_s
+COULOMB = LawParameter("coulomb", "N", "N m", letters=("Fc", "F_c"))
+BREAKAWAY = LawParameter("breakaway", "N", "N m", at_least="coulomb", letters=("Fs", "F_s"))
+VISCOUS = LawParameter(  # sigma_0 in (2.31)-(2.36)
+    "viscous", "N s/m", "N m s/rad", letters=("sigma_v", r"\sigma_v")
+)
+STRIBECK_VELOCITY = LawParameter(
+    "stribeck_velocity", "m/s", "rad/s", exclusive=True, letters=("v_s", "v_s")
+)
 STRIBECK_EXPONENT = LawParameter(
-    "stribeck_exponent", "", "", exclusive=True, maximum=100.0, default=2.0
-)  # delta_s
-POSITIVE_COULOMB = LawParameter("coulomb", "N", "N m", exclusive=True)  # of laws that divide by it
-STIFFNESS = LawParameter(
-    "stiffness", "N/m", "N m/rad", exclusive=True
-)  # sigma_0 of the dynamic laws
-DAMPING = LawParameter("damping", "N s/m", "N m s/rad")  # sigma_1
+    "stribeck_exponent",
+    "",
+    "",
+    exclusive=True,
+    maximum=100.0,
+    default=2.0,
+    letters=("delta", r"\delta"),
+)
+POSITIVE_COULOMB = replace(COULOMB, exclusive=True)  # of laws that divide by it
+STIFFNESS = LawParameter(  # of the dynamic laws
+    "stiffness", "N/m", "N m/rad", exclusive=True, letters=("sigma_0", r"\sigma_0")
+)
+DAMPING = LawParameter("damping", "N s/m", "N m s/rad", letters=("sigma_1", r"\sigma_1"))
 PRESLIDING_LIMIT = LawParameter("presliding_limit", "m", "rad", exclusive=True)  # z_max
 
 # parameters of Stribeck's curve, in the order of friction/stribeck.py

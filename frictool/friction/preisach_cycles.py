@@ -8,11 +8,13 @@ triangle of n x n cells; 3.7.1 has n = 20 and 10 cycles.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.friction.parameter import Values
 from frictool.friction.virgin_curve import virgin_force
 from frictool.typing import Vector
 
@@ -92,6 +94,17 @@ def masing_cycles(cells: int = CELLS) -> list[tuple[Vector, Vector]]:
 def masing_everett() -> Vector:
     """Return the table of 3.7.1: n = 20, 10 centred cycles of the Masing hysteresis."""
     return everett_tail(masing_cycles())
+
+
+def masing_table(values: Values) -> Vector:
+    """Return the table of the Masing hysteresis with `preisach_intervals` cells on each side."""
+    return everett_tail(masing_cycles(int(values.get("preisach_intervals", CELLS))))
+
+
+def cell_count(size: int) -> int:
+    """Return the number of cells of a triangle whose table has `size` nodes."""
+    cells = math.isqrt(size) - 1
+    return cells * (cells + 1) // 2
 
 
 def cell_weights(table: Vector) -> NDArray[np.float64]:

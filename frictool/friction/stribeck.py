@@ -72,5 +72,6 @@ LAW = Law(
     "Stribeck",
     "(2.33)-(2.34)",
     STRIBECK,
-    StaticKernels(slip_force, slip_slope, breakaway_level, no_band, true_velocity),
+    StaticKernels(slip_force, breakaway_level, no_band, true_velocity),
+    slip_terms=("coulomb", "stribeck", "viscous"),
 )

@@ -19,16 +19,11 @@ def slip_force(v: float, direction: float, p: Vector) -> float:
     return coulomb_viscous.slip_force(v, direction, p[0], p[2])
 
 
-@kernel
-def slip_slope(v: float, direction: float, p: Vector) -> float:
-    """Return the derivative of `slip_force` by v: the viscous coefficient."""
-    return float(p[2])
-
-
 LAW = Law(
     "svc",
     "Static, viscous and Coulomb",
     "(2.31)",
     (COULOMB, BREAKAWAY, VISCOUS),
-    StaticKernels(slip_force, slip_slope, breakaway_level, no_band, true_velocity),
+    StaticKernels(slip_force, breakaway_level, no_band, true_velocity),
+    slip_terms=("coulomb", "viscous"),
 )

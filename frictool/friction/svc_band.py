@@ -8,7 +8,7 @@ from __future__ import annotations
 from frictool.friction.law import Law, StaticKernels
 from frictool.friction.parameter import BREAKAWAY, COULOMB, VISCOUS, LawParameter
 from frictool.friction.static_kernels import breakaway_level, true_velocity
-from frictool.friction.svc import slip_force, slip_slope
+from frictool.friction.svc import slip_force
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
@@ -26,5 +26,5 @@ LAW = Law(
     "Static, viscous and Coulomb with a band",
     "(2.32)",
     (COULOMB, BREAKAWAY, VISCOUS, BAND),
-    StaticKernels(slip_force, slip_slope, breakaway_level, band, true_velocity),
+    StaticKernels(slip_force, breakaway_level, band, true_velocity),
 )

@@ -31,16 +31,17 @@ def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Mo
         name: _estimate(name, result, bench) for name in CURVE if name in result.identified
     }
     fit = result.fit
+    parameters = Parameters(**estimates)
     summary = None if fit is None else FitSummary(fit.force_error, fit.condition, fit.samples)
     return Model(
         format="model/1",
         name=bench.name,
         axis=bench.axis,
-        law="stribeck" if "stribeck_velocity" in estimates else "coulomb",
+        law=parameters.law,
         method=result.method,
         confidence=result.confidence,
         bench=bench,
-        parameters=Parameters(**estimates),
+        parameters=parameters,
         provenance=provenance,
         not_identified=dict(result.refused),
         fit=summary,

@@ -87,7 +87,7 @@ def model_of(
         format="model/1",
         name=used.name,
         axis=axis,
-        law="stribeck" if parameters.stribeck_velocity is not None else "coulomb",
+        law=parameters.law,
         method="reduced",
         confidence=CONFIDENCE,
         bench=used,

@@ -93,7 +93,7 @@ def outside_margins(model: Model) -> tuple[str, ...]:
         "backlash": mechanics.backlash is not None and mechanics.backlash.value > 0.0,
         "end stops": mechanics.travel is not None,
         "winding": model.bench.actuator.winding is not None,
-        "Stribeck curve": model.law == "stribeck",
+        "Stribeck curve": model.parameters.stribeck_velocity is not None,
         "friction over position": laws is not None and laws.position is not None,
         "dwell": laws is not None and laws.dwell is not None,
         "gravity": load is not None and load.gravity is not None,

@@ -7,7 +7,8 @@ import json
 
 import pytest
 
-from frictool.documents.registry import DOCUMENTS, json_schema
+from frictool.cli.schema import schema_of
+from frictool.documents.registry import DOCUMENTS
 from tests.support.documentation_pages import ROOT, text_of
 
 FOLDER = ROOT / "docs" / "schemas"
@@ -15,7 +16,7 @@ FOLDER = ROOT / "docs" / "schemas"
 
 @pytest.mark.parametrize("name", DOCUMENTS)
 def test_the_schema_is_the_program_s(name: str) -> None:
-    printed = json.dumps(json_schema(name), indent=2) + "\n"
+    printed = json.dumps(schema_of(name), indent=2) + "\n"
     assert (FOLDER / f"{name}.schema.json").read_text() == printed, (
         "the documents have changed: make schemas"
     )

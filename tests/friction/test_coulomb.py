@@ -7,7 +7,7 @@ import math
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.friction.coulomb_viscous import breakaway_direction, slip_force, slip_force_slope
+from frictool.friction.coulomb_viscous import breakaway_direction, slip_force
 
 SIZES = st.floats(0.0, 1e6)
 EFFORTS = st.floats(-1e6, 1e6)
@@ -21,18 +21,6 @@ def test_slip_force_opposes_the_motion(
     force = slip_force(direction * speed, direction, coulomb, viscous)
     assert force * direction >= coulomb
     assert math.isclose(force, direction * (coulomb + viscous * speed), rel_tol=1e-15)
-
-
-@settings(derandomize=True, deadline=None)
-@given(velocity=st.floats(0.1, 1e3), coulomb=SIZES, viscous=st.floats(0.1, 1e3))
-def test_slope_is_the_derivative(velocity: float, coulomb: float, viscous: float) -> None:
-    step = 1e-3 * velocity
-    upper, lower = (slip_force(velocity + s, 1.0, 0.0, viscous) for s in (step, -step))
-    assert math.isclose(
-        (upper - lower) / (2 * step),
-        slip_force_slope(velocity, 1.0, coulomb, viscous),
-        rel_tol=1e-9,
-    )
 
 
 @settings(derandomize=True, deadline=None)

@@ -13,7 +13,7 @@ from frictool.friction.law import DynamicKernels, HybridKernels, StaticKernels
 from frictool.runtime.kernels import function_pointer
 
 TYPES: dict[type, tuple[Any, ...]] = {
-    StaticKernels: (s.SLIP_FORCE, s.SLIP_SLOPE, s.BREAKAWAY, s.BAND, s.SEEN_VELOCITY),
+    StaticKernels: (s.SLIP_FORCE, s.BREAKAWAY, s.BAND, s.SEEN_VELOCITY),
     DynamicKernels: (s.RATE, s.FORCE, s.COMMIT, s.RESET),
     HybridKernels: (
         s.MODE_AFTER,
@@ -40,21 +40,20 @@ _f, _i, _a, _m = numba.float64, numba.int64, numba.float64[::1], numba.float64[:
 FORCE, STATE, POSITION, VELOCITY, MODE, EFFORT = 0, 1, 0, 1, 2, 3
 
 
-@numba.njit(
-    _m(s.SLIP_FORCE, s.SLIP_SLOPE, s.BREAKAWAY, s.BAND, s.SEEN_VELOCITY, _a, _a), cache=True
-)
-def static_values(slip_force, slip_slope, breakaway, band, seen_velocity, velocities, p):
-    """Rows (slip force, slope, breakaway, band, seen velocity) at each velocity, the direction
-    being the velocity's."""
-    out = np.zeros((velocities.shape[0], 5))
+@numba.njit(_m(s.SLIP_FORCE, s.BREAKAWAY, s.BAND, s.SEEN_VELOCITY, _a, _a), cache=True)
+def static_values(slip_force, breakaway, band, seen_velocity, velocities, p):
+    """Return rows (slip force, breakaway, band, seen velocity) at each velocity.
+
+    The direction is that of the velocity.
+    """
+    out = np.zeros((velocities.shape[0], 4))
     for k in range(velocities.shape[0]):
         v = velocities[k]
         direction = 1.0 if v >= 0.0 else -1.0
         out[k, 0] = slip_force(v, direction, p)
-        out[k, 1] = slip_slope(v, direction, p)
-        out[k, 2] = breakaway(direction, p)
-        out[k, 3] = band(p)
-        out[k, 4] = seen_velocity(v, p)
+        out[k, 1] = breakaway(direction, p)
+        out[k, 2] = band(p)
+        out[k, 3] = seen_velocity(v, p)
     return out
 
 

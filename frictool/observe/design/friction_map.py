@@ -44,10 +44,10 @@ def left_out(model: Model) -> list[str]:
     """Return the names of the model's effects that the observer does not include."""
     laws = model.laws
     if laws is None:
-        return ["the Stribeck curve"] if model.law == "stribeck" else []
+        return ["the Stribeck curve"] if model.parameters.stribeck_velocity is not None else []
     own = laws.backward.viscous if laws.backward is not None else None
     found = {
-        "the Stribeck curve": model.law == "stribeck",
+        "the Stribeck curve": model.parameters.stribeck_velocity is not None,
         KNEES: bool(laws.regimes),
         "the directions' own viscous friction": own is not None
         and own.value != model.parameters.viscous.value,
