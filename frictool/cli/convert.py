@@ -18,21 +18,23 @@ from frictool.cli.output import (
     replacing,
     say,
 )
+from frictool.logs.channels.question import alternatives
+from frictool.logs.formats import WRITTEN, format_for, require
 
 if TYPE_CHECKING:
     from frictool.logs.conversion import OutgoingStream
 
-KINDS = ("csv", "mat", "mdf", "npz", "parquet")
-HELP = """\b
+HELP = f"""\b
 Example:
   frictool convert run.mcap -o run.mat
 
-Convert a log to CSV, MATLAB (version 5), MDF 4.10, NumPy (.npz) or Parquet. The name of the output
+Convert a log to {alternatives([one.written for one in WRITTEN.values()])}. The name of the output
 selects the format, or --to.
 
 Times are in s and signals in SI, with their units; reading the file gives the same numbers bit for
-bit. A raw bench file needs --bench. MATLAB, MDF and NumPy files hold all streams of a log. CSV and
-Parquet hold one stream; select it with --stream if there are several.
+bit. A raw bench file needs --bench. A file of
+{alternatives([name for name, one in WRITTEN.items() if one.several])} holds all streams of a log. A
+file of any other format holds one stream; select it with --stream if there are several.
 """
 
 
@@ -46,7 +48,7 @@ Parquet hold one stream; select it with --stream if there are several.
 @click.option(
     "--to",
     "kind",
-    type=click.Choice(KINDS),
+    type=click.Choice([*WRITTEN]),
     help="Format, if the output's name does not determine it.",
 )
 @click.option(
@@ -70,17 +72,17 @@ def command(
     from frictool.documents.provenance import provenance_of_command
     from frictool.documents.registry import load
     from frictool.logs.assembly import assemble, origins, start_streams
-    from frictool.logs.conversion import OutgoingStream, convert, format_for, require
+    from frictool.logs.conversion import OutgoingStream, convert
     from frictool.logs.losses import LOST, loss_count_text, record_of
     from frictool.logs.provenance import PROVENANCE, provenance_record
 
-    kind = kind or format_for(output)
-    if kind is None:
+    form = WRITTEN[kind] if kind else format_for(output)
+    if form is None:
+        endings = alternatives([one.suffixes[0] for one in WRITTEN.values()])
         raise click.UsageError(
-            f"{output.name!r} does not say its format: end it in .csv, .mat, .mf4, .npz "
-            "or .parquet, or give --to."
+            f"{output.name!r} does not say its format: end it in {endings}, or give --to."
         )
-    require(kind, output)
+    require(form, output)
     document = None if bench is None else load(bench, Bench)
     inputs = [log] if bench is None else [log, bench]
     made = assemble([log], document)
@@ -88,25 +90,25 @@ def command(
         str(log), [OutgoingStream(one.head, one.samples) for one in start_streams(made)], topics
     )
     line = command_line(
-        "convert", {"log": log, "--bench": bench, "--to": kind, "--stream": list(topics)}
+        "convert", {"log": log, "--bench": bench, "--to": form.name, "--stream": list(topics)}
     )
     notes = {
         **made.notes,
         **origins(made, [one.head.topic for one in chosen]),
         PROVENANCE: provenance_record(provenance_of_command(line, inputs)),
     }
-    if made.told:
-        notes[LOST] = record_of(made.told)
+    if made.earlier_losses:
+        notes[LOST] = record_of(made.earlier_losses)
         note(
             f"warning: {log.name} was made with data lost: "
-            f"{loss_count_text(made.told)}; `frictool info` lists it"
+            f"{loss_count_text(made.earlier_losses)}; `frictool info` lists it"
         )
     with replacing(output, inputs) as stream:
-        convert(str(log), chosen, notes, kind, stream)
+        convert(str(log), chosen, notes, form, stream)
     for warning in made.warnings:
         note(f"warning: {warning}")
     facts = {
-        "format": kind,
+        "format": form.name,
         "streams": {
             one.head.topic: dict(zip(one.head.fields, one.head.units, strict=True))
             for one in chosen
@@ -116,7 +118,7 @@ def command(
         print_json(facts, output)
     else:
         where = "stdout" if output == STDOUT else output.name
-        say(f"{where}: {kind}, {', '.join(one.head.topic for one in chosen)}", output)
+        say(f"{where}: {form.name}, {', '.join(one.head.topic for one in chosen)}", output)
 
 
 def _chosen(

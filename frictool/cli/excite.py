@@ -173,8 +173,9 @@ def _save(sequence: ExcitationSequence, output: Path, words: str, inputs: list[P
             write_mcap(log, stream)
         else:
             from frictool.logs.conversion import convert
+            from frictool.logs.formats import WRITTEN
 
-            convert(output.name, [sequence.outgoing()], {}, "csv", stream)
+            convert(output.name, [sequence.outgoing()], {}, WRITTEN["csv"], stream)
 
 
 def summary(sequence: ExcitationSequence) -> dict[str, Any]:

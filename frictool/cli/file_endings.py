@@ -7,6 +7,9 @@ from pathlib import Path
 
 import click
 
+from frictool.logs.channels.question import alternatives
+from frictool.logs.formats import FORMATS as LOG_FORMATS
+
 # formats that frictool writes; the first ending is the proposed one
 FORMATS = {
     "YAML": (".yaml", ".yml"),
@@ -38,7 +41,8 @@ OTHERS: tuple[str, ...] = (
     ".tar",
     ".gz",
 )
-OTHERS += (".mat", ".npz", ".mf4", ".mdf", ".bag", ".db3", ".c", ".h", ".m", ".py", ".ipynb")
+OTHERS += (".c", ".h", ".m", ".py", ".ipynb")
+OTHERS += tuple(suffix for one in LOG_FORMATS for suffix in one.suffixes)
 
 
 def says_file(target: Path) -> bool:
@@ -76,6 +80,5 @@ def check_ending(target: Path, writes: Sequence[str], chooses: bool, what: str =
     found = target.suffix.lower()
     if found in allowed or not (chooses or says_file(target)):
         return
-    proposed = " or ".join([", ".join(allowed[:-1]), allowed[-1]] if len(allowed) > 1 else allowed)
     said = "says another format" if found and not chooses else "does not say its format"
-    raise click.UsageError(f"{target.name!r} {said}{what}: end it in {proposed}.")
+    raise click.UsageError(f"{target.name!r} {said}{what}: end it in {alternatives(allowed)}.")

@@ -80,7 +80,8 @@ def identify_each(asked: IdentifyEachRequest, logs: Sequence[Path]) -> int:
     from frictool.documents.provenance import Input, digest
     from frictool.documents.writing import to_yaml
     from frictool.identify.batch import IdentifyJob, groups, identify_groups
-    from frictool.identify.batch_table import ordered, require_parquet
+    from frictool.identify.batch_table import ordered
+    from frictool.logs.formats import format_for, require
     from frictool.logs.origin import unmatched_patterns
 
     if STDIN in logs:
@@ -92,7 +93,7 @@ def identify_each(asked: IdentifyEachRequest, logs: Sequence[Path]) -> int:
         )
         raise click.UsageError(f"{message} {', '.join(TABLES)}.")
     if asked.table is not None and asked.table != STDOUT:
-        require_parquet(asked.table)
+        require(format_for(asked.table), asked.table)
     found = _members(asked, logs)
     for told in unmatched_patterns(asked.patterns, [member.name for member in found]):
         note(f"warning: {told}")

@@ -27,7 +27,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "init": ("frictool.cli.init", "Write commented documents for a new rig."),
     "ingest": ("frictool.cli.ingest", "Convert bench files to the canonical log (MCAP)."),
     "info": ("frictool.cli.info", "Show the contents and the quality of a log."),
-    "convert": ("frictool.cli.convert", "Convert a log to CSV, MATLAB, MDF, NumPy or Parquet."),
+    "convert": ("frictool.cli.convert", "Convert a log to the format of another tool."),
     "assess": (
         "frictool.cli.assess",
         "State which parameters a bench can identify, and how precisely.",

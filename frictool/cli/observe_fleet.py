@@ -27,12 +27,13 @@ def observe_fleet(given: ObserveRequest, logs: Sequence[Path]) -> int:
     from frictool.cli.standard_input import stdin_as_file
     from frictool.documents.provenance import provenance_of_command
     from frictool.logs.fleet import members
+    from frictool.logs.formats import format_for, require
     from frictool.logs.origin import unmatched_patterns
     from frictool.observe.fleet import observe_logs
-    from frictool.observe.fleet_table import counts, require_parquet, rows
+    from frictool.observe.fleet_table import counts, rows
 
     if given.output is not None and given.output != STDOUT:
-        require_parquet(given.output)
+        require(format_for(given.output), given.output)
     reference = commissioning_of(given)
     with stdin_as_file(logs) as paths:
         fleet = members(paths)
@@ -81,12 +82,13 @@ def _save(
     given: ObserveRequest, table: list[FleetRow], inputs: list[Path], provenance: Provenance
 ) -> None:
     """Write the table, to stdout if nothing else is written there, and the trend."""
+    from frictool.logs.formats import WRITTEN, format_for
     from frictool.logs.provenance import provenance_record
-    from frictool.observe.fleet_table import PARQUET, as_csv, write_parquet
+    from frictool.observe.fleet_table import as_csv, write_parquet
     from frictool.observe.page import page_of_fleet
     from frictool.observe.wear_trend import trend
 
-    if given.output is not None and given.output.suffix.lower() in PARQUET:
+    if given.output is not None and format_for(given.output) is WRITTEN["parquet"]:
         made = io.BytesIO()
         write_parquet(table, made, provenance_record(provenance))
         with replacing(given.output, inputs) as stream:

@@ -21,13 +21,14 @@ from dataclasses import replace
 from frictool.compare.comparison_setting import EFFORT_LIMIT, ComparisonSetting, scaled_setting
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model
-from frictool.friction.hybrid_time_step import ABOVE_STRIBECK, WITHIN_STEP
 
 TRAVEL_NEEDED, SPEED_NEEDED = (
     8.0,
     1.0,
 )  # units of length and speed: largest travel and speed of the tests, rounded up
 WITHIN_ENCODER = 0.8  # Sigma relative to its bound (3.10), for a fine encoder
+ABOVE_STRIBECK = 4.0  # Sigma in units of v_s; section 3.2 requires more than 3
+WITHIN_STEP = 0.8  # T_e in units of its bound (3.11)
 STUCK_IN_A_SAMPLE = 5.0  # p0 T_s of (3.8)
 CONTACT_STEPS = 20.0  # integration steps in sqrt(m/k_1)
 

@@ -10,13 +10,12 @@ from importlib import metadata
 
 from frictool import __version__
 from frictool.doctor.installation_check import InstallationCheck
+from frictool.logs.formats import FORMATS
 
 PACKAGE = "frictool"
 # extras for users; the package may have only some of them
 FOR_USERS = (
-    "mdf",
-    "parquet",
-    "mat73",
+    *(one.library[1] for one in FORMATS if one.library),
     "protobuf",
     "cluster",
     "control",

@@ -6,7 +6,6 @@ import csv
 import io
 from collections.abc import Sequence
 from datetime import UTC, datetime
-from pathlib import Path
 from typing import Any, BinaryIO
 
 from frictool.documents.bench import Bench
@@ -21,7 +20,6 @@ from frictool.identify.population import (
     UnitValue,
     populations,
 )
-from frictool.logs.optional_libraries import library
 
 FOUND = (*PARAMETERS, *CURVE)
 TEXTS = ("unit", "date", "file", "model", "method", "reason")
@@ -32,7 +30,6 @@ COLUMNS = (
     "samples",
     *TEXTS[4:],
 )
-PARQUET = (".parquet", ".pq")
 MONTH_DAYS = 30.0
 MOST_NAMED = 5  # largest number of units named in one line
 
@@ -113,12 +110,6 @@ def write_parquet(
         for one in batch
     ]
     pq.write_table(pa.Table.from_pylist(rows, schema=schema), target, compression="zstd")
-
-
-def require_parquet(target: Path) -> None:
-    """Raise LogError about `target` if it is a Parquet file and pyarrow is not installed."""
-    if target.suffix.lower() in PARQUET:
-        library(target, "pyarrow.parquet", "parquet")
 
 
 def _moment(date: str) -> datetime:

@@ -43,7 +43,7 @@ def _refuse_saturated(record: MotionRecord, bench: Bench) -> None:
     tops = FlatTopDetector(float(record.effort.min()), float(record.effort.max()), None)
     tops.take(record.effort)
     most = bench.actuator.limit.value * bench.actuator.constant.value
-    for top in tops.found():
+    for top in tops.result():
         share = top.samples / record.effort.size
         if share > LARGEST_SATURATED_SHARE and abs(top.at) < AT_THE_LIMIT * most:
             unit = si_unit("effort", bench.axis)

@@ -81,7 +81,7 @@ class LogAssembly:
 
     notes: metadata records.
     lost: losses noticed when the files were opened.
-    told: losses that the metadata of a canonical input reports from an earlier salvage.
+    earlier_losses: losses that the metadata of a canonical input reports from an earlier salvage.
     origin: clock time in ns at 0 of the log; None until the first sample of a clock is known.
     ahead: topic -> lead of its instrument's clock in ns.
     findings: functions that return the warnings of each raw table.
@@ -91,7 +91,7 @@ class LogAssembly:
     flows: list[StreamSource] = field(default_factory=list)
     notes: Notes = field(default_factory=dict)
     lost: list[DataLoss] = field(default_factory=list)
-    told: list[DataLoss] = field(default_factory=list)
+    earlier_losses: list[DataLoss] = field(default_factory=list)
     origin: int | None = None
     ahead: dict[str, int] = field(default_factory=dict)
     findings: list[FindingTexts] = field(default_factory=list)
@@ -199,7 +199,7 @@ def _describe(made: LogAssembly, path: Path, tables: Sequence[RawTable]) -> None
     """Record the detected layout of a file in the metadata."""
     for table in tables:
         if isinstance(table, DetectedLayout):
-            made.notes.setdefault(LAYOUT, {})[readable(path.name)] = table.told
+            made.notes.setdefault(LAYOUT, {})[readable(path.name)] = table.description
 
 
 def _set_ahead(made: LogAssembly, flows: Sequence[StreamSource], ahead_ns: int, how: str) -> None:
@@ -227,7 +227,7 @@ def _add_canonical(made: LogAssembly, path: Path, stem: str) -> None:
         }
         made.origin = streams[0].epoch
     made.lost += [_renamed(loss, renamed) for loss in lost]
-    made.told += [_renamed(loss, renamed) for loss in losses_of(notes, path)]
+    made.earlier_losses += [_renamed(loss, renamed) for loss in losses_of(notes, path)]
 
 
 def _renamed(loss: DataLoss, topics: dict[str, str]) -> DataLoss:
@@ -278,7 +278,7 @@ def write(
     writer = CanonicalWriter(stream, tuple(one.head for one in ready), records, shift)
 
     def last() -> Notes:
-        lost = [*made.told, *made.losses]
+        lost = [*made.earlier_losses, *made.losses]
         return {LOST: record_of(lost)} if lost else {}
 
     write_streams(writer, [_ticking(chunked(one.seen()), made, tick) for one in ready], last)

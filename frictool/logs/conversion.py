@@ -12,14 +12,13 @@ from __future__ import annotations
 import importlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import BinaryIO, NamedTuple, Protocol, cast
+from typing import BinaryIO, Protocol, cast
 
 from frictool.errors import LogError
 from frictool.logs.canonical.mcap_layout import NS, StreamHeader
 from frictool.logs.canonical.mcap_writer import Notes
 from frictool.logs.canonical.sample_chunks import join_blocks
-from frictool.logs.optional_libraries import library
+from frictool.logs.formats import WRITTEN, Format
 from frictool.logs.stream_source import SampleBlock
 from frictool.logs.table import BLOCK_ROWS
 from frictool.typing import Vector
@@ -71,65 +70,19 @@ class FormatWriter(Protocol):
     def write(self, streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None: ...
 
 
-class OutputFormat(NamedTuple):
-    """An output format.
-
-    suffixes: suffixes of its file names.
-    module: module that writes it.
-    several: True if one file can hold several streams.
-    needs: required library and the extra of frictool that installs it; None if none is needed.
-    """
-
-    suffixes: tuple[str, ...]
-    module: str
-    several: bool
-    needs: tuple[str, str] | None = None
-
-
-CONVERSIONS = {
-    "csv": OutputFormat((".csv",), "frictool.logs.text.csv_writer", False),
-    "mat": OutputFormat((".mat",), "frictool.logs.arrays.mat_writer", True),
-    "mdf": OutputFormat(
-        (".mf4", ".mdf"), "frictool.logs.arrays.mdf_writer", True, ("asammdf", "mdf")
-    ),
-    "npz": OutputFormat((".npz",), "frictool.logs.arrays.npz_writer", True),
-    "parquet": OutputFormat(
-        (".parquet", ".pq"),
-        "frictool.logs.arrays.parquet_writer",
-        False,
-        ("pyarrow.parquet", "parquet"),
-    ),
-}
-
-
-def format_for(path: Path) -> str | None:
-    """Return the output format for the suffix of a file name, or None."""
-    return next(
-        (name for name, one in CONVERSIONS.items() if path.suffix.lower() in one.suffixes), None
-    )
-
-
-def require(kind: str, target: Path) -> None:
-    """Raise LogError about `target` if the library that writes this format is not installed."""
-    needs = CONVERSIONS[kind].needs
-    if needs is not None:
-        library(target, *needs)
-
-
 def convert(
-    source: str, streams: Sequence[OutgoingStream], notes: Notes, kind: str, target: BinaryIO
+    source: str, streams: Sequence[OutgoingStream], notes: Notes, form: Format, target: BinaryIO
 ) -> None:
-    """Write the streams in the format `kind`; raise LogError if one file cannot hold them all."""
-    one = CONVERSIONS[kind]
-    if len(streams) > 1 and not one.several:
+    """Write the streams in a format; raise LogError if one file cannot hold them all."""
+    if len(streams) > 1 and not form.several:
         topics = ", ".join(stream.head.topic for stream in streams)
-        several = ", ".join(name for name, other in CONVERSIONS.items() if other.several)
+        several = ", ".join(name for name, other in WRITTEN.items() if other.several)
         raise LogError(
             source,
-            f"has {len(streams)} streams, {topics}; a {kind} file holds one: "
+            f"has {len(streams)} streams, {topics}; a {form.name} file holds one: "
             f"name it with --stream, or convert to {several}",
         )
-    cast(FormatWriter, importlib.import_module(one.module)).write(streams, notes, target)
+    cast(FormatWriter, importlib.import_module(form.writer)).write(streams, notes, target)
 
 
 def flat_names(streams: Sequence[OutgoingStream]) -> list[str]:

@@ -10,25 +10,9 @@ from typing import BinaryIO
 
 from frictool.documents.provenance import readable
 from frictool.errors import LogError
+from frictool.logs.formats import SUFFIXES
 from frictool.logs.origin import LogName
 from frictool.logs.recordings.recording_files import METADATA
-
-# suffixes of the files in a folder that are read as logs; a file listed by itself is always read
-SUFFIXES = (
-    ".mcap",
-    ".bag",
-    ".db3",
-    ".csv",
-    ".tsv",
-    ".txt",
-    ".mat",
-    ".mf4",
-    ".mdf",
-    ".dat",
-    ".parquet",
-    ".pq",
-    ".npz",
-)
 
 TABLE_HEAD = ("unit", "date", "file")  # first columns of every table about logs
 PARQUET_MAGIC = b"PAR1"

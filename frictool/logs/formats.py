@@ -1,8 +1,8 @@
-"""Formats of raw bench files, detected from the content and never from the name.
+"""Registry of the formats of log files, and detection of the format of a file from its content.
 
-A format is one module, imported when it is needed. `sniff(head, path)` says whether a file has this
-format, from its first HEAD_BYTES bytes. `tables(path, layout)` opens the file and returns one table
-for each of its time bases, without reading rows.
+A new format needs its modules, a row in FORMATS, a test and a row in docs/log_formats.md. The
+modules are imported when a file of the format is read or written. A reader has the functions of
+FormatReader, a writer that of FormatWriter in conversion.py.
 """
 
 from __future__ import annotations
@@ -10,32 +10,110 @@ from __future__ import annotations
 import importlib
 import re
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
-from typing import NamedTuple, Protocol, cast
+from typing import TYPE_CHECKING, NamedTuple, Protocol, cast
 
-from frictool.documents.bench import Layout
 from frictool.errors import LogError
 from frictool.logs.open_file import head_of
-from frictool.logs.recordings.recording_format import tables_of_parts
-from frictool.logs.table import RawTable
+from frictool.logs.optional_libraries import library
+
+if TYPE_CHECKING:
+    from frictool.documents.bench import Layout
+    from frictool.logs.table import RawTable
 
 
 class Format(NamedTuple):
-    """Log file format: its name in messages, and the module that reads it."""
+    """Format of log files.
+
+    name: short name, such as the value of `convert --to`.
+    title: name in messages.
+    suffixes: suffixes of its files, the first for a file to be written.
+    reader: module that reads it.
+    writer: module that writes it; "" if no command writes it.
+    written: name in help of what the writer makes.
+    several: True if a written file can hold several streams.
+    library: required library and the extra of frictool that installs it, if any.
+    other_suffixes: further suffixes, only of files that are read.
+    """
 
     name: str
-    module: str
+    title: str
+    suffixes: tuple[str, ...]
+    reader: str
+    writer: str = ""
+    written: str = ""
+    several: bool = True
+    library: tuple[str, str] | None = None
+    other_suffixes: tuple[str, ...] = ()
 
 
 # in the order of detection; the text format accepts any file without a NUL character
 FORMATS = (
-    Format("recordings (MCAP, ROS bags)", "frictool.logs.recordings.recording_format"),
-    Format("MATLAB", "frictool.logs.arrays.mat_format"),
-    Format("MATLAB 7.3", "frictool.logs.arrays.mat73_format"),
-    Format("MDF", "frictool.logs.arrays.mdf_format"),
-    Format("Parquet", "frictool.logs.arrays.parquet_format"),
-    Format("NumPy", "frictool.logs.arrays.npz_format"),
-    Format("text with columns (CSV)", "frictool.logs.text.csv_format"),
+    Format(
+        "recording",
+        "recordings (MCAP, ROS bags)",
+        (".mcap", ".bag", ".db3"),
+        "frictool.logs.recordings.recording_format",
+    ),
+    Format(
+        "mat",
+        "MATLAB",
+        (".mat",),
+        "frictool.logs.arrays.mat_format",
+        "frictool.logs.arrays.mat_writer",
+        "MATLAB (version 5)",
+    ),
+    Format(
+        "mat73",
+        "MATLAB 7.3",
+        (".mat",),
+        "frictool.logs.arrays.mat73_format",
+        library=("h5py", "mat73"),
+    ),
+    Format(
+        "mdf",
+        "MDF",
+        (".mf4", ".mdf"),
+        "frictool.logs.arrays.mdf_format",
+        "frictool.logs.arrays.mdf_writer",
+        "MDF 4.10",
+        library=("asammdf", "mdf"),
+        other_suffixes=(".dat",),
+    ),
+    Format(
+        "parquet",
+        "Parquet",
+        (".parquet", ".pq"),
+        "frictool.logs.arrays.parquet_format",
+        "frictool.logs.arrays.parquet_writer",
+        "Parquet",
+        several=False,
+        library=("pyarrow.parquet", "parquet"),
+    ),
+    Format(
+        "npz",
+        "NumPy",
+        (".npz",),
+        "frictool.logs.arrays.npz_format",
+        "frictool.logs.arrays.npz_writer",
+        "NumPy (.npz)",
+    ),
+    Format(
+        "csv",
+        "text with columns (CSV)",
+        (".csv",),
+        "frictool.logs.text.csv_format",
+        "frictool.logs.text.csv_writer",
+        "CSV",
+        several=False,
+        other_suffixes=(".tsv", ".txt"),
+    ),
+)
+WRITTEN = {one.name: one for one in sorted(FORMATS) if one.writer}
+# suffixes of the files that are read as logs
+SUFFIXES = tuple(
+    dict.fromkeys(end for one in FORMATS for end in (*one.suffixes, *one.other_suffixes))
 )
 
 # files that are not logs but may hold one: first bytes -> message
@@ -49,12 +127,6 @@ PACKED = {
     "save the sheet as CSV",
     b"TDSm": "is a TDMS file of LabVIEW; export it as CSV or MATLAB",
 }
-# text that is not a table: a frictool document (by its first key) or an HTML page
-DOCUMENT = re.compile(
-    rb"^format: *['\"]?((?:bench|model|spec|design|controller|scenario|friction|observer|"
-    rb"mechanism)/\d+)\b",
-    re.MULTILINE,
-)
 PAGE = re.compile(rb"\s*<(?:!doctype|html)\b", re.IGNORECASE)
 
 
@@ -81,12 +153,21 @@ def format_of(path: Path) -> Format:
     )
 
 
+@cache
+def _document_key() -> re.Pattern[bytes]:
+    """Return the pattern of the first key of a frictool document."""
+    from frictool.documents.registry import DOCUMENTS
+
+    names = "|".join(DOCUMENTS).encode()
+    return re.compile(rb"^format: *['\"]?((?:" + names + rb")/\d+)\b", re.MULTILINE)
+
+
 def refuse_document(path: Path, head: bytes) -> None:
     """Raise LogError if the file is a frictool document or an HTML page.
 
     head: first bytes of the file.
     """
-    if b"\0" not in head and (document := DOCUMENT.search(head)):
+    if b"\0" not in head and (document := _document_key().search(head)):
         raise LogError(path, f"is a document ({document[1].decode()}); a log file is expected")
     if PAGE.match(head):
         raise LogError(path, "is a page (HTML); a log file is expected")
@@ -96,18 +177,20 @@ def refuse_swapped(document: Path, log: Path) -> None:
     """Raise LogError if a log and a document were passed in the wrong order."""
     if not document.is_file() or not log.is_file():
         return
-    given = DOCUMENT.search(head_of(log)) if log.stat().st_size else None
-    if given and document.stat().st_size and not DOCUMENT.search(head_of(document)):
+    found = _document_key().search(head_of(log)) if log.stat().st_size else None
+    if found and document.stat().st_size and not _document_key().search(head_of(document)):
         raise LogError(
             log,
-            f"is a document ({given[1].decode()}), and {document.name} is none; "
+            f"is a document ({found[1].decode()}), and {document.name} is none; "
             "write the document first, then the log",
         )
 
 
 def tables_of(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
     """Return the tables of a raw file; raise LogError if it cannot be read or breaks its format."""
-    return _reader(format_of(path)).tables(path, layout)
+    found = format_of(path)
+    require(found, path)
+    return _reader(found).tables(path, layout)
 
 
 def open_tables(parts: Sequence[Path], layout: Layout | None = None) -> tuple[RawTable, ...]:
@@ -115,8 +198,23 @@ def open_tables(parts: Sequence[Path], layout: Layout | None = None) -> tuple[Ra
 
     Raises LogError as `tables_of` does.
     """
-    return tables_of(parts[0], layout) if len(parts) == 1 else tables_of_parts(parts, layout)
+    if len(parts) == 1:
+        return tables_of(parts[0], layout)
+    from frictool.logs.recordings.recording_format import tables_of_parts
+
+    return tables_of_parts(parts, layout)
+
+
+def format_for(path: Path) -> Format | None:
+    """Return the format to write for the suffix of a file name, or None."""
+    return next((one for one in WRITTEN.values() if path.suffix.lower() in one.suffixes), None)
+
+
+def require(form: Format | None, path: Path) -> None:
+    """Raise LogError about `path` if the library that the format needs is not installed."""
+    if form is not None and form.library is not None:
+        library(path, *form.library)
 
 
 def _reader(one: Format) -> FormatReader:
-    return cast(FormatReader, importlib.import_module(one.module))
+    return cast(FormatReader, importlib.import_module(one.reader))

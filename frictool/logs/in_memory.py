@@ -63,8 +63,8 @@ def log_of(time: ArrayLike, signals: Mapping[str, ArrayLike], axis: Axis, name: 
     return Log((Stream(MAIN_TOPIC, clock, values, units),), {}, name)
 
 
-def _vector(name: str, channel: str, given: ArrayLike) -> np.ndarray:
-    vector = np.array(given, dtype=np.float64)
+def _vector(name: str, channel: str, values: ArrayLike) -> np.ndarray:
+    vector = np.array(values, dtype=np.float64)
     if vector.ndim != 1 or not np.all(np.isfinite(vector)):
         raise LogError(
             name, f"{channel} is no vector of finite numbers; its shape is {vector.shape}"

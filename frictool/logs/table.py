@@ -124,10 +124,10 @@ class RawTable(Protocol):
 class DetectedLayout(Protocol):
     """A table whose layout was detected from the file.
 
-    told: description of the layout for messages.
+    description: description of the layout for messages.
     """
 
-    told: str
+    description: str
 
 
 # advice in messages about a damaged file
@@ -147,6 +147,19 @@ def find(names: Sequence[str], wanted: str | int) -> str | None:
     if isinstance(wanted, int):
         return names[wanted - 1] if 1 <= wanted <= len(names) else None
     return wanted if wanted in names else None
+
+
+def common_rows(source: str, rows: Mapping[str, int]) -> int:
+    """Return the number of rows of all columns, 0 without columns.
+
+    Raises LogError if the columns differ in length.
+    """
+    first = next(iter(rows), "")
+    for name, n in rows.items():
+        if n != rows[first]:
+            found = f"{first!r} has {rows[first]} samples, {name!r} has {n}"
+            raise LogError(source, f"{found}; the columns of one log have one time base")
+    return rows.get(first, 0)
 
 
 def pick(names: Sequence[str], wanted: str | int, source: str, kind: str = "column") -> str:

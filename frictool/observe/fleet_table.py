@@ -10,11 +10,9 @@ import io
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
-from pathlib import Path
 from typing import Any, BinaryIO
 
 from frictool.logs.losses import loss_count_text
-from frictool.logs.optional_libraries import library
 from frictool.observe.commissioning import Commissioning, commissioning_of_estimate
 from frictool.observe.estimate import EstimateRange
 from frictool.observe.fleet import FleetResult
@@ -44,7 +42,6 @@ SEEN_LAST = (
     "duration_s",
     "reason",
 )
-PARQUET = (".parquet", ".pq")
 
 
 @dataclass(frozen=True)
@@ -250,12 +247,6 @@ def write_parquet(table: Sequence[FleetRow], target: BinaryIO, provenance: dict[
     cells = [{**row.cells(), "date": _stamp(row.date)} for row in table]
     schema = pa.schema([pa.field(name, kinds[name]) for name in COLUMNS], metadata=provenance)
     pq.write_table(pa.Table.from_pylist(cells, schema=schema), target, compression="zstd")
-
-
-def require_parquet(target: Path) -> None:
-    """Raise LogError about `target` if it needs pyarrow and pyarrow is not installed."""
-    if target.suffix.lower() in PARQUET:
-        library(target, "pyarrow.parquet", "parquet")
 
 
 def _stamp(date: str | None) -> datetime | None:

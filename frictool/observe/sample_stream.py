@@ -96,9 +96,9 @@ class SampleStream:
             for text in (*self.warnings, *self.made.warnings)
             if " in time, the longest " not in text
         ]
-        if self.made.told:
+        if self.made.earlier_losses:
             odd.append(
-                f"was made with data lost: {loss_count_text(self.made.told)}; "
+                f"was made with data lost: {loss_count_text(self.made.earlier_losses)}; "
                 "`frictool info` lists it"
             )
         sign = sign_of(self._beginning.stream).text if self.samples else None

@@ -163,25 +163,24 @@ class GeneralisedPlant:
 
 def generalised_plant(
     controlled: Controlled,
-    rates: AxisRates,
+    axis: AxisRates | DiagramBlock,
     lag: float,
     weights: PlantWeights,
     period: float = 0.0,
     delay_samples: int = 0,
     uncertainty: UncertaintyChannel | None = None,
-    axis: DiagramBlock | None = None,
 ) -> GeneralisedPlant:
     """Return the plant of one vertex; `lag` and `period` in s.
 
-    `axis` replaces linear_axis(rates, lag, period); its additional ports become the first inputs
-    and outputs of the plant. Raises ValueError for a delay in continuous time.
+    If `axis` is a block, `lag` is not used, and additional ports of the block become the first
+    inputs and outputs of the plant. Raises ValueError for a delay in continuous time.
     """
     if delay_samples and not period:
         raise ValueError("a delay in samples needs a sampled plant")
     speed = controlled == "speed"
     blocks = {
         "delay": DiagramBlock(delay(delay_samples, period), ("u",), ("command",)),
-        "axis": axis or linear_axis(rates, lag, period),
+        "axis": axis if isinstance(axis, DiagramBlock) else linear_axis(axis, lag, period),
         "W2": DiagramBlock(weights.error.system(period), ("error",), ("z_error",)),
         "W4": DiagramBlock(weights.noise.system(period), ("noise",), ("disturbing_noise",)),
     }

@@ -34,7 +34,7 @@ from frictool.plant.generalised_plant import (
     PlantWeights,
     generalised_plant,
 )
-from frictool.plant.linear_axis import INPUTS, OUTPUTS, AxisRates
+from frictool.plant.linear_axis import INPUTS, OUTPUTS
 from frictool.plant.lti import Lti
 from frictool.plant.parameter_box import DYNAMIC, Box, largest_coulomb
 from frictool.typing import Matrix
@@ -125,13 +125,8 @@ def uncertain_plant(
     does.
     """
     axis = uncertain_axis(box, lag, period)
-    middle = {name: 0.5 * (low + high) for name, (low, high) in box.items()}
-    rates = AxisRates(
-        *(middle[name] / middle["inertia"] for name in ("constant", "viscous", "coulomb"))
-    )
-    return generalised_plant(
-        controlled, rates, lag, weights, period, delay_samples, axis=axis.block
-    ), axis.blocks
+    plant = generalised_plant(controlled, axis.block, lag, weights, period, delay_samples)
+    return plant, axis.blocks
 
 
 Row = dict[str, float]  # signal -> factor

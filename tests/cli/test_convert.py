@@ -16,15 +16,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.logs.canonical.mcap_format import read_mcap, write_mcap
-from frictool.logs.conversion import CONVERSIONS
+from frictool.logs.formats import WRITTEN
 from frictool.logs.log import Log, Stream
 from frictool.logs.table import BLOCK_ROWS
 from studies.command_line import CommandResult, run
 from tests.support.command_line import refused
 from tests.support.example_logs import ROOT, as_bytes, golden_log
 
-KINDS = tuple(CONVERSIONS)
-SUFFIX = {kind: one.suffixes[0] for kind, one in CONVERSIONS.items()}
+KINDS = tuple(WRITTEN)
+SUFFIX = {kind: one.suffixes[0] for kind, one in WRITTEN.items()}
 UNITS = {"time": "s", "position": "rad", "velocity": "rad/s", "current": "A", "effort": "N m"}
 
 

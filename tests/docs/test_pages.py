@@ -36,13 +36,14 @@ ELSEWHERE = {  # pages with a test of their own, in a folder of their own
     "docs/tutorial.md": "tests/docs/test_tutorial.py",
     "docs/tutorial_emps.md": "tests/docs/test_tutorial_emps.py",
     "docs/theory/mechanism.md": "tests/mechanism/test_page.py",
+    "CONTRIBUTING.md": "tests/recipes/following.py",
 }
 PLAYED = [
     page
     for page in PAGES
     if blocks(page, "sh", "python") and page != README and name_of(page) not in ELSEWHERE
 ]
-LANGUAGES = {"sh", "text", "python", "console", "yaml", "c", "matlab", "json"}
+LANGUAGES = {"sh", "text", "python", "console", "yaml", "c", "matlab", "json", "diff"}
 TARGETS = re.compile(r"make(?: -C (\S+))?(?: (\w[\w -]*))?$")
 
 

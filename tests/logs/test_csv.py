@@ -55,7 +55,7 @@ def test_names_units_and_numbers(tmp_path: Path):
         "current": [-0.08, 0.5, 0.001],
     }
     assert (
-        table.told
+        table.description
         == "UTF-8, comma between cells, decimal point, header in line 1, numbers from line 2"
     )
 

@@ -29,7 +29,7 @@ def tops(values: np.ndarray, step: float | None, cuts: list[int]) -> tuple[FlatT
     found = FlatTopDetector(float(values.min()), float(values.max()), step)
     for block in blocks(values, cuts):
         found.take(block)
-    return found.found()
+    return found.result()
 
 
 @given(

@@ -206,7 +206,7 @@ def found(position: np.ndarray, cuts: list[int] | None = None) -> Wrap | None:
     for block in np.split(np.arange(position.size), sorted(cuts or [])):
         wraps.take(time[block], position[block])
     wraps.finish()
-    return wraps.found()
+    return wraps.result()
 
 
 @given(cuts=st.lists(st.integers(0, TIME.size), max_size=6), low=st.floats(-10.0, 10.0))

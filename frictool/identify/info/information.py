@@ -128,7 +128,7 @@ def _facts(made: LogAssembly, surveys: list[StreamSurvey]) -> dict[str, Any]:
         ],
         "duration_s": max(one.base.duration_s for one in surveys),
         "encoder_step": main.signals["position"].step if "position" in main.signals else None,
-        "lost": as_rows(made.told),
+        "lost": as_rows(made.earlier_losses),
         "test": {"kind": test, "given": given},
         "velocity": None
         if velocity is None

@@ -38,7 +38,7 @@ def table(found: Information) -> str:
             f"clock: {one['source']} shows {one['signal']} {one['offset_s']:.4g} s after "
             f"{one['against']}, {drift}"
         )
-    lines += [f"lost: {loss_text(loss)}" for loss in made.told]
+    lines += [f"lost: {loss_text(loss)}" for loss in made.earlier_losses]
     lines += _fed(facts["methods"])
     lines += [f"layout: {name}: {told}" for name, told in facts["layout"].items() if told != PLAIN]
     lines += [f"{key}: {text}" for key, text in made.notes.get(PROVENANCE, {}).items()]

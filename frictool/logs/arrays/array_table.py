@@ -22,6 +22,7 @@ from frictool.logs.table import (
     LostColumnError,
     Nanoseconds,
     RowBlock,
+    common_rows,
     find,
     listed,
 )
@@ -215,19 +216,6 @@ def find_array(names: Sequence[str], wanted: str | int) -> str | None:
     """Return the element of `names` with this name, number (from 1) or matrix notation, or None."""
     found = find(names, wanted)
     return other_notation(names, str(wanted)) if found is None else found
-
-
-def common_rows(source: str, rows: Mapping[str, int]) -> int:
-    """Return the number of rows of all columns, 0 without columns.
-
-    Raises LogError if the columns differ in length.
-    """
-    first = next(iter(rows), "")
-    for name, n in rows.items():
-        if n != rows[first]:
-            found = f"{first!r} has {rows[first]} samples, {name!r} has {n}"
-            raise LogError(source, f"{found}; the columns of one log have one time base")
-    return rows.get(first, 0)
 
 
 def other_notation(names: Sequence[str], wanted: str) -> str | None:

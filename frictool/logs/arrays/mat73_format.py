@@ -6,7 +6,7 @@ other files are not followed.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,12 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictool.errors import LogError
-from frictool.logs.arrays.array_table import check_rows, common_rows
+from frictool.logs.arrays.array_table import check_rows
 from frictool.logs.arrays.mat_array import ADVICE, lines
 from frictool.logs.arrays.reader_process import LibraryTable, open_guarded
 from frictool.logs.open_file import open_log
-from frictool.logs.optional_libraries import library
-from frictool.logs.table import BLOCK_ROWS, DataLoss, RawTable, RowBlock, find, listed
+from frictool.logs.table import BLOCK_ROWS, DataLoss, RawTable, RowBlock, common_rows, listed
 from frictool.typing import Vector
 
 if TYPE_CHECKING:
@@ -42,7 +41,6 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
     Vectors that are requested together must have the same length.
     """
     open_log(path).close()
-    library(path, "h5py", "mat73")
     return open_guarded(path, _open)
 
 
@@ -65,7 +63,8 @@ def _open(path: Path) -> Sequence[LibraryTable]:
             "has no real numeric vector; found: "
             f"{listed([f'{name} ({text})' for name, text in others.items()])}",
         )
-    return (HdfTable(str(path), columns, others),)
+    units = dict.fromkeys(columns)
+    return (HdfTable(source=str(path), columns=columns, units=units, others=others),)
 
 
 def _inside(prefix: str, group: Any, depth: int) -> Iterator[tuple[str, Any]]:
@@ -164,28 +163,8 @@ def _columns(name: str, dataset: Any) -> Iterator[tuple[str, HdfVector]]:
         yield line.name, HdfVector(dataset, tuple(index[::-1] if is_matlab else index), line.rows)
 
 
-@dataclass
-class HdfTable:
-    """Vectors of an open file (a RawTable)."""
-
-    source: str
-    columns: Mapping[str, HdfVector]
-    others: Mapping[str, str]
-    topic: str = ""
-    clock: str | None = None
-
-    def __post_init__(self) -> None:
-        self.names = tuple(self.columns)
-        self.units: Mapping[str, str | None] = dict.fromkeys(self.names)
-        self.size = Path(self.source).stat().st_size
-
-    def find(self, wanted: str | int) -> str | None:
-        """Return the name of a column (see RawTable.find); GuardedTable refuses other items."""
-        return find(self.names, wanted)
-
-    def line(self, row: int) -> int | None:
-        """Return None, because the file has no lines."""
-        return None
+class HdfTable(LibraryTable):
+    """Vectors of an open file."""
 
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None

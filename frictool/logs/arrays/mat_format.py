@@ -6,7 +6,6 @@ in a structure is its path. Version 7.3 is a different format (mat73_format.py).
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -40,12 +39,8 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
     found: list[MatArray] = []
     damage: str | None = None
     try:
-        _gather(
-            mat_elements.arrays(path, size)
-            if head[124:128] in VERSION_5
-            else mat4_elements.arrays(path, size),
-            found,
-        )
+        is_new = head[124:128] in VERSION_5
+        found.extend((mat_elements if is_new else mat4_elements).arrays(path, size))
     except ValueError as error:
         damage = str(error)
     except OSError as error:
@@ -63,8 +58,3 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
             f"{listed([f'{array.name} ({array})' for array in found])}",
         )
     return (ArrayTable(str(path), columns, size, described(found), damage),)
-
-
-def _gather(arrays: Iterator[MatArray], found: list[MatArray]) -> None:
-    """Append the readable arrays to `found`."""
-    found.extend(arrays)

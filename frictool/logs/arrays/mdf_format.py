@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import logging
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,7 +22,6 @@ from frictool.errors import LogError
 from frictool.logs.arrays.reader_process import LibraryTable, open_guarded
 from frictool.logs.arrays.truncated_mdf import ZeroPaddedFile, described_at, records_before
 from frictool.logs.open_file import open_log
-from frictool.logs.optional_libraries import library
 from frictool.logs.table import (
     BLOCK_ROWS,
     SALVAGE,
@@ -30,7 +29,6 @@ from frictool.logs.table import (
     Nanoseconds,
     RawTable,
     RowBlock,
-    find,
     listed,
 )
 from frictool.typing import Vector
@@ -57,7 +55,6 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
     Raises LogError if there is none, or if the file is damaged.
     """
     open_log(path).close()
-    library(path, "asammdf", "mdf")
     return open_guarded(path, _open)
 
 
@@ -158,7 +155,18 @@ def _group(path: Path, file: Any, index: int, topic: str, start: int, end: int |
         else None
     )
     whole = None if end is None else records_before(group, end)
-    return MdfTable(str(path), topic, columns, units, others, clock, file, index, start, whole)
+    return MdfTable(
+        source=str(path),
+        topic=topic,
+        columns=columns,
+        units=units,
+        others=others,
+        clock=clock,
+        file=file,
+        group=index,
+        start=start,
+        whole=whole,
+    )
 
 
 @dataclass(frozen=True)
@@ -169,41 +177,23 @@ class MdfChannel:
     raw: bool
 
 
-@dataclass
-class MdfTable:
-    """Channel group of an open file (a RawTable).
+@dataclass(kw_only=True)
+class MdfTable(LibraryTable):
+    """Channel group of an open file.
 
     group: index of the group.
     start: start time of the file in ns since 1970.
     whole: number of complete records in a truncated file; None if the file is complete.
     """
 
-    source: str
-    topic: str
-    columns: Mapping[str, MdfChannel]
-    units: Mapping[str, str | None]
-    others: Mapping[str, str]
-    clock: str | None
     file: Any
     group: int
     start: int
     whole: int | None = None
 
     def __post_init__(self) -> None:
-        self.names = tuple(self.columns)
+        super().__post_init__()
         self.rows = int(self.file.groups[self.group].channel_group.cycles_nr)
-        self.size = Path(self.source).stat().st_size
-
-    def find(self, wanted: str | int) -> str | None:
-        """Return the name of a column (see RawTable.find); None if it is no channel of numbers.
-
-        `GuardedTable.find` raises LogError for channels that hold no real numbers.
-        """
-        return find(self.names, wanted)
-
-    def line(self, row: int) -> int | None:
-        """Return None, because the file has no lines."""
-        return None
 
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None

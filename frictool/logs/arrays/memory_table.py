@@ -7,8 +7,15 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from frictool.errors import LogError
-from frictool.logs.table import BLOCK_ROWS, DataLoss, Nanoseconds, RawTable, RowBlock, find
+from frictool.logs.table import (
+    BLOCK_ROWS,
+    DataLoss,
+    Nanoseconds,
+    RawTable,
+    RowBlock,
+    common_rows,
+    find,
+)
 from frictool.typing import Vector
 
 
@@ -47,7 +54,7 @@ class MemoryTable:
     ) -> Iterator[tuple[RowBlock, int]]:
         """Yield the rows; raise LogError if the requested columns differ in length."""
         chosen = {name: self.columns[name] for name in wanted}
-        rows = _common_size(self.source, chosen)
+        rows = common_rows(self.source, {name: values.size for name, values in chosen.items()})
         for first in range(0, rows, BLOCK_ROWS):
             part = slice(first, first + BLOCK_ROWS)
             dated = None if self.time_ns is None else self.time_ns[part]
@@ -58,18 +65,6 @@ class MemoryTable:
 
     def line(self, row: int) -> int | None:
         return None if self.first_line is None else self.first_line + row
-
-
-def _common_size(source: str, columns: Mapping[str, Vector]) -> int:
-    """Return the number of rows; raise LogError if the columns differ in it."""
-    first, *others = columns
-    for name in others:
-        if columns[name].size != columns[first].size:
-            found = (
-                f"{first!r} has {columns[first].size} samples, {name!r} has {columns[name].size}"
-            )
-            raise LogError(source, f"{found}; the columns of one log have one time base")
-    return int(columns[first].size)
 
 
 def in_memory(table: RawTable, wanted: Sequence[str], most: int) -> MemoryTable:

@@ -7,7 +7,7 @@ timestamps is the clock of the rows, exact to 1 ns.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,8 +18,7 @@ from frictool.errors import LogError
 from frictool.logs.arrays.array_table import check_rows
 from frictool.logs.arrays.reader_process import LibraryTable, open_guarded
 from frictool.logs.open_file import open_log
-from frictool.logs.optional_libraries import library
-from frictool.logs.table import BLOCK_ROWS, DataLoss, Nanoseconds, RawTable, RowBlock, find, listed
+from frictool.logs.table import BLOCK_ROWS, DataLoss, Nanoseconds, RawTable, RowBlock, listed
 from frictool.typing import Vector
 
 if TYPE_CHECKING:
@@ -49,7 +48,6 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
                 "is cut off: a Parquet file says at its end what is in it, and has no such end; "
                 "nothing can be salvaged",
             )
-    library(path, "pyarrow.parquet", "parquet")
     return open_guarded(path, _open)
 
 
@@ -89,12 +87,12 @@ def _open(path: Path) -> Sequence[LibraryTable]:
         )
     return (
         ParquetTable(
-            str(path),
-            file,
-            tuple(columns),
-            {name: _unit(field) for name, field in columns.items()},
-            others,
-            clock,
+            source=str(path),
+            columns=columns,
+            units={name: _unit(field) for name, field in columns.items()},
+            others=others,
+            clock=clock,
+            file=file,
         ),
     )
 
@@ -131,24 +129,11 @@ def _unit(field: Any) -> str | None:
     return (field.metadata or {}).get(UNIT, b"").decode(errors="replace") or None
 
 
-@dataclass
-class ParquetTable:
-    """Rows of an open file (a RawTable)."""
+@dataclass(kw_only=True)
+class ParquetTable(LibraryTable):
+    """Rows of an open file."""
 
-    source: str
     file: Any
-    names: tuple[str, ...]
-    units: Mapping[str, str | None]
-    others: Mapping[str, str]
-    clock: str | None
-    topic: str = ""
-
-    def __post_init__(self) -> None:
-        self.size = Path(self.source).stat().st_size
-
-    def find(self, wanted: str | int) -> str | None:
-        """Return the name of a column (see RawTable.find); GuardedTable refuses other columns."""
-        return find(self.names, wanted)
 
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
@@ -180,10 +165,6 @@ class ParquetTable:
                     raise LogError(self.source, f"{reason}; read before it: {row} rows") from None
                 losses.append(DataLoss((), reason, samples=max(end - row, 0)))
                 row = end
-
-    def line(self, row: int) -> int | None:
-        """Return None, because the file has no lines."""
-        return None
 
     def _block(self, row: int, batch: Any, wanted: Sequence[str]) -> RowBlock:
         arrays = {name: _inside(batch, name) for name in wanted}

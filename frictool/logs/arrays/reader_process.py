@@ -25,11 +25,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any
 
 from frictool.errors import LogError
 from frictool.logs.arrays.array_table import find_array
-from frictool.logs.table import DataLoss, RawTable, RowBlock
+from frictool.logs.table import DataLoss, RowBlock, find
 
 WAIT_S = 8.0  # s, processor time for an answer in addition to the time to read the whole file
 LOOK_S = 0.5  # s, interval between two checks of the processor time
@@ -41,13 +41,38 @@ MEMORY = 700_000_000  # bytes that a child may allocate in addition to those at 
 TEXT = 300  # maximum characters of a library's message
 
 
-class LibraryTable(RawTable, Protocol):
-    """Table with a description of each item that is not a numeric column.
+@dataclass(kw_only=True)
+class LibraryTable:
+    """Table of a file that a library has opened (a RawTable); a format adds `blocks`.
 
-    others: name -> description.
+    columns: name -> column, in the library's terms.
+    others: name -> description of each item that is no column of numbers.
     """
 
+    source: str
+    columns: Mapping[str, Any]
+    units: Mapping[str, str | None]
     others: Mapping[str, str]
+    topic: str = ""
+    clock: str | None = None
+
+    def __post_init__(self) -> None:
+        self.names = tuple(self.columns)
+        self.size = Path(self.source).stat().st_size
+
+    def find(self, wanted: str | int) -> str | None:
+        """Return the name of a column (see RawTable.find); GuardedTable refuses other items."""
+        return find(self.names, wanted)
+
+    def line(self, row: int) -> int | None:
+        """Return None, because the file has no lines."""
+        return None
+
+    def blocks(
+        self, wanted: Sequence[str], losses: list[DataLoss] | None = None
+    ) -> Iterator[tuple[RowBlock, int]]:
+        """Yield the rows (see RawTable.blocks)."""
+        raise NotImplementedError
 
 
 Open = Callable[[Path], Sequence[LibraryTable]]

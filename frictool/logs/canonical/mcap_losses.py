@@ -63,14 +63,14 @@ class MissingSamples:
             self.lost[self._endless] = self.lost[self._endless]._replace(last=time)
             self._endless = None
 
-    def check(self, counts: dict[int, int], found: dict[int, int]) -> None:
+    def check(self, counts: dict[int, int], samples_read: dict[int, int]) -> None:
         """Complete the counts of the losses from the statistics.
 
         If exactly one loss has no count, it gets the missing samples. Otherwise they are added as
         further losses.
 
         counts: channel -> number of samples in the statistics.
-        found: channel -> number of samples read.
+        samples_read: channel -> number of samples read.
         """
         told = {
             number: sum(one.samples or 0 for one in self.lost if one.channel == number)
@@ -79,7 +79,7 @@ class MissingSamples:
         missing = {
             number: count
             for number in counts
-            if (count := counts[number] - found[number] - told[number]) > 0
+            if (count := counts[number] - samples_read[number] - told[number]) > 0
         }
         unknown = [one for one in self.lost if one.samples is None]
         if missing and len(unknown) == 1:

@@ -84,7 +84,7 @@ def _check_wraps(log: Log, stream: Stream, bench: Bench) -> tuple[str, ...]:
     wraps = WrapSearch(bench)
     wraps.take(stream.time, stream.signals["position"])
     wraps.finish()
-    wrap, question = wraps.found(), wraps.possible()
+    wrap, question = wraps.result(), wraps.possible()
     if wrap is not None:
         raise LogError(log.source, f"{wrap.text}, and ingest the raw log again")
     return (

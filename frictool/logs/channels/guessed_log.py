@@ -101,11 +101,11 @@ def _lost(
     return lost
 
 
-def _time(table: MemoryTable, found: ColumnGuess, column: str | None, axis: Axis) -> Vector:
+def _time(table: MemoryTable, guess: ColumnGuess, column: str | None, axis: Axis) -> Vector:
     """Return the times of the rows in s."""
     if table.time_ns is not None and table.time_ns.size:
         return np.asarray((table.time_ns - table.time_ns[0]) / NS)
-    unit = found.columns[TIME][1] if column is not None else OPEN
+    unit = guess.columns[TIME][1] if column is not None else OPEN
     if column is None or unit == OPEN:
         raise LogError(table.source, f"does not tell the time of its rows; {GIVE}")
     return np.asarray(table.columns[column] * factor_to_si(unit, TIME, axis))

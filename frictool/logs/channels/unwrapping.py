@@ -122,6 +122,6 @@ class Unwrapping:
         return None if wrap is None else wrap.question
 
     def _refuse(self) -> None:
-        wrap = self._wraps.found()
+        wrap = self._wraps.result()
         if wrap is not None:
             raise LogError(self._source, f"column {self._columns[POSITION]!r}: {wrap.text}")

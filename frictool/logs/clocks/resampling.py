@@ -35,12 +35,12 @@ class GridField:
 
     stream: index of the stream that provides it.
     place: index of the field in that stream.
-    held: True if the value is held, False if it is interpolated.
+    is_held: True if the value is held, False if it is interpolated.
     """
 
     stream: int
     place: int
-    held: bool
+    is_held: bool
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ def _at(samples: SampleBlock, part: GridField, time: Nanoseconds) -> Vector:
     """Return a signal at times (n,) in ns within its own time range."""
     values = samples.values[part.place]
     before = np.searchsorted(samples.time, time, side="right") - 1
-    if part.held:
+    if part.is_held:
         return values[before]
     after = np.minimum(before + 1, samples.time.size - 1)
     width = np.maximum(samples.time[after] - samples.time[before], 1)

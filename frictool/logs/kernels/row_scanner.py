@@ -126,7 +126,7 @@ def _is_blank_line(text: NDArray[np.uint8], at: int) -> bool:
 @kernel
 def _list(
     issues: NDArray[np.int64],
-    found: int,
+    count: int,
     row: int,
     kind: int,
     line: int,
@@ -135,8 +135,8 @@ def _list(
     stop: int,
 ) -> int:
     for field, value in enumerate((row, kind, line, what, start, stop)):
-        issues[found, field] = value
-    return found + 1
+        issues[count, field] = value
+    return count + 1
 
 
 @kernel

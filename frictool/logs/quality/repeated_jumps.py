@@ -118,7 +118,7 @@ class RepeatedJumps:
         """Judge the remaining steps; to be called after the last samples."""
         self._judge(self._position.size - 1)
 
-    def found(self) -> RepeatedJump | None:
+    def result(self) -> RepeatedJump | None:
         """Return the repeated jump found so far; None if no jump repeats as a wrap does."""
         crossing = self._crossings()
         steps = (self._ends[:, 3] - self._ends[:, 2])[crossing]

@@ -60,7 +60,7 @@ class FlatTopDetector:
         self._others += int(np.sum(inside))
         self._last = float(values[-1])
 
-    def found(self) -> tuple[FlatTop, ...]:
+    def result(self) -> tuple[FlatTop, ...]:
         """Return the flat tops, the lower before the upper."""
         if (
             self._high <= self._low
@@ -80,11 +80,11 @@ class _ExtremeCounts:
     """Numbers of samples in the outermost and the next class, and the longest outermost run."""
 
     def __init__(self) -> None:
-        self.samples = self.beside = self.longest = self._run = 0
+        self.samples = self.neighbouring = self.longest = self._run = 0
 
-    def take(self, outermost: NDArray[np.bool_], beside: NDArray[np.bool_]) -> None:
+    def take(self, outermost: NDArray[np.bool_], neighbouring: NDArray[np.bool_]) -> None:
         self.samples += int(outermost.sum())
-        self.beside += int(beside.sum())
+        self.neighbouring += int(neighbouring.sum())
         breaks = np.flatnonzero(~outermost)
         if not breaks.size:
             self._run += outermost.size
@@ -97,4 +97,4 @@ class _ExtremeCounts:
 
     @property
     def is_flat(self) -> bool:
-        return self.longest >= SHORTEST and self.samples > SHARP * max(self.beside, 1)
+        return self.longest >= SHORTEST and self.samples > SHARP * max(self.neighbouring, 1)

@@ -116,15 +116,15 @@ def survey(head: StreamHeader, pieces: Pieces, limits: Mapping[str, float]) -> S
 
 
 def _second_pass(
-    head: StreamHeader, pieces: Pieces, found: StreamSurvey, limits: Mapping[str, float]
+    head: StreamHeader, pieces: Pieces, report: StreamSurvey, limits: Mapping[str, float]
 ) -> None:
-    """Add flat tops, samples at a limit, velocities and jumps to `found`."""
+    """Add flat tops, samples at a limit, velocities and jumps to `report`."""
     tops = {
         name: FlatTopDetector(one.low, one.high, one.step)
-        for name, one in found.signals.items()
+        for name, one in report.signals.items()
         if name not in UNSATURATED
     }
-    position = found.signals.get(POSITION)
+    position = report.signals.get(POSITION)
     speed = VelocityRange(None if position is None else position.step)
     before = np.empty(0), np.empty(0)
     for piece in _blocks(pieces()):
@@ -132,7 +132,7 @@ def _second_pass(
         for name, one in tops.items():
             one.take(values[name])
         for name in limits.keys() & values.keys():
-            signal = found.signals[name]
+            signal = report.signals[name]
             signal.at_limit = (signal.at_limit or 0) + int(
                 np.sum(np.abs(values[name]) >= AT_LIMIT * limits[name])
             )
@@ -140,13 +140,13 @@ def _second_pass(
             time, place = piece.time / NS, values[POSITION]
             speed.take(time, place)
             _jumps(
-                found.jumps, np.append(before[0], time), np.append(before[1], place), position.step
+                report.jumps, np.append(before[0], time), np.append(before[1], place), position.step
             )
             before = time[-1:], place[-1:]
     for name, one in tops.items():
-        found.signals[name].flat = one.found()
+        report.signals[name].flat = one.result()
     if position is not None:
-        found.velocity, found.window = speed.range, speed.window
+        report.velocity, report.window = speed.range, speed.window
 
 
 def _jumps(jumps: PositionJumps, time: Vector, position: Vector, step: float | None) -> None:
@@ -191,12 +191,12 @@ def in_memory(stream: Stream) -> tuple[StreamHeader, Pieces]:
     ), lambda: iter((samples,))
 
 
-def row(found: StreamSurvey, one: SignalSurvey, column: str | None) -> dict[str, Any]:
+def row(report: StreamSurvey, one: SignalSurvey, column: str | None) -> dict[str, Any]:
     """Return the survey of one signal for JSON output; times in s, values in the signal's unit."""
-    base = found.base
+    base = report.base
     return {
         "name": one.name,
-        "source": found.topic,
+        "source": report.topic,
         "column": column,
         "unit": one.unit,
         "samples": base.samples,

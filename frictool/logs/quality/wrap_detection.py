@@ -101,14 +101,14 @@ class WrapSearch:
         """Judge the remaining steps; to be called after the last samples."""
         self._jumps.finish()
 
-    def found(self) -> Wrap | None:
+    def result(self) -> Wrap | None:
         """Return the certain wrap of the steps judged so far, or None."""
-        jump = self._jumps.found()
+        jump = self._jumps.result()
         return self._wrap(jump) if jump is not None and self._is_sure(jump) else None
 
     def possible(self) -> Wrap | None:
         """Return a jump of the steps judged so far that may be a wrap or lost samples, or None."""
-        jump = self._jumps.found()
+        jump = self._jumps.result()
         return None if jump is None or self._is_sure(jump) else self._wrap(jump)
 
     def _is_sure(self, jump: RepeatedJump) -> bool:

@@ -18,38 +18,38 @@ MOST_VALUES = 100_000  # maximum number of keys of one mapping
 
 
 def numbers(
-    found: object, path: str = "", labels: Sequence[str] = ()
+    message: object, path: str = "", labels: Sequence[str] = ()
 ) -> Iterator[tuple[str, float]]:
     """Yield path and value of each number in nested mappings and sequences.
 
     An element of a sequence has a path with its label, if any, and one with its index. Raises
     ValueError if a mapping has more than MOST_VALUES keys.
     """
-    if isinstance(found, bool | int | float):
+    if isinstance(message, bool | int | float):
         try:
-            yield path, float(found)
+            yield path, float(message)
         except OverflowError:
             yield path, float("inf")
-    elif isinstance(found, Mapping):
-        if len(found) > MOST_VALUES:
+    elif isinstance(message, Mapping):
+        if len(message) > MOST_VALUES:
             raise ValueError(f"has more than {MOST_VALUES} keys")
-        labels = next((texts for key in LABELS if (texts := _labels(found.get(key)))), labels)
-        for key, value in found.items():
+        labels = next((texts for key in LABELS if (texts := _labels(message.get(key)))), labels)
+        for key, value in message.items():
             yield from numbers(value, f"{path}.{key}" if path else str(key), labels)
-    elif isinstance(found, list | tuple) and len(found) <= MOST_LISTED:
-        for index, value in enumerate(found):
-            if len(labels) == len(found):
+    elif isinstance(message, list | tuple) and len(message) <= MOST_LISTED:
+        for index, value in enumerate(message):
+            if len(labels) == len(message):
                 yield from numbers(value, f"{path}[{labels[index]}]", labels)
             yield from numbers(value, f"{path}[{index}]", labels)
 
 
-def _labels(found: object) -> Sequence[str]:
+def _labels(texts: object) -> Sequence[str]:
     distinct = (
-        isinstance(found, list | tuple)
-        and all(isinstance(text, str) for text in found)
-        and len(set(found)) == len(found)
+        isinstance(texts, list | tuple)
+        and all(isinstance(text, str) for text in texts)
+        and len(set(texts)) == len(texts)
     )
-    return [str(text) for text in found] if distinct and isinstance(found, list | tuple) else ()
+    return [str(text) for text in texts] if distinct and isinstance(texts, list | tuple) else ()
 
 
 class ObjectDecoder:

@@ -54,17 +54,17 @@ def _add(pool: Any, files: dict[str, Any]) -> None:
         pool.Add(files.pop(name))
 
 
-def _mapping(found: Any) -> dict[str, object]:
+def _mapping(message: Any) -> dict[str, object]:
     """Return a message as a mapping of its fields.
 
     Fields that are not set have their default. Messages and optional fields that are not set are
     omitted.
     """
     values: dict[str, object] = {}
-    for field in found.DESCRIPTOR.fields:
-        if field.has_presence and not found.HasField(field.name):
+    for field in message.DESCRIPTOR.fields:
+        if field.has_presence and not message.HasField(field.name):
             continue
-        value = getattr(found, field.name)
+        value = getattr(message, field.name)
         if field.message_type is None:
             values[field.name] = list(value) if field.is_repeated else value
         elif field.message_type.GetOptions().map_entry:

@@ -16,11 +16,11 @@ from frictool.documents.reading import read_text
 from frictool.documents.yaml_parser import compose
 from frictool.errors import InputFileError, LogError
 from frictool.logs.canonical.mcap_reader import is_canonical
+from frictool.logs.formats import FORMATS
 from frictool.logs.table import listed
 
 METADATA = "metadata.yaml"  # file in the folder of a ROS 2 bag
 ROOT = "rosbag2_bagfile_information"
-SUFFIXES = (".mcap", ".db3", ".bag")
 _NUMBERED = re.compile(r"(.+_)(\d+)")
 
 
@@ -92,7 +92,7 @@ def are_parts(paths: Sequence[Path]) -> bool:
     )
     return (
         alike
-        and paths[0].suffix in SUFFIXES
+        and paths[0].suffix in FORMATS[0].suffixes
         and all(matches)
         and sorted(map(_number, paths)) == list(range(len(paths)))
     )

@@ -76,7 +76,7 @@ def is_stamp(cell: str) -> bool:
     return _STAMP.fullmatch(cell) is not None
 
 
-def dialect(lines: Sequence[str], given: Layout) -> tuple[str, str]:
+def dialect(lines: Sequence[str], layout: Layout) -> tuple[str, str]:
     """Return the delimiter and the decimal mark, as in the bench's layout or else as detected."""
 
     def numbers(tried: tuple[str, str]) -> float:
@@ -84,7 +84,7 @@ def dialect(lines: Sequence[str], given: Layout) -> tuple[str, str]:
         for line in lines:
             cells = [cell for cell in cells_of(line, tried[0]) if cell]
             found = sum(
-                number(cell, tried[1], THOUSANDS[given.thousands]) is not None or is_stamp(cell)
+                number(cell, tried[1], THOUSANDS[layout.thousands]) is not None or is_stamp(cell)
                 for cell in cells
             )
             total += (
@@ -92,12 +92,12 @@ def dialect(lines: Sequence[str], given: Layout) -> tuple[str, str]:
             )  # number of numeric cells, times their share
         return total
 
-    delimiter, mark = DELIMITERS.get(given.delimiter or ""), MARKS.get(given.decimal or "")
+    delimiter, mark = DELIMITERS.get(layout.delimiter or ""), MARKS.get(layout.decimal or "")
     left = [
         (one, other)
         for one, other in DIALECTS
         if delimiter in (None, one) and mark in (None, other)
     ]
-    if given.thousands == "blank":
+    if layout.thousands == "blank":
         left = [one for one in left if one[0] != BLANK]
     return max(left, key=numbers) if left else (delimiter or ",", mark or ".")

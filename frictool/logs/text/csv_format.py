@@ -51,21 +51,21 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[CsvTable, ...]:
 class CsvTable:
     """Rows of a text file (a RawTable).
 
-    told: description of the detected layout.
+    description: description of the detected layout.
     """
 
-    def __init__(self, path: Path, given: Layout) -> None:
+    def __init__(self, path: Path, layout: Layout) -> None:
         with open_log(path) as stream:
             try:
                 head = stream.read(LONGEST_LINE + 1)
             except OSError as error:
                 raise LogError(path, f"cannot be read: {error.strerror or error}") from None
-        self._path, self._whole = path, given.whole
+        self._path, self._whole = path, layout.whole
         self.source, self.topic, self.size = str(path), "", path.stat().st_size
-        encoding = encoding_of(head, given.encoding)
+        encoding = encoding_of(head, layout.encoding)
         text = head_bytes(head, encoding)
         self.layout = found = find_layout(
-            path, decoded(text, encoding), len(head) >= self.size, encoding, given
+            path, decoded(text, encoding), len(head) >= self.size, encoding, layout
         )
         ends = re.finditer(rb"\r\n|\n|\r", text)
         self._start = (
@@ -73,7 +73,7 @@ class CsvTable:
             if found.first_line > 1
             else 0
         )
-        self.names, self.clock, self.told = found.names, found.clock, found.told
+        self.names, self.clock, self.description = found.names, found.clock, found.description
         self.units = dict(zip(found.names, found.units, strict=True))
 
     def find(self, wanted: str | int) -> str | None:

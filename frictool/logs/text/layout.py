@@ -55,7 +55,7 @@ class TextLayout:
     start_ns: float = 0.0
 
     @property
-    def told(self) -> str:
+    def description(self) -> str:
         """Return the description of the layout for messages."""
         between = next(name for name, sign in DELIMITERS.items() if sign == self.delimiter)
         decimal = next(name for name, sign in MARKS.items() if sign == self.mark)
@@ -74,7 +74,7 @@ class TextLayout:
 
 
 def find_layout(
-    path: Path, head: str, whole: bool, encoding: TextEncoding, given: Layout
+    path: Path, head: str, whole: bool, encoding: TextEncoding, layout: Layout
 ) -> TextLayout:
     """Return the layout of a file that begins with `head`.
 
@@ -83,9 +83,9 @@ def find_layout(
     Raises LogError if there is no line, no row of numbers after the lines that the bench names, or
     a line longer than LONGEST_LINE.
     """
-    lines = _lines(path, head, whole, max(MOST_LINES, given.first_line or 0))
-    delimiter, mark = dialect(lines[:MOST_LINES], given)
-    thousands = THOUSANDS[given.thousands]
+    lines = _lines(path, head, whole, max(MOST_LINES, layout.first_line or 0))
+    delimiter, mark = dialect(lines[:MOST_LINES], layout)
+    thousands = THOUSANDS[layout.thousands]
     rows = [cells_of(line, delimiter) for line in lines]
 
     def value(cell: str) -> float | None:
@@ -94,12 +94,12 @@ def find_layout(
     def is_number(cell: str) -> bool:
         return value(cell) is not None or is_stamp(cell)
 
-    after = max(given.header_line or 0, given.unit_line or 0)
+    after = max(layout.header_line or 0, layout.unit_line or 0)
     below = [[] if place < after else row for place, row in enumerate(rows)]
-    first = first_row(below, is_number) if given.first_line is None else given.first_line - 1
+    first = first_row(below, is_number) if layout.first_line is None else layout.first_line - 1
     if first is None or first >= len(rows):
         raise LogError(path, _no_rows(rows, first, after))
-    header, unit = _above(rows, first, given, is_number)
+    header, unit = _above(rows, first, layout, is_number)
     found = labels(rows, first, header, unit, value)
     stamps = next(
         (place for place, cell in enumerate(rows[first][: len(found.names)]) if is_stamp(cell)),
@@ -107,12 +107,12 @@ def find_layout(
     )
     units = tuple(ISO_8601 if place == stamps else one for place, one in enumerate(found.units))
     clock, period, start = found.clock, found.period_ns, found.start_ns
-    if given.period_s is not None:
+    if layout.period_s is not None:
         clock, stamps, period, start = (
             "layout.period_s",
             None,
-            given.period_s * 1e9,
-            (given.start_s or 0.0) * 1e9,
+            layout.period_s * 1e9,
+            (layout.start_s or 0.0) * 1e9,
         )
     elif stamps is not None:
         clock, period, start = found.names[stamps], None, 0.0
@@ -163,18 +163,18 @@ def _no_rows(rows: list[list[str]], first: int | None, after: int) -> str:
 
 
 def _above(
-    rows: Rows, first: int, given: Layout, is_number: IsNumber
+    rows: Rows, first: int, layout: Layout, is_number: IsNumber
 ) -> tuple[int | None, int | None]:
     """Return the indices of the header and the line of units, from the bench or as detected."""
     header, unit = labels_above(rows, first, is_number)
-    if given.unit_line is not None:
-        unit = given.unit_line - 1 if given.unit_line else None
+    if layout.unit_line is not None:
+        unit = layout.unit_line - 1 if layout.unit_line else None
         header = max(
             (place for place in range(first if unit is None else unit) if any(rows[place])),
             default=None,
         )
-    if given.header_line is not None:
-        header = given.header_line - 1 if given.header_line else None
-        if given.unit_line is None and (header is None or (unit is not None and unit <= header)):
+    if layout.header_line is not None:
+        header = layout.header_line - 1 if layout.header_line else None
+        if layout.unit_line is None and (header is None or (unit is not None and unit <= header)):
             unit = None
     return header, unit

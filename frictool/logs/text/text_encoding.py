@@ -37,19 +37,19 @@ class TextEncoding:
         return {"utf-8": "UTF-8", "latin-1": "Latin-1"}.get(self.name, "UTF-16")
 
 
-def encoding_of(head: bytes, given: str | None = None) -> TextEncoding:
+def encoding_of(head: bytes, requested: str | None = None) -> TextEncoding:
     """Return the encoding of a text that begins with `head`.
 
-    The byte-order mark decides; without one, `given`, else UTF-8 if valid, else Latin-1. UTF-16
+    The byte-order mark decides; without one, `requested`, else UTF-8 if valid, else Latin-1. UTF-16
     without a mark is recognised by its NUL bytes.
     """
     for mark, name in MARKS.items():
         if head.startswith(mark):
             return TextEncoding(name, len(mark))
-    if given == "utf-16" or (given is None and _looks_wide(head)):
+    if requested == "utf-16" or (requested is None and _looks_wide(head)):
         return TextEncoding("utf-16-be" if head[:1] == b"\0" else "utf-16-le", 0)
-    if given is not None:
-        return TextEncoding(given, 0)
+    if requested is not None:
+        return TextEncoding(requested, 0)
     try:
         codecs.getincrementaldecoder("utf-8")().decode(head)
     except UnicodeDecodeError:

@@ -242,8 +242,10 @@ def groups_of(
     return tuple(groups)
 
 
-def loose_parts(links: Sequence[tuple[int, int]], held: set[int], count: int) -> list[list[int]]:
-    """Return the parts of the mechanism without a block in `held`.
+def loose_parts(
+    links: Sequence[tuple[int, int]], anchored: set[int], count: int
+) -> list[list[int]]:
+    """Return the parts of the mechanism without a block in `anchored`.
 
     `links` are pairs of blocks that any element ties.
     """
@@ -264,6 +266,6 @@ def loose_parts(links: Sequence[tuple[int, int]], held: set[int], count: int) ->
                     part.add(there)
                     queue.append(there)
         seen |= part
-        if not part & held:
+        if not part & anchored:
             loose.append(sorted(part))
     return loose

@@ -1,0 +1,1 @@
+"""Recipes of CONTRIBUTING.md, followed with the dummies that stand in them."""

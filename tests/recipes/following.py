@@ -1,0 +1,80 @@
+"""Follow a recipe of CONTRIBUTING.md: its files and its changes are laid over the package.
+
+`frictool` runs a command line in a process that imports the modules of a folder in place of those
+of the package. The package itself stays as it is, and so do its compiled kernels.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from importlib.machinery import ModuleSpec
+from importlib.util import spec_from_file_location
+from pathlib import Path
+from typing import Any
+
+from tests.docs.pages import ROOT, text_of
+
+STEP = re.compile(r"^\d+\. .*?(?=^\d+\. |\Z)", re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(r"^```(python|diff)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+
+
+def follow(heading: str, overlay: Path) -> None:
+    """Write the files that the recipe under `heading` makes and changes to `overlay`.
+
+    A block of a step belongs to the first path in the step's text.
+    """
+    recipe = re.split(
+        r"^#+ ", text_of(ROOT / "CONTRIBUTING.md").split(f"### {heading}\n")[1], flags=re.M
+    )[0]
+    for step in STEP.findall(recipe):
+        for language, text in BLOCK.findall(step):
+            name = re.findall(r"`(frictool/[\w/]+\.py)`", step)[0]
+            target = overlay / name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            if language == "diff":
+                text = changed((ROOT / name).read_text(encoding="utf-8"), text)
+            target.write_text(text, encoding="utf-8")
+
+
+def changed(text: str, difference: str) -> str:
+    """Return the text with each hunk applied; its lines must occur exactly once."""
+    for hunk in difference.split("@@\n"):
+        lines = hunk.splitlines(keepends=True)
+        before, after = ("".join(line[1:] for line in lines if line[0] != sign) for sign in "+-")
+        assert text.count(before) == 1, f"not once in the file:\n{before}"
+        text = text.replace(before, after)
+    return text
+
+
+def frictool(overlay: Path, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
+    """Run `frictool ARGUMENTS` with the modules of `overlay`."""
+    return subprocess.run(
+        [sys.executable, "-m", __name__, str(overlay), json.dumps([*map(str, arguments)])],
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+class Overlay:
+    """Finder of modules whose files are in a folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+
+    def find_spec(self, name: str, path: Any = None, target: Any = None) -> ModuleSpec | None:
+        file = self._folder.joinpath(*name.split(".")).with_suffix(".py")
+        return spec_from_file_location(name, file) if file.is_file() else None
+
+
+if __name__ == "__main__":
+    sys.meta_path.insert(0, Overlay(Path(sys.argv[1])))
+    sys.argv = ["frictool", *json.loads(sys.argv[2])]
+    from frictool.cli.main import main
+
+    main()

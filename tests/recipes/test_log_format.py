@@ -1,0 +1,56 @@
+"""A log format that is added by the recipe alone is read and written by the commands."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictool.logs.canonical.mcap_format import write_mcap
+from tests.logs.example import golden_log
+from tests.recipes.following import follow, frictool
+
+
+@pytest.fixture(scope="module")
+def overlay(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("format")
+    follow("A log format", folder)
+    with (folder / "run.mcap").open("wb") as stream:
+        write_mcap(golden_log(), stream)
+    return folder
+
+
+def test_convert_writes_the_format_and_info_reads_it(overlay: Path) -> None:
+    target, axis = overlay / "run.columns", golden_log().main
+    done = frictool(overlay, "convert", overlay / "run.mcap", "--stream", "/axis", "-o", target)
+    assert done.returncode == 0, done.stderr
+    header, _, data = target.read_bytes().partition(b"\n")
+    rows = np.frombuffer(data).reshape(axis.time.size, -1)
+    units = json.loads(header.removeprefix(b"COLUMNS "))
+    assert [*units] == ["time", *axis.signals]
+    for k, name in enumerate(axis.signals, start=1):
+        assert rows[:, k].tobytes() == axis.signals[name].tobytes()
+    told = frictool(overlay, "info", target)
+    assert told.returncode == 0, told.stderr
+    assert all(name in told.stdout for name in axis.signals)
+    chosen = frictool(overlay, "convert", overlay / "run.mcap", "--to", "columns", "-o", "-")
+    assert "a columns file holds one" in chosen.stderr
+
+
+def test_help_and_messages_list_the_format(overlay: Path) -> None:
+    assert "columns|csv|mat" in frictool(overlay, "convert", "--help").stdout
+    refused = frictool(overlay, "convert", overlay / "run.mcap", "-o", overlay / "run.pdf")
+    assert refused.returncode == 2
+    assert ".columns, .csv, .mat" in refused.stderr
+    binary = overlay / "binary.dat"
+    binary.write_bytes(bytes(range(256)))
+    refused = frictool(overlay, "info", binary)
+    assert refused.returncode == 3
+    assert "NumPy, columns of doubles, text with columns (CSV)" in refused.stderr
+    damaged = overlay / "damaged.columns"
+    damaged.write_bytes(b'COLUMNS {"t": "s"}\n1234567')
+    refused = frictool(overlay, "info", damaged)
+    assert refused.returncode == 3
+    assert "its rows do not fit its first line" in refused.stderr
