@@ -110,9 +110,8 @@ def presliding_lines(model: Model) -> list[str]:
     for name in ("lugre", "elasto_plastic", "maxwell_slip"):
         law = getattr(found, name)
         if law is not None:
-            elastic = (
-                "" if name != "elasto_plastic" else f", {shown('elastic limit', law.elastic_limit)}"
-            )
+            limit = getattr(law, "elastic_limit", None)
+            elastic = "" if limit is None else f", {shown('elastic limit', limit)}"
             unseen = f"off by {100.0 * law.held_out:.3g} % of the breakaway on branches not seen"
             lines.append(f"  {name}: {shown('stiffness', law.stiffness)}{elastic}; {unseen}")
     if found.preisach is not None:

@@ -149,7 +149,7 @@ def format_of(path: Path) -> Format:
         if head.startswith(signature):
             raise LogError(path, what)
     raise LogError(
-        path, f"is binary and no known format; allowed: {', '.join(one.name for one in FORMATS)}"
+        path, f"is binary and no known format; allowed: {', '.join(one.title for one in FORMATS)}"
     )
 
 

@@ -45,6 +45,12 @@ class PreslidingFit:
     parameters: tuple[Interval, ...]
     force_error: float
     held_out: float
+    limit: None = None  # z_max follows from the breakaway
+
+    @property
+    def stiffness(self) -> Interval:
+        """Return the stiffness [N/m | N m/rad], the first parameter of each law."""
+        return self.parameters[0]
 
 
 def fit_path(loops: PreslidingLoops, path: Path, start: Vector, confidence: float) -> PreslidingFit:

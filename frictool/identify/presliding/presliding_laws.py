@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, TypeVar
+from typing import Any, NamedTuple, TypeVar
 
 import msgspec
 
@@ -37,80 +37,56 @@ def presliding(
     The breakaway is in N m | N. Raises UnusableLogs if the loops determine no law.
     """
     loops = find_loops(records, breakaway)
+    fits: dict[str, Any] = {}
     refused: dict[str, str] = {}
-    one = _tried("lugre", lugre, loops, confidence, refused)
-    two = _tried("elasto_plastic", elasto_plastic, loops, confidence, refused)
-    three = _tried("maxwell_slip", maxwell, loops, confidence, refused)
-    four = _tried("preisach", preisach, loops, confidence, refused)
-    errors = {
-        name: fit.held_out
-        for name, fit in (("lugre", one), ("elasto_plastic", two), ("maxwell_slip", three))
-        if fit is not None
-    }
+    for name, law in LAWS.items():
+        try:
+            fits[name] = _checked(law.fit(loops, confidence))
+        except UnusableLogs as error:
+            refused[name] = str(error)
+    errors = {name: fit.held_out for name, fit in fits.items() if LAWS[name].predicts}
     if not errors:
         reasons = "; ".join(
-            f"{name}: {reason}" for name, reason in refused.items() if name != "preisach"
+            f"{name}: {refused[name]}" for name, law in LAWS.items() if law.predicts
         )
         raise UnusableLogs(
             f"no law of presliding suits these loops (does the axis slip in them?): {reasons}"
         )
-    # one of the three laws of the document
-    law: Any = min(errors, key=lambda name: errors[name])
-    if law == "maxwell_slip":
-        assert isinstance(three, MaxwellFit)
-        stiffness, limit = three.stiffness, three.limit
-    else:
-        fit = one if law == "lugre" else two
-        assert isinstance(fit, PreslidingFit)
-        stiffness = fit.parameters[0]
+    best: Any = min(errors, key=lambda name: errors[name])
+    stiffness, limit = fits[best].stiffness, fits[best].limit
+    if limit is None:
         limit = Interval(
             breakaway.value / stiffness.value,
             breakaway.low / stiffness.high,
             breakaway.high / stiffness.low,
         )
     return Presliding(
-        law,
+        best,
         _estimate(limit, "position", bench),
         _estimate(stiffness, "stiffness", bench),
         _estimate(breakaway, "effort", bench),
-        None if one is None else _contact(one, inertia, bench),
-        None if two is None else _contact(two, inertia, bench),
-        None if three is None else _maxwell(three, bench),
-        None if four is None else _preisach(four, bench),
-        refused,
+        refused=refused,
+        **{name: LAWS[name].document(fit, inertia, bench) for name, fit in fits.items()},
     )
 
 
-def _tried(
-    name: str,
-    method: Callable[[PreslidingLoops, float], T],
-    loops: PreslidingLoops,
-    confidence: float,
-    refused: dict[str, str],
-) -> T | None:
-    """Return the result of the method, or None with the reason added to `refused`."""
-    try:
-        found = method(loops, confidence)
-    except UnusableLogs as error:
-        refused[name] = str(error)
-        return None
+def _checked(found: T) -> T:
+    """Return the fit; raise UnusableLogs if it predicts badly or does not determine z_max."""
     if isinstance(found, PreslidingFit | MaxwellFit) and found.held_out > LARGEST_ERROR:
-        refused[name] = (
+        raise UnusableLogs(
             f"on branches not seen it is off by {100.0 * found.held_out:.3g} % of the breakaway "
             f"(allowed: {100 * LARGEST_ERROR:g} %)"
         )
-        return None
     if isinstance(found, MaxwellFit) and not (found.limit.low > 0.0 and found.stiffness.low > 0.0):
-        refused[name] = (
+        raise UnusableLogs(
             f"z_max is not told: its interval [{found.limit.low:.3g}, {found.limit.high:.3g}] "
             "reaches zero"
         )
-        return None
     return found
 
 
 def _contact(fit: PreslidingFit, inertia: float, bench: Bench) -> Contact:
-    stiffness = fit.parameters[0]
+    stiffness = fit.stiffness
     start = Estimate(
         2.0 * math.sqrt(inertia * stiffness.value),
         unit=si_unit("viscous", bench.axis),
@@ -122,7 +98,7 @@ def _contact(fit: PreslidingFit, inertia: float, bench: Bench) -> Contact:
     )
 
 
-def _maxwell(found: MaxwellFit, bench: Bench) -> MaxwellSlip:
+def _maxwell(found: MaxwellFit, inertia: float, bench: Bench) -> MaxwellSlip:
     force, low, high = (
         tuple(getattr(one, name) for one in found.force) for name in ("value", "low", "high")
     )
@@ -138,7 +114,7 @@ def _maxwell(found: MaxwellFit, bench: Bench) -> MaxwellSlip:
     )
 
 
-def _preisach(found: EverettTable, bench: Bench) -> Preisach:
+def _preisach(found: EverettTable, inertia: float, bench: Bench) -> Preisach:
     table, half = (
         tuple(tuple(float(x) for x in row) for row in matrix)
         for matrix in (found.everett, found.half_width)
@@ -155,6 +131,25 @@ def _estimate(found: Interval, dimension: str, bench: Bench) -> Estimate:
     return Estimate(
         found.value, found.low, found.high, si_unit(dimension, bench.axis), source="identified"
     )
+
+
+class PreslidingLaw(NamedTuple):
+    """Law of presliding under its key in the document.
+
+    predicts: True if its fit has an error on unseen branches, by which the best law is chosen.
+    """
+
+    fit: Callable[[PreslidingLoops, float], Any]
+    document: Callable[[Any, float, Bench], Any]
+    predicts: bool = True
+
+
+LAWS = {
+    "lugre": PreslidingLaw(lugre, _contact),
+    "elasto_plastic": PreslidingLaw(elasto_plastic, _contact),
+    "maxwell_slip": PreslidingLaw(maxwell, _maxwell),
+    "preisach": PreslidingLaw(preisach, _preisach, predicts=False),
+}
 
 
 def with_presliding(model: Model, records: list[MotionRecord]) -> Model:
