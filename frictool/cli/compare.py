@@ -55,8 +55,8 @@ class LawOption(click.Option):
     def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
         from frictool.friction.law_registry import LAWS
 
-        self.help = f"Only this law; may be given several times. NAME: {', '.join(LAWS)}."
-        return super().get_help_record(ctx)
+        record = super().get_help_record(ctx)
+        return record and (record[0], f"{record[1]} NAME is one of {', '.join(LAWS)}.")
 
 
 @click.command("compare", help=HELP)
@@ -72,6 +72,7 @@ class LawOption(click.Option):
     multiple=True,
     metavar="NAME",
     cls=LawOption,
+    help="Run this law only; repeatable.",
 )
 @click.option(
     "--allow",
