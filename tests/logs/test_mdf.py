@@ -112,6 +112,8 @@ DTYPES = ("f8", "f4", "i1", "u1", "i2", ">u2", "i4", "u4", ">i4", "i8")
 def test_what_asammdf_writes_is_read(
     values: list[int], dtype: str, version: str, gain: float | None
 ):
+    if dtype == "f4":  # asammdf converts these numbers in float32
+        values = [value % 2**20 for value in values]
     raw = np.array(values).astype(dtype)
     conversion = None if gain is None else {"a": gain, "b": 2.0}
     with tempfile.TemporaryDirectory() as folder, asammdf.MDF(version=version) as file:
