@@ -182,7 +182,7 @@ class FrictionExtension:
             dynamic or law.approximation
         ):
             raise ValueError(
-                f"{law.name} has its own lag of friction behind velocity: it takes no film"
+                f"{law.name} already contains a lag of friction behind velocity: it takes no film"
             )
 
 

@@ -125,7 +125,7 @@ class Law:
         self._check_order(fixed, axis)
         if self.tail is None:
             if tail is not None:
-                raise ValueError(f"{self.name} takes no table beside its parameters")
+                raise ValueError(f"{self.name} takes no table, only parameters")
             return fixed
         table = self.tail({}) if tail is None else np.asarray(tail, dtype=np.float64)
         if table.ndim != 1 or not np.all(np.isfinite(table)):

@@ -31,9 +31,7 @@ def everett_tail(cycles: Sequence[tuple[Vector, Vector]]) -> Vector:
     """
     count = len(cycles)
     if count == 0:
-        raise ValueError(
-            "no centred cycle was given; allowed: one per amplitude k z_max/K, k = 1 .. K"
-        )
+        raise ValueError("found no centred cycle; allowed: one per amplitude k z_max/K, k = 1 .. K")
     branches = [_checked(*cycle) for cycle in cycles]
     limit = float(branches[-1][0][0])
     table = np.zeros((2 * count + 1, 2 * count + 1))

@@ -64,7 +64,7 @@ def losses_of(
         ]
     except ValueError as error:
         raise LogError(
-            source, f"metadata {LOST!r} does not tell losses as frictool writes them: {error}"
+            source, f"metadata {LOST!r} is not a list of losses as frictool writes it: {error}"
         ) from None
 
 

@@ -199,7 +199,7 @@ def test_the_clocks_of_two_instruments(tmp_path: Path):
 
 def test_a_record_of_losses_that_is_none_is_one_line(tmp_path: Path):
     path = saved(tmp_path, {"lost": {"1": "everything"}}, position=np.arange(50.0))
-    refused(run("info", path), 3, "log.mcap: metadata 'lost' does not tell losses")
+    refused(run("info", path), 3, "log.mcap: metadata 'lost' is not a list of losses")
 
 
 def test_the_same_log_gives_the_same_text_wherever_it_goes(tmp_path: Path):

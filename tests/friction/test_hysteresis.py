@@ -182,7 +182,7 @@ GOOD = masing_cycles(4)
 @pytest.mark.parametrize(
     ("cycles", "match"),
     [
-        ([], "no centred cycle was given"),
+        ([], "found no centred cycle"),
         (
             [(0.9 * GOOD[0][0], GOOD[0][1]), GOOD[1]],
             r"cycle 1 runs from 0\.45 to -0\.45; allowed: \+-0\.5",

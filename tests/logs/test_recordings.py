@@ -507,7 +507,7 @@ def test_a_bag_with_a_journal_beside_it_is_not_taken_for_whole(tmp_path: Path):
     ros2_bag(tmp_path / "bag", POSITION)
     (tmp_path / "bag" / "bag.db3-wal").write_bytes(b"x")
     (table,) = tables(tmp_path / "bag" / "bag.db3", None)
-    with pytest.raises(LogError, match=r"was not closed: bag.db3-wal beside it holds messages"):
+    with pytest.raises(LogError, match=r"was not closed: bag.db3-wal in its folder holds messages"):
         columns(table, [ARM])
 
 

@@ -50,7 +50,7 @@ def guess_log(path: Path) -> GuessedLog:
         "position", next((column for channel, column in named.items() if channel != TIME), None)
     )
     if home is None:
-        raise LogError(path, f"has no column whose name or unit tells a channel; {GIVE}")
+        raise LogError(path, f"has no column that its name or unit assigns to a channel; {GIVE}")
     table = next(one for one in tables if home in one.columns)
     chosen = {channel: column for channel, column in named.items() if column in table.columns}
     time = _time(table, found, chosen.pop(TIME, None), axis)
@@ -107,5 +107,5 @@ def _time(table: MemoryTable, guess: ColumnGuess, column: str | None, axis: Axis
         return np.asarray((table.time_ns - table.time_ns[0]) / NS)
     unit = guess.columns[TIME][1] if column is not None else OPEN
     if column is None or unit == OPEN:
-        raise LogError(table.source, f"does not tell the time of its rows; {GIVE}")
+        raise LogError(table.source, f"contains no times of its rows; {GIVE}")
     return np.asarray(table.columns[column] * factor_to_si(unit, TIME, axis))

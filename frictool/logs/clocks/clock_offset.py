@@ -91,7 +91,7 @@ def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> Clo
     if half > most / 2.0:
         raise ValueError(
             f"the offset is {tau:.6g} s, give or take {half:.2g} s; "
-            f"that tells nothing within {most:g} s"
+            f"that is no information within {most:g} s"
         )
     return ClockOffset(tau, tau - half, tau + half, explained)
 

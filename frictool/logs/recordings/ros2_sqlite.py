@@ -111,7 +111,7 @@ class Db3Recording:
         if journal.is_file() and journal.stat().st_size:
             yield (
                 MessageGap(
-                    f"was not closed: {journal.name} beside it holds messages; "
+                    f"was not closed: {journal.name} in its folder holds messages; "
                     f"`sqlite3 {self._path.name} vacuum` takes them in"
                 ),
                 0,
