@@ -36,7 +36,7 @@ ELSEWHERE = {  # pages with a test of their own, in a folder of their own
     "docs/tutorial.md": "tests/docs/test_tutorial.py",
     "docs/tutorial_emps.md": "tests/docs/test_tutorial_emps.py",
     "docs/theory/mechanism.md": "tests/mechanism/test_page.py",
-    "CONTRIBUTING.md": "tests/recipes/following.py",
+    "CONTRIBUTING.md": "tests/support/recipes.py",
 }
 PLAYED = [
     page

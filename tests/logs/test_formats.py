@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from frictool.logs.formats import FORMATS, SUFFIXES, WRITTEN, Format
-from tests.docs.pages import ROOT, text_of
+from tests.support.documentation_pages import ROOT, text_of
 
 
 @pytest.mark.parametrize("form", FORMATS, ids=lambda form: form.name)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from frictool.logs import read_log
-from tests.recipes.following import follow, frictool
+from tests.support.recipes import follow, frictool
 
 MECHANISM = """\
 format: mechanism/1

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from frictool.logs.canonical.mcap_format import write_mcap
-from tests.logs.example import golden_log
-from tests.recipes.following import follow, frictool
+from tests.support.example_logs import golden_log
+from tests.support.recipes import follow, frictool
 
 
 @pytest.fixture(scope="module")
