@@ -38,7 +38,7 @@ Example:
   frictool compare configs/mass/friction.yaml --law lugre --law hybrid_a --json
 
 Run four tests on every friction law and judge each result: stick-slip, limit cycle, presliding and
-drift. The report also lists the results that differ from the published ones.
+drift.
 
 PARAMETERS is a friction.yaml, or the model.yaml of an actuator: its tests, and the parameters that
 a model does not contain, are then scaled from those of the built-in set. Parameters that violate a
@@ -79,10 +79,18 @@ class LawOption(click.Option):
     is_flag=True,
     help=("Run parameters that violate a stability condition of the hybrid laws, with a warning."),
 )
+@click.option(
+    "--explain", is_flag=True, help="List the results that differ from the tables of the thesis."
+)
 @output_option(required=False, help="Page (.html or -), or folder for the page and the figures.")
 @json_option
 def command(
-    parameters: Path | None, laws: tuple[str, ...], allow: bool, output: Path | None, as_json: bool
+    parameters: Path | None,
+    laws: tuple[str, ...],
+    allow: bool,
+    explain: bool,
+    output: Path | None,
+    as_json: bool,
 ) -> None:
     inputs = [parameters] if parameters is not None else []
     if output is not None and output != STDOUT:
@@ -107,9 +115,10 @@ def command(
             "parameters": parameters,
             "--law": list(chosen) if laws else None,
             "--allow": allow,
+            "--explain": explain,
         }
-        _save(found, output, command_line("compare", arguments), inputs)
-    _tell(found, output, as_json)
+        _save(found, output, command_line("compare", arguments), inputs, explain)
+    _tell(found, output, as_json, explain)
 
 
 def _is_page(output: Path) -> bool:
@@ -230,7 +239,7 @@ def _workers(laws: tuple[str, ...]) -> int:
     return (os.cpu_count() or 1) if len(laws) > WORTH_SHARING else 1
 
 
-def _save(found: Comparison, output: Path, words: str, inputs: list[Path]) -> None:
+def _save(found: Comparison, output: Path, words: str, inputs: list[Path], explain: bool) -> None:
     import json
 
     from frictool.cli.output_folder import save_folder
@@ -238,7 +247,7 @@ def _save(found: Comparison, output: Path, words: str, inputs: list[Path]) -> No
     from frictool.compare.page import page
     from frictool.documents.provenance import provenance_of_command
 
-    html = page(found, provenance_of_command(words, inputs))
+    html = page(found, provenance_of_command(words, inputs), explain)
     if _is_page(output):
         save_text(output, html, inputs)
         return
@@ -246,7 +255,7 @@ def _save(found: Comparison, output: Path, words: str, inputs: list[Path]) -> No
     save_folder(output, {"index.html": html, "compare.json": figures}, inputs, overwrite=True)
 
 
-def _tell(found: Comparison, output: Path | None, as_json: bool) -> None:
+def _tell(found: Comparison, output: Path | None, as_json: bool, explain: bool) -> None:
     if as_json:
         from frictool.compare.json_view import as_json as machine_view
 
@@ -254,5 +263,5 @@ def _tell(found: Comparison, output: Path | None, as_json: bool) -> None:
         return
     from frictool.compare.text_view import lines
 
-    for line in lines(found):
+    for line in lines(found, explain):
         say(line, output)

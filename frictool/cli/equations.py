@@ -17,22 +17,24 @@ Print the equations of a mechanism, derived from its description.
 The report contains the constraint and the loss of each link, the effort of each element, the free
 body of every block, and one equation for each group of blocks that move together, without the
 forces of rigid links. It also states when backlash is in contact and when blocks rest. Every term
-is named after its element and has its unit; the dimensions of all sums are checked. Numbers in
-brackets refer to the equations of the thesis.
+is named after its element and has its unit; the dimensions of all sums are checked.
 """
 
 
 @click.command("equations", help=HELP)
 @click.argument("mechanism", type=existing, help="Mechanism (mechanism.yaml).")
 @click.option("--latex", is_flag=True, help="Print a LaTeX fragment (amsmath) instead of text.")
+@click.option("--explain", is_flag=True, help="Add the numbers of the equations in the thesis.")
 @output_option(required=False, writes=("text", "Markdown", "LaTeX"))
 @json_option
-def command(mechanism: Path, latex: bool, output: Path | None, as_json: bool) -> None:
+def command(
+    mechanism: Path, latex: bool, explain: bool, output: Path | None, as_json: bool
+) -> None:
     from frictool.documents.mechanism import Mechanism
     from frictool.documents.registry import load
     from frictool.equations import equations
 
-    found = equations(load(mechanism, Mechanism), name=str(mechanism))
+    found = equations(load(mechanism, Mechanism), name=str(mechanism), explain=explain)
     if output is not None or not as_json:
         save_text(output or STDOUT, found.latex if latex else found.text, [mechanism])
     if as_json:

@@ -79,7 +79,7 @@ def setting_violations(
     settings = HybridSettings(setting.decay, setting.switch_velocity, setting.step)
     found = (violations(LAWS[law], bench, settings, setting.axis) for law in laws)
     lines = list(dict.fromkeys(itertools.chain.from_iterable(found)))
-    advice = [line for line in lines if line.startswith("(3.2)")]
+    advice = [line for line in lines if line.startswith("Sigma > 3 v_s")]
     return [line for line in lines if line not in advice], advice
 
 

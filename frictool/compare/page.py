@@ -11,10 +11,10 @@ from frictool.documents.provenance import Provenance
 from frictool.presentation.page import render_page
 
 
-def page(found: Comparison, provenance: Provenance) -> str:
+def page(found: Comparison, provenance: Provenance, explain: bool = False) -> str:
     """Return the HTML text; the same inputs give the same bytes.
 
-    The template escapes every text from a file.
+    The template escapes every text from a file. `explain` adds the cells that differ from the thesis.
     """
     return render_page(
         Path(__file__).parent,
@@ -22,7 +22,7 @@ def page(found: Comparison, provenance: Provenance) -> str:
         setting=found.setting,
         scaling=text_view.scaling(found),
         tables=text_view.tables(found),
-        differences=found.differences,
+        differences=found.differences if explain else (),
         rows=text_view.ROWS,
         pictures=pictures(found),
     )

@@ -1,4 +1,4 @@
-"""Text view of a comparison: three tables, and the cells that differ from the thesis."""
+"""Text view of a comparison: three tables, and on request the cells that differ from the thesis."""
 
 from __future__ import annotations
 
@@ -53,13 +53,13 @@ def tables(found: Comparison) -> list[TextTable]:
             "What was measured", measures, tuple((name, *_row(tested)) for name, tested in laws)
         ),
         TextTable(
-            "The four tests of 3.7",
-            ("table 3.2", *(ROWS[row] for row in tests)),
+            "The four tests",
+            ("law", *(ROWS[row] for row in tests)),
             tuple((name, *(tested.verdicts[row] for row in tests)) for name, tested in laws),
         ),
         TextTable(
             "Properties of the laws",
-            ("table 2.1", *(ROWS[row] for row in PROPERTIES)),
+            ("law", *(ROWS[row] for row in PROPERTIES)),
             tuple((name, *(tested.properties[row] for row in PROPERTIES)) for name, tested in laws),
         ),
     ]
@@ -105,12 +105,12 @@ def scaling(found: Comparison) -> str:
     )
 
 
-def lines(found: Comparison) -> list[str]:
-    """Return all lines of the text."""
+def lines(found: Comparison, explain: bool = False) -> list[str]:
+    """Return all lines of the text; `explain` adds the cells that differ from the thesis."""
     out = [scaling(found), ""]
     for table in tables(found):
         out += [*table.lines(), ""]
-    for item in found.differences:
+    for item in found.differences if explain else ():
         out.append(
             f"table {item.table}, {item.law}, {ROWS[item.row]}: computed "
             f"{item.computed}, printed {item.printed}: {item.reason}"

@@ -182,9 +182,9 @@ class Limiter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
         if self.condition == "energy" and (
             self.inertia == 0.0 or self.coulomb + self.virtual_coulomb == 0.0
         ):
-            raise ValueError("condition energy needs inertia and coulomb (5.7)")
+            raise ValueError("condition energy needs inertia and coulomb")
         if self.virtual_coulomb > 0.0 and self.virtual_speed == 0.0:
-            raise ValueError("virtual_coulomb needs virtual_speed (5.41)")
+            raise ValueError("virtual_coulomb needs virtual_speed")
 
 
 class FrictionCompensation(

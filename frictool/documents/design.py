@@ -234,13 +234,11 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
                 "speed: give prefilter too"
             )
         if self.form == "sos" and self.scheduled:
-            raise ValueError(
-                "form sos is without scheduled: only matrices are summed with weights (5.64)"
-            )
+            raise ValueError("form sos is without scheduled: only matrices can be interpolated")
         if self.form == "sos" and limiter is not None:
             raise ValueError(
                 "form sos is without limiter: in sections no state is the integrator's "
-                "alone, to be frozen meanwhile (5.2.2)"
+                "alone, to be frozen meanwhile"
             )
 
     def _unread(self) -> None:

@@ -41,7 +41,7 @@ class Pid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults
             )
         if self.speed_gain is not None and self.derivative_time_s is not None:
             raise ValueError(
-                "derivative_time_s is for a position loop: the speed loop is a PI (5.2.3)"
+                "derivative_time_s is for a position loop: the speed loop is a PI controller"
             )
 
 

@@ -18,19 +18,21 @@ class Equations:
     """Equations of a mechanism, with three views.
 
     derivation: sections of equations, parameters with their values, and notes.
+    explain: text and LaTeX contain the numbers of the equations in the thesis.
     """
 
     derivation: Derivation
+    explain: bool = False
 
     @property
     def text(self) -> str:
-        """Text with the unit of each equation and its number in the thesis."""
-        return as_text(self.derivation)
+        """Text with the unit of each equation."""
+        return as_text(self.derivation, self.explain)
 
     @property
     def latex(self) -> str:
         """LaTeX fragment for amsmath."""
-        return as_latex(self.derivation)
+        return as_latex(self.derivation, self.explain)
 
     @property
     def data(self) -> dict[str, Any]:
@@ -38,7 +40,7 @@ class Equations:
         return as_data(self.derivation)
 
 
-def equations(mechanism: Mechanism, *, name: str = "mechanism") -> Equations:
+def equations(mechanism: Mechanism, *, name: str = "mechanism", explain: bool = False) -> Equations:
     """Derive the equations of a mechanism and check the dimension of every term.
 
     Parameters
@@ -47,6 +49,8 @@ def equations(mechanism: Mechanism, *, name: str = "mechanism") -> Equations:
         document of the mechanism
     name : str, optional
         name of the document in messages, such as its path
+    explain : bool, optional
+        add the numbers of the equations in the thesis to text and LaTeX
 
     Returns
     -------
@@ -59,6 +63,6 @@ def equations(mechanism: Mechanism, *, name: str = "mechanism") -> Equations:
         the mechanism is wrong; the message has the key of the element
     """
     try:
-        return Equations(derive(mechanism, assemble(mechanism)))
+        return Equations(derive(mechanism, assemble(mechanism)), explain)
     except ElementError as wrong:
         raise document_error(name, wrong.key, str(wrong)) from None

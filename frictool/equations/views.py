@@ -12,17 +12,20 @@ from frictool.equations.notation import ParameterRow
 WIDTH = 118  # characters of a line
 
 
-def as_text(derivation: Derivation) -> str:
-    """Return sections of equations with units and the thesis's numbers, then the parameters."""
+def as_text(derivation: Derivation, explain: bool = False) -> str:
+    """Return sections of equations with units, then the parameters.
+
+    `explain` adds the numbers of the equations in the thesis.
+    """
     out = [derivation.name]
     for title, lines in derivation.sections:
         out += ["", title]
         for line in lines:
-            out += _shown(line, numbers="eliminated" in title)
+            out += _shown(line, numbers="eliminated" in title, explain=explain)
     if derivation.said:
         out += [
             "",
-            "Which way links can be driven (2.1.6)",
+            "Which way links can be driven",
             *(f"  {said}" for said in derivation.said),
         ]
     out += ["", "Parameters", *_table(derivation.parameters), ""]
@@ -31,8 +34,9 @@ def as_text(derivation: Derivation) -> str:
     return "\n".join(out) + "\n"
 
 
-def _shown(line: Line, numbers: bool) -> list[str]:
-    tail = "  ".join(part for part in (f"[{line.unit or '1'}]", line.source) if part)
+def _shown(line: Line, numbers: bool, explain: bool) -> list[str]:
+    source = f"  {line.source}" if explain and line.source else ""
+    tail = f"[{line.unit or '1'}]{source}"
     when = f", {line.when}" if isinstance(line, Equation) and line.when else ""
     out = _wrapped(f"{line.text}{when}", tail)
     if numbers and isinstance(line, Equation):
@@ -74,11 +78,14 @@ def _table(parameters: tuple[ParameterRow, ...]) -> list[str]:
     ]
 
 
-def as_latex(derivation: Derivation) -> str:
-    """Return a fragment for amsmath: one paragraph per section, one aligned row per equation."""
+def as_latex(derivation: Derivation, explain: bool = False) -> str:
+    """Return a fragment for amsmath: one paragraph per section, one aligned row per equation.
+
+    `explain` adds the numbers of the equations in the thesis.
+    """
     out = [f"% {derivation.name}; amsmath"]
     for title, lines in derivation.sections:
-        rows = [_row(line) for line in lines]
+        rows = [_row(line, explain) for line in lines]
         out += [rf"\paragraph{{{title}}}", r"\begin{align*}", " \\\\\n".join(rows), r"\end{align*}"]
     rows = [
         f"${p.latex}$ & {p.value:.6g} & ${_unit(p.unit)}$ & {_escaped(p.key)} \\\\"
@@ -88,9 +95,9 @@ def as_latex(derivation: Derivation) -> str:
     return "\n".join(out) + "\n"
 
 
-def _row(line: Line) -> str:
+def _row(line: Line, explain: bool) -> str:
     body = line.latex.replace(" = ", " &= ", 1) if isinstance(line, Equation) else "&" + line.latex
-    said = rf"\quad \text{{{line.source}}}" if line.source else ""
+    said = rf"\quad \text{{{line.source}}}" if explain and line.source else ""
     return f"{body} && [{_unit(line.unit)}]{said}"
 
 

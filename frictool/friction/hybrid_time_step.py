@@ -68,7 +68,7 @@ def violations(
     if CONVERGENCE_RATE in law.parameters:
         if s.convergence_rate < 5.0 / b.sample_period:
             broken.append(
-                f"(3.8) p0 >= 5/T_s: p0 = {s.convergence_rate:g} 1/s, 5/T_s = "
+                f"p0 >= 5/T_s: p0 = {s.convergence_rate:g} 1/s, 5/T_s = "
                 f"{5.0 / b.sample_period:g} 1/s (T_s = {b.sample_period:g} s)"
             )
         if s.capture_velocity >= b.encoder_step * s.convergence_rate:
@@ -77,10 +77,10 @@ def violations(
                 f"delta_x p0 = {b.encoder_step:g} {length} x {s.convergence_rate:g} 1/s = "
                 f"{value:g} {speed}"
             )
-            broken.append(f"(3.10) Sigma < delta_x p0: {sigma}, {bound}")
+            broken.append(f"Sigma < delta_x p0: {sigma}, {bound}")
         if s.hold_time < s.shortest_step:
             broken.append(
-                f"(3.31) T_0 >= T_e_min: T_0 = {s.hold_time:g} s, T_e_min = {s.shortest_step:g} s"
+                f"T_0 >= T_e_min: T_0 = {s.hold_time:g} s, T_e_min = {s.shortest_step:g} s"
             )
     if b.inertia * s.capture_velocity <= b.effort_limit * s.step:
         left = (
@@ -91,9 +91,7 @@ def violations(
             f"u_max T_e = {b.effort_limit:g} {effort} x {s.step:g} s = "
             f"{b.effort_limit * s.step:g} {effort} s"
         )
-        broken.append(f"(3.11) m Sigma > u_max T_e: {left}, {right}")
+        broken.append(f"m Sigma > u_max T_e: {left}, {right}")
     if s.capture_velocity <= 3.0 * b.stribeck_velocity:
-        broken.append(
-            f"(3.2) Sigma > 3 v_s: {sigma}, 3 v_s = {3.0 * b.stribeck_velocity:g} {speed}"
-        )
+        broken.append(f"Sigma > 3 v_s: {sigma}, 3 v_s = {3.0 * b.stribeck_velocity:g} {speed}")
     return broken

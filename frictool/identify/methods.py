@@ -79,7 +79,7 @@ _ROWS = (
     IdentificationMethod(
         "auto",
         "least squares, the power balance, sines or output error: by what encoder and motion "
-        "allow (figure 4.4), and says why",
+        "allow, and says why",
         "any log; drops a term that does not help to predict strokes that the fit has not seen",
         ("window",),
         velocity=True,
@@ -87,7 +87,7 @@ _ROWS = (
     ),
     IdentificationMethod(
         "least-squares",
-        "least squares (4.11): zero-phase Savitzky-Golay, only samples certain to slip, QR",
+        "least squares: zero-phase Savitzky-Golay, only samples certain to slip, QR",
         "any encoder, sticks and backlash; refuses the inertia that quantisation hides",
         ("window",),
         velocity=True,
@@ -95,7 +95,7 @@ _ROWS = (
     ),
     IdentificationMethod(
         "power-balance",
-        "the power balance (4.23): the same, weighted by velocity; with --time-constant on "
+        "the power balance: the same, weighted by velocity; with --time-constant on "
         "filtered differences, all samples",
         "friction that falls over speed beyond the slowest samples (Stribeck)",
         ("window", "time_constant"),
@@ -104,8 +104,7 @@ _ROWS = (
     ),
     IdentificationMethod(
         "weighted",
-        "the same, weighted by the inverse variance of the measurement errors, found over speed "
-        "(4.2.5.1)",
+        "the same, weighted by the inverse variance of the measurement errors, found over speed",
         "an encoder or a friction that is worse at some speeds than at others",
         ("window",),
         velocity=True,
@@ -113,8 +112,7 @@ _ROWS = (
     ),
     IdentificationMethod(
         "conditioned",
-        "the power balance scaled by sqrt(2)/V (4.31), with the condition of (4.29) before and "
-        "after",
+        "the power balance scaled by sqrt(2)/V, with the condition number before and after",
         "very high or low speeds in SI units",
         ("window",),
         velocity=True,
@@ -140,26 +138,26 @@ _ROWS = (
     ),
     IdentificationMethod(
         "recursive",
-        "recursive least squares (4.16) in square-root form: the last of the log counts most",
+        "recursive least squares in square-root form: the last of the log counts most",
         "parameters that drift along the log (warming up, wear)",
         ("window", "forgetting"),
         velocity=True,
     ),
     IdentificationMethod(
         "ordinary",
-        "plain least squares on differences (4.2), every sample alike",
-        "comparison with tables 4.2 and 4.3",
+        "plain least squares on differences, every sample alike",
+        "comparison with published values",
         ("time_constant",),
     ),
     IdentificationMethod(
         "threshold",
-        "least squares on differences, only samples faster than a threshold (4.18)",
+        "least squares on differences, only samples faster than a threshold",
         "comparison; a fine encoder and a known Stribeck velocity",
         ("time_constant", "threshold"),
     ),
     IdentificationMethod(
         "sines",
-        "sines (4.34)-(4.39): mean effort over mean speed of each stroke's middle; finds the "
+        "sines: mean effort over mean speed of each stroke's middle; finds the "
         "knees of friction over speed",
         "any encoder, strokes at several speeds; friction only, the inertia is the bench's",
         velocity=True,
@@ -175,7 +173,7 @@ _ROWS = (
     ),
     IdentificationMethod(
         "stribeck-curve",
-        "the Stribeck curve (2.34): mean effort over runs at constant speeds",
+        "the Stribeck curve: mean effort over runs at constant speeds",
         "runs at constant speeds, slow ones too; gives the breakaway and the Stribeck velocity "
         "where friction falls with speed",
         whole_curve=True,

@@ -34,7 +34,7 @@ def law_lines(model: Model) -> list[str]:
         )
         lines.append(
             f"friction over {over.low:.4g} to {over.high:.4g} {over.unit} as polynomials of "
-            f"order {orders} (4.44)"
+            f"order {orders}"
         )
         for side, powers in (
             ("forward", curve.forward),
@@ -54,7 +54,7 @@ def law_lines(model: Model) -> list[str]:
         lines.append(f"load beside friction: {load_line(laws.load)}")
     if laws.position is not None and today.coulomb.value > 0.0:
         lines.append(
-            "beta, breakaway over friction in slip (4.42): "
+            "breakaway relative to friction in slip: "
             f"{today.breakaway.value / today.coulomb.value:.4g}"
         )
     return lines

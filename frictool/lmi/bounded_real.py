@@ -136,7 +136,7 @@ class BoundedRealInequalities:
                 (plant.d21, first.d21),
             )
             if not all(np.allclose(p, q) for p, q in pairs):
-                raise ValueError("B2, C2, D12 and D21 must be the same at every vertex (5.61)")
+                raise ValueError("B2, C2, D12 and D21 must be the same at every vertex")
         self.n = len(first.a)
         self.half = self.n * (self.n + 1) // 2
         null_r, null_s = (

@@ -324,14 +324,13 @@ def state_units(modes: Mapping[int, ObserverMode]) -> Matrix:
 def _unsolved(decay: float, without: float) -> str:
     if not np.isfinite(without):
         return (
-            "no gains were found that satisfy (6.6) when it is evaluated, for these modes and "
+            "no gains satisfy the inequalities for these modes and "
             "switches: allow fewer switches, or fewer and "
             "wider intervals, or weights that are less far apart"
         )
     return (
-        f"no gains were found that satisfy (6.6) with a decay of {decay:.6g} a sample when it is "
-        "evaluated; without a decay there are some "
-        f"(gamma {without:.4g}): ask for a decay nearer to 1"
+        f"no gains satisfy the inequalities with a decay of {decay:.6g} per sample; without a "
+        f"decay some do (gamma {without:.4g}): choose a --decay nearer to 1"
     )
 
 

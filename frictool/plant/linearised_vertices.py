@@ -51,7 +51,7 @@ def rates_of(point: PlantPoint, centre: PlantPoint, form: Form = "exact") -> Axi
         raise NoSolutionError(
             f"the plant linearised at {point.name} (inertia {point.inertia:.4g}, "
             f"constant {point.constant:.4g}) has no positive gain: the "
-            "intervals are too wide for (5.49)-(5.50); take the exact vertices"
+            "intervals are too wide for linearised vertices; write vertices: exact"
         )
     return found
 

@@ -101,7 +101,7 @@ def from_source(mechanism: Mechanism, source: str) -> tuple[Mechanism, StepRepor
     ]
     did = (
         f"every block in the coordinate of {names[here.root]}: "
-        "masses by ratio^2, efforts by ratio, ways by 1/ratio (2.16)"
+        "masses by ratio^2, efforts by ratio, distances by 1/ratio"
     )
     # explicit, because a later step may leave a source without its effort
     control = mechanism.control or Control(source, controlled_names(mechanism)[1])
@@ -112,7 +112,7 @@ def from_source(mechanism: Mechanism, source: str) -> tuple[Mechanism, StepRepor
         if isinstance(one, Screw) and one.friction_form == "thesis"
     )
     neglects = (
-        f"accelerations in the motor's torque that (2.12) of {threads} takes"
+        f"accelerations in the torque that friction_form: thesis of {threads} uses"
         if threads
         else "nothing"
     )

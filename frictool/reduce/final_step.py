@@ -50,7 +50,7 @@ def final(chain: ReductionChain, axis: Axis) -> StepReport:
             "`resonances`, its mechanism is --reduced"
         )
         neglects.append("the twist of links that still yield")
-    did = "one inertia, C_r(theta, sign) by polynomials, one backlash (2.24)-(2.29), (4.45)"
+    did = "one inertia, C_r(theta, sign) by polynomials, one backlash"
     return StepReport(
         "one inertia",
         did,

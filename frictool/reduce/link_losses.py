@@ -94,7 +94,7 @@ def _sloped(beyond: tuple[float, float], helped: float, against: float) -> tuple
 def _told(predicted: float, figures: tuple[StepFigure, ...], notes: tuple[str, ...]) -> StepReport:
     return StepReport(
         "losses",
-        "losses of links as friction by direction over the position (2.15)",
+        "losses of links as friction by direction over the position",
         "what links lose of accelerations",
         predicted,
         "the effort of accelerations",
@@ -184,10 +184,8 @@ def _verdict(name: str, link: Connection, whole: Mechanism) -> str:
             f"{'>' if given.friction_coefficient > steep else '<='} tan(alpha) {steep:.4g}"
         )
     if link.back_loss > 1.0:
-        return (
-            f"{name} is irreversible: {why}; its friction holds any load, kept as friction (2.15)"
-        )
+        return f"{name} is irreversible: {why}; its friction holds any load, kept as friction"
     return (
         f"{name} is reversible: {why}; loads drive it back, "
-        "so that an efficiency alone (2.14) would oscillate: kept as friction (2.15)"
+        "so that an efficiency alone would oscillate: kept as friction"
     )

@@ -121,19 +121,15 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
         StepFigure("C_r forward, most", float(np.max(exact.forward)), unit),
         StepFigure("C_r backward, least", float(np.min(-exact.backward)), unit),
         StepFigure("C_r backward, most", float(np.max(-exact.backward)), unit),
-        StepFigure("friction less load (2.27), least", held.margin, unit),
+        StepFigure("friction less load, least", held.margin, unit),
         StepFigure("where friction holds the load least", held.place, place),
     ]
-    did = (
-        f"{', '.join(replaced)} as C_r(theta, sign) (2.28)-(2.29)"
-        if replaced
-        else _unchanged(exact, largest)
-    )
+    did = f"{', '.join(replaced)} as C_r(theta, sign)" if replaced else _unchanged(exact, largest)
     note = (
-        "irreversible over the whole travel (2.27): without a command it stays where it is, "
+        "irreversible over the whole travel: without a command it stays at rest, "
         "and the load is a part of friction"
         if held.margin >= 0.0
-        else f"not irreversible over {1.0 - held.share:.1%} of the travel (2.27): "
+        else f"not irreversible over {1.0 - held.share:.1%} of the travel: "
         "there the load moves it without a command"
     )
     return mechanism, StepReport(

@@ -27,7 +27,7 @@ def block_descriptions(controller: Controller) -> list[tuple[str, str]]:
     found = (
         []
         if filtered is None
-        else [("Prefilter (5.69)", _prefilter(filtered.natural_frequency_rad_s, filtered.damping))]
+        else [("Prefilter", _prefilter(filtered.natural_frequency_rad_s, filtered.damping))]
     )
     if _sees_velocity(controller):
         found.append(("Velocity", _velocity(controller.velocity)))
@@ -39,7 +39,7 @@ def block_descriptions(controller: Controller) -> list[tuple[str, str]]:
             (
                 "Schedule",
                 f"over {', '.join(controller.schedule.parameters)}; "
-                f"{len(controller.schedule.corners)} corners (5.64)",
+                f"{len(controller.schedule.corners)} corners",
             )
         )
     if controller.friction_compensation is not None:
@@ -96,11 +96,11 @@ def _observer(observer: Observer) -> str:
             "rad/s, which moves by the model and the drive, and "
             "is put right by the encoder"
         )
-    return f"from the switched observer of {observer.kind} wear (6.4)"
+    return f"from the switched observer of {observer.kind} wear"
 
 
 def _law(law: PositionLaw, unit: str) -> str:
-    kind = "square root (5.19)" if law.kind == "square_root" else "proportional"
+    kind = "square root" if law.kind == "square_root" else "proportional"
     gain = f"{kind}, gain {number(law.gain)}" + (f" by {law.formula}" if law.formula else "")
     if law.action == "none":
         return f"{gain}; the loop stays closed everywhere"
@@ -130,19 +130,17 @@ def _compensation(block: FrictionCompensation) -> str:
     part = f"{100.0 * block.gain:.3g} % of the friction"
     if block.source == "observer":
         return (
-            f"{part} that an observer of {number(block.observer_rad_s)} rad/s finds (the "
-            "baseline that 5.1 argues against)"
+            f"{part} that an observer of {number(block.observer_rad_s)} rad/s finds, "
+            "a baseline for comparison"
         )
-    return (
-        f"{part} of the model, by the {block.velocity} speed (the baseline that 5.1 argues against)"
-    )
+    return f"{part} of the model, by the {block.velocity} speed, a baseline for comparison"
 
 
 def _limiter(limiter: Limiter, unit: str) -> str:
     where = "||e| - J v²/2F|" if limiter.condition == "energy" else "|e|"
-    source = "(5.7)" if limiter.condition == "energy" else "(the usual cut-off, 5.2.1)"
+    source = "" if limiter.condition == "energy" else " (the usual cut-off)"
     brake = (
-        f", virtual friction {number(limiter.virtual_coulomb)} brakes there (5.41)"
+        f", virtual friction {number(limiter.virtual_coulomb)} brakes there"
         if limiter.virtual_coulomb > 0.0
         else ""
     )
@@ -152,7 +150,7 @@ def _limiter(limiter: Limiter, unit: str) -> str:
         else ""
     )
     return (
-        f"drive released where {where} < {number(limiter.band)} {unit} {source}, the "
+        f"drive released where {where} < {number(limiter.band)} {unit}{source}, the "
         f"integral frozen{brake}{wait}"
     )
 

@@ -71,8 +71,8 @@ _HOLD = (
         "limit_cycle_amplitude",
         "limit cycle",
         "position",
-        "half the peak to peak of an oscillation that is kept up behind the first "
-        "third of a hold; told absent (0) only behind 15 s",
+        "half the peak-to-peak value of an oscillation that lasts beyond the first "
+        "third of a hold; absent (0) only after 15 s",
     ),
     Metric("limit_cycle_period", "its period", "time", "mean time between its turns of one side"),
     Metric(
@@ -91,8 +91,7 @@ _HOLD = (
         "energy",
         "energy",
         "drive squared",
-        "(T_e/t_int) sum i² over [0, t_int] behind the step, table 5.3: the mean "
-        "square of the drive",
+        "(T_e/t_int) sum i² over [0, t_int] after the step: the mean square of the drive",
     ),
     Metric(
         "saturation_time",

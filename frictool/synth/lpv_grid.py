@@ -102,11 +102,11 @@ def _sums(
         worst = max(worst, certified_gamma(found, values, family(values)[0], Lti(a, b, c, d, 0.0)))
     if np.isinf(worst):
         return (
-            "sums (5.64) of the corners' controllers prove nothing at some of the grid's points; "
+            "interpolated controllers have no bound at some of the grid's points; "
             "they are verified for constant plants only"
         )
     return (
-        f"sums (5.64) of the corners' controllers keep gamma {worst:.4g} at the grid's points, "
+        f"interpolated controllers keep gamma {worst:.4g} at the grid's points, "
         "while the parameters move"
     )
 

@@ -30,7 +30,7 @@ def position_law(
                 "position_law.band",
                 band,
                 "rad" if model.axis == "rotary" else "m",
-                "the encoder's step (5.7)",
+                "the encoder's step",
             )
         )
     found = stored.PositionLaw(

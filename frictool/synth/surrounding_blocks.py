@@ -118,7 +118,7 @@ class _BlockRules:
         if bandwidth is None and prefilter is None:
             raise FrictoolError(
                 "velocity.filter_rad_s: missing in the design, and a prefilter to take 10 times "
-                "its frequency (5.70); give one of them, "
+                "its frequency; give one of them, "
                 "or 0 for the encoder's difference itself"
             ).at("design", "velocity.filter_rad_s")
         if bandwidth is None and prefilter is not None:
@@ -127,7 +127,7 @@ class _BlockRules:
                 "velocity.filter_rad_s",
                 value,
                 "rad/s",
-                f"{FILTER:g} times the prefilter's frequency (5.70)",
+                f"{FILTER:g} times the prefilter's frequency",
             )
         assert bandwidth is not None
         if bandwidth * self.period >= 2.0:
@@ -148,7 +148,7 @@ class _BlockRules:
         energy = asked.condition == "energy"
         virtual = 0.0 if asked.virtual_coulomb is None else asked.virtual_coulomb.value
         band = (
-            self.tell("limiter.band", step, self.unit("position"), "the encoder's step (5.7)")
+            self.tell("limiter.band", step, self.unit("position"), "the encoder's step")
             if asked.band is None
             else asked.band.value
         )
@@ -164,7 +164,7 @@ class _BlockRules:
             ).at("design", "limiter.condition")
         self.notes.append(
             f"limiter: {NOT_LINEAR}; it is known to be bounded and to come to rest, not to "
-            "decrease a Lyapunov function (5.2.1)"
+            "decrease a Lyapunov function"
         )
         return stored.Limiter(
             condition=asked.condition,
@@ -189,9 +189,7 @@ class _BlockRules:
 
     def compensation(self, asked: AskedCompensation) -> stored.FrictionCompensation:
         today = self.model.parameters
-        self.notes.append(
-            f"friction compensation: {NOT_LINEAR}; limit cycles are its known fault (5.1)"
-        )
+        self.notes.append(f"friction compensation: {NOT_LINEAR}; it is known to cause limit cycles")
         if asked.source == "observer":
             return stored.FrictionCompensation(
                 source="observer",

@@ -144,7 +144,7 @@ class SynthesisProblem:
         if moved is not k:
             told.append(
                 "the slowest pole of the controller was moved "
-                + ("to an integrator (5.4.3.1)" if self.design.integrator else "inside")
+                + ("to an integrator" if self.design.integrator else "inside")
             )
         kept = self._reduced(moved)
         if kept is not moved:

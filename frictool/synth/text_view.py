@@ -84,18 +84,18 @@ def _blocks(controller: Controller) -> list[str]:
         )
     if limiter is not None:
         rule = (
-            f"(5.7), inertia {limiter.inertia:.4g} {inertia}, F_c {limiter.coulomb:.4g} {effort}"
+            f" (inertia {limiter.inertia:.4g} {inertia}, F_c {limiter.coulomb:.4g} {effort})"
             if limiter.condition == "energy"
-            else "(5.2.1)"
+            else ""
         )
         brake = (
             f"; F_cv {limiter.virtual_coulomb:.4g} {effort}, v_r {limiter.virtual_speed:.4g} "
-            f"{speed} (5.41)"
+            f"{speed}"
             if limiter.virtual_speed
             else ""
         )
         lines.append(
-            f"limiter: by {limiter.condition} {rule}, band {limiter.band:.4g} {position}{brake}"
+            f"limiter: by {limiter.condition}{rule}, band {limiter.band:.4g} {position}{brake}"
         )
     if compensation is not None:
         what = (
@@ -164,7 +164,7 @@ def _margins(controller: Controller) -> list[str]:
         lines.append(
             f"  worst margins with the delay: gain x {down} to x {up}, phase {phase}, delay "
             f"{wait} more; "
-            f"friction to speed {m.small_gain:.4g} {speed} (annex (27))"
+            f"friction to speed {m.small_gain:.4g} {speed}"
         )
     if verified.count_drive is not None:
         share = 100.0 * verified.count_drive / controller.drive_limit

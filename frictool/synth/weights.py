@@ -9,7 +9,7 @@ so quantities that belong to the amplitude A are divided by A:
     W1     1/A: full friction leaves an error of e_stat A, the static error of the
            specification. The text's 1 requires e_stat alone
     W3     A over the drive's limit: a reference of A does not saturate (5.58)
-    W4     the encoder's step over A, annex (25)
+    W4     the encoder's step over A
     W_u    step/(share limit W4): at gamma 1 and any frequency, a signal with the amplitude
            of one count requests at most that share of the limit
 """
@@ -232,7 +232,7 @@ class _WeightRules:
             "drive",
             amplitude / self.limit,
             "",
-            f"{source} over the drive's limit {self.limit:g} (5.58)",
+            f"{source} over the drive's limit {self.limit:g}",
         )
 
     def _noise(self) -> float:
@@ -244,7 +244,7 @@ class _WeightRules:
             "noise",
             step / amplitude,
             "",
-            f"the encoder's step {step:.4g} over {source}, annex (25)",
+            f"the encoder's step {step:.4g} over {source}",
         )
 
     def _command_of_noise(self, noise: float) -> float:

@@ -86,7 +86,7 @@ def test_json_has_the_keys_that_programs_look_for(found: Comparison) -> None:
 
 
 def test_text_says_what_json_says(found: Comparison) -> None:
-    text = lines(found)
+    text = lines(found, explain=True)
     row = next(line.split() for line in text if line.startswith("lugre"))
     assert row[:3] == ["lugre", "9", "6.565"]
     assert row[-1] == "86"

@@ -130,7 +130,7 @@ def test_a_coarse_encoder_refuses_what_it_hides(bench: Bench) -> None:
     truth = TRUTH._replace(backlash=0.0, breakaway=0.099)
     found = inverse_dynamic([record(sines(3, truth), truth)], bench, IdentificationSettings())
     assert set(found.parameters) == {"offset"}
-    assert "(4.3)" in found.refused["inertia"]
+    assert "quantisation" in found.refused["inertia"]
     assert "below 100 Hz" in found.refused["inertia"]
     assert "noise on the velocity" in found.refused["viscous"]
     assert found.refused["coulomb"] == found.refused["viscous"]

@@ -84,7 +84,7 @@ class ElementArrays:
         if link.thread:
             raise ElementError(
                 f"links.{link.name}.friction_form",
-                "found thesis on a compliant screw; allowed: angle, since (2.12) is of a rigid one",
+                "found thesis on a compliant screw; allowed: angle",
             )
         offset = self.start[link.b] - link.ratio * self.start[link.a]
         self._couple(

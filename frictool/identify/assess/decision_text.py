@@ -47,7 +47,7 @@ def scheme(found: Assessment) -> list[str]:
             ramps.identifiable,
         ),
         "   breakaway: "
-        f"{'ramps both ways over the travel (figure 4.6)' if ramps.identifiable else ENDS[None]}"
+        f"{'ramps in both directions over the travel' if ramps.identifiable else ENDS[None]}"
         f"{_reached(ramps)}",
         _question(
             "one count of the presliding distance",

@@ -48,7 +48,7 @@ COLUMNS = ("viscous", "coulomb", "offset")
 NO_INERTIA = (
     "the method of sines does not look for it: the mean acceleration of a stroke's "
     "middle is "
-    "nearly zero (4.36)"
+    "nearly zero"
 )
 GATE = 0.5  # speed relative to the stroke's largest, above which samples count
 # share of noise in the acceleration (`smoothing`); the velocity only selects the samples
@@ -260,8 +260,7 @@ def _check(means: StrokeMeans) -> None:
     if speed.max() < SPREAD * speed.min():
         raise UnusableLogs(
             f"all strokes have one speed ({speed.min():.3g} to {speed.max():.3g}), which does "
-            "not tell viscous from Coulomb friction "
-            "(4.37); record sines of several speeds"
+            "not separate viscous from Coulomb friction; record sines of several speeds"
         )
 
 

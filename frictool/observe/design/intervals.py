@@ -51,7 +51,7 @@ def intervals(friction: FrictionMap, direction: int, count: int) -> list[Frictio
         raise NoSolutionError(
             f"--intervals {count}: the {'forward' if direction > 0 else 'backward'} friction "
             f"turns at {inner} {friction.over.unit}, and "
-            f"has to be monotone in each interval (6.17): ask for at least {len(spread)}"
+            f"must be monotone in each interval; allowed: at least {len(spread)}"
         )
     shares = [1] * len(spread)
     while sum(shares) < count:

@@ -77,8 +77,8 @@ def verify(
     gamma = proved_gamma(modes, switches, gains, found.p, found.t, found.decay)
     if not math.isfinite(gamma):
         raise NoSolutionError(
-            "not verified: (6.9) does not hold for the gains as they are stored; "
-            "ask for a decay nearer to 1"
+            "not verified: the inequalities do not hold for the stored gains; "
+            "choose a --decay nearer to 1"
         )
     loops = {i: mode.a - gains[i] @ mode.c for i, mode in modes.items()}
     radii = {i: radius(loop) for i, loop in loops.items()}
