@@ -41,9 +41,12 @@ def section(derivation: Derivation, title: str) -> list[str]:
 
 
 def test_the_clutchs_equations_as_printed() -> None:
-    run = CliRunner().invoke(group, ["equations", str(HERE / "clutch.yaml")])
+    run = CliRunner().invoke(group, ["equations", str(HERE / "clutch.yaml"), "--explain"])
     assert run.exit_code == 0
     assert run.output == (HERE / "clutch.txt").read_text()
+    plain = CliRunner().invoke(group, ["equations", str(HERE / "clutch.yaml")])
+    assert "(2." in run.output
+    assert "(2." not in plain.output
 
 
 def test_the_machines_view_names_the_element_of_every_term() -> None:
