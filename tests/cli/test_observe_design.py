@@ -153,7 +153,7 @@ def test_no_solution_is_exit_4_and_no_file(model: Path) -> None:
         run(*words, "multiplicative", "--intervals", "2"),
         4,
         "the forward friction turns at",
-        "ask for at least 3",
+        "allowed: at least 3",
     )
     model.write_text(model.read_text().replace("    top_speed: {value: 400, unit: rad/s}\n", ""))
     refused(run(*words, "additive"), 4, "give --switch-speed, such as 10rad/s")
