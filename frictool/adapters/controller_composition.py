@@ -17,7 +17,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from frictool.adapters.observer_composition import observer_block
+from frictool.adapters.observer_composition import observer_block, reach, top_speed
 from frictool.control import (
     difference_equation,
     drive_limit,
@@ -37,9 +37,7 @@ from frictool.control.program import Program, ProgramNode
 from frictool.control.speed_filter import velocity
 from frictool.documents.controller import Controller, StateSpace
 
-MARGIN = 0.5  # reach of positions and references beyond each end of the travel, in travel widths
 ETA_WIDTHS = 2.0  # bound of |eta| in widths of the position range
-TOP_SPEEDS = 4.0  # bound of a measured velocity in top speeds of the bench
 
 
 def controller_program(controller: Controller) -> Program:
@@ -74,7 +72,7 @@ class _Composition:
     def __init__(self, controller: Controller) -> None:
         self.document, self.period = controller, controller.sample_period_s
         self.program = Program()
-        self.low, self.high = _positions(controller)
+        self.low, self.high = reach(controller.bench)
         program = self.program
         guard = write_guard(program, self._inputs(), controller.measurement_hold_samples)
         self.fault, self.sensed = guard.fault, guard.used.get("velocity")
@@ -107,8 +105,7 @@ class _Composition:
             for name in ("reference", "position")
         }
         if self.document.velocity.source == "measured":
-            top = self.document.bench.mechanics.top_speed
-            bound = TOP_SPEEDS * top.value if top is not None else math.inf
+            bound = top_speed(self.document.bench)
             inputs["velocity"] = self.program.input("velocity", -bound, bound)
         return inputs
 
@@ -360,12 +357,3 @@ def _integrators(equations: list[DifferenceEquation]) -> list[int]:
     return [
         i for i in equations[0].integrators if all(i in other.integrators for other in equations)
     ]
-
-
-def _positions(controller: Controller) -> tuple[float, float]:
-    """Return the range of references and measured positions [rad | m]."""
-    travel = controller.bench.mechanics.travel
-    if travel is None:
-        return -math.inf, math.inf
-    beyond = MARGIN * (travel.high - travel.low)
-    return travel.low - beyond, travel.high + beyond

@@ -23,8 +23,8 @@ from frictool.documents.bench import Bench
 from frictool.documents.observer import FrictionMap, Mode, Observer, Tracking
 
 GRID = 257  # number of positions at which a map is evaluated
-MARGIN = 0.5  # reach of measured positions beyond each end of the travel, in travel widths
-TOP_SPEEDS = 4.0  # bound of an estimated velocity in top speeds of the bench
+MARGIN = 0.5  # reach of positions and references beyond each end of the travel, in travel widths
+TOP_SPEEDS = 4.0  # bound of a measured or estimated velocity in top speeds of the bench
 # alpha_max of (6.13), largest friction over the model's; additive wear: bound of f + alpha over the
 # largest f
 MOST_WEAR = 3.0
@@ -150,7 +150,7 @@ def _cells(modes: list[Mode]) -> tuple[SlipMode, ...]:
 
 
 def reach(bench: Bench) -> tuple[float, float]:
-    """Return the range of measured positions [rad | m]."""
+    """Return the range of references and measured positions [rad | m]."""
     travel = bench.mechanics.travel
     if travel is None:
         return -math.inf, math.inf
@@ -159,7 +159,7 @@ def reach(bench: Bench) -> tuple[float, float]:
 
 
 def top_speed(bench: Bench) -> float:
-    """Return the bound of an estimated speed [per s]."""
+    """Return the bound of a measured or estimated speed [rad/s | m/s]."""
     top = bench.mechanics.top_speed
     return math.inf if top is None else TOP_SPEEDS * top.value
 

@@ -21,6 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.control import operation_codes as op
 from frictool.control.fixed_point_kernel import (
     INVALID,
     from_real,
@@ -29,28 +30,6 @@ from frictool.control.fixed_point_kernel import (
     to_real,
 )
 from frictool.control.measurement_guard import FAULT
-from frictool.control.operation_codes import (
-    ABS,
-    ADD,
-    AND,
-    CODES,
-    DOT,
-    FRACTION,
-    HIGH,
-    LE,
-    LOW,
-    LT,
-    MAX,
-    MIN,
-    MUL,
-    NEG,
-    NOT,
-    OR,
-    SELECT,
-    SQRT,
-    SUB,
-    VALID,
-)
 from frictool.control.program import Program
 from frictool.runtime.kernels import bare_kernel, kernel
 from frictool.typing import IntVector, Vector
@@ -105,14 +84,14 @@ def compile_program(program: Program, *, single: bool = False) -> CompiledProgra
     terms: list[tuple[int, int, int]] = []
     for node in program.nodes:
         values[node.index] = node.value
-        if node.op in CODES:
+        if node.op in op.CODES:
             args = [arg.index for arg in node.args]
             if node.op == "dot":
                 half = len(args) // 2
                 first = len(terms)
                 terms += [(c, x, 0) for c, x in zip(args[:half], args[half:], strict=True)]
                 args = [first, len(terms), 0]
-            code.append([CODES[node.op], node.index, *args, *[0] * (3 - len(args))])
+            code.append([op.CODES[node.op], node.index, *args, *[0] * (3 - len(args))])
     return CompiledProgram(
         FLOAT if single else DOUBLE,
         np.array(code, dtype=np.uint32).reshape(-1, 5),
@@ -138,7 +117,7 @@ def ports(program: Program) -> IntVector:
     if guard is None:
         return np.array([*inputs, program.output.index, *[-1] * 6, 0], dtype=np.int64)
     used = [guard.used[name].index if name in guard.used else -1 for name in PORTS]
-    rows = sum(node.op in CODES for node in program.nodes[: guard.fault.index + 1])
+    rows = sum(node.op in op.CODES for node in program.nodes[: guard.fault.index + 1])
     places = [
         *inputs,
         program.output.index,
@@ -201,8 +180,10 @@ def start_at(machine: CompiledProgram, position: float) -> None:
             machine.single[place] = np.float32(position)
         else:  # through the word of the measured position, as on the target
             form, measured = machine.formats[place], machine.formats[machine.ports[1]]
-            word = shift_rounded(from_real(measured, position), measured[FRACTION] - form[FRACTION])
-            machine.word[place] = min(max(word, form[LOW]), form[HIGH])
+            word = shift_rounded(
+                from_real(measured, position), measured[op.FRACTION] - form[op.FRACTION]
+            )
+            machine.word[place] = min(max(word, form[op.LOW]), form[op.HIGH])
 
 
 @bare_kernel
@@ -294,40 +275,40 @@ def run_values(code: Rows, terms: Rows, writes: Rows, v: Values, first: int = 0)
     """
     for k in range(first, code.shape[0]):
         operation, d, a, b, c = code[k, 0], code[k, 1], code[k, 2], code[k, 3], code[k, 4]
-        if operation == DOT:
+        if operation == op.DOT:
             total = v[terms[a, 0]] * v[terms[a, 1]]
             for j in range(a + 1, b):
                 total += v[terms[j, 0]] * v[terms[j, 1]]
             v[d] = total
-        elif operation == ADD:
+        elif operation == op.ADD:
             v[d] = v[a] + v[b]
-        elif operation == SUB:
+        elif operation == op.SUB:
             v[d] = v[a] - v[b]
-        elif operation == MUL:
+        elif operation == op.MUL:
             v[d] = v[a] * v[b]
-        elif operation == SELECT:
+        elif operation == op.SELECT:
             v[d] = v[b] if v[a] != 0 else v[c]
-        elif operation == LT:
+        elif operation == op.LT:
             v[d] = 1 if v[a] < v[b] else 0
-        elif operation == LE:
+        elif operation == op.LE:
             v[d] = 1 if v[a] <= v[b] else 0
-        elif operation == AND:
+        elif operation == op.AND:
             v[d] = 1 if v[a] != 0 and v[b] != 0 else 0
-        elif operation == OR:
+        elif operation == op.OR:
             v[d] = 1 if v[a] != 0 or v[b] != 0 else 0
-        elif operation == NOT:
+        elif operation == op.NOT:
             v[d] = 1 if v[a] == 0 else 0
-        elif operation == NEG:
+        elif operation == op.NEG:
             v[d] = -v[a]
-        elif operation == ABS:
+        elif operation == op.ABS:
             v[d] = -v[a] if v[a] < 0 else v[a]
-        elif operation == MIN:
+        elif operation == op.MIN:
             v[d] = v[b] if v[b] < v[a] else v[a]
-        elif operation == MAX:
+        elif operation == op.MAX:
             v[d] = v[b] if v[b] > v[a] else v[a]
-        elif operation == SQRT:
+        elif operation == op.SQRT:
             v[d] = math.sqrt(v[a])
-        elif operation == VALID:
+        elif operation == op.VALID:
             v[d] = 1 if math.isfinite(v[a]) else 0
     kept = v.shape[0] - writes.shape[0]
     for k in range(writes.shape[0]):

@@ -15,31 +15,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.control.operation_codes import (
-    ABS,
-    ADD,
-    AND,
-    DOT,
-    FRACTION,
-    HIGH,
-    LE,
-    LOW,
-    LT,
-    MAX,
-    MIN,
-    MUL,
-    NEG,
-    NOT,
-    OR,
-    SELECT,
-    SHIFT,
-    SHIFT_A,
-    SHIFT_B,
-    SQRT,
-    SUB,
-    TERM_SHIFT,
-    VALID,
-)
+from frictool.control import operation_codes as op
 from frictool.runtime.kernels import bare_kernel, kernel
 from frictool.typing import IntVector
 
@@ -77,18 +53,18 @@ def from_real(form: IntVector, value: float) -> int:
     """Return the word of a value: nearest, halves to even, saturated; INVALID if not finite."""
     if not math.isfinite(value):
         return INVALID
-    scaled = math.ldexp(value, form[FRACTION])
-    if scaled >= float(form[HIGH]):
-        return int(form[HIGH])
-    if scaled <= float(form[LOW]):
-        return int(form[LOW])
+    scaled = math.ldexp(value, form[op.FRACTION])
+    if scaled >= float(form[op.HIGH]):
+        return int(form[op.HIGH])
+    if scaled <= float(form[op.LOW]):
+        return int(form[op.LOW])
     return int(np.rint(scaled))
 
 
 @kernel
 def to_real(form: IntVector, word: int) -> float:
     """Return the exact value of a word; NaN for INVALID."""
-    return math.nan if word == INVALID else math.ldexp(float(word), -form[FRACTION])
+    return math.nan if word == INVALID else math.ldexp(float(word), -form[op.FRACTION])
 
 
 @bare_kernel
@@ -98,41 +74,41 @@ def run_words(
     """Run one sample on words: control/compiled_program.py `run_values` in integers."""
     for k in range(first, code.shape[0]):
         operation, d, a, b, c = code[k, 0], code[k, 1], code[k, 2], code[k, 3], code[k, 4]
-        sa, sb, s = formats[d, SHIFT_A], formats[d, SHIFT_B], formats[d, SHIFT]
-        if operation == DOT:
-            total = shift_rounded(w[terms[a, 0]] * w[terms[a, 1]], terms[a, TERM_SHIFT])
+        sa, sb, s = formats[d, op.SHIFT_A], formats[d, op.SHIFT_B], formats[d, op.SHIFT]
+        if operation == op.DOT:
+            total = shift_rounded(w[terms[a, 0]] * w[terms[a, 1]], terms[a, op.TERM_SHIFT])
             for j in range(a + 1, b):
-                total += shift_rounded(w[terms[j, 0]] * w[terms[j, 1]], terms[j, TERM_SHIFT])
+                total += shift_rounded(w[terms[j, 0]] * w[terms[j, 1]], terms[j, op.TERM_SHIFT])
             w[d] = shift_rounded(total, s)
-        elif operation == ADD:
+        elif operation == op.ADD:
             w[d] = shift_rounded(shift_rounded(w[a], sa) + shift_rounded(w[b], sb), s)
-        elif operation == SUB:
+        elif operation == op.SUB:
             w[d] = shift_rounded(shift_rounded(w[a], sa) - shift_rounded(w[b], sb), s)
-        elif operation == MUL:
+        elif operation == op.MUL:
             w[d] = shift_rounded(w[a] * w[b], s)
-        elif operation == SELECT:
+        elif operation == op.SELECT:
             w[d] = shift_rounded(w[b], sa) if w[a] != 0 else shift_rounded(w[c], sb)
-        elif operation == LT:
+        elif operation == op.LT:
             w[d] = 1 if shift_rounded(w[a], sa) < shift_rounded(w[b], sb) else 0
-        elif operation == LE:
+        elif operation == op.LE:
             w[d] = 1 if shift_rounded(w[a], sa) <= shift_rounded(w[b], sb) else 0
-        elif operation == AND:
+        elif operation == op.AND:
             w[d] = 1 if w[a] != 0 and w[b] != 0 else 0
-        elif operation == OR:
+        elif operation == op.OR:
             w[d] = 1 if w[a] != 0 or w[b] != 0 else 0
-        elif operation == NOT:
+        elif operation == op.NOT:
             w[d] = 1 if w[a] == 0 else 0
-        elif operation == NEG:
+        elif operation == op.NEG:
             w[d] = -w[a]
-        elif operation == ABS:
+        elif operation == op.ABS:
             w[d] = -w[a] if w[a] < 0 else w[a]
-        elif operation == MIN:
+        elif operation == op.MIN:
             w[d] = min(shift_rounded(w[a], sa), shift_rounded(w[b], sb))
-        elif operation == MAX:
+        elif operation == op.MAX:
             w[d] = max(shift_rounded(w[a], sa), shift_rounded(w[b], sb))
-        elif operation == SQRT:
+        elif operation == op.SQRT:
             w[d] = whole_root(w[a] << s)
-        elif operation == VALID:
+        elif operation == op.VALID:
             w[d] = 1 if w[a] != INVALID else 0
     kept = w.shape[0] - writes.shape[0]
     for k in range(writes.shape[0]):
@@ -140,6 +116,6 @@ def run_words(
     for k in range(writes.shape[0]):
         state = writes[k, 0]
         w[state] = min(
-            max(shift_rounded(w[kept + k], formats[kept + k, SHIFT]), formats[state, LOW]),
-            formats[state, HIGH],
+            max(shift_rounded(w[kept + k], formats[kept + k, op.SHIFT]), formats[state, op.LOW]),
+            formats[state, op.HIGH],
         )

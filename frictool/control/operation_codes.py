@@ -24,10 +24,10 @@ CODES = {
 
 # columns of `code`: operation, index of the result, indices of the operands; the operands of a dot
 # are its first row of `terms` and the row behind its last
-OPERATION, RESULT, FIRST, SECOND, THIRD = range(5)
-# columns of `terms`: indices of coefficient and value, and the right shift of their product in
-# fixed point
-COEFFICIENT, VALUE, TERM_SHIFT = range(3)
+
+# last column of `terms`, behind the indices of coefficient and value: the right shift of their
+# product in fixed point
+TERM_SHIFT = 2
 # columns of `formats`, one row per value: the fraction, the words at which an input or a state
 # saturates, and the shifts of its operation
 FRACTION, LOW, HIGH, SHIFT_A, SHIFT_B, SHIFT = range(6)

@@ -82,10 +82,3 @@ def bounds(
     reach, speed, _ = 0.5 * (high - low) * impulse_sums(a, np.array([h * q, q / w, 1.0]))
     middle = 0.5 * (low + high)
     return middle - float(reach), middle + float(reach), w * float(speed)
-
-
-def overshoot(damping: float) -> float:
-    """Return the overshoot of the step response as a fraction of the step."""
-    return (
-        math.exp(-math.pi * damping / math.sqrt(1.0 - damping * damping)) if damping < 1.0 else 0.0
-    )

@@ -19,29 +19,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import Literal, NamedTuple
+from typing import NamedTuple
 
-Op = Literal[
-    "constant",
-    "input",
-    "state",
-    "add",
-    "sub",
-    "mul",
-    "neg",
-    "abs",
-    "min",
-    "max",
-    "sqrt",
-    "lt",
-    "le",
-    "and",
-    "or",
-    "not",
-    "select",
-    "dot",
-    "valid",
-]
 LOGICAL = frozenset({"lt", "le", "and", "or", "not", "valid"})
 
 
@@ -54,7 +33,7 @@ class ProgramNode:
 
     program: Program = field(repr=False, compare=False)
     index: int
-    op: Op
+    op: str  # "constant", "input", "state", or a key of operation_codes.CODES
     args: tuple[ProgramNode, ...] = field(default=(), repr=False, compare=False)
     value: float = 0.0  # value of a constant, or start value of a state
     low: float = 0.0  # bounds of an input or a state
@@ -134,7 +113,7 @@ class Program:
         self._constants: dict[tuple[str, float], ProgramNode] = {}
 
     def node(
-        self, op: Op, *args: ProgramNode, value: float = 0.0, low: float = 0.0, high: float = 0.0
+        self, op: str, *args: ProgramNode, value: float = 0.0, low: float = 0.0, high: float = 0.0
     ) -> ProgramNode:
         """Append one operation and return its node."""
         made = ProgramNode(self, len(self.nodes), op, args, value, low, high)
@@ -221,6 +200,13 @@ class Program:
     ) -> ProgramNode:
         """Return `then` if the condition is true, else `otherwise`."""
         return self.node("select", condition, then, otherwise)
+
+    def polynomial(self, x: ProgramNode, coefficients: Sequence[ProgramNode]) -> ProgramNode:
+        """Return the polynomial at x by Horner's rule; lowest power first."""
+        total = coefficients[-1]
+        for coefficient in reversed(coefficients[:-1]):
+            total = total * x + coefficient
+        return total
 
     def dot(
         self, coefficients: Sequence[ProgramNode], values: Sequence[ProgramNode]

@@ -79,18 +79,6 @@ class ActiveModeNodes:
     gains: tuple[ProgramNode, ProgramNode, ProgramNode]
 
 
-def switched(
-    program: Program, position: ProgramNode, effort: ProgramNode, facts: SwitchedParameters
-) -> ObserverNodes:
-    """Write the observer and return its estimates.
-
-    position [rad | m] is measured; effort [N m | N] acts from this sample to the next.
-    """
-    found, chosen = write_prediction(program, position, facts)
-    write_correction(program, position, effort, found, chosen, facts)
-    return found
-
-
 def write_prediction(
     program: Program, position: ProgramNode, facts: SwitchedParameters
 ) -> tuple[ObserverNodes, ActiveModeNodes]:
@@ -209,22 +197,12 @@ def _friction(
     )
     within = program.named("position_on_map", program.smaller(program.larger(theta, low), high))
     curves = [
-        _polynomial(program, within, curve, side.name)
+        program.polynomial(
+            within,
+            [program.constant(c, f"{side.name}_curve_{power}") for power, c in enumerate(curve)],
+        )
         for curve, side in zip(facts.curves, sides, strict=True)
     ]
     return program.named(
         "friction_size", program.named("friction_known", program.select(is_forward, *curves)) + wear
     )
-
-
-def _polynomial(
-    program: Program, x: ProgramNode, coefficients: Sequence[float], name: str
-) -> ProgramNode:
-    """Return the polynomial at x, by Horner's rule."""
-    nodes = [
-        program.constant(value, f"{name}_curve_{power}") for power, value in enumerate(coefficients)
-    ]
-    total = nodes[-1]
-    for node in reversed(nodes[:-1]):
-        total = total * x + node
-    return total

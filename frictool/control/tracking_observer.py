@@ -21,7 +21,6 @@ too wide, since the motion then stays at the edges of the cell (docs/theory/velo
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 from frictool.control.observer_output import ObserverNodes
@@ -182,8 +181,11 @@ def _friction(
             program.larger(x, program.constant(low, "map_low")), program.constant(high, "map_high")
         )
     sides = [
-        program.larger(_polynomial(program, place, powers, name), zero)
-        for powers, name in ((facts.forward, "forward"), (facts.backward, "backward"))
+        program.larger(program.polynomial(place, coefficients), zero)
+        for coefficients in (
+            [program.constant(c, f"{name}_map[{power}]") for power, c in enumerate(curve)]
+            for curve, name in ((facts.forward, "forward"), (facts.backward, "backward"))
+        )
     ]
     if facts.backlash == 0.0:
         return None, (sides[0], sides[1])
@@ -201,17 +203,6 @@ def _friction(
         for carries, side in zip(carried, sides, strict=True)
     )
     return gap, (forward, backward)
-
-
-def _polynomial(
-    program: Program, x: ProgramNode, powers: Sequence[float], name: str
-) -> ProgramNode:
-    """Return the polynomial at x, by Horner's rule."""
-    nodes = [program.constant(value, f"{name}_map[{power}]") for power, value in enumerate(powers)]
-    total = nodes[-1]
-    for node in reversed(nodes[:-1]):
-        total = total * x + node
-    return total
 
 
 def _bounded(program: Program, speed: ProgramNode, top: float) -> ProgramNode:
