@@ -303,7 +303,7 @@ class Spring(
     - `force`: Effort over q_a - q_b; a positive one opposes a positive q_a.
     - `damping`: Viscous damping. By default none.
     - `free`: q_a - q_b at which the spring is relaxed. By default that at the start.
-    - `preload`: Additional opposing effort at the start position. By default 0.
+    - `preload`: Opposing effort at `free`. By default 0.
     """
 
     between: Ends

@@ -36,10 +36,8 @@ from frictool.typing import Matrix
 
 Switches = Sequence[tuple[int, int]]
 PASSES = 2  # balancing passes
-ROOM, MOST_ROOM = (
-    1.005,
-    1.008,
-)  # gamma of the chosen gains relative to the smallest one, which keeps them off the limit
+# gamma of the chosen gains relative to the smallest one, which keeps them off the limit
+ROOM, MOST_ROOM = 1.005, 1.008
 HELD = 1e-3  # weight of the original units in the choice of units
 # relative smallest singular value of [A - z; C] below which the mode at z is not observable
 UNSEEN = 1e-9
@@ -271,10 +269,10 @@ class _SwitchedProblem:
 def place_among_unknowns(
     local: AffineConstraint, count: int, own: tuple[int, int], other: tuple[int, int] | None
 ) -> AffineConstraint:
-    """Return the inequality of one switch in all `count` unknowns, gamma last.
+    """Return the inequality of one switch in all `count` unknowns, gamma^2 last.
 
     `own` and `other` are the first index and the number of unknowns of the mode before the switch
-    and of the mode after it. `local` has them in this order, then gamma.
+    and of the mode after it. `local` has them in this order, then gamma^2.
     """
     columns = np.zeros((len(local.columns), count))
     columns[:, own[0] : own[0] + own[1]] = local.columns[:, : own[1]]

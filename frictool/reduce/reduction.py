@@ -16,7 +16,7 @@ from frictool.reduce.chain import ReductionChain, chain
 from frictool.reduce.final_step import final
 from frictool.reduce.interval_propagation import propagated
 from frictool.reduce.model_document import model_of
-from frictool.reduce.simulation_check import SimulationCheck, check_reduction
+from frictool.reduce.simulation_check import TOLERANCE, SimulationCheck, check_reduction
 
 
 @dataclass(frozen=True)
@@ -26,9 +26,6 @@ class Reduction:
     chain: ReductionChain
     model: Model
     checked: SimulationCheck
-
-
-TOLERANCE = 0.05  # default tolerance relative to the travelled distance
 
 
 def reduce(

@@ -35,7 +35,7 @@ from frictool.simulate.axis_channels import AxisChannels, fault_warning
 from frictool.simulate.axis_plant import AxisPlant
 from frictool.simulate.compiled_target import CompiledTarget
 from frictool.simulate.controller_speed import controller_speed
-from frictool.simulate.document_agreement import DocumentNames, check_agreement, refuse
+from frictool.simulate.document_agreement import DOCUMENTS, DocumentNames, check_agreement, refuse
 from frictool.simulate.logged_reference import gaps_of, reference_from_log
 from frictool.simulate.reference import parts_of
 from frictool.simulate.scenario_conditions import conditions_of, loop_conditions
@@ -49,7 +49,6 @@ from frictool.verify.rig_facts import RECORD as FACTS
 from frictool.verify.rig_facts import facts_to_text
 
 Progress = Callable[[int, int], None]
-DOCUMENTS = DocumentNames()
 
 
 def untold(done: int, total: int) -> None:

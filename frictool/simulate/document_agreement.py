@@ -22,6 +22,9 @@ class DocumentNames(NamedTuple):
     scenario: str = "scenario"
 
 
+DOCUMENTS = DocumentNames()
+
+
 def refuse(name: str, key: str, message: str) -> NoReturn:
     """Raise DocumentError for `key` of the document `name`, with its line if that is a file."""
     raise document_error(name, key, message)

@@ -21,6 +21,7 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.adapters.mechanism.sources_and_sensors import DRIVE_UNITS
 from frictool.documents.quantity import si_unit
 from frictool.engine.mechanism.state import STUCK
 from frictool.logs.log import Stream
@@ -30,7 +31,6 @@ from frictool.simulate.mechanism_variants import MechanismVariant
 from frictool.typing import Vector
 
 Modes = NDArray[np.int8]
-DRIVE_UNITS = {"current": "A", "voltage": "V"}
 
 
 def field_names(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:

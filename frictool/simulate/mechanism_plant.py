@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 
 import numpy as np
 
+from frictool.adapters.mechanism.sources_and_sensors import DRIVE_UNITS
 from frictool.documents.controller import Controller
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.quantity import si_unit
@@ -16,7 +17,7 @@ from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.plant.mechanism.fastest_link import fastest_link
 from frictool.simulate.document_agreement import DocumentNames, disturbances_of, refuse
 from frictool.simulate.given_plant import check_given
-from frictool.simulate.mechanism_channels import DRIVE_UNITS, MechanismChannels
+from frictool.simulate.mechanism_channels import MechanismChannels
 from frictool.simulate.mechanism_inputs import inputs_of, mean_efforts
 from frictool.simulate.mechanism_quantities import ranges
 from frictool.simulate.mechanism_report import metadata_of, warnings_of

@@ -15,12 +15,10 @@ from frictool.errors import DocumentError
 from frictool.logs.log import Log
 from frictool.plant.mechanism.element_error import ElementError
 from frictool.simulate.closed_loop import PLAIN, SimulationRequest, simulate_closed_loop
-from frictool.simulate.document_agreement import DocumentNames
+from frictool.simulate.document_agreement import DOCUMENTS, DocumentNames
 from frictool.simulate.mechanism_plant import MechanismPlant
 from frictool.simulate.open_loop import simulate_open_loop
 from frictool.simulate.simulated_plant import SimulatedPlant, V
-
-DOCUMENTS = DocumentNames()
 
 
 def simulate(

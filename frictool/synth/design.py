@@ -33,11 +33,9 @@ from frictool.synth.weight_relaxation import Trade, relaxed_problem
 from frictool.synth.weights import ChosenWeights, DerivedValue, choose_weights
 from frictool.verify.certificate_loop import CertificateLoop
 from frictool.verify.feedback_loops import feedbacks_of
+from frictool.verify.messages import no_certificate
 
-NOT_CERTIFIED = (
-    "what is proved is a loop around eta, and this one is fed by a speed; `verify` finds its "
-    "margins again"
-)
+NOT_CERTIFIED = no_certificate("a speed")
 WHOLE = (
     "bounds and certificate are of the speed loop; "
     "the proportional law around it is verified at the vertices and at plants between them"

@@ -20,12 +20,12 @@ from frictool.synth.balancing import balanced_form
 from frictool.typing import ComplexVector, Matrix
 from frictool.verify.feedback_loops import running_form
 from frictool.verify.hinf_norm import spectral_radius
+from frictool.verify.stored_forms import AT_ONE
 
 # share of the largest Hankel singular value, below the resolution of a solver (the delayed command
 # is known exactly)
 NEGLIGIBLE = 1e-8
 INFINITE = 1e8  # zeros of larger modulus count as infinite
-AT_ONE = 1e-9  # distance from z = 1 below which a pole is an integrator
 
 
 def stored_forms(k: Lti) -> LinearController:

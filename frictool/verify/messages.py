@@ -17,6 +17,14 @@ def delay_words(samples: int) -> str:
     return f"{samples} sample{'' if samples == 1 else 's'} of delay"
 
 
+def no_certificate(speed: str) -> str:
+    """Return why a loop that is fed by a `speed` has no certificate."""
+    return (
+        f"what is proved is a loop around eta, and this one is fed by {speed}; `verify` finds its "
+        "margins again"
+    )
+
+
 def plant_units(bench: Bench) -> dict[str, str]:
     """Return the SI units of inertia, viscous and Coulomb friction, and of the drive's constant."""
     mechanical = {"inertia": "inertia", "viscous": "viscous", "coulomb": "effort"}

@@ -25,19 +25,13 @@ from frictool.plant.polytope import PlantPoint
 from frictool.presentation.ties import smallest
 from frictool.verify.document_check import check_feedback, limiter_brake
 from frictool.verify.loop_figures import LinearLoops, loops_of
-from frictool.verify.messages import delay_words
+from frictool.verify.messages import delay_words, no_certificate
 from frictool.verify.observer_loop import check_observer
 from frictool.verify.vertices import vertex_points
 
-NOT_CERTIFIED = (
-    "what is proved is a loop around eta, and this one is fed by an observer's speed; `verify` "
-    "finds its margins again"
-)
-REPLACED = (
-    "velocity",
-    "verified",
-    "certificate",
-)  # blocks of the controller that the observer replaces
+NOT_CERTIFIED = no_certificate("an observer's speed")
+# blocks of the controller that the observer replaces
+REPLACED = ("velocity", "verified", "certificate")
 SAME = 1e-9  # relative tolerance of numbers that two benches state for one rig
 
 
