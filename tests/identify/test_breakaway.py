@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from frictool.engine.axis_motion import advance
-from frictool.identify.breakaway import breakaway as module
+from frictool.identify.breakaway import onset_friction
 from frictool.identify.breakaway.breakaway import Breakaway, breakaway
 from frictool.identify.breakaway.onset_detection import find_onsets, is_ramp
 from frictool.identify.fit_result import Interval, UnusableLogs
@@ -153,9 +153,9 @@ def test_five_breakaways_in_a_direction_are_enough_and_four_are_not(
     log: MotionRecord, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     forward = [onset for onset in find_onsets(log, clutch()) if onset.direction > 0.0]
-    monkeypatch.setattr(module, "find_onsets", lambda *_: forward[:5])
+    monkeypatch.setattr(onset_friction, "find_onsets", lambda *_: forward[:5])
     assert breakaway([log], clutch(), KNOWN, 0.95).onsets == 5
-    monkeypatch.setattr(module, "find_onsets", lambda *_: forward[:4])
+    monkeypatch.setattr(onset_friction, "find_onsets", lambda *_: forward[:4])
     with pytest.raises(UnusableLogs, match="4 breakaways"):
         breakaway([log], clutch(), KNOWN, 0.95)
 

@@ -13,7 +13,7 @@ from frictool.adapters.axis_model import axis_of
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
-from frictool.identify import identification
+from frictool.identify import outcome
 from frictool.identify.estimators import stribeck_curve
 from frictool.identify.fit_result import Interval
 from frictool.identify.interval_checks import below_coulomb, too_vague, why_uninformative
@@ -125,18 +125,16 @@ def test_a_model_that_cannot_be_read_is_not_written(
 ) -> None:
     """Should a rule above miss something, the document is read back before it is written."""
     log, bench, model = runs(tmp_path, 0.6, 1), write_bench(tmp_path, ARM), tmp_path / "model.yaml"
-    broken = identification._accept
+    rule = outcome.without_negative
 
-    def accept(offered: dict[str, Interval], *rest: object) -> None:
-        broken(
-            {**offered, "stribeck_velocity": Interval(0.6, -1.0, 2.2)}
-            if "stribeck_velocity" in offered
-            else offered,
-            *rest,
-        )  # type: ignore[arg-type]
+    def broken(name: str, interval: Interval, known: Quantity | None) -> Interval:
+        vague = Interval(0.6, -1.0, 2.2)
+        return vague if name == "stribeck_velocity" else rule(name, interval, known)
 
-    monkeypatch.setattr(identification, "_accept", accept)
-    monkeypatch.setattr(identification, "why_uninformative", lambda *_: None)
+    # of the checks of an interval, those that would notice are off
+    monkeypatch.setattr(outcome, "without_negative", broken)
+    monkeypatch.setattr(outcome, "why_uninformative", lambda *_: None)
+    monkeypatch.setattr(outcome, "NEVER_NEGATIVE", ())
     refused(
         run("identify", log, "--bench", bench, "--method", "stribeck-curve", "-o", model),
         4,

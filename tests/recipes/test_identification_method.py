@@ -1,0 +1,46 @@
+"""A method of identification that is added by the recipe alone writes a model."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from frictool.documents.model import Model
+from frictool.documents.registry import load
+from studies.rigs.identification_rigs import CLUTCH, ROOT
+from studies.rigs.sample_logs import TRUTH
+from tests.support.recipes import follow, frictool
+
+SINES = ROOT / "sample_logs" / "sines.csv"
+IDENTIFY = ("identify", SINES, "--bench", CLUTCH, "--method", "squared-speed")
+
+
+@pytest.fixture(scope="module")
+def overlay(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("method")
+    follow("An identification method", folder)
+    return folder
+
+
+def test_identify_writes_a_model_by_the_method(overlay: Path) -> None:
+    target = overlay / "model.yaml"
+    done = frictool(overlay, *IDENTIFY, "--window", "41", "--json", "-o", target)
+    assert done.returncode == 0, done.stderr
+    assert load(target, Model).method == "squared-speed"
+    found = json.loads(done.stdout)
+    assert found["details"]["window"] == 41
+    for name in ("viscous", "coulomb"):
+        interval = found["parameters"][name]
+        assert interval["low"] <= getattr(TRUTH, name) <= interval["high"]
+
+
+def test_help_messages_and_info_know_the_method(overlay: Path) -> None:
+    shown = frictool(overlay, "identify", "--help").stdout
+    assert "least squares, weighted by the square of the speed" in shown
+    assert "recursive,squared-speed:samples" in "".join(shown.split())
+    refused = frictool(overlay, *IDENTIFY, "--skip", "3")
+    assert refused.returncode == 2
+    assert "--skip belongs to --method inverse-dynamic, not to squared-speed." in refused.stderr
+    assert "squared-speed" in frictool(overlay, "info", SINES, "--bench", CLUTCH).stdout
