@@ -183,12 +183,4 @@ def _without(record: MotionRecord, stretches: list[ConstantStretch]) -> MotionRe
         (np.diff(index, prepend=index[0]) > 1)
         | (np.diff(record.piece[index], prepend=record.piece[index[0]]) > 0)
     )
-    return replace(
-        record,
-        time=record.time[index],
-        position=record.position[index],
-        effort=record.effort[index],
-        piece=piece.astype(np.int64),
-        reference=None if record.reference is None else record.reference[index],
-        velocity=None if record.velocity is None else record.velocity[index],
-    )
+    return replace(record.part(index), piece=piece.astype(np.int64))

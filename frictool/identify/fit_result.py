@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from frictool.documents.laws import Laws
@@ -35,10 +37,25 @@ class Interval:
     low: float
     high: float
 
+    @classmethod
+    def around(cls, value: float, half: float, least: float = -math.inf) -> Interval:
+        """Return value +- half, its lower end at `least` or above."""
+        return cls(float(value), float(max(value - half, least)), float(value + half))
+
     @property
     def half_width(self) -> float:
         """Return half of the interval's width."""
         return 0.5 * (self.high - self.low)
+
+
+def intervals_around(
+    names: Iterable[str], values: Iterable[float], half: Iterable[float]
+) -> dict[str, Interval]:
+    """Return the interval of each name, from its value and half width; further ones are ignored."""
+    return {
+        name: Interval.around(value, reach)
+        for name, value, reach in zip(names, values, half, strict=False)
+    }
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ and velocity errors accumulate in it. Methods that depend on the position refuse
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +25,7 @@ from frictool.documents.bench import Bench
 from frictool.errors import LogError
 from frictool.logs.log import Log, Stream
 from frictool.logs.quality.time_base import encoder_step
-from frictool.typing import Vector
+from frictool.typing import IntVector, Vector
 
 JITTER = 0.1  # relative deviation of an interval from the period above which the record is split
 SMALLEST_COUNT = 1e-9  # least count relative to the range of a velocity; finer ones are rounding
@@ -67,24 +68,15 @@ class MotionRecord:
         """Return one count of the measured motion signal, rad | m, or rad/s | m/s."""
         return self.resolution if self.velocity is None else self.resolution / self.period
 
-    def part(self, kept: slice) -> MotionRecord:
-        """Return a part of the record, its pieces numbered from 0."""
-        reference, velocity = (
-            None if signal is None else signal[kept] for signal in (self.reference, self.velocity)
-        )
-        piece = self.piece[kept] - self.piece[kept][0]
-        time, position, effort = (
-            signal[kept] for signal in (self.time, self.position, self.effort)
-        )
-        return replace(
-            self,
-            time=time,
-            position=position,
-            effort=effort,
-            piece=piece,
-            reference=reference,
-            velocity=velocity,
-        )
+    def part(self, kept: slice | IntVector) -> MotionRecord:
+        """Return these samples of the record, its pieces numbered from 0."""
+        piece = self.piece[kept]
+        signals: dict[str, Any] = {
+            name: signal[kept]
+            for name in ("time", "position", "effort", "reference", "velocity")
+            if (signal := getattr(self, name)) is not None
+        }
+        return replace(self, **signals, piece=piece - piece[0])
 
 
 def make_record(

@@ -104,7 +104,7 @@ def stroke_friction(direction: Vector, effort: Vector, confidence: float) -> Int
     columns = np.column_stack((direction, np.ones(direction.size)))
     solution = solve(columns, effort, np.ones(direction.size), np.arange(direction.size))
     value, half = float(solution.value[0]), float(solution.half_width(confidence)[0])
-    return Interval(value, value - half, value + half)
+    return Interval.around(value, half)
 
 
 def opposite_signs(records: Sequence[MotionRecord], shown: str, bench: Bench) -> str:

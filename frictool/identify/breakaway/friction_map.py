@@ -111,10 +111,7 @@ def _fitted(
     )
     pieces, half = fit_rows(replace(rows, means=changed), bench, settings.confidence)
     value, place = pieces.solution.value, len(pieces.knees) + 1
-    pair = [
-        Interval(float(value[k]), float(value[k] - half[k]), float(value[k] + half[k]))
-        for k in (0, place, place + 1)
-    ]
+    pair = [Interval.around(value[k], half[k]) for k in (0, place, place + 1)]
     found = {"viscous": not_negative(pair[0]), "coulomb": pair[1]}
     refused = {} if law.common or bench.mechanics.offset is not None else {"offset": OFFSET_REASON}
     if law.common:

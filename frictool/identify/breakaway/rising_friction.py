@@ -88,7 +88,7 @@ def rising_friction(
         return None
     fresh, reach = 1.0 - lost / full, float(np.hypot(half[1], half[0] * lost / full)) / full
     return RisingFriction(
-        Interval(full, full - float(half[0]), full + float(half[0])),
+        Interval.around(full, half[0]),
         Interval(fresh, max(fresh - reach, 0.0), min(fresh + reach, 1.0)),
-        Interval(tau, max(tau - float(half[-1]), 0.0), tau + float(half[-1])),
+        Interval.around(tau, half[-1], 0.0),
     )

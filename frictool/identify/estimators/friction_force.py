@@ -25,7 +25,7 @@ from scipy.signal import butter, lfilter, lfilter_zi
 from scipy.special import stdtrit
 
 from frictool.documents.bench import Bench
-from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
+from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs, intervals_around
 from frictool.identify.methods import IdentificationSettings, PublishedFilters
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.newey_west import newey_west
@@ -79,10 +79,7 @@ def friction_force(
     )
     names = ("coulomb", "viscous", "breakaway", "offset")[: columns.shape[1]]
     value = np.array([value[0], value[1], value[0] + value[2], *value[3:]])
-    found = {
-        name: Interval(float(v), float(v - h), float(v + h))
-        for name, v, h in zip(names, value, half, strict=False)
-    }
+    found = intervals_around(names, value, half)
     refused = {
         "inertia": "the friction force is the effort less that of the bench's, "
         f"{bench.mechanics.inertia.value:.4g}"

@@ -178,10 +178,7 @@ def simulation_error(
     half = _widened(
         simulated, found, _half_widths(simulated, found, known, settings.confidence), settings.fixed
     )
-    intervals = {
-        name: Interval(found.values[name], found.values[name] - w, found.values[name] + w)
-        for name, w in half.items()
-    }
+    intervals = {name: Interval.around(found.values[name], w) for name, w in half.items()}
     inertia = start.parameters.get("inertia")
     if (
         servo is None
@@ -249,9 +246,7 @@ def _with_inertia(
     intervals = {"inertia": inertia}
     for (name, own), change in zip(half.items(), slope.tolist(), strict=True):
         width = float(np.hypot(own, change * inertia.half_width))
-        intervals[name] = Interval(
-            again.values[name], again.values[name] - width, again.values[name] + width
-        )
+        intervals[name] = Interval.around(again.values[name], width)
     return simulated, again, intervals
 
 

@@ -33,7 +33,7 @@ from frictool.identify.estimators.piecewise_friction import (
     design,
     fit_pieces,
 )
-from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
+from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs, intervals_around
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.clusters import clusters
@@ -93,10 +93,7 @@ def sines(
     )
     free = [name for name in COLUMNS[1:] if name not in fixed]
     places = {"viscous": 0, **{name: count + 1 + place for place, name in enumerate(free)}}
-    found = {
-        name: Interval(float(value[k]), float(value[k] - half[k]), float(value[k] + half[k]))
-        for name, k in places.items()
-    }
+    found = {name: Interval.around(value[k], half[k]) for name, k in places.items()}
     found["viscous"] = not_negative(found["viscous"])
     speeds = rows.means.mean(rows.means.speed)
     return SlidingFit(
@@ -166,10 +163,7 @@ def _coulomb_and_offset(
     except SingularRegressors as error:
         raise UnusableLogs(str(error)) from None
     half = _of_fixed(rows, means.columns, solution.half_width(confidence), fixed)
-    found = {
-        name: Interval(float(v), float(v - h), float(v + h))
-        for name, v, h in zip(free, solution.value, half, strict=True)
-    }
+    found = intervals_around(free, solution.value, half)
     left = (target - means.columns @ solution.value) * means.weight
     residual = float(np.linalg.norm(left) / np.linalg.norm(effort * means.weight))
     return SlidingFit(
@@ -308,14 +302,8 @@ def regimes_of(pieces: PiecewiseFriction, half: Vector, bench: Bench) -> tuple[R
     first = pieces.solution.value.size - len(pieces.knees)
     out = []
     for index, knee in enumerate(pieces.knees, start=1):
-        value, width, reach = (
-            float(pieces.solution.value[index]),
-            float(half[index]),
-            float(half[first + index - 1]),
-        )
-        out.append(
-            regime(knee, reach, Interval(value, max(value - width, 0.0), value + width), bench)
-        )
+        viscous = Interval.around(pieces.solution.value[index], half[index], 0.0)
+        out.append(regime(knee, float(half[first + index - 1]), viscous, bench))
     return tuple(out)
 
 

@@ -21,7 +21,7 @@ from scipy.optimize import minimize_scalar
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
 from frictool.identify.estimators.piecewise_friction import EVIDENCE
-from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
+from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs, intervals_around
 from frictool.identify.interval_checks import below_coulomb, too_vague
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
@@ -120,14 +120,11 @@ def _fitted(
     except SingularRegressors as error:
         raise UnusableLogs(str(error)) from None
     half = solution.half_width(confidence)
-    found = {
-        name: Interval(float(v), float(v - h), float(v + h))
-        for name, v, h in zip(names, value, half, strict=False)
-    }
+    found = intervals_around(names, value, half)
     if velocity > 0.0:
         found |= {
             "breakaway": _sum(found["coulomb"], found.pop("fall")),
-            "stribeck_velocity": _around(velocity, float(half[-1])),
+            "stribeck_velocity": Interval.around(velocity, float(half[-1])),
         }
     residual = runs.effort - design @ value
     return SlidingFit(
@@ -147,13 +144,11 @@ def _fitted(
     )
 
 
-def _around(value: float, half: float) -> Interval:
-    return Interval(value, value - half, value + half)
-
-
 def _sum(one: Interval, other: Interval) -> Interval:
     """Return the sum with errors added as squares; they are anticorrelated, so that it is wide."""
-    return _around(one.value + other.value, float(np.hypot(one.half_width, other.half_width)))
+    return Interval.around(
+        one.value + other.value, float(np.hypot(one.half_width, other.half_width))
+    )
 
 
 def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:

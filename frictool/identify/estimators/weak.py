@@ -141,7 +141,7 @@ def _widened(
         confidence, inertia.half_width / float(ndtri(0.5 + 0.5 * confidence)), [unsure]
     )
     value = inertia.value + put_back
-    return Interval(value, value - half, value + half)
+    return Interval.around(value, half)
 
 
 def _windows(

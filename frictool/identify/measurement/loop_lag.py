@@ -78,7 +78,7 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
             f"the current loop's lag is below what samples of {period:g} s tell: {lag:.3g} s, "
             f"+-{half:.3g}"
         )
-    return Interval(lag, max(lag - half, 0.0), lag + half)
+    return Interval.around(lag, half, 0.0)
 
 
 def _current(lag: float, command: Vector, period: float) -> Vector:

@@ -20,6 +20,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -106,15 +107,11 @@ def reversals(
     gap, step = full_backlash(bench), max(record.resolution for record in records)
     # the second pass is past the estimated backlash, if the bench declares a narrower one
     for _ in range(2):
-        late = _tried(lambda one: _delay(records, gap, one, confidence), windows)  # noqa: B023  # used at once
-        moved = [
-            _moved(record, late.value if isinstance(late, Interval) else 0.0) for record in records
-        ]
-        ranges = [
-            step,
-            facts.speed * (late.half_width if isinstance(late, Interval) else facts.sensing.period),
-        ]
-        width = _tried(lambda one: _backlash(moved, one, widest, ranges, confidence), windows)  # noqa: B023  # used at once
+        late = _over_windows(partial(_delay, records, gap, confidence), windows)
+        known = late if isinstance(late, Interval) else Interval.around(0.0, facts.sensing.period)
+        moved = [_moved(record, known.value) for record in records]
+        ranges = [step, facts.speed * known.half_width]
+        width = _over_windows(partial(_backlash, moved, widest, ranges, confidence), windows)
         if not isinstance(width, Interval) or width.high <= gap:
             break
         gap = width.high
@@ -126,7 +123,9 @@ def reversals(
     return width, late
 
 
-def _tried(estimate: Callable[[int], Interval], windows: list[int]) -> Interval | UnusableLogs:
+def _over_windows(
+    estimate: Callable[[int], Interval], windows: list[int]
+) -> Interval | UnusableLogs:
     """Return the estimate with the first window; its interval covers those with all windows.
 
     The windows are lengths in samples. The effect of the encoder's noise differs between them.
@@ -138,7 +137,7 @@ def _tried(estimate: Callable[[int], Interval], windows: list[int]) -> Interval 
     return Interval(found[0].value, min(one.low for one in found), max(one.high for one in found))
 
 
-def _delay(records: list[MotionRecord], gap: float, window: int, confidence: float) -> Interval:
+def _delay(records: list[MotionRecord], gap: float, confidence: float, window: int) -> Interval:
     """Return the delay [s] of the position, from rows in which the backlash `gap` is taken up.
 
     `gap` is in rad | m. Raises UnusableLogs if these rows do not determine the delay.
@@ -164,7 +163,7 @@ def _delay(records: list[MotionRecord], gap: float, window: int, confidence: flo
         )
     between = max(_between(record) for record in records)
     half = half_width(confidence, statistical, [between])
-    return Interval(delay, delay - half, delay + half)
+    return Interval.around(delay, half)
 
 
 def _between(record: MotionRecord) -> float:
@@ -175,7 +174,7 @@ def _between(record: MotionRecord) -> float:
 
 
 def _backlash(
-    records: list[MotionRecord], window: int, widest: float, ranges: list[float], confidence: float
+    records: list[MotionRecord], widest: float, ranges: list[float], confidence: float, window: int
 ) -> Interval:
     """Return the width of the backlash from all rows.
 
@@ -195,24 +194,13 @@ def _backlash(
     if not np.isfinite(half):
         raise UnusableLogs("too few reversals to tell how uncertain the backlash's width is")
     reach = half_width(confidence, half / normal, ranges)
-    return Interval(width, max(width - reach, 0.0), width + reach)
+    return Interval.around(width, reach, 0.0)
 
 
 def _moved(record: MotionRecord, delay: float) -> MotionRecord:
     """Return the first LONGEST samples, with the effort interpolated `delay` [s] later."""
-    part = slice(0, LONGEST)
-    effort = np.interp(record.time[part] + delay, record.time, record.effort)
-    reference = None if record.reference is None else record.reference[part]
-    velocity = None if record.velocity is None else record.velocity[part]
-    return replace(
-        record,
-        time=record.time[part],
-        position=record.position[part],
-        effort=effort,
-        piece=record.piece[part],
-        reference=reference,
-        velocity=velocity,
-    )
+    part = record.part(slice(0, LONGEST))
+    return replace(part, effort=np.interp(part.time + delay, record.time, record.effort))
 
 
 def _rows(record: MotionRecord, window: int, gap: float) -> ReversalRows:

@@ -106,9 +106,7 @@ def maxwell(loops: PreslidingLoops, confidence: float) -> MaxwellFit:
         [0.5 * (ends[1] - ends[0]), 0.5 * loops.count],
     ]
     half = [half_width(confidence, float(d), r) for d, r in zip(deviation, ranges, strict=True)]
-    intervals = tuple(
-        Interval(float(v), float(v - h), float(v + h)) for v, h in zip(found, half, strict=True)
-    )
+    intervals = tuple(map(Interval.around, found, half))
     residual, size = target - rows @ value, loops.breakaway.value
     side = (np.arange(count) // 2) % 2
     unseen = []

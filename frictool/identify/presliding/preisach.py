@@ -122,6 +122,6 @@ def _table(near: list[list[Branch]], loops: PreslidingLoops, confidence: float) 
     return EverettTable(
         tables.mean(axis=0).reshape(nodes, nodes),
         half,
-        Interval(size, size - spread, size + spread),
-        Interval(loops.reach, loops.reach - loops.count, loops.reach + loops.count),
+        Interval.around(size, spread),
+        Interval.around(loops.reach, loops.count),
     )

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
-from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
+from frictool.identify.fit_result import (
+    SLIDING,
+    Interval,
+    SlidingFit,
+    UnusableLogs,
+    intervals_around,
+)
 from frictool.identify.regression.clusters import clusters
 from frictool.identify.regression.regression import (
     SingularRegressors,
@@ -34,6 +41,8 @@ KNOWN_OFFSET = {
     "offset": "the motion is in one direction only; the bench's offset is taken off the Coulomb "
     "friction"
 }
+# fields of RegressionSamples with one value a row
+ROW_SIGNALS = ("acceleration", "velocity", "effort", "stroke", "sign", "counts")
 
 
 @dataclass(frozen=True)
@@ -95,9 +104,9 @@ class RegressionSamples:
 
     def rows(self, chosen: NDArray[np.bool_]) -> RegressionSamples:
         """Return the rows selected by the mask `chosen` (n,)."""
-        names = ("acceleration", "velocity", "effort", "stroke", "sign", "counts")
         loads = {name: column[chosen] for name, column in self.loads.items()}
-        return replace(self, loads=loads, **{name: getattr(self, name)[chosen] for name in names})
+        signals = {name: getattr(self, name)[chosen] for name in ROW_SIGNALS}
+        return replace(self, loads=loads, **signals)
 
 
 def with_fixed(samples: RegressionSamples, fixed: Mapping[str, Interval]) -> RegressionSamples:
@@ -116,22 +125,13 @@ def joined(parts: list[RegressionSamples]) -> RegressionSamples:
     for part in parts:
         strokes.append(part.stroke + above)
         above += int(part.stroke[-1]) + 1 if part.stroke.size else 0
-    stack = [
-        np.concatenate([getattr(p, name) for p in parts])
-        for name in ("acceleration", "velocity", "effort", "sign", "counts")
-    ]
+    stacked: dict[str, Any] = {
+        name: np.concatenate([getattr(part, name) for part in parts])
+        for name in ROW_SIGNALS
+        if name != "stroke"
+    }
     loads = {name: np.concatenate([part.loads[name] for part in parts]) for name in parts[0].loads}
-    acceleration, velocity, effort, sign, counts = stack
-    return replace(
-        parts[0],
-        acceleration=acceleration,
-        velocity=velocity,
-        effort=effort,
-        stroke=np.concatenate(strokes),
-        sign=sign,
-        counts=counts,
-        loads=loads,
-    )
+    return replace(parts[0], stroke=np.concatenate(strokes), loads=loads, **stacked)
 
 
 def fit(
@@ -191,8 +191,7 @@ def fit(
             width = outside.widened(kept, solution.half_width(confidence))
     except SingularRegressors as error:
         raise UnusableLogs(str(error)) from None
-    for name, v, w in zip(kept, solution.value, width, strict=True):
-        found[name] = Interval(float(v), float(v - w), float(v + w))
+    found |= intervals_around(kept, solution.value, width)
     # so far the excess of viscous friction backward over forward
     if "viscous_backward" in found and "viscous" in samples.fixed:
         found["viscous_backward"] = shifted(
@@ -334,10 +333,7 @@ def intervals(
         (count - 1) / count * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0)
     )
     width = deviation * stdtrit(count - 1, 0.5 + 0.5 * confidence)
-    return {
-        name: Interval(float(v), float(v - w), float(v + w))
-        for name, v, w in zip(names, value, width, strict=True)
-    }
+    return intervals_around(names, value, width)
 
 
 def parameters_of(samples: RegressionSamples) -> tuple[tuple[str, ...], dict[str, str]]:
@@ -392,7 +388,4 @@ def spread_as(
     if not samples.fixed:
         return found
     half = {name: max(one.half_width, plain[name].half_width) for name, one in found.items()}
-    return {
-        name: Interval(one.value, one.value - half[name], one.value + half[name])
-        for name, one in found.items()
-    }
+    return {name: Interval.around(one.value, half[name]) for name, one in found.items()}
