@@ -17,8 +17,8 @@ from frictool.identify.fit_result import SLIDING, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.term_selection import (
-    beyond_chance,
     by_stroke,
+    clearly_better,
     halved,
     held_out_squares,
 )
@@ -28,8 +28,6 @@ from frictool.identify.rows.load_terms import TERMS
 from frictool.identify.rows.regression_samples import parameters_of, reduced
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping
 from frictool.typing import IntVector, Vector
-
-WORTH = 0.8  # largest held-out error of a richer structure, relative to the simpler one
 
 
 def with_found_loads(
@@ -88,10 +86,8 @@ def found_terms(
                 tried.append((float(np.sum(squares)), term, seen, squares))
         if not tried:
             break
-        left, term, seen, squares = min(tried, key=lambda one: one[:2])
-        if left >= WORTH**2 * np.sum(best) or not beyond_chance(
-            by_stroke(squares, stroke), by_stroke(best, stroke), confidence
-        ):
+        _, term, seen, squares = min(tried, key=lambda one: one[:2])
+        if not clearly_better(by_stroke(squares, stroke), by_stroke(best, stroke), confidence):
             break
         columns, best = seen, squares
         found.append(term)

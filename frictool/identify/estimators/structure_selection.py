@@ -27,7 +27,7 @@ from frictool.documents.bench import Bench
 from frictool.identify.estimators.segment_simulation import SegmentSimulation, estimate
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.motion_record import MotionRecord
-from frictool.identify.regression.term_selection import beyond_chance
+from frictool.identify.regression.term_selection import clearly_better
 from frictool.identify.rows.load_terms import declared_terms, possible
 from frictool.identify.rows.segments import (
     FEWEST_SAMPLES,
@@ -40,7 +40,6 @@ from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Vector
 
 Sides = tuple[list[MotionRecord], list[MotionRecord]]
-WORTH = 0.8  # largest held-out error of a richer structure, relative to the simpler one
 FEWEST_STROKES = 4  # least strokes of a record that is cut: both directions on either side
 MOST_COMPARED = 300_000  # largest number of simulated samples in a half
 
@@ -118,13 +117,6 @@ def stroke_squares(simulated: SegmentSimulation, values: Mapping[str, float]) ->
     return np.concatenate(out)
 
 
-def better(richer: Vector, simpler: Vector, confidence: float) -> bool:
-    """Return whether the richer structure's squares (s,) are smaller beyond chance and by WORTH."""
-    return beyond_chance(richer, simpler, confidence) and bool(
-        np.mean(richer) < WORTH**2 * np.mean(simpler)
-    )
-
-
 def choose_terms(
     records: Sequence[MotionRecord], bench: Bench, known: Mapping[str, float], confidence: float
 ) -> tuple[tuple[str, ...], dict[str, float]]:
@@ -151,6 +143,6 @@ def choose_structure(
         except UnusableLogs:
             continue
         errors |= tried.errors
-        if better(tried.squares, best.squares, confidence):
+        if clearly_better(tried.squares, best.squares, confidence):
             best = tried
     return replace(best, errors=errors)

@@ -21,6 +21,7 @@ from frictool.identify.regression.regression import SingularRegressors, least, r
 from frictool.identify.regression.term_selection import (
     beyond_chance,
     by_stroke,
+    clearly_better,
     halved,
     held_out_squares,
 )
@@ -28,8 +29,6 @@ from frictool.identify.rows.friction_columns import HIGHEST, FrictionRows, bend_
 from frictool.identify.rows.regression_samples import RegressionSamples, reduced
 from frictool.typing import Vector
 
-# largest held-out error of a richer structure relative to the simpler one, as in `load_search`
-WORTH = 0.8
 MOST_KNEES = 2
 PLACES = 30  # grid points of the first search for a knee
 ENDS = 0.05  # share of the rows that must be slower, and faster, than any knee
@@ -57,7 +56,7 @@ def choose_structure(
         other = _Comparison(
             samples, parts, (*best[0].knees, place), overlap, confidence
         ).of_best_order()
-        if not better(other[1], best[1], confidence):
+        if other[1] is None or best[1] is None or not clearly_better(other[1], best[1], confidence):
             break
         best = other
     return best[0]
@@ -72,20 +71,6 @@ def with_structure(
         f"bend_{j}": bend_column(parts, knee) for j, knee in enumerate(structure.knees, start=1)
     }
     return replace(samples, loads={**loads, **bends})
-
-
-def better(richer: Vector | None, simpler: Vector | None, confidence: float) -> bool:
-    """Return True if the richer fit's squares (s,) are clearly smaller than the simpler fit's.
-
-    The squares are the prediction errors of s strokes. Their sum must be below WORTH^2 times that
-    of the simpler fit, and the difference beyond chance. The result is False if one of the fits is
-    None.
-    """
-    if richer is None or simpler is None:
-        return False
-    return bool(np.sum(richer) < WORTH**2 * np.sum(simpler)) and beyond_chance(
-        richer, simpler, confidence
-    )
 
 
 class _Comparison:
@@ -124,7 +109,7 @@ class _Comparison:
             return FrictionStructure(0, self.knees), None
         best = min(errors, key=lambda order: float(np.sum(errors[order])))
         chosen = 0
-        if better(errors[best], errors[0], self.confidence):
+        if clearly_better(errors[best], errors[0], self.confidence):
             chosen = next(
                 order
                 for order in errors

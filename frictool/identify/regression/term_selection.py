@@ -15,6 +15,8 @@ from frictool.identify.regression.regression import SingularRegressors, least
 from frictool.identify.regression.tsqr import Tensor
 from frictool.typing import IntVector, Vector
 
+WORTH = 0.8  # largest held-out error of a richer structure, relative to the simpler one
+
 
 def held_out_squares(
     plain: Tensor, weighted: Tensor, half: IntVector, columns: list[int]
@@ -57,6 +59,15 @@ def beyond_chance(richer: Vector, simpler: Vector, confidence: float) -> bool:
         return False
     error = float(np.std(gain, ddof=1)) / np.sqrt(gain.size)
     return bool(np.mean(gain) > float(stdtrit(gain.size - 1, confidence)) * error)
+
+
+def clearly_better(richer: Vector, simpler: Vector, confidence: float) -> bool:
+    """Return whether the richer structure's held-out squares (s,) are smaller beyond chance.
+
+    Their sum has to be below WORTH^2 times that of the simpler structure, too.
+    """
+    small = bool(np.sum(richer) < WORTH**2 * np.sum(simpler))
+    return small and beyond_chance(richer, simpler, confidence)
 
 
 def by_stroke(squares: Vector, stroke: IntVector) -> Vector:
