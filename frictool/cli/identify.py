@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from frictool.documents.bench import Bench
     from frictool.documents.model import Model
     from frictool.identify.identification import Identification
-    from frictool.identify.methods import IdentificationSettings
+    from frictool.identify.methods import IdentificationRequest
 
 METHOD_LINES = "\n".join(
     f"  {name:<16} {method.what}\n{'':<19}for {method.when}" for name, method in METHODS.items()
@@ -202,11 +202,12 @@ def command(
         check_targets({"-o": output, "--plot": plot}, inputs)
     from frictool.documents.bench import Bench
     from frictool.documents.registry import load
-    from frictool.identify.methods import IdentificationSettings
+    from frictool.identify.methods import IdentificationRequest, IdentificationSettings
 
     document = load(bench, Bench)
     settings = IdentificationSettings.of_options(confidence, options)
-    found_by: dict[str, Any] = {
+    request = IdentificationRequest(method, settings, measurement, keep_bench_values)
+    shown: dict[str, Any] = {
         "--measurement": measurement,
         "--method": method,
         "--confidence": confidence,
@@ -215,46 +216,41 @@ def command(
     }
     if each is None:
         _alone(
-            IdentifyRequest(
+            IdentifyCommand(
                 logs,
                 ramp,
                 loops,
                 bench,
                 document,
-                method,
-                settings,
-                measurement,
-                keep_bench_values,
-                found_by,
+                request,
+                shown,
                 plot,
                 output,
                 as_json,
             )
         )
         return
-    from frictool.cli.identify_each import IdentifyEachRequest, identify_each
+    from frictool.cli.identify_each import IdentifyEachCommand, identify_each
     from frictool.logs.origin import NamePatterns
 
     patterns = NamePatterns(checked_pattern("--unit", unit), checked_pattern("--date", date))
-    asked = IdentifyEachRequest(
+    line = IdentifyEachCommand(
         each,
         bench,
         document,
-        method,
-        settings,
-        measurement,
+        request,
         patterns,
-        found_by,
+        shown,
         output,
         as_json,
         cores,
         cluster,
     )
-    click.get_current_context().exit(identify_each(asked, logs))
+    click.get_current_context().exit(identify_each(line, logs))
 
 
 @dataclass(frozen=True)
-class IdentifyRequest:
+class IdentifyCommand:
     """Command line of one model, with its bench loaded.
 
     `shown`: option -> value of the options that affect the model.
@@ -265,17 +261,14 @@ class IdentifyRequest:
     loops: tuple[Path, ...]
     bench: Path
     document: Bench
-    method: str
-    settings: IdentificationSettings
-    measurement: bool
-    keep_bench_values: bool
+    request: IdentificationRequest
     shown: dict[str, Any]
     plot: Path | None
     output: Path | None
     as_json: bool
 
 
-def _alone(asked: IdentifyRequest) -> None:
+def _alone(line: IdentifyCommand) -> None:
     """Identify one model from all logs together, save it and report it."""
     from frictool.documents.provenance import provenance_of_command
     from frictool.documents.writing import to_yaml
@@ -284,49 +277,45 @@ def _alone(asked: IdentifyRequest) -> None:
     from frictool.logs.reading import read_log
 
     inputs, document, output = (
-        [*asked.logs, *asked.ramp, *asked.loops, asked.bench],
-        asked.document,
-        asked.output,
+        [*line.logs, *line.ramp, *line.loops, line.bench],
+        line.document,
+        line.output,
     )
     shown = {
-        "logs": asked.logs,
-        "--bench": asked.bench,
-        "--ramp": asked.ramp,
-        "--loops": asked.loops,
-        **asked.shown,
+        "logs": line.logs,
+        "--bench": line.bench,
+        "--ramp": line.ramp,
+        "--loops": line.loops,
+        **line.shown,
     }
     read, ramps, slow = (
-        [read_log(path, document) for path in paths]
-        for paths in (asked.logs, asked.ramp, asked.loops)
+        [read_log(path, document) for path in paths] for paths in (line.logs, line.ramp, line.loops)
     )
     try:
         found = identify(
             read,
             document,
+            line.request,
             ramps=ramps,
             loops=slow,
-            measurement=asked.measurement,
-            method=asked.method,
-            settings=asked.settings,
-            keep_bench_values=asked.keep_bench_values,
             provenance=provenance_of_command(command_line("identify", shown), inputs),
             tell=lambda warning: note(f"warning: {warning}"),
         )
     except NothingIdentified as error:
-        _tell(error.result, document, asked.as_json, output)
+        _tell(error.result, document, line.as_json, output)
         raise
     if output is not None:
         save_text(output, to_yaml(found.model), inputs)
-    if asked.plot is not None:
+    if line.plot is not None:
         from frictool.identify.picture import picture_of
 
         save_text(
-            asked.plot,
+            line.plot,
             picture_of(found.model, found.result, found.records, document) + "\n",
             inputs,
         )
-    _tell(found.result, document, asked.as_json, output, found.model)
-    if not asked.as_json:
+    _tell(found.result, document, line.as_json, output, found.model)
+    if not line.as_json:
         from frictool.identify.text import table
 
         say(table(found.result, found.model), output)

@@ -29,14 +29,14 @@ from frictool.errors import EXIT_DONE, EXIT_INPUT, EXIT_NO, EXIT_NO_SOLUTION, Ou
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
     from frictool.identify.batch import BatchResult, LogGroup
-    from frictool.identify.methods import IdentificationSettings
+    from frictool.identify.methods import IdentificationRequest
     from frictool.logs.origin import NamePatterns
 
 TABLE = "parameters.csv"  # in the folder of the models
 
 
 @dataclass(frozen=True)
-class IdentifyEachRequest:
+class IdentifyEachCommand:
     """Command line with its bench loaded.
 
     `shown`: option -> value of the options that affect one model.
@@ -45,9 +45,7 @@ class IdentifyEachRequest:
     each: str
     bench: Path
     document: Bench
-    method: str
-    settings: IdentificationSettings
-    measure: bool
+    request: IdentificationRequest
     patterns: NamePatterns
     shown: dict[str, Any]
     output: Path | None
@@ -71,7 +69,7 @@ class IdentifyEachRequest:
         return self.output if self.output is not None or self.as_json else STDOUT
 
 
-def identify_each(asked: IdentifyEachRequest, logs: Sequence[Path]) -> int:
+def identify_each(line: IdentifyEachCommand, logs: Sequence[Path]) -> int:
     """Identify each log or folder and return the exit code.
 
     It is the first of 4, 1 and 3 (`frictool.errors`) that occurred, else 0.
@@ -86,18 +84,18 @@ def identify_each(asked: IdentifyEachRequest, logs: Sequence[Path]) -> int:
 
     if STDIN in logs:
         raise click.UsageError("--each reads files and folders, not standard input.")
-    if asked.folder is not None and says_file(asked.folder):
+    if line.folder is not None and says_file(line.folder):
         message = (
-            f"-o {asked.folder.name}: with --each the models go into a folder, and the "
+            f"-o {line.folder.name}: with --each the models go into a folder, and the "
             "table alone into a file that ends in"
         )
         raise click.UsageError(f"{message} {', '.join(TABLES)}.")
-    if asked.table is not None and asked.table != STDOUT:
-        require(format_for(asked.table), asked.table)
-    found = _members(asked, logs)
-    for told in unmatched_patterns(asked.patterns, [member.name for member in found]):
+    if line.table is not None and line.table != STDOUT:
+        require(format_for(line.table), line.table)
+    found = _members(line, logs)
+    for told in unmatched_patterns(line.patterns, [member.name for member in found]):
         note(f"warning: {told}")
-    shown = {"logs": (), "--bench": asked.bench, **asked.shown}
+    shown = {"logs": (), "--bench": line.bench, **line.shown}
     jobs = [
         replace(
             one,
@@ -105,78 +103,69 @@ def identify_each(asked: IdentifyEachRequest, logs: Sequence[Path]) -> int:
                 "identify", {**shown, "logs": [member.path for member in one.members]}
             ),
         )
-        for one in groups(found, asked.each)
+        for one in groups(found, line.each)
     ]
-    inputs = [asked.bench, *(member.path for member in found if member.path.is_file())]
-    _check_outputs(asked, jobs, inputs)
-    bench_input = Input(asked.bench.name, digest(asked.bench))
-    work = IdentifyJob(
-        to_yaml(asked.document),
-        bench_input,
-        asked.method,
-        asked.settings,
-        asked.measure,
-        asked.patterns,
-    )
+    inputs = [line.bench, *(member.path for member in found if member.path.is_file())]
+    _check_outputs(line, jobs, inputs)
+    bench_input = Input(line.bench.name, digest(line.bench))
+    work = IdentifyJob(to_yaml(line.document), bench_input, line.request, line.patterns)
     batch: dict[int, BatchResult] = {}
     with progress("identify") as tick:
         for place, one in identify_groups(
-            work, jobs, cores=asked.cores, cluster=asked.cluster, tick=tick
+            work, jobs, cores=line.cores, cluster=line.cluster, tick=tick
         ):
             batch[place] = one
             _save_model(
-                asked, one, inputs
+                line, one, inputs
             )  # saved immediately, so that an interrupt loses no completed model
-    _tell(asked, ordered([batch[place] for place in range(len(jobs))]), inputs)
+    _tell(line, ordered([batch[place] for place in range(len(jobs))]), inputs)
     codes = {one.code for one in batch.values()}
     return next(
         (code for code in (EXIT_NO_SOLUTION, EXIT_NO, EXIT_INPUT) if code in codes), EXIT_DONE
     )
 
 
-def _members(asked: IdentifyEachRequest, logs: Sequence[Path]) -> list[Any]:
+def _members(line: IdentifyEachCommand, logs: Sequence[Path]) -> list[Any]:
     """Return the logs, without files that an earlier run wrote into the output folder."""
     from frictool.logs.fleet import members
 
     found = members(logs)
-    if asked.folder is None or any(asked.folder.resolve() == log.resolve() for log in logs):
+    if line.folder is None or any(line.folder.resolve() == log.resolve() for log in logs):
         return found
-    return [one for one in found if asked.folder.resolve() not in one.path.resolve().parents]
+    return [one for one in found if line.folder.resolve() not in one.path.resolve().parents]
 
 
-def _check_outputs(
-    asked: IdentifyEachRequest, jobs: Sequence[LogGroup], inputs: list[Path]
-) -> None:
+def _check_outputs(line: IdentifyEachCommand, jobs: Sequence[LogGroup], inputs: list[Path]) -> None:
     """Raise OutputError before the first log is read."""
-    if asked.folder is None:
-        if asked.table is not None:
-            check_output(asked.table, inputs)
+    if line.folder is None:
+        if line.table is not None:
+            check_output(line.table, inputs)
         return
-    if asked.folder.exists() and not asked.folder.is_dir():
+    if line.folder.exists() and not line.folder.is_dir():
         raise OutputError(
-            f"{asked.folder}: is a file; name a folder for the models, or a table that "
+            f"{line.folder}: is a file; name a folder for the models, or a table that "
             f"ends in {', '.join(TABLES)}"
         )
-    for target in (asked.folder / TABLE, *(asked.folder / f"{one.name}.yaml" for one in jobs)):
+    for target in (line.folder / TABLE, *(line.folder / f"{one.name}.yaml" for one in jobs)):
         refuse_inputs(target, inputs)
-    require_folder(asked.folder)
+    require_folder(line.folder)
     try:
-        asked.folder.mkdir(exist_ok=True)
+        line.folder.mkdir(exist_ok=True)
     except OSError as error:
-        raise OutputError(f"{asked.folder}: cannot be written: {error.strerror or error}") from None
+        raise OutputError(f"{line.folder}: cannot be written: {error.strerror or error}") from None
 
 
-def _save_model(asked: IdentifyEachRequest, one: BatchResult, inputs: list[Path]) -> None:
+def _save_model(line: IdentifyEachCommand, one: BatchResult, inputs: list[Path]) -> None:
     from frictool.identify.batch_table import model_file
 
     name = model_file(one)
-    if asked.folder is not None and one.found is not None and name is not None:
-        target = asked.folder / name
+    if line.folder is not None and one.found is not None and name is not None:
+        target = line.folder / name
         target.parent.mkdir(parents=True, exist_ok=True)  # below the requested folder
         save_text(target, one.found.text, inputs)
 
 
-def _tell(asked: IdentifyEachRequest, batch: list[BatchResult], inputs: list[Path]) -> None:
+def _tell(line: IdentifyEachCommand, batch: list[BatchResult], inputs: list[Path]) -> None:
     """Write the table and the conclusions on all logs."""
     from frictool.identify.batch_table import (
         as_csv,
@@ -187,34 +176,34 @@ def _tell(asked: IdentifyEachRequest, batch: list[BatchResult], inputs: list[Pat
         reasons,
     )
 
-    found = batch_populations(batch, asked.settings.confidence)
-    if asked.table is not None and asked.table.suffix.lower() in TABLES[1:]:
-        _save_parquet(asked, asked.table, batch, inputs)
-    elif asked.table is not None:
-        save_text(asked.table, as_csv(batch), inputs)
-    if asked.as_json:
+    found = batch_populations(batch, line.request.settings.confidence)
+    if line.table is not None and line.table.suffix.lower() in TABLES[1:]:
+        _save_parquet(line, line.table, batch, inputs)
+    elif line.table is not None:
+        save_text(line.table, as_csv(batch), inputs)
+    if line.as_json:
         print_json(
-            as_json(batch, found, asked.document), asked.table if asked.table == STDOUT else None
+            as_json(batch, found, line.document), line.table if line.table == STDOUT else None
         )
-    tell: Callable[[str], None] = note if asked.as_json or asked.table == STDOUT else say
-    for line in [
+    tell: Callable[[str], None] = note if line.as_json or line.table == STDOUT else say
+    for text in [
         *reasons(batch),
-        *([] if asked.as_json else [headline(batch), *population_lines(found, asked.document)]),
+        *([] if line.as_json else [headline(batch), *population_lines(found, line.document)]),
     ]:
-        tell(line)
+        tell(text)
 
 
 def _save_parquet(
-    asked: IdentifyEachRequest, target: Path, batch: list[BatchResult], inputs: list[Path]
+    line: IdentifyEachCommand, target: Path, batch: list[BatchResult], inputs: list[Path]
 ) -> None:
     from frictool.documents.provenance import provenance_of_command
     from frictool.identify.batch_table import write_parquet
     from frictool.logs.provenance import provenance_record
 
-    words = command_line("identify", {"--each": asked.each, "--bench": asked.bench, **asked.shown})
+    words = command_line("identify", {"--each": line.each, "--bench": line.bench, **line.shown})
     made = io.BytesIO()
     write_parquet(
-        batch, asked.document, made, provenance_record(provenance_of_command(words, inputs))
+        batch, line.document, made, provenance_record(provenance_of_command(words, inputs))
     )
     with replacing(target, inputs) as stream:
         stream.write(made.getvalue())

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
     from frictool.identify.from_logs import identify as identify
     from frictool.identify.identification import NothingIdentified as NothingIdentified
     from frictool.identify.methods import METHODS as METHODS
+    from frictool.identify.methods import IdentificationRequest as IdentificationRequest
     from frictool.identify.methods import IdentificationSettings as IdentificationSettings
 else:
     __getattr__, __dir__ = lazy_exports(
@@ -17,9 +18,17 @@ else:
             "IdentifiedModel": "frictool.identify.from_logs",
             "METHODS": "frictool.identify.methods",
             "NothingIdentified": "frictool.identify.identification",
+            "IdentificationRequest": "frictool.identify.methods",
             "IdentificationSettings": "frictool.identify.methods",
             "identify": "frictool.identify.from_logs",
         },
     )
 
-__all__ = ["METHODS", "IdentificationSettings", "IdentifiedModel", "NothingIdentified", "identify"]
+__all__ = [
+    "METHODS",
+    "IdentificationRequest",
+    "IdentificationSettings",
+    "IdentifiedModel",
+    "NothingIdentified",
+    "identify",
+]

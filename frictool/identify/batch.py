@@ -21,18 +21,13 @@ from frictool.documents.reading import DocumentReader, compose
 from frictool.documents.writing import to_yaml
 from frictool.errors import EXIT_DONE, EXIT_INPUT, FrictoolError, LogError
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
-from frictool.identify.identification import identify_records
-from frictool.identify.identification_logs import (
-    IdentificationLog,
-    read_identification_log,
-    with_measurement,
-)
+from frictool.identify.from_logs import identify
 from frictool.identify.json_view import as_view
-from frictool.identify.methods import IdentificationSettings
-from frictool.identify.model_document import model_of
-from frictool.identify.record_plausibility import repeats_plausibility_warning
+from frictool.identify.methods import IdentificationRequest
 from frictool.logs.fleet import FleetLog
+from frictool.logs.log import Log
 from frictool.logs.origin import LogOrigin, NamePatterns, origin_by_name, origin_of_log
+from frictool.logs.reading import read_log
 from frictool.workers.shared_files import Paths, share_files
 
 # bytes of all logs together; for fewer, starting more processes takes longer than it saves
@@ -151,14 +146,11 @@ class IdentifyJob:
     - bench: the bench as YAML. Pickle does not keep which fields were left at their defaults, and
       the model has to contain the bench verbatim.
     - bench_input: entry of the bench in the model's provenance
-    - measure: estimate properties of the bench (backlash, delay), too
     """
 
     bench: str
     bench_input: Input
-    method: str
-    settings: IdentificationSettings
-    measure: bool = False
+    request: IdentificationRequest
     patterns: NamePatterns = field(default_factory=NamePatterns)
 
     def __call__(self, paths: Paths, group: LogGroup) -> BatchResult:
@@ -183,40 +175,28 @@ class IdentifyJob:
 
     def _identified(self, paths: Paths, group: LogGroup) -> BatchResult:
         bench = _bench(self.bench)
-        logs = [read_identification_log(path, bench) for path in paths]
+        logs = [read_log(path, bench) for path in paths]
         origin = self._origin(logs, group)
-        records = [one.record for one in logs]
-        result = identify_records(records, [], bench, self.method, self.settings)
         inputs = [Input(path.name, digest(path)) for path in paths if path.is_file()]
-        model = model_of(
-            result, bench, Provenance(group.words, __version__, (*inputs, self.bench_input))
-        )
-        if self.measure:
-            model = with_measurement(
-                model, result, records, [one.currents for one in logs if one.currents is not None]
-            )
-        told = [
-            warning
-            for one in logs
-            for warning in one.log.warnings
-            if not repeats_plausibility_warning(warning, bench)
-        ] + list(result.warnings)
-        warnings = tuple(_named(text, paths, group) for text in told)
+        provenance = Provenance(group.words, __version__, (*inputs, self.bench_input))
+        warnings: list[str] = []
+        model = identify(logs, bench, self.request, provenance=provenance, tell=warnings.append)
+        result = model.result
         found = BatchModel(
             result.identified,
             result.method,
             result.fit,
-            to_yaml(model),
-            as_view(result, bench, model),
-            warnings,
+            to_yaml(model.model),
+            as_view(result, bench, model.model),
+            tuple(_named(text, paths, group) for text in (*warnings, *result.warnings)),
         )
         return BatchResult(group, origin, found)
 
-    def _origin(self, logs: Sequence[IdentificationLog], group: LogGroup) -> LogOrigin:
+    def _origin(self, logs: Sequence[Log], group: LogGroup) -> LogOrigin:
         """Return the unit and the earliest date of the logs; raise LogError for several units."""
         origins = [
-            origin_of_log(one.log, member.name, self.patterns)
-            for one, member in zip(logs, group.members, strict=True)
+            origin_of_log(log, member.name, self.patterns)
+            for log, member in zip(logs, group.members, strict=True)
         ]
         units = list(dict.fromkeys(one.unit for one in origins if one.unit is not None))
         if len(units) > 1:
@@ -248,18 +228,20 @@ def _bench(text: str) -> Bench:
 def _named(text: str, paths: Paths, group: LogGroup) -> str:
     """Return the message with the logs' names instead of the paths they were read from.
 
-    With a single log, the leading path is removed.
+    With a single log, the leading name is removed.
     """
-    if len(paths) == 1:
-        text = text.removeprefix(f"{paths[0]}: ")
     for path, member in zip(paths, group.members, strict=True):
+        name = "" if len(paths) == 1 else f"{member.name.file}: "
+        for prefix in (f"{path}: ", f"{path.name}: "):
+            if text.startswith(prefix):
+                text = f"{name}{text.removeprefix(prefix)}"
         text = text.replace(str(path), member.name.file)
     return text
 
 
 def identify_groups(
     identify_one: IdentifyJob,
-    asked: Sequence[LogGroup],
+    requested: Sequence[LogGroup],
     *,
     cores: int | None = None,
     cluster: str | None = None,
@@ -272,7 +254,7 @@ def identify_groups(
     - cores, cluster: number of processes and address of a cluster (`workers/share.py`)
     - tick: callback that takes the completed fraction, 0 to 1
     """
-    jobs = [(tuple(member.path for member in group.members), group) for group in asked]
+    jobs = [(tuple(member.path for member in group.members), group) for group in requested]
     few = (
         sum(path.stat().st_size for paths, _ in jobs for path in paths if path.is_file())
         < WORTH_SHARING
@@ -281,5 +263,5 @@ def identify_groups(
     for done, (place, one) in enumerate(
         share_files(identify_one, jobs, identify_one.gone, cores=cores or alone, cluster=cluster), 1
     ):
-        tick(done / len(asked))
+        tick(done / len(requested))
         yield place, one

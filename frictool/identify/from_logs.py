@@ -6,9 +6,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import msgspec
+
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance, provenance_of_call
+from frictool.identify.axis_logs import SLIDING_LOG
 from frictool.identify.duplicate_logs import refuse_duplicates
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.identification import (
@@ -16,13 +19,17 @@ from frictool.identify.identification import (
     NothingIdentified,
     identify_records,
 )
-from frictool.identify.identification_logs import Currents, prepare_log, with_measurement
-from frictool.identify.methods import DEFAULT, IdentificationSettings
+from frictool.identify.measurement.bench_measurement import measurement
+from frictool.identify.methods import IdentificationRequest
 from frictool.identify.model_document import bench_model, model_of
-from frictool.identify.motion_record import MotionRecord
+from frictool.identify.motion_record import MotionRecord, record_of
 from frictool.identify.presliding.presliding_laws import with_presliding
 from frictool.identify.record_plausibility import repeats_plausibility_warning
+from frictool.logs.channels.bench_match import match_bench
 from frictool.logs.log import Log
+from frictool.typing import Vector
+
+USUAL = IdentificationRequest()
 
 
 @dataclass(frozen=True)
@@ -42,13 +49,10 @@ class IdentifiedModel:
 def identify(
     logs: Sequence[Log],
     bench: Bench,
+    request: IdentificationRequest = USUAL,
     *,
     ramps: Sequence[Log] = (),
     loops: Sequence[Log] = (),
-    measurement: bool = False,
-    method: str = DEFAULT,
-    settings: IdentificationSettings | None = None,
-    keep_bench_values: bool = False,
     provenance: Provenance | None = None,
     tell: Callable[[str], None] = lambda _: None,
 ) -> IdentifiedModel:
@@ -60,19 +64,12 @@ def identify(
         Logs of motion or of breakaway ramps; the kind of each log is detected.
     bench
         Bench that the logs were recorded on.
+    request
+        Method and its settings, and what else to estimate.
     ramps
         Logs that are known to be breakaway ramps.
     loops
         Logs of slow effort loops below the breakaway, for presliding friction.
-    measurement
-        Also estimate properties of the bench, such as backlash and delay.
-    method
-        Key of METHODS.
-    settings
-        Confidence and options of the method; the defaults if None.
-    keep_bench_values
-        If the logs give neither inertia nor friction, return a model of the bench's values, marked
-        as such, instead of raising NothingIdentified.
     provenance
         Provenance of the model; by default it names this call.
     tell
@@ -93,46 +90,54 @@ def identify(
     LogError
         If two logs are the same, or a log cannot be of this bench.
     """
-    currents: list[Currents] = []
-    records, slopes, slow = (
-        _records(group, bench, currents, tell) for group in (logs, ramps, loops)
-    )
+    prepared = [[_prepared(log, bench, tell) for log in group] for group in (logs, ramps, loops)]
+    records, slopes, slow = ([one.record for one in group] for group in prepared)
     refuse_duplicates([*records, *slopes, *slow])
-    alone = not (logs or ramps)
+    loops_alone = bool(loops) and not (logs or ramps)
     origin = provenance or provenance_of_call("frictool.identify.identify", bench=bench)
     try:
-        result = identify_records(
-            records, slopes, bench, method, settings or IdentificationSettings()
-        )
+        result = identify_records(records, slopes, bench, request.method, request.settings)
         model = model_of(result, bench, origin)
     except NothingIdentified as error:
         result = error.result
-        if alone and loops:
+        if loops_alone:
             model = model_of(result, bench, origin)  # loops give presliding friction only
-        elif keep_bench_values:
+        elif request.keep_bench_values:
             model = bench_model(error, bench, origin)
         else:
             raise
     if loops:
         model = with_presliding(model, slow)
-        if alone and model.presliding is None:
+        if loops_alone and model.presliding is None:
             raise UnusableLogs(f"presliding: {model.not_identified['presliding']}")
         result = replace(result, refused=model.not_identified)
-    if measurement:
-        model = with_measurement(model, result, [*records, *slopes], currents)
+    if request.measurement:
+        kinds = result.kinds
+        sliding = [one for one in (*records, *slopes) if kinds.get(one.name) == SLIDING_LOG]
+        currents = [one.currents for group in prepared for one in group if one.currents]
+        measured = measurement(sliding, currents, bench, request.settings.confidence)
+        model = msgspec.structs.replace(model, measurement=measured)
     return IdentifiedModel(model, result, tuple(records))
 
 
-def _records(
-    logs: Sequence[Log], bench: Bench, currents: list[Currents], tell: Callable[[str], None]
-) -> list[MotionRecord]:
-    """Return the records of the logs; append commanded and measured currents to `currents`."""
-    found = []
-    for given in logs:
-        one = prepare_log(given, bench)
-        for warning in one.log.warnings:
-            if not repeats_plausibility_warning(warning, bench):
-                tell(f"{Path(one.log.source).name}: {warning}")
-        found.append(one.record)
-        currents += [] if one.currents is None else [one.currents]
-    return found
+@dataclass(frozen=True)
+class PreparedLog:
+    """Record of a log, and commanded and measured current (n,), A, with their period, s.
+
+    The currents are None unless the log has both.
+    """
+
+    record: MotionRecord
+    currents: tuple[Vector, Vector, float] | None
+
+
+def _prepared(log: Log, bench: Bench, tell: Callable[[str], None]) -> PreparedLog:
+    """Return a log prepared for identification; raise LogError if it does not fit the bench."""
+    log = match_bench(log, bench)
+    record, signals = record_of(log, bench), log.main.signals
+    for warning in log.warnings:
+        if not repeats_plausibility_warning(warning, bench):
+            tell(f"{Path(log.source).name}: {warning}")
+    if not {"current_command", "current"} <= signals.keys():
+        return PreparedLog(record, None)
+    return PreparedLog(record, (signals["current_command"], signals["current"], record.period))

@@ -294,6 +294,29 @@ class IdentificationSettings:
         return cls(confidence, pipeline=pipeline, **read)
 
 
+@dataclass(frozen=True)
+class IdentificationRequest:
+    """Choices of an identification.
+
+    Attributes
+    ----------
+    method : str
+        Key of METHODS.
+    settings : IdentificationSettings
+        Confidence and options of the method.
+    measurement : bool
+        Also estimate properties of the bench: backlash, delay, lag of the current loop.
+    keep_bench_values : bool
+        If the logs give neither inertia nor friction, return a model of the bench's values, marked
+        as such, instead of raising NothingIdentified.
+    """
+
+    method: str = DEFAULT
+    settings: IdentificationSettings = IdentificationSettings()
+    measurement: bool = False
+    keep_bench_values: bool = False
+
+
 def run(
     method: str, records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:

@@ -19,7 +19,7 @@ from frictool.documents.writing import to_yaml
 from frictool.errors import LogError
 from frictool.identify.batch import IdentifyJob, groups
 from frictool.identify.batch_table import COLUMNS
-from frictool.identify.methods import DEFAULT, IdentificationSettings
+from frictool.identify.methods import IdentificationRequest
 from frictool.logs.fleet import FleetLog, members
 from frictool.logs.origin import LogName
 from studies.command_line import CommandResult, run
@@ -111,7 +111,7 @@ def test_what_travels_to_another_process_gives_the_same_model(
         words=next(line for line in text.splitlines() if "command:" in line).partition(": ")[2],
     )
     work = IdentifyJob(
-        to_yaml(clutch()), Input(CLUTCH.name, digest(CLUTCH)), DEFAULT, IdentificationSettings()
+        to_yaml(clutch()), Input(CLUTCH.name, digest(CLUTCH)), IdentificationRequest()
     )
     there = pickle.loads(pickle.dumps(work))
     back = pickle.loads(pickle.dumps(there((fleet.first,), pickle.loads(pickle.dumps(group)))))

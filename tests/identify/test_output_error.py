@@ -15,10 +15,11 @@ from frictool.documents.registry import load
 from frictool.engine.servo import PositionServo
 from frictool.identify.estimators.output_error import simulation_error
 from frictool.identify.estimators.segment_simulation import SegmentSimulation, estimate
-from frictool.identify.estimators.structure_selection import better, choose_terms, halves
+from frictool.identify.estimators.structure_selection import choose_terms, halves
 from frictool.identify.fit_result import SLIDING, UnusableLogs
 from frictool.identify.methods import IdentificationSettings, run
 from frictool.identify.motion_record import record_of
+from frictool.identify.regression.term_selection import clearly_better
 from frictool.identify.rows.load_terms import DIRECTION, GRAVITY, SPRING, possible
 from frictool.identify.rows.segments import RecordSegment, thinned, whole
 from frictool.logs.reading import read_log
@@ -99,11 +100,11 @@ def test_halves_are_cut_at_a_reversal_and_hold_every_sample() -> None:
 
 def test_a_richer_structure_has_to_beat_chance_and_be_worth_it() -> None:
     simpler = np.array([1.0, 2.0, 1.5, 1.2, 1.8, 1.1])
-    assert better(0.3 * simpler, simpler, 0.95)
-    assert not better(
+    assert clearly_better(0.3 * simpler, simpler, 0.95)
+    assert not clearly_better(
         0.9 * simpler, simpler, 0.95
     )  # a steady gain of a tenth: not worth a parameter
-    assert not better(
+    assert not clearly_better(
         simpler * np.array([0.01, 2.0, 0.1, 1.5, 0.1, 0.1]), simpler, 0.999
     )  # a large one by chance
 

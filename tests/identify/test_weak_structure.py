@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from frictool.identify.estimators.weak import weak
-from frictool.identify.estimators.weak_structure import better
 from frictool.identify.fit_result import SlidingFit
 from frictool.identify.methods import IdentificationSettings
+from frictool.identify.regression.term_selection import clearly_better
 from frictool.identify.rows.friction_columns import (
     HIGHEST,
     FrictionRows,
@@ -127,6 +127,6 @@ def test_polynomials_of_the_position_have_no_mean() -> None:
 
 def test_a_structure_has_to_beat_chance_and_be_worth_it() -> None:
     simpler = np.array([1.0, 2.0, 1.5, 1.2, 1.8, 1.1])
-    assert better(0.3 * simpler, simpler, 0.95)
-    assert not better(0.9 * simpler, simpler, 0.95)
-    assert not better(None, simpler, 0.95)
+    assert clearly_better(0.3 * simpler, simpler, 0.95)
+    assert not clearly_better(0.9 * simpler, simpler, 0.95)
+    assert not clearly_better(None, simpler, 0.95)

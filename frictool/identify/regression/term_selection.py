@@ -61,11 +61,14 @@ def beyond_chance(richer: Vector, simpler: Vector, confidence: float) -> bool:
     return bool(np.mean(gain) > float(stdtrit(gain.size - 1, confidence)) * error)
 
 
-def clearly_better(richer: Vector, simpler: Vector, confidence: float) -> bool:
+def clearly_better(richer: Vector | None, simpler: Vector | None, confidence: float) -> bool:
     """Return whether the richer structure's held-out squares (s,) are smaller beyond chance.
 
-    Their sum has to be below WORTH^2 times that of the simpler structure, too.
+    Their sum has to be below WORTH^2 times that of the simpler structure, too. The result is False
+    if a structure has no squares.
     """
+    if richer is None or simpler is None:
+        return False
     small = bool(np.sum(richer) < WORTH**2 * np.sum(simpler))
     return small and beyond_chance(richer, simpler, confidence)
 
