@@ -56,7 +56,7 @@ def choose_structure(
         other = _Comparison(
             samples, parts, (*best[0].knees, place), overlap, confidence
         ).of_best_order()
-        if other[1] is None or best[1] is None or not clearly_better(other[1], best[1], confidence):
+        if not clearly_better(other[1], best[1], confidence):
             break
         best = other
     return best[0]
