@@ -84,7 +84,7 @@ def command(
     check_targets({"--plot": plot}, [model, log])
     from frictool.documents.model import Model
     from frictool.documents.registry import load
-    from frictool.identify.validate.against_log import validate
+    from frictool.identify.validate.validation import validate
     from frictool.logs.channels.bench_match import match_bench
     from frictool.logs.formats import refuse_swapped
     from frictool.logs.reading import read_log

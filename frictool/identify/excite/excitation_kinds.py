@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from math import pi
 
 import numpy as np
@@ -53,10 +53,6 @@ class ExcitationSettings:
     harmonics: int | None = None
     seed: int | None = None
     open_loop: bool | None = None
-
-    def given(self) -> list[str]:
-        """Return the names of the settings that are not None."""
-        return [one.name for one in fields(self) if getattr(self, one.name) is not None]
 
 
 def excite(kind: str, bench: Bench, settings: ExcitationSettings) -> ExcitationSequence:

@@ -5,14 +5,14 @@ from typing import TYPE_CHECKING
 from frictool.runtime.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
-    from frictool.identify.validate.against_log import validate as validate
     from frictool.identify.validate.validation import Validation as Validation
+    from frictool.identify.validate.validation import validate as validate
 else:
     __getattr__, __dir__ = lazy_exports(
         __name__,
         {
             "Validation": "frictool.identify.validate.validation",
-            "validate": "frictool.identify.validate.against_log",
+            "validate": "frictool.identify.validate.validation",
         },
     )
 

@@ -27,12 +27,15 @@ from frictool.engine.status import MESSAGES, OK
 from frictool.errors import LogError, NoSolutionError
 from frictool.identify.fit_result import CURVE, PARAMETERS
 from frictool.identify.force_error import slip_rows
-from frictool.identify.motion_record import MotionRecord
+from frictool.identify.motion_record import MotionRecord, record_of
 from frictool.identify.rows.segments import RecordSegment, whole
+from frictool.logs.channels.bench_match import match_bench
+from frictool.logs.log import Log
 from frictool.plant.axis import VELOCITY
 from frictool.typing import Vector
 
 OPEN, CLOSED = "open", "closed"
+SKIP, CUTOFF_HZ = 20, 100.0
 FILTER_ORDER = 4
 FIELDS = (*PARAMETERS, *CURVE)  # fields of a model's parameters
 HIGHEST_CUTOFF = 0.4  # highest cut-off relative to the sampling rate
@@ -65,18 +68,45 @@ class Validation:
 
 def validate(
     model: Model,
-    record: MotionRecord,
-    skip: int,
-    cutoff_hz: float,
+    log: Log,
+    *,
+    skip: int = SKIP,
+    cutoff_hz: float = CUTOFF_HZ,
     servo: PositionServo | None = None,
     moving: bool = False,
 ) -> Validation:
-    """Return the comparison of `record` with a model.
+    """Replay a measured log through a model, and return the errors.
 
-    Each unbroken piece is replayed from its first measured position, at rest unless `moving`.
-    Raises LogError if no piece is longer than `skip`, if nothing moves, or if a closed loop has no
-    reference; NoSolutionError if the simulation fails.
+    Parameters
+    ----------
+    model
+        Model to validate.
+    log
+        Log with the measured position and effort, or drive.
+    skip
+        Samples left out at the start of each unbroken piece.
+    cutoff_hz
+        Cut-off of the low-pass for velocity and acceleration, Hz.
+    servo
+        Gains from position to effort. With them, the loop is closed along the measured reference;
+        without them, the measured effort drives the model.
+    moving
+        Start with the measured speed, and not at rest.
+
+    Returns
+    -------
+    Validation
+        Measured and simulated signals (n,) in SI units, and their errors.
+
+    Raises
+    ------
+    LogError
+        If the log has no unbroken piece longer than `skip`, no motion, or no reference for a closed
+        loop, or does not fit the model's bench.
+    NoSolutionError
+        If the simulation fails.
     """
+    record = record_of(match_bench(log, model.bench), model.bench)
     if record.velocity is not None:
         raise LogError(
             record.name, "has a velocity and no position, against which a model is validated"
@@ -104,11 +134,14 @@ def validate(
         )
     cutoff = min(cutoff_hz, HIGHEST_CUTOFF / record.period)
     force = _force(model, record)
-    runs = [_run(model, piece, servo, moving, cutoff) | _cut(force, piece) for piece in pieces]
-    counted = [{name: pair_part(pair, skip) for name, pair in run.items()} for run in runs]
+    runs = [
+        _run(model, piece, servo, moving, cutoff)
+        | {"force": (force[0][piece.first : piece.last], force[1][piece.first : piece.last])}
+        for piece in pieces
+    ]
     signals = {
-        name: tuple(np.concatenate([run[name][side] for run in counted]) for side in (0, 1))
-        for name in counted[0]
+        name: tuple(np.concatenate([run[name][side][skip:] for run in runs]) for side in (0, 1))
+        for name in runs[0]
     }
     gap = signals["position"][0] - signals["position"][1]
     return Validation(
@@ -126,11 +159,6 @@ def validate(
             [piece.reference[skip:] for piece in pieces if piece.reference is not None]
         ),
     )
-
-
-def pair_part(pair: tuple[Vector, Vector], skip: int) -> tuple[Vector, Vector]:
-    """Return both signals without their first samples."""
-    return pair[0][skip:], pair[1][skip:]
 
 
 def _relative(measured: Vector, simulated: Vector) -> float | None:
@@ -155,11 +183,6 @@ def _force(model: Model, record: MotionRecord) -> tuple[Vector, Vector]:
             rows.modelled_effort(values, model.laws),
         )
     return measured, modelled
-
-
-def _cut(force: tuple[Vector, Vector], piece: RecordSegment) -> dict[str, tuple[Vector, Vector]]:
-    """Return the part of both efforts that belongs to a piece."""
-    return {"force": (force[0][piece.first : piece.last], force[1][piece.first : piece.last])}
 
 
 def _run(
