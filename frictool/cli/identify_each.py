@@ -159,10 +159,10 @@ def _save_model(line: IdentifyEachCommand, one: BatchResult, inputs: list[Path])
     from frictool.identify.batch_table import model_file
 
     name = model_file(one)
-    if line.folder is not None and one.found is not None and name is not None:
+    if line.folder is not None and one.model is not None and name is not None:
         target = line.folder / name
         target.parent.mkdir(parents=True, exist_ok=True)  # below the requested folder
-        save_text(target, one.found.text, inputs)
+        save_text(target, one.model.text, inputs)
 
 
 def _tell(line: IdentifyEachCommand, batch: list[BatchResult], inputs: list[Path]) -> None:

@@ -18,20 +18,20 @@ DRIVES = ("effort", "current", "voltage")
 COARSEST = 0.1
 
 
-def applicable_methods(seen: StreamSurvey, kind: str | None) -> dict[str, str | None]:
+def applicable_methods(stream: StreamSurvey, kind: str | None) -> dict[str, str | None]:
     """Return a mapping of method to None if the stream suits it, or to the reason if it does not.
 
     The key `breakaway` stands for the evaluation of breakaway ramps. `kind` is the kind of test
     that was detected, such as "ramp" or "rest".
     """
-    why = _nothing_to_use(seen, kind)
-    blind = None if POSITION in seen.signals else "there is no position"
-    sliding = _no_sliding(seen, kind)
+    why = _nothing_to_use(stream, kind)
+    blind = None if POSITION in stream.signals else "there is no position"
+    sliding = _no_sliding(stream, kind)
     out = {
         name: why
         or (None if row.velocity else blind)
         or sliding
-        or (_too_rough(seen) if row.differentiates else None)
+        or (_too_rough(stream) if row.differentiates else None)
         for name, row in METHODS.items()
     }
     ramps = (
@@ -42,17 +42,17 @@ def applicable_methods(seen: StreamSurvey, kind: str | None) -> dict[str, str | 
     return {**out, BREAKAWAY: why or blind or ramps}
 
 
-def _nothing_to_use(seen: StreamSurvey, kind: str | None) -> str | None:
+def _nothing_to_use(stream: StreamSurvey, kind: str | None) -> str | None:
     """Return why no method can use the stream, or None."""
-    if POSITION not in seen.signals and VELOCITY not in seen.signals:
+    if POSITION not in stream.signals and VELOCITY not in stream.signals:
         return "there is no position and no velocity"
-    if not any(name in seen.signals for name in DRIVES):
+    if not any(name in stream.signals for name in DRIVES):
         return f"there is none of {', '.join(DRIVES)}"
     if kind == "rest":
         return "the position does not change"
-    if seen.base.samples < 3:
-        return f"there are {seen.base.samples} samples"
-    intervals = np.diff(seen.opening.time) * seen.base.rate_hz
+    if stream.base.samples < 3:
+        return f"there are {stream.base.samples} samples"
+    intervals = np.diff(stream.opening.time) * stream.base.rate_hz
     broken = float(np.mean(np.abs(intervals - 1.0) > JITTER))
     if broken > MOST_BROKEN:
         return (
@@ -62,23 +62,23 @@ def _nothing_to_use(seen: StreamSurvey, kind: str | None) -> str | None:
     return None
 
 
-def _no_sliding(seen: StreamSurvey, kind: str | None) -> str | None:
+def _no_sliding(stream: StreamSurvey, kind: str | None) -> str | None:
     """Return why the motion does not reveal the sliding parameters, or None."""
     if kind == "ramp":
         return "the axis rests for most of the time; sliding needs a log of motion"
-    if seen.velocity is not None and not seen.velocity[0] < 0.0 < seen.velocity[1]:
+    if stream.velocity is not None and not stream.velocity[0] < 0.0 < stream.velocity[1]:
         return "the axis moves one way only, which does not tell Coulomb friction from an offset"
     return None
 
 
-def _too_rough(seen: StreamSurvey) -> str | None:
+def _too_rough(stream: StreamSurvey) -> str | None:
     """Return why plain differences do not give usable velocities, or None."""
-    if seen.base.gaps:
-        return f"there are {seen.base.gaps} gaps, over which its filters cannot run"
-    step = seen.signals[POSITION].step
-    if step is None or seen.velocity is None:
+    if stream.base.gaps:
+        return f"there are {stream.base.gaps} gaps, over which its filters cannot run"
+    step = stream.signals[POSITION].step
+    if step is None or stream.velocity is None:
         return None
-    way = max(map(abs, seen.velocity)) / seen.base.rate_hz
+    way = max(map(abs, stream.velocity)) / stream.base.rate_hz
     share = step / way
     return (
         f"a count is {100 * share:.2g} % of the way in a sample at top speed (allowed: "

@@ -77,7 +77,7 @@ class BatchResult:
 
     group: LogGroup
     origin: LogOrigin
-    found: BatchModel | None
+    model: BatchModel | None
     reason: str = ""
     code: int = EXIT_DONE
 

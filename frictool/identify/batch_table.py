@@ -36,7 +36,7 @@ MOST_NAMED = 5  # largest number of units named in one line
 
 def model_file(one: BatchResult) -> str | None:
     """Return the path of the model file relative to the output folder, or None without a model."""
-    return None if one.found is None else f"{one.group.name}.yaml"
+    return None if one.model is None else f"{one.group.name}.yaml"
 
 
 def ordered(batch: Sequence[BatchResult]) -> list[BatchResult]:
@@ -60,14 +60,14 @@ def cells(one: BatchResult) -> dict[str, Any]:
         "model": model_file(one),
         "reason": one.reason or None,
     }
-    if one.found is None:
+    if one.model is None:
         return row
-    for name, interval in one.found.identified.items():
+    for name, interval in one.model.identified.items():
         row |= {name: interval.value, f"{name}_low": interval.low, f"{name}_high": interval.high}
-    fit = one.found.fit
+    fit = one.model.fit
     return (
         row
-        | {"method": one.found.method}
+        | {"method": one.model.method}
         | ({} if fit is None else {"force_error": fit.force_error, "samples": fit.samples})
     )
 
@@ -121,9 +121,9 @@ def batch_populations(batch: Sequence[BatchResult], confidence: float) -> dict[s
     """Return the population of each parameter that at least two models have identified."""
     values: dict[str, list[UnitValue]] = {name: [] for name in FOUND}
     for one in batch:
-        if one.found is not None:
+        if one.model is not None:
             day = None if one.origin.date is None else _moment(one.origin.date).timestamp() / DAY_S
-            for name, interval in one.found.identified.items():
+            for name, interval in one.model.identified.items():
                 values[name].append(UnitValue(interval, one.origin.unit, day))
     return populations(values, confidence)
 
@@ -133,9 +133,9 @@ def headline(batch: Sequence[BatchResult]) -> str:
     units = len({one.origin.unit for one in batch if one.origin.unit is not None})
     lost, empty = (
         sum(one.lost for one in batch),
-        sum(one.found is None and not one.lost for one in batch),
+        sum(one.model is None and not one.lost for one in batch),
     )
-    models = sum(one.found is not None for one in batch)
+    models = sum(one.model is not None for one in batch)
     line = f"{models} model{'s' * (models != 1)}" + (
         f" of {units} unit{'s' * (units != 1)}" if units else ""
     )
@@ -150,11 +150,11 @@ def reasons(batch: Sequence[BatchResult]) -> list[str]:
     for one in batch:
         told = (
             [one.reason]
-            if one.found is None
-            else [f"warning: {text}" for text in one.found.warnings]
+            if one.model is None
+            else [f"warning: {text}" for text in one.model.warnings]
         )
-        if one.found is not None:
-            same = first.setdefault(tuple(one.found.identified.items()), one)
+        if one.model is not None:
+            same = first.setdefault(tuple(one.model.identified.items()), one)
             if same is not one:
                 told.append(
                     f"warning: gives the same numbers as {same.group.files}; a log that is there "
@@ -164,16 +164,16 @@ def reasons(batch: Sequence[BatchResult]) -> list[str]:
     return lines
 
 
-def population_lines(found: dict[str, Population], bench: Bench) -> list[str]:
+def population_lines(parameters: dict[str, Population], bench: Bench) -> list[str]:
     """Return a text table with scatter, expected scatter and conclusion of each parameter."""
-    if not found:
+    if not parameters:
         return []
-    width = max(map(len, ("parameter", *found))) + 2
+    width = max(map(len, ("parameter", *parameters))) + 2
     lines = [
         f"{'parameter':<{width}}{'models':>6}{'mean':>12}{'spread':>12}{'expected':>12}  "
         f"{'unit':<11} one population?"
     ]
-    for name, one in found.items():
+    for name, one in parameters.items():
         figures = f"{one.count:>6}{one.mean:>12.5g}{one.spread:>12.3g}{one.expected:>12.3g}"
         lines.append(f"{name:<{width}}{figures}  {unit_of(name, bench):<11} {conclusion(one)}")
     lines.append(
@@ -208,7 +208,7 @@ def _p(p: float) -> str:
 
 
 def as_json(
-    batch: Sequence[BatchResult], found: dict[str, Population], bench: Bench
+    batch: Sequence[BatchResult], parameters: dict[str, Population], bench: Bench
 ) -> dict[str, Any]:
     """Return the batch as JSON: each model as `identify --json` prints it, and the populations."""
     return {
@@ -220,29 +220,29 @@ def as_json(
                 "date": one.origin.date,
                 "read": not one.lost,
                 "reason": one.reason or None,
-                "identification": None if one.found is None else one.found.view,
+                "identification": None if one.model is None else one.model.view,
             }
             for one in batch
         ],
         "populations": {
-            name: _population_json(one, unit_of(name, bench)) for name, one in found.items()
+            name: _population_json(one, unit_of(name, bench)) for name, one in parameters.items()
         },
     }
 
 
 def _population_json(one: Population, unit: str) -> dict[str, Any]:
-    def test(found: ScatterTest | None) -> dict[str, float] | None:
-        return None if found is None else {"p": found.p, "beyond": found.beyond}
+    def test(result: ScatterTest | None) -> dict[str, float] | None:
+        return None if result is None else {"p": result.p, "beyond": result.beyond}
 
-    def drift(found: ParameterDrift | None) -> dict[str, float] | None:
+    def drift(result: ParameterDrift | None) -> dict[str, float] | None:
         return (
             None
-            if found is None
+            if result is None
             else {
-                "per_day": found.slope.value,
-                "low": found.slope.low,
-                "high": found.slope.high,
-                "p": found.p,
+                "per_day": result.slope.value,
+                "low": result.slope.low,
+                "high": result.slope.high,
+                "p": result.p,
             }
         )
 

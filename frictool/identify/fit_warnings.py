@@ -21,10 +21,10 @@ DOUBTFUL_FORCE_ERROR = 0.2
 WORSE = 1.5
 
 
-def contradiction_warnings(found: Mapping[str, Interval], bench: Bench) -> list[str]:
+def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> list[str]:
     """Return a warning for each parameter whose interval does not overlap the bench's interval."""
     out = []
-    for name, interval in found.items():
+    for name, interval in identified.items():
         known: Quantity | None = getattr(bench.mechanics, name, None)
         if known is not None and contradicts(interval, known):
             shown = (
@@ -42,15 +42,15 @@ def contradiction_warnings(found: Mapping[str, Interval], bench: Bench) -> list[
 
 
 def replacement_warnings(
-    free: SlidingFit, final: SlidingFit, found: Mapping[str, Interval]
+    free: SlidingFit, final: SlidingFit, identified: Mapping[str, Interval]
 ) -> list[str]:
     """Return a warning if values of the bench in place of the log's increase the force error.
 
     - free: fit in which every parameter that the method estimates comes from the log
     - final: fit of the model, with refused parameters fixed at values of the bench
-    - found: identified parameters of the model
+    - identified: identified parameters of the model
     """
-    replaced = [name for name in SLIDING if name in free.parameters and name not in found]
+    replaced = [name for name in SLIDING if name in free.parameters and name not in identified]
     if (
         not replaced
         or not free.force_error

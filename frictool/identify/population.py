@@ -34,7 +34,7 @@ DAY_S = 86400.0
 class UnitValue:
     """One estimate of a parameter, with its unit and its date in days; None if unknown."""
 
-    found: Interval
+    interval: Interval
     unit: str | None = None
     day: float | None = None
 
@@ -125,7 +125,7 @@ def populations(
 
 def population(values: Sequence[UnitValue], confidence: float, level: float) -> Population:
     """Return the population of one parameter with at least two values."""
-    found = np.array([one.found.value for one in values])
+    found = np.array([one.interval.value for one in values])
     s = _deviations(values, confidence)
     units = np.array(
         [one.unit if one.unit is not None else f"\0{place}" for place, one in enumerate(values)]
@@ -155,26 +155,27 @@ def population(values: Sequence[UnitValue], confidence: float, level: float) -> 
 def _deviations(values: Sequence[UnitValue], confidence: float) -> Vector:
     """Return standard deviations (n,) from the wider side, since an interval may be cut at zero."""
     reach = [
-        max(one.found.high - one.found.value, one.found.value - one.found.low) for one in values
+        max(one.interval.high - one.interval.value, one.interval.value - one.interval.low)
+        for one in values
     ]
-    smallest = 1e-12 * max(abs(one.found.value) for one in values) or 1e-300
+    smallest = 1e-12 * max(abs(one.interval.value) for one in values) or 1e-300
     deviations: Vector = np.maximum(np.array(reach) / norm.ppf(0.5 * (1.0 + confidence)), smallest)
     return deviations
 
 
-def _mean(found: Vector, s: Vector) -> float:
-    return float(np.average(found, weights=s**-2.0))
+def _mean(values: Vector, s: Vector) -> float:
+    return float(np.average(values, weights=s**-2.0))
 
 
-def _test(found: Vector, s: Vector, group: NDArray[np.int64] | None = None) -> ScatterTest:
+def _test(values: Vector, s: Vector, group: NDArray[np.int64] | None = None) -> ScatterTest:
     """Return the joint test of the scatter about the mean of each group (n,), or of all values."""
     w = s**-2.0
-    group = np.zeros(found.size, dtype=np.int64) if group is None else group
-    q, free, reach = 0.0, found.size, 0.0
+    group = np.zeros(values.size, dtype=np.int64) if group is None else group
+    q, free, reach = 0.0, values.size, 0.0
     for one in np.unique(group):
         own = group == one
-        mean = np.average(found[own], weights=w[own])
-        q += float(np.sum(w[own] * (found[own] - mean) ** 2))
+        mean = np.average(values[own], weights=w[own])
+        q += float(np.sum(w[own] * (values[own] - mean) ** 2))
         reach += float(np.sum(w[own]) - np.sum(w[own] ** 2) / np.sum(w[own]))
         free -= 1
     return ScatterTest(
@@ -183,15 +184,15 @@ def _test(found: Vector, s: Vector, group: NDArray[np.int64] | None = None) -> S
 
 
 def _by_unit(
-    found: Vector, s: Vector, units: NDArray[np.str_]
+    values: Vector, s: Vector, units: NDArray[np.str_]
 ) -> tuple[ScatterTest | None, ScatterTest | None]:
     """Return the tests within and between units; None if there are too few logs or units."""
     names, group = np.unique(units, return_inverse=True)
-    within = _test(found, s, group) if names.size < found.size else None
+    within = _test(values, s, group) if names.size < values.size else None
     if names.size < 2 or within is None:
         return within, None
     wide = np.hypot(s, within.beyond)
-    means = np.array([_mean(found[group == one], wide[group == one]) for one in range(names.size)])
+    means = np.array([_mean(values[group == one], wide[group == one]) for one in range(names.size)])
     errors = np.array(
         [float(np.sum(wide[group == one] ** -2.0)) ** -0.5 for one in range(names.size)]
     )
@@ -200,7 +201,7 @@ def _by_unit(
 
 def _drift(
     values: Sequence[UnitValue],
-    found: Vector,
+    estimates: Vector,
     s: Vector,
     units: NDArray[np.str_],
     confidence: float,
@@ -215,12 +216,12 @@ def _drift(
         own = group == one
         day[own] -= np.average(day[own], weights=w[own])
     about = (
-        found
-        - np.array([_mean(found[group == one], s[group == one]) for one in range(names.size)])[
+        estimates
+        - np.array([_mean(estimates[group == one], s[group == one]) for one in range(names.size)])[
             group
         ]
     )
-    reach, free = float(np.sum(w * day**2)), found.size - names.size - 1
+    reach, free = float(np.sum(w * day**2)), estimates.size - names.size - 1
     if free < 1 or float(np.ptp(day)) == 0.0:
         return None
     slope = float(np.sum(w * day * about)) / reach

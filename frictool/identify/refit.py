@@ -22,7 +22,7 @@ from frictool.identify.rows.load_terms import terms_of
 
 
 def fixed_parameters(
-    fit: SlidingFit, found: Mapping[str, Interval], bench: Bench
+    fit: SlidingFit, identified: Mapping[str, Interval], bench: Bench
 ) -> dict[str, Interval]:
     """Return the bench's intervals of the parameters that were fitted and then refused.
 
@@ -37,7 +37,7 @@ def fixed_parameters(
         known: Quantity | None = getattr(bench.mechanics, name)
         if (
             name in fit.parameters
-            and name not in found
+            and name not in identified
             and known is not None
             and known.low is not None
         ):

@@ -60,10 +60,10 @@ def law_lines(model: Model) -> list[str]:
     return lines
 
 
-def shown(name: str, found: Estimate) -> str:
+def shown(name: str, estimate: Estimate) -> str:
     """Return a parameter with unit and interval as text."""
-    low, high = found.interval
-    return f"{name} {found.value:.5g} {found.unit} [{low:.5g}, {high:.5g}]"
+    low, high = estimate.interval
+    return f"{name} {estimate.value:.5g} {estimate.unit} [{low:.5g}, {high:.5g}]"
 
 
 def load_line(load: Load) -> str:

@@ -168,7 +168,7 @@ def friction_map() -> dict[str, Any]:
                 for name, (interval, true) in checks.items()
             }
         )
-        for side, unsure in zip((1.0, -1.0), law.unsure, strict=True):
+        for side, unsure in zip((1.0, -1.0), law.coefficients, strict=True):
             if len(unsure) == len(TABLE_4_7[side]):
                 powers += [
                     one.low <= term <= one.high

@@ -115,7 +115,7 @@ def test_what_travels_to_another_process_gives_the_same_model(
     )
     there = pickle.loads(pickle.dumps(work))
     back = pickle.loads(pickle.dumps(there((fleet.first,), pickle.loads(pickle.dumps(group)))))
-    assert back.found.text == text
+    assert back.model.text == text
 
 
 def test_what_an_earlier_run_wrote_into_the_folder_is_no_log(

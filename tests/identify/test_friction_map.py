@@ -47,12 +47,12 @@ def test_breakaway_of_table_4_7_over_the_travel(result: Identification) -> None:
         assert level.low <= np.mean(true) <= level.high
     hits = [
         one.low <= term <= one.high
-        for side, unsure in zip((1.0, -1.0), law.unsure, strict=True)
+        for side, unsure in zip((1.0, -1.0), law.coefficients, strict=True)
         for one, term in zip(unsure, TABLE_4_7[side], strict=True)
     ]
     assert sum(hits) >= 7  # of nine at 95 %; fewer once in a hundred
     assert result.laws.position.coulomb.backward_interval == tuple(
-        (one.low, one.high) for one in law.unsure[1]
+        (one.low, one.high) for one in law.coefficients[1]
     )
 
 

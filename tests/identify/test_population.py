@@ -92,14 +92,16 @@ def test_a_drift_is_found_and_its_interval_holds_it() -> None:
 
 
 def test_what_is_not_known_is_not_tested() -> None:
-    unnamed = [UnitValue(value.found) for value in drawn(np.random.default_rng(5), 2, 4)]
+    unnamed = [UnitValue(value.interval) for value in drawn(np.random.default_rng(5), 2, 4)]
     found = population(unnamed, CONFIDENCE, 0.05)
     assert (found.within, found.between, found.drift, found.alone) == (None, None, None, {})
     assert found.limit == 0.05
-    once = [UnitValue(value.found, f"U{number}", value.day) for number, value in enumerate(unnamed)]
+    once = [
+        UnitValue(value.interval, f"U{number}", value.day) for number, value in enumerate(unnamed)
+    ]
     assert population(once, CONFIDENCE, 0.05).within is None
     undated = [
-        UnitValue(value.found, value.unit) for value in drawn(np.random.default_rng(5), 2, 4)
+        UnitValue(value.interval, value.unit) for value in drawn(np.random.default_rng(5), 2, 4)
     ]
     assert population(undated, CONFIDENCE, 0.05).drift is None
 

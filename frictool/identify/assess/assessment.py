@@ -147,12 +147,12 @@ def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> flo
     return math.exp(low)
 
 
-def unreachable_parameters(found: Assessment, counted: set[str]) -> list[ParameterAssessment]:
+def unreachable_parameters(assessment: Assessment, counted: set[str]) -> list[ParameterAssessment]:
     """Return the rows of `counted` parameters that are not identifiable and not exactly 0."""
     return [
         row
-        for row in found.rows
+        for row in assessment.rows
         if row.parameter in counted
-        and found.facts.value(row.parameter) > 0.0
+        and assessment.facts.value(row.parameter) > 0.0
         and not row.verdict.identifiable
     ]

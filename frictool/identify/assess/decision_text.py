@@ -24,15 +24,15 @@ ENDS = {  # method -> end of the path of a sliding parameter
 }
 
 
-def scheme(found: Assessment) -> list[str]:
+def scheme(assessment: Assessment) -> list[str]:
     """Return the lines of the scheme: questions with their answers, and the resulting methods."""
-    rows = {row.parameter: row for row in found.rows}
+    rows = {row.parameter: row for row in assessment.rows}
     inertia, viscous = rows["inertia"], rows["viscous"]
     lines = [
-        *_differentiated(found, inertia, "inertia"),
+        *_differentiated(assessment, inertia, "inertia"),
         *_weak(inertia),
         f"   inertia: {ENDS[inertia.verdict.method]}{_reached(inertia.verdict)}",
-        *_differentiated(found, viscous, "velocity"),
+        *_differentiated(assessment, viscous, "velocity"),
     ]
     lines += [
         f"   {name}: {ENDS[rows[name].verdict.method]}{_reached(rows[name].verdict)}"
@@ -65,9 +65,9 @@ def scheme(found: Assessment) -> list[str]:
     return lines
 
 
-def _differentiated(found: Assessment, row: ParameterAssessment, what: str) -> list[str]:
+def _differentiated(assessment: Assessment, row: ParameterAssessment, what: str) -> list[str]:
     """Return the questions on differencing without (4.3), (4.4) and with a filter (4.8), (4.9)."""
-    facts, raw = found.facts, raw_bound(row.parameter, found.facts)
+    facts, raw = assessment.facts, raw_bound(row.parameter, assessment.facts)
     lines = [
         _question(
             f"{what} differenced sample by sample, worst case",
@@ -111,8 +111,8 @@ def _weak(row: ParameterAssessment) -> list[str]:
     ]
 
 
-def _question(what: str, found: str, target: float, yes: bool) -> str:
-    return f" > {what}: {found}; wanted {percent(target)}?  {'yes' if yes else 'no'}"
+def _question(what: str, value: str, target: float, yes: bool) -> str:
+    return f" > {what}: {value}; wanted {percent(target)}?  {'yes' if yes else 'no'}"
 
 
 def _reached(verdict: Identifiability) -> str:

@@ -161,7 +161,7 @@ def _inertia(facts: AssessmentInputs, wanted: float) -> Identifiability:
     if found is not None:
         return found
     precision, refusal = statistical(facts)["inertia"], refusal_of_differentiation("inertia", facts)
-    if not facts.axis.beside.plain:
+    if not facts.axis.loads.plain:
         return Identifiability(
             False,
             None,
@@ -197,7 +197,7 @@ def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identif
         if found is None
         else f"least squares is expected to reach {percent(precision)}"
     )
-    if not facts.axis.beside.plain:
+    if not facts.axis.loads.plain:
         fine, why = (
             precision <= wanted,
             f"{refusal}; least squares over windows, since the method of sines does not know "

@@ -71,9 +71,9 @@ def _strokes(record: MotionRecord) -> Vector:
     return np.column_stack((lengths * record.period, np.maximum.reduceat(advance, starts)))
 
 
-def _representatives(found: Vector) -> tuple[PlannedStroke, ...]:
+def _representatives(strokes: Vector) -> tuple[PlannedStroke, ...]:
     """Return at most MOST of the strokes (m, 2), with repetitions that add up to all of them."""
-    order = found[np.argsort(found[:, 0], kind="stable")]
+    order = strokes[np.argsort(strokes[:, 0], kind="stable")]
     count = min(MOST, order.shape[0])
     chosen = order[((np.arange(count) + 0.5) * order.shape[0] / count).astype(np.int64)]
     times = order.shape[0] / (2.0 * count)

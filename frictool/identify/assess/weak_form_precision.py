@@ -42,12 +42,12 @@ def weak_deviation(
     axis: PriorAxis,
     sensing: SensorPrecision,
     window: int | None = None,
-    own: float = 1.0,
+    share: float = 1.0,
 ) -> tuple[Vector, int]:
     """Return the rms errors (4,) of SLIDING in SI units over a window, and that window in samples.
 
     - window: samples; None selects the best one for the inertia
-    - own: share of the acceleration's power that columns other than SLIDING leave unexplained
+    - share: share of the acceleration's power that columns other than SLIDING leave unexplained
 
     The errors are inf if no stroke is longer than its window.
     """
@@ -61,14 +61,18 @@ def weak_deviation(
         else [window]
     )
     for width in choice:
-        found = _deviation(strokes, axis, sensing, width, own)
+        found = _deviation(strokes, axis, sensing, width, share)
         if found[0] < best[0]:
             best, chosen = found, width
     return best, chosen
 
 
 def _deviation(
-    strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPrecision, window: int, own: float
+    strokes: list[PlannedStroke],
+    axis: PriorAxis,
+    sensing: SensorPrecision,
+    window: int,
+    share: float,
 ) -> Vector:
     g = bell(window)
     c = np.convolve(g, [1.0, -2.0, 1.0]) / sensing.period**2
@@ -94,7 +98,7 @@ def _deviation(
     found = np.sqrt(np.diag(inverse @ covariance @ inverse))
     # relative to the power that only the acceleration explains
     pulled = axis.inertia * sensing.step**2 / 12.0 * float(c @ c) * samples * inverse[0, 0]
-    found[0] = np.hypot(found[0] / np.sqrt(own), pulled / own)
+    found[0] = np.hypot(found[0] / np.sqrt(share), pulled / share)
     return of_sliding(found, axis)
 
 

@@ -56,7 +56,7 @@ class BreakawayOverPosition:
 
     - forward, backward: mean breakaway of each direction, N m | N
     - powers: coefficients of each direction, lowest power first, N m | N
-    - unsure: interval of each coefficient
+    - coefficients: interval of each coefficient
     - common: both directions have the same polynomial
     """
 
@@ -65,7 +65,7 @@ class BreakawayOverPosition:
     forward: Interval
     backward: Interval
     powers: tuple[tuple[float, ...], tuple[float, ...]]
-    unsure: tuple[tuple[Interval, ...], tuple[Interval, ...]]
+    coefficients: tuple[tuple[Interval, ...], tuple[Interval, ...]]
     common: bool
 
 

@@ -158,7 +158,9 @@ def breakaway_laws(ramp: Breakaway, bench: Bench, sliding: Laws | None = None) -
             backward or Backward(), breakaway=_estimate(law.backward, bench)
         )
     own = [
-        Polynomial(powers, forward_interval=tuple((one.low, one.high) for one in law.unsure[k]))
+        Polynomial(
+            powers, forward_interval=tuple((one.low, one.high) for one in law.coefficients[k])
+        )
         for k, powers in enumerate(law.powers)
     ]
     both = msgspec.structs.replace(
@@ -168,11 +170,11 @@ def breakaway_laws(ramp: Breakaway, bench: Bench, sliding: Laws | None = None) -
     return msgspec.structs.replace(laws, backward=backward, position=position)
 
 
-def _estimate(found: Interval, bench: Bench) -> Estimate:
+def _estimate(interval: Interval, bench: Bench) -> Estimate:
     return Estimate(
-        found.value,
-        max(found.low, 0.0),
-        found.high,
+        interval.value,
+        max(interval.low, 0.0),
+        interval.high,
         si_unit("effort", bench.axis),
         source="identified",
     )

@@ -141,15 +141,15 @@ class OnsetData:
         return mean, float(1.0 / np.sqrt(1.0 / (spread + repeated) + PRIOR))
 
     def friction(
-        self, axis: Mapping[str, float], shape: Vector | None, beside: float = 0.0
+        self, axis: Mapping[str, float], shape: Vector | None, deviations: float = 0.0
     ) -> Vector:
         """Return the friction (n,) at the onsets: |effort| without the offset.
 
-        The rest position is `beside` standard deviations from its mean.
+        The rest position is `deviations` standard deviations from its mean.
         """
         offset = axis["offset"] if self.offset is None else self.offset
         mean, deviation = self.rest(axis, shape)
-        start = mean + beside * deviation
+        start = mean + deviations * deviation
         return (
             efforts(self.onsets, axis, self.resolution, start, shape, self.velocity)[0]
             - offset * self.places.direction

@@ -81,9 +81,9 @@ def inverse_dynamic(
     return replace(found, parameters=spanned, refused=refused)
 
 
-def _span(own: Interval, other: Interval) -> Interval:
+def _span(pipeline: Interval, other: Interval) -> Interval:
     """Return the pipeline's value with an interval that spans both intervals."""
-    return Interval(own.value, min(own.low, other.low), max(own.high, other.high))
+    return Interval(pipeline.value, min(pipeline.low, other.low), max(pipeline.high, other.high))
 
 
 def _refuse_backlash(records: list[MotionRecord], bench: Bench) -> None:

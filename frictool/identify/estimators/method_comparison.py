@@ -96,25 +96,25 @@ class ComparedData:
         return self.records, bench, self.settings
 
 
-def best_by_prediction(given: ComparedData) -> SlidingFit:
+def best_by_prediction(data: ComparedData) -> SlidingFit:
     """Return the fit whose model predicts best."""
-    records, bench, first = given.records, given.bench, given.fits[0]
+    records, bench, first = data.records, data.bench, data.fits[0]
     if any(record.velocity is not None for record in records):
         return first
     sides = halves(records)
     rows = [motion_rows(side, bench) for side in sides or (records, records)]
-    scores = regression_scores(sides or (records, records), rows, given)
+    scores = regression_scores(sides or (records, records), rows, data)
     complete = all(
         name in first.parameters and (name == "offset" or first.parameters[name].value >= 0.0)
         for name in SLIDING
     )
     if sides is not None and first.laws is None and complete:
         scores += (
-            regression_scores(sides, rows, given, (DIRECTION,))
+            regression_scores(sides, rows, data, (DIRECTION,))
             if DIRECTION in possible(bench)
             else []
         )
-        scores += _simulations(sides, rows, given)
+        scores += _simulations(sides, rows, data)
     if not scores:
         return first
     smallest = min(score.force for score in scores)
@@ -198,20 +198,20 @@ def _why(
 
 
 def regression_scores(
-    sides: Sides, rows: Rows, given: ComparedData, terms: tuple[str, ...] = ()
+    sides: Sides, rows: Rows, data: ComparedData, terms: tuple[str, ...] = ()
 ) -> list[PredictionScore]:
     """Return the scores of the regressions with the load terms `terms`.
 
     A method that a half does not suit has no score.
     """
-    scores, declared = [], bench_with_terms(given.bench, terms) if terms else given.bench
-    for fit in given.fits:
+    scores, declared = [], bench_with_terms(data.bench, terms) if terms else data.bench
+    for fit in data.fits:
         method = fit.method or ""
         try:
-            halved = [run(method, side, declared, given.settings) for side in sides]
-            values = [start_values(half, given.bench) for half in halved]
+            halved = [run(method, side, declared, data.settings) for side in sides]
+            values = [start_values(half, data.bench) for half in halved]
             position = [
-                stroke_squares(_axis(side, given.bench, half), one)
+                stroke_squares(_axis(side, data.bench, half), one)
                 for side, half, one in zip(sides[::-1], halved, values, strict=True)
             ]
         except UnusableLogs:
@@ -220,7 +220,7 @@ def regression_scores(
         make = (
             (lambda fit=fit: fit)
             if not terms
-            else (lambda method=method: replace(run(method, *given.all(declared)), method=method))
+            else (lambda method=method: replace(run(method, *data.all(declared)), method=method))
         )
         scores.append(
             PredictionScore(_name(method, terms), terms, np.concatenate(position), force, make)
@@ -228,23 +228,23 @@ def regression_scores(
     return scores
 
 
-def _simulations(sides: Sides, rows: Rows, given: ComparedData) -> list[PredictionScore]:
+def _simulations(sides: Sides, rows: Rows, data: ComparedData) -> list[PredictionScore]:
     """Return the scores of output error and of regressions with the load terms that it chose."""
-    known = start_values(given.fits[0], given.bench)
+    known = start_values(data.fits[0], data.bench)
     try:
-        found = choose_structure(sides, given.bench, known, given.settings.confidence)
+        found = choose_structure(sides, data.bench, known, data.settings.confidence)
     except UnusableLogs:
         return []
     regressions = (
-        regression_scores(sides, rows, given, found.terms)
+        regression_scores(sides, rows, data, found.terms)
         if found.terms not in ((), (DIRECTION,))
         else []
     )
-    force = _force(rows, found.values, [_laws(values, given.bench) for values in found.values])
+    force = _force(rows, found.values, [_laws(values, data.bench) for values in found.values])
 
     def make() -> SlidingFit:
         return replace(
-            simulated_fit(*given.all(given.bench), found.terms, found.errors), method=OUTPUT_ERROR
+            simulated_fit(*data.all(data.bench), found.terms, found.errors), method=OUTPUT_ERROR
         )
 
     return [

@@ -61,23 +61,23 @@ MOST_CLUSTERS = 60
 
 
 def influences(
-    simulated: SegmentSimulation, found: SimulationFit, regressed: Mapping[str, float]
+    simulated: SegmentSimulation, fitted: SimulationFit, regressed: Mapping[str, float]
 ) -> Matrix:
     """Return the shift of the parameters (c, p) by the effort errors of each cluster.
 
     `regressed` are the values with which the effort errors are taken.
     """
-    errors = simulated.missing_effort({**found.values, **regressed})
+    errors = simulated.missing_effort({**fitted.values, **regressed})
     numbers = _cluster_numbers(simulated, errors)
     count = 1 + max(int(number.max()) for number in numbers)
-    inverse = np.linalg.pinv(found.jacobian)
-    out, first = np.zeros((count, found.jacobian.shape[1])), 0
+    inverse = np.linalg.pinv(fitted.jacobian)
+    out, first = np.zeros((count, fitted.jacobian.shape[1])), 0
     for segment, number, error in zip(simulated.segments, numbers, errors, strict=True):
         part = slice(first, first + error.size)
         for c in np.unique(number):
             moved = (
-                simulated.of_segment(segment, found.values, np.where(number == c, error, 0.0))
-                - found.residual[part]
+                simulated.of_segment(segment, fitted.values, np.where(number == c, error, 0.0))
+                - fitted.residual[part]
             )
             out[c] += inverse[:, part] @ moved
         first += error.size
@@ -105,7 +105,7 @@ def _cluster_numbers(
 
 
 def _open_loop_deviation(
-    simulated: SegmentSimulation, found: SimulationFit, regressed: Mapping[str, float]
+    simulated: SegmentSimulation, fitted: SimulationFit, regressed: Mapping[str, float]
 ) -> tuple[Vector, Vector]:
     """Return standard deviations (p,) and degrees of freedom (p,) in open loop.
 
@@ -113,25 +113,27 @@ def _open_loop_deviation(
     simulation for longer than late ones, so that Satterthwaite's degrees of freedom count the
     strokes that matter.
     """
-    squares = influences(simulated, found, regressed) ** 2
+    squares = influences(simulated, fitted, regressed) ** 2
     spread = np.sum(squares, axis=0)
     freedom = np.maximum(spread**2 / np.maximum(np.sum(squares**2, axis=0), 1e-300), 1.0)
     step = max(segment.record.resolution for segment in simulated.segments)
-    encoder = step**2 / 12.0 * np.diag(np.linalg.pinv(found.jacobian.T @ found.jacobian))
+    encoder = step**2 / 12.0 * np.diag(np.linalg.pinv(fitted.jacobian.T @ fitted.jacobian))
     return np.sqrt(spread + encoder), freedom
 
 
 def _closed_loop_deviation(
-    simulated: SegmentSimulation, found: SimulationFit
+    simulated: SegmentSimulation, fitted: SimulationFit
 ) -> tuple[Vector, Vector]:
     """Return standard deviations and degrees of freedom (p,) in closed loop, by the jackknife."""
     numbers = np.concatenate(
         _cluster_numbers(simulated, [segment.effort for segment in simulated.segments])
     )
-    values = np.array(list(found.values.values()))
-    columns = -found.jacobian
+    values = np.array(list(fitted.values.values()))
+    columns = -fitted.jacobian
     try:
-        solution = solve(columns, found.residual + columns @ values, np.ones(numbers.size), numbers)
+        solution = solve(
+            columns, fitted.residual + columns @ values, np.ones(numbers.size), numbers
+        )
     except SingularRegressors as error:
         raise UnusableLogs(f"the closed loop does not tell its parameters: {error}") from None
     return solution.deviation, solution.freedom
@@ -161,11 +163,11 @@ def simulation_error(
             "output-error does not know what a load may do that the log does not tell; use "
             f"least-squares ({untold})"
         )
-    beside = start.refused.get("inertia", "")
-    if beside.endswith(OWN_INERTIA):
+    hidden = start.refused.get("inertia", "")
+    if hidden.endswith(OWN_INERTIA):
         settings = replace(settings, fixed={**settings.fixed, "inertia": known_inertia(bench)})
-    held = {name: interval.value for name, interval in settings.fixed.items()}
-    simulated = SegmentSimulation(whole(records), bench, terms, servo, held)
+    fixed = {name: interval.value for name, interval in settings.fixed.items()}
+    simulated = SegmentSimulation(whole(records), bench, terms, servo, fixed)
     if not simulated.segments:
         raise UnusableLogs("no piece of the logs is long enough to simulate")
     if servo is not None and any(segment.reference is None for segment in simulated.segments):
@@ -173,7 +175,7 @@ def simulation_error(
             "a closed loop needs the controller's reference in the log (channel reference); "
             "leave the controller out"
         )
-    known = {**start_values(start, bench), **held}
+    known = {**start_values(start, bench), **fixed}
     found = estimate(simulated, known)
     half = _widened(
         simulated, found, _half_widths(simulated, found, known, settings.confidence), settings.fixed
@@ -188,26 +190,26 @@ def simulation_error(
     ):
         simulated, found, intervals = _with_inertia(simulated, found, known, inertia, settings)
     fit = _fit(simulated, found, intervals)
-    return replace(fit, refused={"inertia": beside}) if beside.endswith(OWN_INERTIA) else fit
+    return replace(fit, refused={"inertia": hidden}) if hidden.endswith(OWN_INERTIA) else fit
 
 
 def _half_widths(
     simulated: SegmentSimulation,
-    found: SimulationFit,
+    fitted: SimulationFit,
     regressed: Mapping[str, float],
     confidence: float,
 ) -> dict[str, float]:
     if simulated.servo is None:
-        deviation, freedom = _open_loop_deviation(simulated, found, regressed)
+        deviation, freedom = _open_loop_deviation(simulated, fitted, regressed)
     else:
-        deviation, freedom = _closed_loop_deviation(simulated, found)
+        deviation, freedom = _closed_loop_deviation(simulated, fitted)
     half = deviation * stdtrit(freedom, 0.5 + 0.5 * confidence)
     return dict(zip(simulated.names, half.tolist(), strict=True))
 
 
 def _widened(
     simulated: SegmentSimulation,
-    found: SimulationFit,
+    fitted: SimulationFit,
     half: dict[str, float],
     fixed: Mapping[str, Interval],
 ) -> dict[str, float]:
@@ -216,27 +218,27 @@ def _widened(
     for name, interval in fixed.items():
         reach = max(interval.high - interval.value, interval.value - interval.low)
         step = STEP * max(abs(interval.value), reach, 1e-300)
-        changed = replace(simulated, held={**simulated.held, name: interval.value + step})
+        changed = replace(simulated, fixed={**simulated.fixed, name: interval.value + step})
         column = (
-            changed.residual({**found.values, name: interval.value + step}) - found.residual
+            changed.residual({**fitted.values, name: interval.value + step}) - fitted.residual
         ) / step
-        squares += (np.linalg.lstsq(found.jacobian, column, rcond=None)[0] * reach) ** 2
+        squares += (np.linalg.lstsq(fitted.jacobian, column, rcond=None)[0] * reach) ** 2
     return dict(zip(half, np.sqrt(squares).tolist(), strict=True))
 
 
 def _with_inertia(
     simulated: SegmentSimulation,
-    found: SimulationFit,
+    fitted: SimulationFit,
     regressed: Mapping[str, float],
     inertia: Interval,
     settings: IdentificationSettings,
 ) -> tuple[SegmentSimulation, SimulationFit, dict[str, Interval]]:
     """Return the fit with the regression's inertia, and intervals that include its uncertainty."""
     place = simulated.names.index("inertia")
-    others = np.delete(found.jacobian, place, axis=1)
-    slope = np.linalg.lstsq(others, found.jacobian[:, place], rcond=None)[0]
-    simulated = replace(simulated, held={**simulated.held, "inertia": inertia.value})
-    again = estimate(simulated, found.values)
+    others = np.delete(fitted.jacobian, place, axis=1)
+    slope = np.linalg.lstsq(others, fitted.jacobian[:, place], rcond=None)[0]
+    simulated = replace(simulated, fixed={**simulated.fixed, "inertia": inertia.value})
+    again = estimate(simulated, fitted.values)
     half = _widened(
         simulated,
         again,
@@ -269,20 +271,20 @@ def start_values(start: SlidingFit, bench: Bench) -> dict[str, float]:
 
 
 def _fit(
-    simulated: SegmentSimulation, found: SimulationFit, intervals: dict[str, Interval]
+    simulated: SegmentSimulation, fitted: SimulationFit, intervals: dict[str, Interval]
 ) -> SlidingFit:
     effort = np.concatenate([segment.effort for segment in simulated.segments])
     size = float(np.sqrt(np.mean(effort**2)))
     error = (
-        found.residual
+        fitted.residual
         if simulated.servo
-        else np.concatenate(simulated.missing_effort(found.values))
+        else np.concatenate(simulated.missing_effort(fitted.values))
     )
-    norms = np.linalg.norm(found.jacobian, axis=0)
-    singular = np.linalg.svd(found.jacobian / np.where(norms > 0.0, norms, 1.0), compute_uv=False)
+    norms = np.linalg.norm(fitted.jacobian, axis=0)
+    singular = np.linalg.svd(fitted.jacobian / np.where(norms > 0.0, norms, 1.0), compute_uv=False)
     details: dict[str, float | int] = {
         "segments": len(simulated.segments),
-        "residual_rms": float(np.sqrt(np.mean(found.residual**2))),
+        "residual_rms": float(np.sqrt(np.mean(fitted.residual**2))),
     }
     return SlidingFit(
         {name: intervals[name] for name in SLIDING if name in intervals},

@@ -51,19 +51,19 @@ class SegmentSimulation:
 
     - terms: load terms of the structure
     - servo: the bench's controller; None for the open loop
-    - held: parameters with fixed values, SI
+    - fixed: parameters with fixed values, SI
     """
 
     segments: Sequence[RecordSegment]
     bench: Bench
     terms: tuple[str, ...] = ()
     servo: PositionServo | None = None
-    held: Mapping[str, float] = field(default_factory=dict)
+    fixed: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def names(self) -> tuple[str, ...]:
         """Return the names of the free parameters."""
-        return tuple(name for name in names_of(self.terms) if name not in self.held)
+        return tuple(name for name in names_of(self.terms) if name not in self.fixed)
 
     def residual(self, values: Mapping[str, float]) -> Vector:
         """Return measured minus simulated signal (n,) over all segments.
@@ -176,7 +176,7 @@ def estimate(simulated: SegmentSimulation, known: Mapping[str, float]) -> Simula
 
     def residual(z: Vector) -> Vector:
         return simulated.residual(
-            {**simulated.held, **dict(zip(names, (z * scale).tolist(), strict=True))}
+            {**simulated.fixed, **dict(zip(names, (z * scale).tolist(), strict=True))}
         )
 
     size = max(float(np.sqrt(np.mean(residual(start) ** 2))), 1e-300)
@@ -194,4 +194,4 @@ def estimate(simulated: SegmentSimulation, known: Mapping[str, float]) -> Simula
     if not found.success and found.status != 0:
         raise UnusableLogs(f"the search for the output error does not end: {found.message}")
     values = dict(zip(names, (found.x * scale).tolist(), strict=True))
-    return SimulationFit({**simulated.held, **values}, found.fun * size, found.jac * size / scale)
+    return SimulationFit({**simulated.fixed, **values}, found.fun * size, found.jac * size / scale)

@@ -292,9 +292,9 @@ def _of_inertia(
     return out
 
 
-def not_negative(found: Interval) -> Interval:
+def not_negative(interval: Interval) -> Interval:
     """Return zero friction for a negative value whose interval contains 0 (4.4.2.2)."""
-    return Interval(0.0, 0.0, found.high) if found.value < 0.0 < found.high else found
+    return Interval(0.0, 0.0, interval.high) if interval.value < 0.0 < interval.high else interval
 
 
 def regimes_of(pieces: PiecewiseFriction, half: Vector, bench: Bench) -> tuple[Regime, ...]:

@@ -118,7 +118,7 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
 
 
 def _widened(
-    found: SlidingFit,
+    fit: SlidingFit,
     samples: RegressionSamples,
     sensing: SensorPrecision,
     window: int,
@@ -128,14 +128,14 @@ def _widened(
 
     The interval includes no attenuation and full attenuation.
     """
-    inertia = found.parameters["inertia"]
+    inertia = fit.parameters["inertia"]
     if not np.isfinite(inertia.half_width):
         return inertia
     second = np.convolve(bell(window), [1.0, -2.0, 1.0]) / sensing.period**2
     share = (
         abs(inertia.value) * sensing.step**2 / 12.0 * float(second @ second) / _own_power(samples)
     )
-    repeated = found.details["clusters"] < REPEATED * found.details["strokes"]
+    repeated = fit.details["clusters"] < REPEATED * fit.details["strokes"]
     put_back, unsure = (0.0, share) if repeated else (0.5 * share, 0.5 * share)
     half = half_width(
         confidence, inertia.half_width / float(ndtri(0.5 + 0.5 * confidence)), [unsure]
@@ -189,10 +189,10 @@ def _chosen(
 
 
 def _identified(
-    found: SlidingFit, structure: FrictionStructure, bench: Bench, fixed: Mapping[str, Interval]
+    fitted: SlidingFit, structure: FrictionStructure, bench: Bench, fixed: Mapping[str, Interval]
 ) -> SlidingFit:
     """Return the fit with the sliding parameters, and the friction above each knee as its law."""
-    every, regimes = found.parameters, []
+    every, regimes = fitted.parameters, []
     slope = {**fixed, **every}["viscous"].value
     for j, knee in enumerate(structure.knees, start=1):
         above, moved = every[f"bend_{j}"], every[f"knee_{j}"]
@@ -204,7 +204,7 @@ def _identified(
     if regimes and "viscous" in sliding:
         sliding["viscous"] = not_negative(sliding["viscous"])
     return replace(
-        found,
+        fitted,
         parameters=sliding,
         laws=Laws(regimes=tuple(regimes)) if regimes else None,
         why=_why(structure),

@@ -121,11 +121,11 @@ class _Comparison:
 def _place(
     samples: RegressionSamples,
     parts: Sequence[FrictionRows],
-    found: FrictionStructure,
+    structure: FrictionStructure,
     overlap: int,
 ) -> float:
     """Return the speed at which one more knee explains most, rad/s | m/s."""
-    others, speed = with_structure(samples, parts, found), np.abs(samples.velocity)
+    others, speed = with_structure(samples, parts, structure), np.abs(samples.velocity)
     low, high = (float(np.quantile(speed, share)) for share in (ENDS, 1.0 - ENDS))
     places = np.linspace(low, high, PLACES)
 

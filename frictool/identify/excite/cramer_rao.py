@@ -64,7 +64,7 @@ class PriorAxis:
     """A-priori axis of a test, in SI units.
 
     - backlash: full width, which a stroke passes before its samples count
-    - beside: declared loads
+    - loads: declared loads
     - middle: middle of the travel, rad | m, about which the strokes go
     """
 
@@ -72,7 +72,7 @@ class PriorAxis:
     viscous: float
     coulomb: float
     backlash: float = 0.0
-    beside: DeclaredLoads = DeclaredLoads()
+    loads: DeclaredLoads = DeclaredLoads()
     middle: float = 0.0
 
 
@@ -120,7 +120,7 @@ def information(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPr
 
 def of_sliding(values: Vector, axis: PriorAxis) -> Vector:
     """Return the values (4,) of SLIDING from `values` (p,) of all columns; no offset gives 0."""
-    return np.asarray([*values[:3], values[3] if axis.beside.offset else 0.0])
+    return np.asarray([*values[:3], values[3] if axis.loads.offset else 0.0])
 
 
 def cramer_rao(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPrecision) -> Vector:
@@ -157,10 +157,10 @@ def regressors(
         side * stroke.speed * rate * np.cos(angle)[kept],
         speed,
         side * ones,
-        *([ones] if axis.beside.offset else []),
+        *([ones] if axis.loads.offset else []),
     ]
     position = axis.middle + side * (advance[kept] - 0.5 * stroke.distance)
-    for term, wave in axis.beside.terms:
+    for term, wave in axis.loads.terms:
         columns += _of_term(term, wave, position, speed)
     return np.column_stack(columns)
 

@@ -16,9 +16,9 @@ from frictool.logs.quality.time_base import FEWEST_LEVELS
 from frictool.logs.text.layout import PLAIN
 
 
-def table(found: Information) -> str:
+def table(information: Information) -> str:
     """Return the whole survey as text."""
-    made, surveys, facts = found.assembly, found.surveys, found.facts
+    made, surveys, facts = information.assembly, information.surveys, information.facts
     lines = [f"{Path(made.flows[0].source).name}: {facts['duration_s']:.6g} s", *_channels(facts)]
     lines += [line for seen in surveys for line in _signals(seen)]
     lines += _motion(facts, surveys)
@@ -77,11 +77,11 @@ def _channels(facts: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _signals(seen: StreamSurvey) -> list[str]:
+def _signals(stream: StreamSurvey) -> list[str]:
     """Return the lines on held or saturated signals of a stream."""
     lines = []
-    for one in seen.signals.values():
-        name, rate = f"{seen.topic}.{one.name}", seen.base.rate_hz
+    for one in stream.signals.values():
+        name, rate = f"{stream.topic}.{one.name}", stream.base.rate_hz
         if one.hold is not None:
             lines.append(
                 f"held: {name} keeps its value for {one.hold} samples ({one.hold / rate:.4g} s) "

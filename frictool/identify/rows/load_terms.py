@@ -148,32 +148,33 @@ def axis_and_load(
     return replay_parameters(axis), np.asarray(load.as_array())
 
 
-def laws_of(found: Mapping[str, Interval], bench: Bench) -> LawsDocument | None:
+def laws_of(identified: Mapping[str, Interval], bench: Bench) -> LawsDocument | None:
     """Return the laws of the model document for load parameters; None if there are none."""
 
     def known(name: str, dimension: str) -> Estimate:
-        low = max(found[name].low, 0.0) if name in POSITIVE else found[name].low
+        low = max(identified[name].low, 0.0) if name in POSITIVE else identified[name].low
         return Estimate(
-            found[name].value,
+            identified[name].value,
             low,
-            found[name].high,
+            identified[name].high,
             si_unit(dimension, bench.axis),
             source="identified",
         )
 
     backward = load = ripple = None
-    if "viscous_backward" in found or "coulomb_backward" in found:
-        viscous = known("viscous_backward", "viscous") if "viscous_backward" in found else None
+    if "viscous_backward" in identified or "coulomb_backward" in identified:
+        viscous = known("viscous_backward", "viscous") if "viscous_backward" in identified else None
         backward = Backward(
-            viscous, known("coulomb_backward", "effort") if "coulomb_backward" in found else None
+            viscous,
+            known("coulomb_backward", "effort") if "coulomb_backward" in identified else None,
         )
-    stiffness = known("stiffness", "stiffness") if "stiffness" in found else None
+    stiffness = known("stiffness", "stiffness") if "stiffness" in identified else None
     gravity = (
         Gravity(known("gravity_sine", "effort"), known("gravity_cosine", "effort"))
-        if "gravity_sine" in found
+        if "gravity_sine" in identified
         else None
     )
-    if "ripple_sine" in found:
+    if "ripple_sine" in identified:
         assert bench.load is not None
         assert bench.load.ripple is not None
         repeats = bench.load.ripple

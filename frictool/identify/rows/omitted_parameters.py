@@ -39,13 +39,13 @@ class OmittedParameters:
         names: Sequence[str],
         weighted: Tensor,
         fixed: Mapping[str, Interval],
-        untold: Sequence[str],
+        hidden: Sequence[str],
     ) -> None:
-        self.free = [name for name in names if name not in fixed and name not in untold]
-        self._names, self._weighted, self._untold = list(names), weighted, list(untold)
+        self.free = [name for name in names if name not in fixed and name not in hidden]
+        self._names, self._weighted, self._untold = list(names), weighted, list(hidden)
         self._known = {name: fixed[name] for name in names if name in fixed}
         self._added = np.zeros(len(self.free))
-        whole, outside = merged(weighted), [*self._known, *untold]
+        whole, outside = merged(weighted), [*self._known, *hidden]
         columns = whole[:, [self._names.index(name) for name in self.free]]
         self._slope = {}
         if outside:

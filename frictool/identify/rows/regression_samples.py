@@ -242,18 +242,18 @@ def _without(
     )
 
 
-def less_offset(found: Interval, offset: Interval, sign: float) -> Interval:
+def less_offset(summed: Interval, offset: Interval, sign: float) -> Interval:
     """Return Coulomb friction from its sum with the offset in the direction `sign`.
 
     The interval holds for any offset in `offset`.
     """
-    value, half = found.value - sign * offset.value, found.half_width
+    value, half = summed.value - sign * offset.value, summed.half_width
     low, high = (
         (sign * offset.low, sign * offset.high)
         if sign > 0.0
         else (sign * offset.high, sign * offset.low)
     )
-    return Interval(value, found.value - high - half, found.value - low + half)
+    return Interval(value, summed.value - high - half, summed.value - low + half)
 
 
 def reduced(
@@ -378,14 +378,14 @@ def free_columns(samples: RegressionSamples) -> tuple[tuple[str, ...], tuple[Vec
 
 
 def spread_as(
-    plain: Mapping[str, Interval], found: dict[str, Interval], samples: RegressionSamples
+    plain: Mapping[str, Interval], fitted: dict[str, Interval], samples: RegressionSamples
 ) -> dict[str, Interval]:
-    """Return the intervals `found`, at least as wide as those of least squares, `plain`.
+    """Return the intervals `fitted`, at least as wide as those of least squares, `plain`.
 
     They are widened only if some parameters are fixed, because the intervals of least squares
     include the uncertainty of fixed parameters.
     """
     if not samples.fixed:
-        return found
-    half = {name: max(one.half_width, plain[name].half_width) for name, one in found.items()}
-    return {name: Interval.around(one.value, half[name]) for name, one in found.items()}
+        return fitted
+    half = {name: max(one.half_width, plain[name].half_width) for name, one in fitted.items()}
+    return {name: Interval.around(one.value, half[name]) for name, one in fitted.items()}

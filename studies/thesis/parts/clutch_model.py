@@ -117,7 +117,7 @@ def _table_4_7(part: Part, found: Identification) -> None:
     """The coefficients with their 95 % intervals."""
     law = found.ramp.by_position if found.ramp is not None else None
     assert law is not None
-    for side, unsure in zip(("plus", "minus"), law.unsure, strict=True):
+    for side, unsure in zip(("plus", "minus"), law.coefficients, strict=True):
         part.add(
             "table_4_7",
             {
