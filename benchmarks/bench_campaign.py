@@ -46,7 +46,7 @@ FINE: dict[str, Any] = {"method": "DOP853", "rtol": 1e-10, "max_step": np.inf}
 
 
 def steps() -> TrialPlayer:
-    """What plays one step of 1.1 s on a drawn clutch."""
+    """Return a player of one step of 1.1 s on drawn clutches."""
     return trial(None, steps=(Step(Quantity(value=TARGET, unit="rad"), SECONDS),), drive_noise=0.0)
 
 

@@ -120,7 +120,7 @@ def friction(v: float) -> float:
 
 
 def next_breakaway(x: float) -> float:
-    """When the spring has reached the breakaway with the mass at rest at x."""
+    """Return the time when the spring reaches the breakaway force, with the mass at rest at x."""
     return (x + BREAKAWAY / STIFFNESS) / SPEED
 
 

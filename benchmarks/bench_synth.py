@@ -68,7 +68,7 @@ def worst(plants: Sequence[GeneralisedPlant], recentring: float = RECENTRING) ->
 
 
 def outcome(plants: Sequence[GeneralisedPlant], solver: str, options: dict[str, Any]) -> str:
-    """What the plain form says of itself, and the largest true norm of its controllers."""
+    """Return the solver's status of the plain form, and the largest true norm of its controllers."""
     try:
         found = plain(plants, solver, **options)
     except Exception as error:  # whatever cvxpy raises is what its user gets

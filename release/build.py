@@ -27,7 +27,7 @@ class Failed(Exception):
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What must not matter."""
+    """Umask, time zone, language and hash seed, none of which may change the built files."""
 
     umask: int
     zone: str

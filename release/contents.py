@@ -1,4 +1,4 @@
-"""What has to be in a source distribution and in a wheel, and what must not."""
+"""Required and unwanted files of a source distribution and of a wheel."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ MADE = (
 
 
 def is_clone(root: Path) -> bool:
-    """Whether `root` is the top of a git checkout."""
+    """Return True if `root` is the top of a git checkout."""
     return (root / ".git").exists()
 
 

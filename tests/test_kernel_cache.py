@@ -62,7 +62,7 @@ def test_of_many_the_last_ones_stay_and_the_current_one_always(tmp_path: Path) -
 
 
 def test_what_was_used_within_the_hour_stays(tmp_path: Path) -> None:
-    """By an older frictool, perhaps, that holds no lock and still runs."""
+    """An older frictool that holds no lock may still run with it."""
     folder = left_over(tmp_path, "young", 600.0, locked=False)
     assert not remove(folder)
     assert remove(folder, time.time() + 2 * 3600.0)

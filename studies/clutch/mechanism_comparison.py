@@ -51,7 +51,8 @@ class Compared:
 
     @property
     def meets(self) -> tuple[bool, bool]:
-        """Whether all plants meet 5.4.1: of the exhaustive clutch, of the reduced one."""
+        """Return if all plants of the exhaustive clutch meet 5.4.1, and if all of the reduced one
+        do."""
         return all(plant.all_met for plant in self.exhaustive), all(
             plant.all_met for plant in self.reduced
         )
@@ -82,7 +83,7 @@ def _axes(log: Log) -> Log:
 
 
 def missed(found: Compared) -> list[str]:
-    """What of the requirements on a reduction it misses."""
+    """Return the requirements on a reduction that it misses."""
     out = []
     if found.apart > BACKLASH:
         out.append(

@@ -87,8 +87,10 @@ class Forces:
 
 
 def forces(mechanism: Mechanism) -> Forces:
-    """What acts on the cart of the clutch's mechanism. Raises KeyError where it is not one of the
-    clutch."""
+    """Return the forces on the cart of the clutch's mechanism.
+
+    Raises KeyError if it is another mechanism.
+    """
     rack, areas, cam = (
         _link(mechanism, "rack", Rack),
         _link(mechanism, "hydraulics", Hydraulic),

@@ -1,5 +1,5 @@
-"""What an observer's speed buys a controller beside that of the encoder's difference: laws of one
-rig with both, on the same plants.
+"""Control with the velocity of an observer, compared with the difference of the encoder: laws of
+one rig with both, on the same plants.
 
     python -m studies.clutch.observed_velocity SPEC BUILD LAW...      BUILD/LAW/{controller,observed}.yaml,
                                                            {run,observed}.mcap
@@ -45,7 +45,7 @@ RUNS = {"(5.70)": ("controller.yaml", "run.mcap"), "observer": ("observed.yaml",
 
 
 def figures(spec: Spec, controller: Controller, log: Log) -> list[str]:
-    """Of one law with one speed, as HEADS."""
+    """Return the figures of one law with one velocity, in the order of HEADS."""
     own, verdict = law("", spec, controller, log), judge(spec, [log], controller)
     errors = [
         stream_metrics(spec, evidence)[0].get("velocity_error_rms", math.nan)

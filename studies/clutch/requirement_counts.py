@@ -36,8 +36,8 @@ FAST = 0.130  # s
 
 @dataclass(frozen=True)
 class Target:
-    """What a design has to meet: so many vertices of 16, so many random plants of 1000; the
-    response [s] at each vertex."""
+    """Numbers of vertices (of 16) and random plants (of 1000) on which a design has to meet the
+    specification; its response [s] at each vertex."""
 
     vertices: int
     plants: int
@@ -49,7 +49,7 @@ TARGETS = {"speed": Target(16, 995), "position": Target(14, 825), "fast": Target
 
 @dataclass(frozen=True)
 class Plant:
-    """What one plant met and took: requirement -> met; worst over its steps [s, %, rad]; energy
+    """Requirements that one plant met, its worst figures over the steps [s, %, rad], and the energy
     [A^2] of the opening and the closing step.
 
     A value is None where there is none, such as the response of what never settles.
@@ -129,7 +129,7 @@ def counted(spec: Spec, controller: Controller, logs: Iterable[Log]) -> Counted:
 
 
 def missed(found: Counted) -> list[str]:
-    """What of the design's target it misses."""
+    """Return the parts of its target that the design misses."""
     target = TARGETS.get(found.design)
     if target is None:
         return []
@@ -205,8 +205,8 @@ def _middle_and_worst(values: list[float | None], scale: float, digits: int) -> 
 
 
 def spends_least(designs: list[Counted]) -> bool:
-    """Whether the speed form spends less than position form and RST, on the nominal plant and on
-    average everywhere else."""
+    """Return True if the speed form spends less than the position form and RST, on the nominal
+    plant and on average on all others."""
     known = {found.design: found for found in designs if found.design in PUBLISHED}
     if len(known) < len(PUBLISHED):
         return True

@@ -52,7 +52,7 @@ def identified() -> Model:
 
 @cache
 def controller(name: str) -> Controller:
-    """Of designs/NAME.yaml, or of laws/NAME.yaml."""
+    """Return the controller that is designed from designs/NAME.yaml or laws/NAME.yaml."""
     path = next(
         path
         for path in (CLUTCH / f"designs/{name}.yaml", CLUTCH / f"laws/{name}.yaml")

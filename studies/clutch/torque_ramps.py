@@ -40,8 +40,8 @@ CENTRED, OFF = 0.05, 0.25  # of half the swing
 
 @dataclass(frozen=True)
 class Ramps:
-    """Of one hold at `reference` [rad]: middle and half of the torques at standstill [N m], how
-    often the ramp turns."""
+    """Torques at standstill in a hold at `reference` [rad]: their middle and half range [N m], and
+    the number of turns of the ramp."""
 
     reference: float
     centre: float
@@ -65,7 +65,7 @@ def yielding(mechanism: Mechanism) -> Mechanism:
 
 
 def ramps(log: Log) -> list[Ramps]:
-    """Of each hold of the log."""
+    """Return the torque ramps of each hold of the log."""
     stream = next(one for one in log.streams if one.topic == MAIN_TOPIC)
     reference, torque = stream.signals["reference"], stream.signals["effort"]
     still = stream.signals["velocity"] == 0.0
@@ -82,7 +82,7 @@ def ramps(log: Log) -> list[Ramps]:
 
 
 def missed(rigid: list[Ramps], soft: list[Ramps]) -> list[str]:
-    """What does not show the asymmetry as the text has it."""
+    """Return the observations that contradict the asymmetry in the text."""
     out = [
         f"rigid flanks, {one.reference:g} rad: ramps around {one.centre:.4f} N m"
         for one in rigid

@@ -97,7 +97,7 @@ def by_observer(kind: str, log: Run) -> Found:
 
 
 def by_estimator(log: Run) -> Found:
-    """What `observe run` does, after each move what it knows then."""
+    """Return the figures of the estimator of `observe run`."""
     piece = log.pieces[0]
     wear, velocity = WearEstimator(believed()), VelocityEstimator(believed()).take(piece)[0]
     known = np.full(piece.time.size, wear.estimate.wear.value)

@@ -59,8 +59,8 @@ HEADS = {
 
 @dataclass(frozen=True)
 class Truth:
-    """What a simulated log knows, (n,) each: time [s], velocity [rad/s], dry friction [N m] of the
-    velocity's sign."""
+    """True values of a simulated log, each (n,): time [s], velocity [rad/s], dry friction [N m]
+    with the sign of the velocity."""
 
     time: Vector
     velocity: Vector
@@ -211,8 +211,8 @@ def line(figures: First | Second) -> tuple[str, ...]:
 
 
 def figures(folder: Path, test: str, loop: str, name: str) -> First | Second:
-    """Of one observer in one loop: folder/test/LOOP/run.mcap, folder/test/NAME.yaml,
-    folder/test/LOOP/NAME.mcap."""
+    """Return the figures of one observer in one loop, from folder/test/LOOP/run.mcap,
+    folder/test/NAME.yaml and folder/test/LOOP/NAME.mcap."""
     observer = load(folder / test / f"{name}.yaml", Observer)
     model = load(folder / test / "model.yaml", Model)
     known = truth(model, read_log(folder / test / loop / "run.mcap").streams[0])

@@ -143,7 +143,7 @@ def coverage(model: Model, found: list[Run]) -> tuple[float, float]:
 
 
 def record(model: Model, path: Path) -> list[str]:
-    """Of a measured log, to its zero-phase velocity."""
+    """Return the table of a measured log, compared with its zero-phase velocity."""
     lines = []
     pieces: list[MotionBlock] = list(open_stream(path, model.bench).pieces())
     rule = bandwidth_of(model)

@@ -1,4 +1,4 @@
-"""How often intervals hold wear that goes on: python -m studies.observers.wear_drift
+"""Coverage of the intervals while wear grows: python -m studies.observers.wear_drift
 
 Rows: wear that grows by so much in 20 pieces of two moves each; how many intervals of 95 % hold it,
 their median half width, and the rms error after the first 8 moves, over 3 sequences of random

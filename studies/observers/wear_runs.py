@@ -26,7 +26,7 @@ def reference(seed: int, random: bool = False) -> np.ndarray[Any, np.dtype[np.fl
 
 
 def estimates(unit: Unit, seed: int, loop: Loop, random: bool = False) -> list[WearEstimate]:
-    """What is known after each move of a log."""
+    """Return the estimate after each move of a log."""
     estimator, found = WearEstimator(believed()), []
     for piece in run(unit, reference(seed, random), seed, loop).pieces:
         found += estimator.take(piece)

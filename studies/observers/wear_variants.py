@@ -1,5 +1,5 @@
-"""What was tried for the wear estimator, as a table: windows, and what is believed of friction over
-speed that the model has not.
+"""Variants of the wear estimator as a table: windows, and prior beliefs about friction over speed
+that the model lacks.
 
     python -m studies.observers.wear_variants [SEEDS]
 

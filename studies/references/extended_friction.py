@@ -93,8 +93,8 @@ class Slow:
         return float(run.t[-1]), run.y[:, -1], bool(run.t_events[0].size)
 
     def rest(self, t: float, end: float, y: Vector) -> tuple[float, float]:
-        """When the body at rest since t breaks away, and in which direction; (end, 0) where it does
-        not."""
+        """Return the time and direction in which the body, at rest since t, breaks away; (end, 0)
+        if it does not."""
         array, lag = self.drive.as_array(), self.extension.lag
         x, _, q, w = y.tolist()
 

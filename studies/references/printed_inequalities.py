@@ -28,7 +28,7 @@ from frictool.typing import Matrix
 
 @dataclass(frozen=True)
 class Plain:
-    """What the solver says, and what it returns."""
+    """Status of the solver and its solution."""
 
     status: str
     gamma: float

@@ -98,8 +98,8 @@ def _slip(
 def _breakaway(
     body: FrictionBody, drive: EffortFunction, t: float, end: float, y: Vector
 ) -> tuple[float, float]:
-    """When the body at rest since t breaks away before `end`, and in which direction; (end, 0)
-    where it does not."""
+    """Return the time and direction in which the body, at rest since t, breaks away before `end`;
+    (end, 0) if it does not."""
 
     def at(s: float) -> float:
         rate = float(y[0]) - drive.target

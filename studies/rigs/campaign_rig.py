@@ -59,7 +59,7 @@ def played(spread: Spread | None = None, **fields: object) -> Scenario:
 
 
 def trial(spread: Spread | None = EVERYTHING, seed: int = 3, **fields: object) -> TrialPlayer:
-    """What plays draws of it, in memory."""
+    """Return a player of trials of the rig, in memory."""
     setting = CampaignSetting(
         clutch_model(),
         truthful(controller()),

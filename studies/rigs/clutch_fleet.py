@@ -76,7 +76,7 @@ UNITS_STREAM, NOISE_STREAM, TARGETS_STREAM = 101, 102, 103  # beside the seed
 
 @dataclass(frozen=True)
 class Unit:
-    """What one clutch is: factors on the parameters of nonlinear.yaml, and its wear.
+    """Factors of one clutch on the parameters of nonlinear.yaml, and its wear.
 
     wear: of all dry friction, that in the gap too. added [N m]: on top of it, in either direction,
     outside the gap. forward, backward: of one direction, outside the gap. zone: of all dry friction
@@ -103,7 +103,7 @@ class Unit:
 
     @property
     def kind(self) -> Kind:
-        """What its wear is, where it is of one kind."""
+        """Return the kind of its wear, if the wear is of one kind."""
         if self.added != 0.0:
             return "additive"
         if self.forward != self.backward:
@@ -131,7 +131,8 @@ def clutch() -> Model:
 
 @functools.cache
 def believed() -> Model:
-    """What an estimator is given: the inertia 20 % low, and its range as much wider."""
+    """Return the model that an estimator gets: the inertia 20 % low, its range wider by the same
+    amount."""
     model = clutch()
     inertia = model.parameters.inertia
     low, high = inertia.interval

@@ -125,8 +125,8 @@ def emps_controller() -> Controller:
 def closed_loop_inputs(
     controller: Controller, start: float, target: float, samples: int = 1200
 ) -> list[dict[str, float]]:
-    """What the controller sees on the axis of its bench, a sample a row: a step there, and half-way
-    back."""
+    """Return the inputs of the controller on the axis of its bench, a row for each sample, along a
+    step to `target` and half-way back."""
     bench = controller.bench
     mechanics, actuator = bench.mechanics, bench.actuator
     axis = AxisParameters(

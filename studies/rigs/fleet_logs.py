@@ -33,7 +33,7 @@ def model_file(folder: Path, model: Model | None = None) -> Path:
 def log_of(
     unit: Unit, seed: int, seconds: float = 8.0, noise: float = NOISE, **metadata: dict[str, str]
 ) -> Log:
-    """What a clutch would have logged of `seconds` of steps, with what only a simulation knows."""
+    """Return the log of a clutch along `seconds` of steps, with the simulation's true velocity."""
     played = run(unit, steps(seconds), seed, noise=noise)
     piece = played.pieces[0]
     signals = {

@@ -26,7 +26,7 @@ def clutch() -> Bench:
 
 
 def record(log: Recording, truth: AxisParameters = TRUTH, name: str = "log") -> MotionRecord:
-    """What a bench with that encoder makes of a log."""
+    """Return the record that a bench with the encoder of `truth` makes of a log."""
     return make_record(
         name,
         log.time,
@@ -99,7 +99,7 @@ def _sine(seed: int, top_speed: float = MASS_SPEED) -> tuple[Vector, np.random.G
 
 
 def mass_reference(seed: int) -> Vector:
-    """What the position loop of `mass_sine` was asked for, (n,) m."""
+    """Return the reference (n,) [m] of the position loop of `mass_sine`."""
     return _sine(seed)[0][MASS_SETTLE:]
 
 

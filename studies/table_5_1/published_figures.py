@@ -81,7 +81,7 @@ def deviation(found: float, printed: str) -> float:
 
 
 def is_printed_so(found: float, printed: str) -> bool:
-    """Whether the figure, written with as many decimals as the print has, is the printed one."""
+    """Return True if the figure, rounded to the printed number of decimals, is the printed one."""
     decimals = len(printed.partition(".")[2])
     return (
         math.isfinite(found)

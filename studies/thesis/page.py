@@ -26,7 +26,7 @@ CHAPTERS = {
 
 
 def chapter_of(name: str) -> str:
-    """Of "table_4_2", "section_5_4", "annex_c_5_2", "figure 5.13" or "5.13"."""
+    """Return the chapter of "table_4_2", "section_5_4", "annex_c_5_2", "figure 5.13" or "5.13"."""
     return (
         "C"
         if name.startswith(("annex", "C"))
@@ -35,7 +35,8 @@ def chapter_of(name: str) -> str:
 
 
 def called(name: str) -> str:
-    """Of "table_4_2", "section_5_4" or "annex_c_5_2": table 4.2, thesis 5.4, annex C.5.2."""
+    """Return the title of "table_4_2", "section_5_4" or "annex_c_5_2": table 4.2, thesis 5.4, annex
+    C.5.2."""
     kind, _, number = name.partition("_")
     return f"{'Thesis' if kind == 'section' else kind.capitalize()} {number.replace('_', '.').capitalize()}"
 

@@ -1,4 +1,4 @@
-"""What a part of the reproduction hands over: values by table and key, figures by number."""
+"""Results of one part of the reproduction: values by table and key, figures by number."""
 
 from __future__ import annotations
 

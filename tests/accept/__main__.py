@@ -36,7 +36,7 @@ def collect(folder: Path) -> dict[str, Check]:
 
 
 def run(checks: dict[str, Check]) -> dict[str, dict[str, Any]]:
-    """What each check found, a check to a core."""
+    """Run each check in a process of its own; return the results."""
     _started.update(checks)
     with ProcessPoolExecutor(min(len(checks), os.cpu_count() or 1), get_context("fork")) as pool:
         asked = {pool.submit(one, name): name for name in checks}
@@ -49,7 +49,7 @@ _started: dict[str, Check] = {}  # as a process inherits them
 
 
 def one(name: str) -> dict[str, Any]:
-    """What a check found. One that raises has failed, and says what it raised."""
+    """Return the result of a check; one that raises has failed, with the exception as its error."""
     start = time.perf_counter()
     try:
         result = _started[name]()

@@ -90,8 +90,8 @@ def friction() -> dict[str, Any]:
 
 
 def _friction(unit: Unit, seed: int, loop: Loop) -> dict[str, tuple[float, float, int, int]]:
-    """Of rest, slip and the gap: sum of squared errors, of true friction, how many are within the
-    interval, and of how many."""
+    """Return, for rest, slip and gap: the sum of squared errors, the sum of absolute friction, the
+    number of samples within the interval, and the number of samples."""
     reference = steps(20.0)
     logged, silent = (run(unit, reference, seed, loop, noise) for noise in (NOISE, 0.0))
     (piece,), velocity, effort = logged.pieces, logged.velocity, silent.pieces[0].effort

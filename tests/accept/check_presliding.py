@@ -44,7 +44,7 @@ def _held(one: Estimate, truth: float) -> bool:
 
 
 def hits(law: str, found: Presliding) -> dict[str, bool]:
-    """Whether the intervals of the law that was put in hold it."""
+    """Return, for each parameter of the simulated law, if its interval holds the true value."""
     contact, elements = getattr(found, law), found.maxwell_slip
     if law != "maxwell_slip":
         out = {"stiffness": _held(contact.stiffness, STIFFNESS)}

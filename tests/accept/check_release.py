@@ -145,7 +145,7 @@ def _identifying(place: Path, name: str) -> subprocess.Popen[bytes]:
 
 
 def _kept(place: Path) -> dict[str, int]:
-    """What is kept, and when it was written."""
+    """Return the kept kernels with the time of their last write."""
     found = (
         path
         for folder in (place / "kernels").glob(f"{PREFIX}*")
@@ -155,8 +155,10 @@ def _kept(place: Path) -> dict[str, int]:
 
 
 def _run(command: list[Any], folder: Path) -> str:
-    """What a program prints. Raises RuntimeError with its last line where it ends otherwise than
-    with 0."""
+    """Return the output of a program.
+
+    Raises RuntimeError with its last line if its exit code is not 0.
+    """
     environment = {
         name: value
         for name, value in os.environ.items()

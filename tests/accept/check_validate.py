@@ -39,7 +39,7 @@ def table_4_1_closed_loop() -> dict[str, Any]:
 
 
 def open_loop_coverage() -> dict[str, Any]:
-    """How often the open loop's intervals hold the truth, of a carriage under its own servo."""
+    """Return the coverage of the open loop's intervals, for a carriage under its own servo."""
     hits = np.zeros(len(SLIDING), dtype=int)
     for seed in range(AXES):
         truth, record = linear_axis(seed)

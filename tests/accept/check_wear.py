@@ -38,7 +38,7 @@ WINDOWS = 3000  # of SOON moves
 
 
 def covers(share: float) -> bool:
-    """Whether intervals hold as often as they should."""
+    """Return True if a share of covering intervals is within the accepted range."""
     return LOWEST <= share <= HIGHEST
 
 
@@ -94,8 +94,8 @@ def _reached(figures: dict[str, float]) -> bool:
 
 
 def windows(wear: float, count: int) -> Iterator[WearEstimate]:
-    """What SOON moves and no others tell of spread plants: `count` times, along both kinds of
-    steps, under both loops."""
+    """Yield the estimates from windows of SOON moves alone: `count` windows of spread plants, along
+    both kinds of steps, under both loops."""
     given, seed = 0, 0
     while given < count:
         for loop in LOOPS:

@@ -50,7 +50,7 @@ EMPS_WITHIN = 0.1  # of the identified Coulomb friction
 
 
 def estimates(unit: Unit, seed: int, loop: Loop) -> list[WearEstimate]:
-    """What is known after each move of a log; every other one of random targets."""
+    """Return the estimate after each move of a log; every other log has random targets."""
     estimator, found = WearEstimator(believed()), []
     for piece in run(unit, reference(seed, random=seed % 2 == 1), seed, loop).pieces:
         found += estimator.take(piece)
@@ -58,7 +58,7 @@ def estimates(unit: Unit, seed: int, loop: Loop) -> list[WearEstimate]:
 
 
 def estimated(unit: Unit, seed: int, loop: Loop) -> WearEstimate:
-    """What is known at the end of a log."""
+    """Return the estimate at the end of a log."""
     return estimates(unit, seed, loop)[-1]
 
 
@@ -83,8 +83,8 @@ def truths(unit: Unit, found: WearEstimate) -> Iterator[tuple[str, EstimateRange
 
 
 def confusion(loop: Loop, plants: str) -> dict[str, Any]:
-    """Which kind is told of runs of each kind, at the end and after SOON moves, and whether the
-    intervals of its values hold."""
+    """Return the reported kinds for runs of each kind, at the end and after SOON moves, and the
+    coverage of the intervals of their values."""
     table: dict[str, Counter[str]] = {}
     soon: dict[str, Counter[str]] = {}
     held: dict[str, list[bool]] = {}

@@ -1,4 +1,4 @@
-"""What packages offer: found, lazily, and by the same function that the command calls."""
+"""Exports of packages: lazy, complete, and the functions that the commands call."""
 
 from __future__ import annotations
 

@@ -47,8 +47,8 @@ def test_the_bounds_hold_at_least_as_often_as_they_say(draws: int) -> None:
 
 
 def _missed(draws: int, method: Method) -> float:
-    """How often the interval misses 1/2 where a plant fails if just one of two factors is in its
-    upper half, in a Latin hypercube.
+    """Return how often the interval misses 1/2 in a Latin hypercube, if a plant fails when just one
+    of two factors is in its upper half.
 
     n/2 draws have x1 < 1/2, and H of them, hypergeometric, x2 < 1/2 too: n - 2 H fail. Nothing of
     it is what either factor does alone.

@@ -29,8 +29,8 @@ def test_a_latin_hypercube_has_one_draw_in_each_part_of_each_factor(count: int) 
 
 
 def test_a_latin_hypercube_has_means_that_vary_less() -> None:
-    """What it is for (McKay, Beckman and Conover 1979): of a sum of functions of one factor each,
-    by more than a factor n."""
+    """The variance of the mean of a sum of functions of one factor each falls by more than a factor
+    n (McKay, Beckman and Conover 1979)."""
 
     def means(method: Method) -> list[float]:
         draws = (draws_of(method, 50, 3, seed).units for seed in range(60))

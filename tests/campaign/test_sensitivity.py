@@ -1,4 +1,5 @@
-"""Which factors failures come from, question by question, and what two factors do only together."""
+"""Factors that cause failures, question by question, and effects that two factors have only
+together."""
 
 from __future__ import annotations
 

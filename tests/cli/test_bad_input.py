@@ -117,7 +117,7 @@ def test_a_damaged_input_is_one_line_and_no_output(
     ],
 )
 def test_a_raw_log_cut_in_its_last_number_is_refused(line: str, lost: int, tmp_path: Path) -> None:
-    """What is left of the number parses: the missing line end tells."""
+    """The rest of the number parses; the missing line end shows the cut."""
     log = tmp_path / "log.csv"
     log.write_text(
         "time,encoder,current\n" + "".join(f"{k / 1000:.3f},{k},{k + 10}\n" for k in range(60))

@@ -43,8 +43,7 @@ def rows_of(path: Path) -> list[dict[str, str]]:
 
 
 def test_each_trial_has_the_numbers_of_simulate_and_report(tmp_path: Path) -> None:
-    """Of its scenario written to a file, played, logged, read and judged: the same to the last
-    bit."""
+    """Its scenario, written to a file, played, logged, read and judged, gives the same bits."""
     command = write(tmp_path, played(EVERYTHING))
     assert run(*command, "-n", "3", "--cores", "1", "--table", tmp_path / "trials.csv").code in (
         0,

@@ -28,8 +28,8 @@ finally:
 
 
 def answered(words: str, incomplete: str = "") -> tuple[list[str], str]:
-    """What frictool answers for a line that ends in `incomplete`, without what it says of the kind,
-    and the heavy libraries it loaded."""
+    """Return frictool's completions of a line that ends in `incomplete`, without their kinds, and
+    the heavy libraries that it loaded."""
     line = f"frictool {words} {incomplete}".split()
     place = len(line) if not incomplete else len(line) - 1
     environment = os.environ | {

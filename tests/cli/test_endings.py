@@ -1,4 +1,4 @@
-"""What a name ends in says the format, in every command alike."""
+"""The ending of a file's name selects its format in the same way in every command."""
 
 from __future__ import annotations
 

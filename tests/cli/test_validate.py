@@ -67,7 +67,7 @@ def model(folder: Path, inertia: float = 2.0) -> Path:
 
 
 def log(folder: Path, closed: bool = False, columns: str = "time,x,wanted,i") -> Path:
-    """What the axis does, written as a bench would: open loop under a current, or along a
+    """Write the log of an axis as a bench would: in open loop under a current, or along a
     reference."""
     time = np.arange(4000) * PERIOD
     wanted = 0.05 * (1.0 - np.cos(2.0 * np.pi * time))

@@ -34,7 +34,7 @@ class Told:
         return 7
 
     def run(self, law: str, segments: tuple[Segment, ...], samples: int) -> LawTrajectory:
-        """Which test it is shows in how long it takes."""
+        """Return the scripted trajectory; the duration identifies the test."""
         end = segments[-1][0]
         time, pace = np.linspace(0.0, end, samples), self.pace[law]
         if end == 300.0:

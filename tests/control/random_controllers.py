@@ -218,8 +218,8 @@ def wanderings(draw: st.DrawFn, samples: int = 50) -> tuple[float, list[Sample]]
 
 @st.composite
 def assaults(draw: st.DrawFn, samples: int = 60) -> tuple[float, list[Sample]]:
-    """What no axis does: references from end to end at every sample, positions that jump over their
-    whole interval, and beyond it."""
+    """Draw inputs that no axis gives: references from end to end at every sample, positions that
+    jump over and beyond their whole interval."""
     random = np.random.default_rng(draw(seeds))
     low, high, top = -0.5 * TRAVEL, 1.5 * TRAVEL, 1600.0
     pools = ([low, high], [low, high, 0.0, TRAVEL], [10.0 * low, 10.0 * high, low, high])

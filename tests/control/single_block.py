@@ -23,7 +23,7 @@ class Block:
         self.machine = compile_program(self.program)
 
     def place(self, name: str) -> int:
-        """Of an input, a state or a named value."""
+        """Return the index of an input, a state or a named value."""
         given = self.program.inputs.get(name) or self.program.states.get(name)
         if given is not None:
             return given.index
@@ -47,8 +47,8 @@ class Block:
         return np.array([self.step(**dict(zip(inputs, row, strict=True))) for row in rows])
 
     def value(self, name: str) -> float:
-        """Of an input, a state or a named value, after the last sample: of a state, what it will be
-        at the next one."""
+        """Return an input, a state or a named value after the last sample; for a state, its next
+        value."""
         return float(self.machine.real[self.place(name)])
 
 

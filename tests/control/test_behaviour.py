@@ -98,7 +98,7 @@ def test_the_mirrored_inputs_give_the_mirrored_drive(law: str, number: str) -> N
 
 
 def test_resumes_from_rest_as_from_the_start() -> None:
-    """What was before a rest leaves no trace but the encoder's own state."""
+    """The past before a rest leaves no trace but the encoder's own state."""
     controller = clutch_controller(CUT_LAW, prefilter=False)
     used, new = Running(controller, 0.0), Running(controller, 30.0)
     for position in np.linspace(0.0, 30.0, 300):

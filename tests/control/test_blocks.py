@@ -1,5 +1,5 @@
-"""What stands before the linear controller: each block against another form of it, and the
-properties that the design rests on."""
+"""Blocks before the linear controller: each against another form of it, and the properties that the
+design relies on."""
 
 from __future__ import annotations
 

@@ -18,7 +18,7 @@ CONSTANT, BOUND = 13.4e-3, 50.0
 
 
 def efforts(commands: list[float], delay: int, lag: float, period: float) -> list[float]:
-    """Of the block, sample by sample."""
+    """Return the efforts of the block, sample by sample."""
     program = Program()
     drive = program.input("drive", -BOUND, BOUND)
     program.output = mean_effort(program, drive, CONSTANT, BOUND, delay, lag, period)

@@ -73,7 +73,7 @@ def test_no_program_overflows(seed: int, kept: int) -> None:
 
 
 def test_most_random_programs_fit() -> None:
-    """What test_no_program_overflows leaves out is the smaller part."""
+    """test_no_program_overflows leaves out the smaller part."""
 
     def fits(seed: int) -> bool:
         try:

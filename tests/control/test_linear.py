@@ -164,8 +164,8 @@ def test_a_stable_state_reaches_its_bound_and_no_more(n: int, seed: int) -> None
 def test_states_stay_within_their_bounds_under_a_limited_drive(
     n: int, conditional: bool, seed: int
 ) -> None:
-    """Whatever enters, with anti-windup or with an integrator held while it would push a limited
-    drive further."""
+    """For any input, with anti-windup or with an integrator that is held while it would push a
+    limited drive further."""
     equation = (
         _integrating(np.random.default_rng(seed), n)
         if conditional

@@ -1,4 +1,4 @@
-"""How far the thesis numbers its equations, figures, tables and sections."""
+"""Last numbers of the thesis's equations, figures, tables and sections."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ LAST_SECTION = {
 
 
 def is_there(number: str, last: dict[str, int]) -> bool:
-    """Whether the thesis has an equation, figure, table or section of this number, as "5.71" or
-    "4.2.5.4"."""
+    """Return True if the thesis has an equation, figure, table or section of this number, as "5.71"
+    or "4.2.5.4"."""
     whole, _, part = number.rpartition(".")
     return 1 <= int(part) <= last.get(whole, 0)
 

@@ -1,4 +1,4 @@
-"""What a design asks of a method that does not do it is refused, and not passed over."""
+"""A key of a design that its method does not use is an error."""
 
 from __future__ import annotations
 

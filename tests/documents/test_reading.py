@@ -304,8 +304,8 @@ def test_documents_of_two_kinds_of_axis_do_not_mix() -> None:
 
 
 def _refusal(path: Path) -> str | None:
-    """What the reader says against the document; None where it takes it. Any other exception is a
-    failure."""
+    """Return the reader's message about the document, or None if it accepts it. Any other exception
+    is a failure."""
     try:
         load(path, Bench)
     except InputFileError as error:

@@ -1,5 +1,5 @@
-"""What happens to a loop while it runs: against the loop in Python, against plants that are so from
-the start, and by its physics."""
+"""Conditions that change while a loop runs: against the loop in Python, against plants that have
+the condition from the start, and by its physics."""
 
 from __future__ import annotations
 

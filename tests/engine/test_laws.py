@@ -39,7 +39,8 @@ def run(
 
 
 def departures(found: Trajectory, threshold: float = SPEED) -> np.ndarray:
-    """When the speed leaves the band of `threshold`, after the transient of the first jump."""
+    """Return the times when the speed leaves the band of `threshold`, after the transient of the
+    first jump."""
     slow = np.abs(found.velocity) < threshold
     return found.time[np.flatnonzero(slow[:-1] & ~slow[1:])]
 

@@ -107,7 +107,7 @@ def outcome(path: Path) -> str:
 
 
 def tally(count: int, folder: Path, sample: Path) -> dict[str, int]:
-    """How many of each outcome, of trees and of texts with something changed."""
+    """Return the number of each outcome, over trees and texts with something changed."""
     path = folder / "mechanism.yaml"
     text = sample.read_bytes()
     tree = yaml.load(text, Loader)

@@ -201,8 +201,8 @@ def test_any_words_at_all_are_saturated_and_never_undefined(
 def test_counts_become_words_to_the_nearest_but_for_the_multiplier(
     step: float, fraction: int, counts: int
 ) -> None:
-    """What POSITION_FROM_COUNTS computes, in whole numbers: within half a word and the step's own
-    rounding to 31 bits."""
+    """POSITION_FROM_COUNTS, computed in whole numbers, is exact within half a word and the rounding
+    of the step to 31 bits."""
     m, n = multiplier(step, fraction)
     word = counts * step * 2.0**fraction
     if not abs(word) < 2**31:

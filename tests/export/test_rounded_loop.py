@@ -55,7 +55,7 @@ def test_is_the_margin_of_the_loop_with_rounded_coefficients(
 def test_a_margin_that_rounding_takes_is_refused_with_vertex_and_figure(
     controller: Controller,
 ) -> None:
-    """What is specified lies between the margin in double and the one in q15."""
+    """The specified margin lies between the margin in double and the one in q15."""
     double, q15 = (rounded_loop(controller, number).modulus_margin for number in ("double", "q15"))
     specified = 0.5 * (double + q15)
     asked = replace(

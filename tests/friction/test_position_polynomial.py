@@ -49,7 +49,7 @@ def test_the_least_is_that_of_a_dense_grid(
 def test_the_place_of_a_cubic_s_least_is_where_it_turns(
     turning: float, other: float, power: float
 ) -> None:
-    """Of any size: a coefficient whose square overflows or vanishes counts as any other."""
+    """Coefficients may be of any size: those whose squares overflow or vanish count as any other."""
     assume(abs(turning - other) > 1e-3)
     scale = 10.0**power if turning > other else -(10.0**power)
     cubic = [scale * one for one in (0.0, turning * other, -0.5 * (turning + other), 1.0 / 3.0)]
@@ -97,7 +97,7 @@ def _written(sides: Sides, value: float) -> list[np.ndarray]:
 def test_friction_that_its_map_takes_below_zero_is_refused(
     terms: list[float], slip: float, more: float
 ) -> None:
-    """Whether slip and rest share a map, or have two of the same curve: both are judged alike."""
+    """Slip and rest may share a map or have two equal ones: both are judged alike."""
     curve, over = (1.5, *terms), (0.0, 2.0)
     assume(_mean(curve) > 0.1)
     smallest = minimum(normalised_coefficients(curve, *over), *over)[1]

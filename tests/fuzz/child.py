@@ -77,8 +77,8 @@ def command(name: str, index: int, path: Path, bench: Path, target: Path) -> lis
 
 
 def complaint(result: CommandResult, target: Path, before: set[str], salvage: bool) -> str | None:
-    """What is wrong with what the command did, or None. before: the names in the folder; salvage:
-    whether an error may leave an output."""
+    """Return the error in a command's behaviour, or None. before: names in the folder before it
+    ran; salvage: if an error may leave an output."""
     lines = result.stderr.splitlines()
     errors = [line for line in lines if line.startswith("error: ")]
     left = {path.name for path in target.parent.iterdir()} - before
@@ -116,8 +116,8 @@ def place_for(sample: Path, folder: Path) -> Path:
 def attempt(
     name: str, index: int, data: bytes, path: Path, bench: Path, longest: float = LONGEST
 ) -> str | None:
-    """What one input, written to `path`, did that none may, or None; the bench lies in the folder
-    of both. longest: s."""
+    """Return the forbidden behaviour on one input, written to `path`, or None; the bench lies in
+    the folder of both. longest: s."""
     folder = bench.parent
     target = folder / "out.mcap"
     path.write_bytes(data)

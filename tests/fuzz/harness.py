@@ -71,8 +71,8 @@ def _child(name: str, seed: int, first: int, count: int) -> subprocess.Completed
 
 
 def _one_format(name: str, seed: int, count: int) -> list[str]:
-    """What the inputs of one sample did. What took too long is tried once more: the machine may
-    have had other work."""
+    """Return the complaints about the inputs of one sample. An input that took too long is tried
+    once more, because the machine may have been busy."""
     findings, first = [], 0
     while first < count:
         done = _child(name, seed, first, count - first)

@@ -27,7 +27,7 @@ def sample(
 
 
 def test_mutated_inputs_are_read_or_refused_in_one_line(sample: tuple[str, Path], tmp_path: Path):
-    """Of every format, the unchanged sample first; in this process, so without a limit of
+    """Inputs of every format, the unchanged sample first; in this process, so without a limit of
     memory."""
     name, made = sample
     bench, data, path = tmp_path / "bench.yaml", made.read_bytes(), child.place_for(made, tmp_path)

@@ -1,4 +1,4 @@
-"""What counts as independent: strokes, repetitions of one stroke, parts of a stroke."""
+"""Independent parts of the data: strokes, repetitions of one stroke, parts of a stroke."""
 
 from __future__ import annotations
 

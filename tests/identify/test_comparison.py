@@ -1,5 +1,4 @@
-"""Which method `auto` takes, what it says of it, and what becomes of parameters that are refused
-after the fit."""
+"""The method that `auto` chooses, its report, and the parameters that are refused after the fit."""
 
 from __future__ import annotations
 

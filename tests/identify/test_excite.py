@@ -176,8 +176,7 @@ def test_sines_turn_at_other_places_each_time_and_are_what_the_plan_says() -> No
 
 
 def play(sequence: ExcitationSequence, bench: Bench) -> MotionRecord:
-    """What the clutch of the sample logs makes of breakaway ramps that are played by their
-    rules."""
+    """Return the record of breakaway ramps, played by their rules on the clutch of the sample logs."""
     p, step = TRUTH.as_array(), TRUTH.encoder_step
     command, segment = sequence.columns.values()
     advance_on, limits = sequence.figures["advance_on"], limits_of(bench)

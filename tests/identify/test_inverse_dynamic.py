@@ -83,8 +83,8 @@ def test_a_constant_keeps_its_size(bench: Bench) -> None:
 
 
 def test_intervals_span_the_errors_that_the_pipeline_makes_every_time() -> None:
-    """Of 4 times 12 intervals at 95 %, fewer than 41 would come once in ten thousand runs; the
-    pipeline's own hold 16."""
+    """Fewer than 41 of 4 times 12 intervals at 95 % would hold once in ten thousand runs; 16 of the
+    pipeline's own do."""
     hits = [linear_covered(seed) for seed in range(12)]
     assert sum(sum(hit.values()) for hit in hits) >= 41
     assert all(set(hit) == {"inertia", "viscous", "coulomb", "offset"} for hit in hits)

@@ -28,8 +28,8 @@ NONLINEAR = load(ROOT / "configs" / "clutch" / "nonlinear.yaml", Model)
 def test_the_curve_over_speed_is_the_friction_that_the_engine_has(
     speed: float, side: float
 ) -> None:
-    """What the engine's axis loses of its speed in a microsecond without an effort, its friction's
-    shape taken off."""
+    """The friction is the loss of the engine's speed in a microsecond without an effort, without
+    the shape over the position."""
     axis = axis_of(NONLINEAR)
     axis = axis._replace(laws=axis.laws._replace(shape=None), backlash=0.0)
     p, state, period = axis.as_array(), rest(30.0), 1e-6

@@ -1,5 +1,5 @@
-"""What `assess` and `excite` make of a load that the bench names: effort that is left, columns of
-the information, methods that know it."""
+"""Effect of a declared load on `assess` and `excite`: remaining effort, columns of the information,
+methods that know the load."""
 
 from __future__ import annotations
 

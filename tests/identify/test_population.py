@@ -1,5 +1,5 @@
-"""Whether many identifications are of one population: the level is kept where they are, and what
-differs is told where they are not."""
+"""Many identifications of one population keep the level; of different ones, the difference is
+reported."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What identification refuses, each from a simulated log: one reason, no model."""
+"""Logs that identification refuses, each simulated: one reason, no model."""
 
 from __future__ import annotations
 

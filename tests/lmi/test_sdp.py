@@ -46,8 +46,8 @@ def test_what_the_solver_cannot_hold_is_told() -> None:
 
 @pytest.mark.parametrize("sampled", [False, True])
 def test_the_assembled_inequalities_are_those_evaluated_from_the_plants(sampled: bool) -> None:
-    """What the solver is given, reduced and divided by gamma, is the Schur complement of what its
-    answer is judged by; built apart."""
+    """The cone program, reduced and divided by gamma, is the Schur complement of the inequality
+    that judges its solution; both are built apart."""
     random, gamma, n_w = np.random.default_rng(2), 1.7, 4
     problem = BoundedRealInequalities([random_plant(3, sampled=sampled)])
     given = random.normal(size=2 * problem.half + 2)

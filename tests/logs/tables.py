@@ -1,4 +1,4 @@
-"""What the tests of the formats share: a table read whole, and what a damaged file gives."""
+"""Tables read whole, and the losses of damaged files."""
 
 from __future__ import annotations
 

@@ -92,8 +92,8 @@ def test_what_no_counter_of_so_many_bits_shows():
 
 
 def reset_by_index(counts: np.ndarray, start: float) -> np.ndarray:
-    """What a counter shows that starts anywhere and is set to 0 whenever a multiple of a revolution
-    is passed: count by count."""
+    """Return the reading, count by count, of a counter that starts anywhere and is set to 0 at each
+    multiple of a revolution."""
     shown, out = start, np.empty(counts.size)
     out[0] = shown
     for k in range(1, counts.size):

@@ -21,7 +21,7 @@ CURRENT = np.array([0.5, -1.25, 3.0, 2.0])
 
 
 def made(rig: Bench, **columns: np.ndarray) -> Log:
-    """What `ingest` would make of four rows."""
+    """Return the log that `ingest` would make of four rows."""
     table = {"encoder": np.arange(4.0), "i": CURRENT, **columns}
     return mapped(MemoryTable(table, dict.fromkeys(table), "raw.csv"), rig)
 

@@ -137,7 +137,7 @@ def test_bytes_and_their_crc_are_those_of_a_plain_read(data: bytes, steps: list[
     shares=st.floats(0.001, 1.0),
 )
 def test_a_vector_that_grows_is_its_parts_joined(sizes: list[int], most: int, shares: float):
-    """Whatever the file seems to need."""
+    """The result does not depend on the size that the file seems to need."""
     pieces = [np.arange(size, dtype=np.int64) + 100 * place for place, size in enumerate(sizes)]
     vector = GrowingVector(np.int64, most)
     for piece in pieces:

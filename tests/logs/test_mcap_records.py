@@ -102,8 +102,8 @@ def test_a_length_that_is_wrong_costs_no_other_chunk():
 @example(at=8, flip=3)  # the header becomes a footer, which would end the file
 @example(at=10, flip=3)  # the header spans the records after it
 def test_a_flipped_byte_is_noticed_and_costs_little(name: str, at: int, flip: int):
-    """Whatever byte it is: the data's CRC tells, and no more than a record and what is found
-    instead of it is lost."""
+    """The data's CRC shows any flipped byte; at most one record, and anything found in its place,
+    is lost."""
     data = FILES[name]
     at %= len(data)
     damaged = bytearray(data)

@@ -45,7 +45,7 @@ WHOLE = as_bytes(LOG)
 
 
 def salvaged(data: bytes) -> tuple[Log, list[DataLoss]]:
-    """What `ingest --salvage` makes of the bytes, read back, and the losses that it lists."""
+    """Return the log that `ingest --salvage` makes of the bytes, and the losses that it lists."""
     with tempfile.TemporaryDirectory() as folder:
         source, target = Path(folder, "damaged.mcap"), Path(folder, "log.mcap")
         source.write_bytes(data)
@@ -59,7 +59,7 @@ def salvaged(data: bytes) -> tuple[Log, list[DataLoss]]:
 
 
 def is_part(found: Stream, whole: Stream) -> bool:
-    """Whether the samples are some of the whole's, bit for bit."""
+    """Return True if the samples are some of the whole's, bit for bit."""
     at = np.searchsorted(whole.time, found.time)
     same_time = bool((at < whole.time.size).all()) and np.array_equal(whole.time[at], found.time)
     return same_time and all(

@@ -20,7 +20,7 @@ STEEP, MU = st.floats(0.03, 0.8), st.floats(0.01, 0.5)
 
 
 def moved(steep: float, mu: float, form: str, torque: float) -> float:
-    """How fast the screw is after a few milliseconds from rest against 100 N."""
+    """Return the speed of the screw some milliseconds after rest, against 100 N."""
     return float(
         play(SCREW.format(angle=math.atan(steep), mu=mu, form=form), [[torque]] * 3).speed("screw")[
             -1

@@ -1,4 +1,4 @@
-"""How far a velocity is from the true one."""
+"""Error of an estimated velocity."""
 
 import math
 

@@ -63,7 +63,7 @@ class PlainObserver:
         return size if mode.direction > 0 else -size
 
     def step(self, position: float, effort: float) -> tuple[float, float, float, float]:
-        """What is found at this sample (theta, omega, F, alpha), then the next X-hat."""
+        """Return theta, omega, F and alpha at this sample; compute the next X-hat."""
         mode, period, known = self.mode(), self.document.sample_period_s, self.document.friction
         friction, error = self.friction(mode), position - self.theta
         found = self.theta, self.omega, friction, self.alpha

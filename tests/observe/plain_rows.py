@@ -24,7 +24,7 @@ def carried(position: Vector, gap: float) -> list[int]:
 
 
 def directions(position: Vector, layout: WeakFormLayout) -> list[int]:
-    """Of each sample the direction in which it slips for certain, or 0."""
+    """Return, for each sample, the direction in which it slips for certain, or 0."""
     n, reach = position.size, layout.reach
     start = layout.window + reach  # before it, nothing is known of the gap
     pushed = [0] * start + carried(position[start - 1 :], layout.gap)[1:]

@@ -19,7 +19,7 @@ class PlainTracking:
         self.branches: set[str] = set()
 
     def step(self, position: float, effort: float) -> tuple[float, float, float]:
-        """What is found at this sample (position, velocity, friction), then the next state."""
+        """Return position, velocity and friction at this sample; compute the next state."""
         f = self.facts
         miss = position - self.x
         half = 0.5 * f.cell
@@ -55,7 +55,7 @@ class PlainTracking:
     def move(
         self, x: float, v: float, d: float, gap: float, up: float, down: float, effort: float
     ) -> None:
-        """By the model to the next sample."""
+        """Move the state by the model to the next sample."""
         f, rate = self.facts, self.facts.period / self.facts.inertia
         drive = effort - f.offset if f.offset != 0.0 else effort
         push = drive + d

@@ -1,4 +1,4 @@
-"""What a log tells and no rig of the model can be."""
+"""Logs that no rig of the model can give."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""What a switched observer is made of: friction over position as intervals, its modes, their
-switches."""
+"""Parts of a switched observer: friction over position as intervals, its modes, their transitions."""
 
 from __future__ import annotations
 

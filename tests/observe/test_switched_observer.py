@@ -134,7 +134,8 @@ def test_stuck_it_freezes_the_wear_and_observes_no_friction(observer: Observer, 
 
 
 def _size(observer: Observer, found: ObserverOutput) -> Vector:
-    """Of the estimated friction, whose sign an observer far off may have wrong."""
+    """Return the magnitude of the estimated friction, because an observer far off may have its sign
+    wrong."""
     assert found.wear is not None
     if observer.kind == "multiplicative":
         return found.wear

@@ -30,7 +30,8 @@ COUNT = len(BEFOREHAND)
 
 
 def restrictions(draw: np.random.Generator) -> list[ParameterRestriction]:
-    """Of five columns to three parameters; they differ in what is known beforehand."""
+    """Return restrictions of five columns to three parameters, which differ in their prior
+    knowledge."""
     matrix, fixed = draw.normal(size=(5, 3)), draw.normal(size=5)
     return [
         ParameterRestriction(NAMES, matrix, fixed, draw.normal(size=3), draw.uniform(0.5, 2.0, 3))

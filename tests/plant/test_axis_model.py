@@ -111,7 +111,7 @@ def _viscous(value: float) -> Estimate:
 
 @pytest.mark.parametrize("own", [0.0, 2e-4])
 def test_a_vertex_with_the_models_own_numbers_is_the_model(own: float) -> None:
-    """Whatever its laws: directions that differ, knees, a map over a part of the travel."""
+    """For all laws: directions that differ, knees, a map over a part of the travel."""
     model = load(NONLINEAR, Model)
     laws = msgspec.structs.replace(
         model.laws,

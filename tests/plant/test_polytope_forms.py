@@ -1,4 +1,4 @@
-"""What may be scheduled, regimes of speed, and the linearised vertices."""
+"""Parameters that may be scheduled, regimes of speed, and the linearised vertices."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a refusal says to try passes, and a little beyond it does not."""
+"""The advice of a refusal passes, and a little beyond it does not."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""What links that lose make of inertia: the interval of the model holds what the whole mechanism
-shows when it accelerates and coasts."""
+"""Reflected inertia through lossy links: the interval of the model holds the inertia that the whole
+mechanism shows when it accelerates and coasts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a step says it neglects is what it leaves out."""
+"""Each step neglects exactly the effects that it states."""
 
 from __future__ import annotations
 

@@ -76,7 +76,7 @@ def test_two_builds_in_other_surroundings_have_the_same_bytes(
 
 
 def test_every_file_of_the_package_is_asked_for() -> None:
-    """What package-data leaves out is missing in a wheel, and in no clone."""
+    """A file that package-data leaves out is missing in a wheel, and in no clone."""
     import tomllib
     from fnmatch import fnmatch
 

@@ -1,4 +1,4 @@
-"""What an installation is asked to bring along is what the package imports, and the other way
+"""The declared dependencies of an installation are the imports of the package, and the other way
 round."""
 
 from __future__ import annotations

@@ -147,7 +147,7 @@ def test_text_is_large_enough_to_be_read_on_a_phone(
 
 
 def test_it_prints(chromium: Browser, pages: dict[str, Path]) -> None:
-    """What is folded on the screen stands open on paper, and no table is wider than it."""
+    """Parts that are folded on the screen are open on paper, and no table is wider than it."""
     chromium.open(pages["several"], DESKTOP)
     printed = base64.b64decode(
         chromium.call("Page.printToPDF", printBackground=True, preferCSSPageSize=True)["data"]

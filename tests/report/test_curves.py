@@ -1,4 +1,4 @@
-"""What is plotted is what was logged."""
+"""Plotted curves are the logged signals."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ def test_json_carries_each_requirement_and_each_hold(mixed: Verdict) -> None:
 
 
 def test_json_has_every_metric_of_every_hold_and_stream_or_says_why_not() -> None:
-    """Of logs with a load and without, of a smooth one, and of one that has next to nothing."""
+    """For logs with and without a load, for a smooth one, and for one with next to nothing."""
     bare = Log((stream(without=("load_position", "current", "command")),), {}, "bare.mcap")
     for log in (
         clutch_log(1),

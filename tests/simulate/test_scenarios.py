@@ -169,7 +169,7 @@ def test_replay_of_a_raw_log(braking: Path, tmp_path: Path) -> None:
 
 
 def test_replay_of_a_reference(braking: Path, tmp_path: Path) -> None:
-    """What one run was asked, asked again: the same reference, so the same motion to the bit."""
+    """The reference of a run, played again, gives the same motion to the bit."""
     _, first = play("faults", braking, tmp_path)
     shutil.copy(tmp_path / "run.mcap", tmp_path / "bench.mcap")
     again = tmp_path / "again.yaml"

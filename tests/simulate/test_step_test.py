@@ -134,8 +134,7 @@ def test_metadata_says_simulated_and_from_what() -> None:
 
 
 def test_a_measured_speed_is_in_the_log_and_in_the_loop() -> None:
-    """Of a sensor of its own: the true speed, and no other controller than the one that differences
-    the encoder."""
+    """A speed sensor gives the true speed; the controller is the one that differences the encoder."""
     by = controller()
     law = msgspec.structs.replace(by.position_law, action="brake", rest_speed=40.0)
     by = msgspec.structs.replace(by, position_law=law)

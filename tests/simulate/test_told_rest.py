@@ -1,4 +1,4 @@
-"""What ends at rest, as `simulate` tells it."""
+"""Report of a run that ends at rest."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What test files share."""
+"""Code that several folders of tests share."""

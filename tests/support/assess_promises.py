@@ -20,13 +20,14 @@ PARAMETERS = ("inertia", "viscous", "coulomb")
 
 
 def promised() -> dict[str, dict[str, Any]]:
-    """What assess says of each parameter."""
+    """Return the row of each parameter in the report of `assess`."""
     found = json.loads(run_checked("assess", "--bench", CLUTCH, "--noise", str(NOISE), "--json"))
     return {row["parameter"]: row for row in found["parameters"]}
 
 
 def identified(seed: int, folder: Path) -> tuple[dict[str, Any], dict[str, float]]:
-    """What identify prints of the proposed test on the axis of a seed, and what that axis is."""
+    """Return the output of `identify` on the proposed test of a seed's axis, and the true values of
+    that axis."""
     truth, nominal = experiment(seed)[0], clutch().mechanics
     test = run_checked(
         "excite", "--bench", CLUTCH, "--kind", "sines", "--seed", str(seed), "-o", "-"

@@ -33,8 +33,8 @@ def find() -> str | None:
 
 @dataclass
 class Seen:
-    """What happened while a page was open: addresses asked for, dialogs opened, errors and messages
-    on its console."""
+    """Events while a page was open: requested addresses, opened dialogs, errors and messages on its
+    console."""
 
     requests: list[str] = field(default_factory=list)
     dialogs: list[str] = field(default_factory=list)

@@ -230,7 +230,7 @@ def _played(
 
 
 def fits(program: Program, number: Number) -> bool:
-    """Whether fixed point can be scaled for it."""
+    """Return True if the program can be scaled for fixed point."""
     try:
         machine_in(program, number)
     except FixedPointOverflow:

@@ -59,7 +59,7 @@ def prose(page: Path) -> str:
 
 
 def anchors(page: Path) -> set[str]:
-    """What a link to a heading of the page is called, as GitHub makes it: lower case, blanks as
+    """Return the anchors of the page's headings as GitHub makes them: lower case, blanks as
     hyphens, no other signs."""
     made: list[str] = []
     for heading in re.findall(r"^#+ +(.*?)\s*$", prose(page), re.MULTILINE):

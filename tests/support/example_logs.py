@@ -81,7 +81,7 @@ def as_bytes(log: Log) -> bytes:
 
 
 def same(one: Log, other: Log) -> bool:
-    """Whether two logs have the same streams, bit for bit, and the same metadata."""
+    """Return True if two logs have the same streams, bit for bit, and the same metadata."""
     alike = one.metadata == other.metadata and len(one.streams) == len(other.streams)
     return alike and all(
         (a.topic, list(a.signals), a.units) == (b.topic, list(b.signals), b.units)

@@ -28,7 +28,7 @@ TYPES: dict[type, tuple[Any, ...]] = {
 
 
 def pointers(kernels: StaticKernels | DynamicKernels | HybridKernels) -> tuple[Any, ...]:
-    """What the drivers below take in place of the kernels."""
+    """Return the arguments of the drivers below that stand for the kernels."""
     return tuple(
         function_pointer(kernel, kind)
         for kernel, kind in zip(kernels, TYPES[type(kernels)], strict=True)

@@ -1,4 +1,4 @@
-"""What the tests of the mechanisms' engine share."""
+"""Runs of packed mechanisms from rest or a given state."""
 
 from __future__ import annotations
 
@@ -38,6 +38,6 @@ def moved(
 
 
 def instants(result: MechanismRun, kind: int, element: int) -> Vector:
-    """When an event happened."""
+    """Return the times of an event."""
     chosen = (result.events[:, 1] == kind) & (result.events[:, 2] == element)
     return np.asarray(result.events[chosen, 0])

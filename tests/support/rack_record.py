@@ -26,8 +26,8 @@ def stroke(folder: Path, *part: str) -> Path:
 
 
 def published_rack(folder: Path) -> dict[str, dict[str, float]]:
-    """What the published pipeline gives on the published part of the stroke, by name; skips without
-    the data."""
+    """Return the parameters of the published pipeline on the published part of the stroke, by name;
+    skip without the data."""
     log = stroke(folder, "--from", "0.034", "--to", "0.27")
     published = ("--method", "friction-force", "--cutoff-hz", "30", "--filter-order", "2")
     result = command("identify", log, "--bench", RACK, *published, "--json")

@@ -152,7 +152,7 @@ def idl_mcap(angle: Sequence[float]) -> bytes:
 
 
 def ros1_mcap(position: Sequence[float]) -> bytes:
-    """What a bag of ROS 1 becomes when it is converted to MCAP."""
+    """Return the MCAP file to which a ROS 1 bag is converted."""
     store = get_typestore(Stores.ROS1_NOETIC)
     kind = "sensor_msgs/msg/JointState"
     text = store.generate_msgdef(kind, ros_version=1)[0].encode()

@@ -261,7 +261,7 @@ def write(name: str, folder: Path) -> Path:
 
 
 def given(path: Path) -> Path:
-    """What frictool is given to read `path`: the file, or the bag that it is a part of."""
+    """Return the path that frictool gets to read `path`: the file, or the bag that contains it."""
     return path.parent if (path.parent / METADATA).exists() else path
 
 

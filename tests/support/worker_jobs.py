@@ -73,7 +73,7 @@ def untravelled(number: int) -> Any:
 
 
 def content(paths: tuple[Path, ...], job: str) -> tuple[str, list[tuple[str, bytes]]]:
-    """What the files hold that a job reads, by their names."""
+    """Return the contents of the files that a job reads, by name."""
     return job, [(path.name, path.read_bytes()) for path in paths]
 
 

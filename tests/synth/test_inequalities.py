@@ -1,4 +1,4 @@
-"""What is told where the inequalities have no solution, or none that holds."""
+"""Messages when the inequalities have no solution, or none that holds."""
 
 from __future__ import annotations
 

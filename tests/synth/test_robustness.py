@@ -1,5 +1,4 @@
-"""What is claimed of the vertices has to hold inside the box: a plant there that is worse ends the
-synthesis."""
+"""The claims for the vertices hold inside the box: a worse plant there ends the synthesis."""
 
 from __future__ import annotations
 

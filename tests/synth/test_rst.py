@@ -75,7 +75,7 @@ def test_tuned_better_than_the_rule_s_textbook_numbers() -> None:
 
 
 def _rule() -> tuple[float, float, float]:
-    """What the note tells of the rule, to the digits it tells."""
+    """Return the numbers of the rule that the note prints, to its digits."""
     words = _found().notes[0].split()
     frequency, damping, auxiliary = float(words[4]), float(words[8].rstrip(",")), float(words[12])
     return frequency, damping, auxiliary / frequency

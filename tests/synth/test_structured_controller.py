@@ -1,4 +1,4 @@
-"""What the parametrisation promises holds for every parameter: integrator, pole bound, damping,
+"""Properties of the parametrisation that hold for every parameter: integrator, pole bound, damping,
 order; its derivatives are those of K."""
 
 from __future__ import annotations

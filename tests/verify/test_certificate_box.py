@@ -1,5 +1,5 @@
-"""Which rectangles of rates hold plants of a box, how strong friction is in them, and whether cells
-cover them all."""
+"""Rectangles of rates that hold plants of a box, the strength of friction in them, and the coverage
+of all of them by cells."""
 
 from __future__ import annotations
 

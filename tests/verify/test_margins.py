@@ -141,7 +141,7 @@ def test_an_unstable_loop_has_no_margin() -> None:
 
 
 def test_small_gain_is_the_peak_of_friction_to_speed() -> None:
-    """By hand: H = G_w/(1 + L) where the friction enters beside the drive."""
+    """The friction enters beside the drive, so that H = G_w/(1 + L) by hand."""
     controller, rates = _loop(1015.0, 29.0, 60.0, 4.0, 10.0, 1)
     w = np.geomspace(0.1, 0.999 * np.pi / PERIOD, 5000)
     axis = linear_axis(rates, LAG, PERIOD).system.response(w)

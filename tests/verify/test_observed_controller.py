@@ -32,8 +32,8 @@ from tests.support.observed_loop import PERIOD, by_speed, tracking
 
 
 def frictionless(observer: Observer) -> Observer:
-    """What is linear of it: no dry friction, no cell, no backlash, no knees; viscous friction at
-    every speed."""
+    """Return the linear part of the observer: no dry friction, cell, backlash or knees; viscous
+    friction at every speed."""
     own = observer.tracking
     assert own is not None
     plain = msgspec.structs.replace(own, cell=0.0, knees=(), backlash=None)

@@ -1,4 +1,4 @@
-"""What every test of the workers has."""
+"""Settings of every test of the workers."""
 
 from __future__ import annotations
 

@@ -34,7 +34,7 @@ if __name__ == "__main__":
 
 @pytest.fixture(scope="module")
 def alone() -> dict[int, list[float]]:
-    """What one process finds."""
+    """Return the result of one process."""
     return dict(share(series, range(JOBS), cores=1))
 
 

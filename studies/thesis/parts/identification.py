@@ -57,8 +57,8 @@ def _values(samples: RegressionSamples, weight: Vector, memory: int) -> Vector:
 
 
 def _row(kind: str, values: list[Vector]) -> dict[str, float | str | Found]:
-    """Of each parameter the rms error in %, and between which errors 95 of 100 single trials lie,
-    as the published one is a single one."""
+    """Return, for each parameter, the rms error [%] and the range of 95 of 100 single trials,
+    because the published value is a single trial."""
     errors = 100.0 * np.abs(np.array(values) / TRUTH - 1.0)
     rms = np.sqrt(np.mean(errors**2, axis=0))
     low, high = np.quantile(errors, [0.025, 0.975], axis=0)
@@ -120,8 +120,7 @@ def _as_printed(log: MotionRecord, time_constant: float, weigh: bool) -> Vector:
 
 
 def _table_4_4(part: Part) -> None:
-    """By QR, as the product does, where conditioning changes nothing; and by the recursion (4.16)
-    as it is printed."""
+    """Add table 4.4, by QR as the product does, and by the recursion (4.16) as printed."""
     found: dict[str, list[Vector]] = {
         kind: [] for kind in ("plain", "conditioned", "recursive", "recursive_conditioned")
     }

@@ -23,7 +23,7 @@ CONFIGS = Path(__file__).parents[3] / "configs"
 
 
 def inputs() -> Part:
-    """What the files of configs/ say."""
+    """Return the published inputs that the files of configs/ state."""
     part = Part()
     _table_3_1(part)
     part.add(
@@ -51,7 +51,7 @@ def inputs() -> Part:
 
 
 def _ranges(bench: Bench) -> dict[str, Quantity]:
-    """What table 5.2 has of the clutch."""
+    """Return the ranges of table 5.2 that the clutch's bench states."""
     mechanics = bench.mechanics
     given = {
         "J": mechanics.inertia,

@@ -56,7 +56,8 @@ def log_of(name: str) -> Log:
 
 
 def mass_loops() -> Part:
-    """What the text says of each loop, and the figures that it prints without numbers."""
+    """Return the statements of the text about each loop, and the figures that it prints without
+    numbers."""
     part = Part()
     for name in LOOPS:
         found = figures(log_of(name).streams[0].signals["position_true"])

@@ -154,24 +154,24 @@ def _position(part: Part) -> None:
 
 
 def _lyapunov(box: Polytope, centre: GeneralisedPlant, recentring: float) -> LyapunovPair:
-    """Of the relaxed problem with its closed-loop poles within POLES."""
+    """Return the Lyapunov pair of the relaxed problem with closed-loop poles within POLES."""
     return minimise(
         [centre, *position(BANDWIDTH, *RELAXED, box=box)], recentring, PoleDisc(-POLES, POLES)
     )
 
 
 def _slowest(k: Lti) -> float:
-    """Of its poles, rad/s."""
+    """Return the magnitude of the slowest pole [rad/s]."""
     return float(np.min(np.abs(np.linalg.eigvals(k.a))))
 
 
 def _fastest(k: Lti) -> float:
-    """Of its poles, rad/s."""
+    """Return the magnitude of the fastest pole [rad/s]."""
     return float(np.max(np.abs(np.linalg.eigvals(k.a))))
 
 
 def _beyond_one(responses: NDArray[np.complex128]) -> float:
-    """By how much theta exceeds theta_c at the worst frequency, %."""
+    """Return the largest excess of theta over theta_c over the frequencies [%]."""
     return float(100.0 * (np.max(np.abs(1.0 - responses[:, :, 0, 0])) - 1.0))
 
 

@@ -1,5 +1,5 @@
-"""What sticks in several places at once, and what starts: against Gauss's principle tried face by
-face, and against hand."""
+"""Elements that stick in several places at once, and their starts: against Gauss's principle tried
+face by face, and against results by hand."""
 
 from __future__ import annotations
 

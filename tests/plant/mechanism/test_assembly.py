@@ -1,5 +1,5 @@
-"""What becomes of a document: ratios with their signs, losses, play at the second end, offsets,
-levels, speeds; all SI."""
+"""Arrays that the assembly makes of a document: ratios with their signs, losses, play at the second
+end, offsets, levels, speeds; all in SI."""
 
 from __future__ import annotations
 

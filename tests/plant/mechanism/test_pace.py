@@ -1,4 +1,4 @@
-"""How fast compliant links let a mechanism move: against its modes."""
+"""Speed limit that compliant links set on a simulation: against the modes of the mechanism."""
 
 from __future__ import annotations
 
