@@ -68,7 +68,8 @@ def name_of(row: Row) -> str:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m benchmarks",
-        description="Times frictool against its peers, prints a table and writes the rows as JSON. Exit code 1 where a row fails.",
+        description="Times frictool against its peers, prints a table and writes the rows as "
+        "JSON. Exit code 1 where a row fails.",
         epilog="Example: python -m benchmarks build/bench.json mechanism.real_time",
     )
     parser.add_argument("target", type=Path, help="the JSON file to write")
@@ -89,7 +90,8 @@ def main(arguments: list[str]) -> int:
     for wrong in (name for name in asked.ids if name not in names):
         near = difflib.get_close_matches(wrong, names, n=1)
         parser.error(
-            f"there is no row {wrong!r}{f'; did you mean {near[0]}?' if near else ';'} allowed: {', '.join(names)}"
+            f"there is no row {wrong!r}{f'; did you mean {near[0]}?' if near else ';'} allowed: "
+            f"{', '.join(names)}"
         )
     done, failed = run(rows, asked.ids)
     asked.target.parent.mkdir(parents=True, exist_ok=True)

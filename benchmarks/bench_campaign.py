@@ -89,7 +89,8 @@ def campaign_hundred_thousand() -> dict[str, Any]:
         "theirs": ALLOWED * theirs,
         "unit": "s",
         "ratio": ALLOWED * theirs / ours,
-        "accuracy": f"{MANY} on {CORES} cores in {ours / theirs:.3g} times {FEW} in one thread; {found.rate.passed} pass",
+        "accuracy": f"{MANY} on {CORES} cores in {ours / theirs:.3g} times {FEW} in one thread; "
+        f"{found.rate.passed} pass",
     }
 
 
@@ -135,7 +136,8 @@ def _against_pool(name: str, options: dict[str, Any]) -> dict[str, Any]:
         "theirs": peer,
         "unit": "s/trial",
         "ratio": peer / ours,
-        "accuracy": f"{near} of {PEER_PLANTS} peers end within a count of ours; ours with the start of its processes, judged",
+        "accuracy": f"{near} of {PEER_PLANTS} peers end within a count of ours; ours with the "
+        "start of its processes, judged",
     }
 
 

@@ -88,7 +88,8 @@ def _row(identity: str, method: str, rounds: int) -> dict[str, Any]:
         "theirs": theirs,
         "unit": "s",
         "ratio": theirs / ours,
-        "accuracy": f"{ours / theirs:.3g} times lstsq, peak {peak_bytes(method) / 1e9:.2f} GB, {off}",
+        "accuracy": f"{ours / theirs:.3g} times lstsq, peak {peak_bytes(method) / 1e9:.2f} GB, "
+        f"{off}",
     }
 
 

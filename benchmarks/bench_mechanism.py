@@ -123,7 +123,8 @@ def mechanism_length() -> dict[str, Any]:
         "accuracy": ", ".join(
             f"{n}: {1e3 * s:.3g} ms" for n, s in zip(LENGTHS, seconds, strict=True)
         )
-        + f"; where each slider sticks and slips, so that events grow with the length too: exponent {events:.2f}",
+        + "; where each slider sticks and slips, so that events grow with the length too: "
+        f"exponent {events:.2f}",
     }
 
 
@@ -235,7 +236,8 @@ def mechanism_mujoco() -> dict[str, Any]:
     import mujoco
 
     joints = "".join(
-        f'<body><joint name="j{i}" type="slide" axis="1 0 0" damping="{VISCOUS}" frictionloss="{COULOMB}"/>'
+        f'<body><joint name="j{i}" type="slide" axis="1 0 0" damping="{VISCOUS}" '
+        f'frictionloss="{COULOMB}"/>'
         f'<geom size=".01" mass="{MASS}" contype="0" conaffinity="0"/></body>'
         for i in range(20)
     )
@@ -245,7 +247,8 @@ def mechanism_mujoco() -> dict[str, Any]:
         for i in range(19)
     )
     model = mujoco.MjModel.from_xml_string(
-        f'<mujoco><option timestep="{MUJOCO_STEP}" gravity="0 0 0" integrator="implicitfast"/><worldbody>{joints}</worldbody>'
+        f'<mujoco><option timestep="{MUJOCO_STEP}" gravity="0 0 0" '
+        f'integrator="implicitfast"/><worldbody>{joints}</worldbody>'
         f'<tendon>{springs}</tendon><actuator><motor joint="j0"/></actuator></mujoco>'
     )
     data = mujoco.MjData(model)

@@ -57,7 +57,10 @@ def _along(hold: float, name: str, written: bool) -> dict[str, Any]:
             seconds.append(time.process_time() - start)
     outcome, ours = found.outcome(), statistics.median(seconds[1:])
     wear = outcome.estimate.wear
-    told = f"wear {wear.value:.3f} in [{wear.low:.3f}, {wear.high:.3f}], true {WEAR:g}; {outcome.estimate.moves} moves"
+    told = (
+        f"wear {wear.value:.3f} in [{wear.low:.3f}, {wear.high:.3f}], true {WEAR:g}; "
+        f"{outcome.estimate.moves} moves"
+    )
     return {
         "id": name,
         "peer": "the log itself, one core",
@@ -65,7 +68,8 @@ def _along(hold: float, name: str, written: bool) -> dict[str, Any]:
         "theirs": outcome.duration,
         "unit": "s",
         "ratio": outcome.duration / ours,
-        "accuracy": f"{told}, {outcome.samples} samples, {1e6 * ours / outcome.samples:.2f} us each{', written' if written else ''}",
+        "accuracy": f"{told}, {outcome.samples} samples, {1e6 * ours / outcome.samples:.2f} us "
+        f"each{', written' if written else ''}",
     }
 
 

@@ -42,7 +42,10 @@ def report_step() -> dict[str, Any]:
     a, b = pair(ours, theirs, 21)
     mine, other = ours(), theirs()
     apart = max(abs(mine[0] - other["SettlingTime"]), abs(mine[1] - other["RiseTime"])) * RATE
-    accuracy = f"times within {apart:.2g} samples of theirs, overshoot within {abs(mine[2] - other['Overshoot']):.1g} %"
+    accuracy = (
+        f"times within {apart:.2g} samples of theirs, overshoot within "
+        f"{abs(mine[2] - other['Overshoot']):.1g} %"
+    )
     return {
         "id": "report.step",
         "peer": "control.step_info",

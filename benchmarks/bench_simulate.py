@@ -48,7 +48,8 @@ from studies.rigs.example_controllers import clutch_controller
 
 PERIOD, SAMPLES, TARGET, START = 1e-3, 1100, 55.0, 5.0
 CLUTCH = AxisParameters(
-    inertia=1.32e-5, viscous=3.8e-4, coulomb=0.099, breakaway=0.109, constant=0.0134, lag=3e-3, drive_limit=50.0,
+    inertia=1.32e-5, viscous=3.8e-4, coulomb=0.099, breakaway=0.109, constant=0.0134, lag=3e-3,
+    drive_limit=50.0,
     backlash=3.0, backlash_coulomb=0.05, backlash_breakaway=0.055, encoder_step=2 * math.pi / 56,
 )  # fmt: skip
 LOADED = PositionLoad(
@@ -107,7 +108,8 @@ def simulate_clutch_step() -> dict[str, Any]:
         "theirs": theirs,
         "unit": "s",
         "ratio": theirs / ours,
-        "accuracy": f"position within {error:.1e} rad, peer {their_error:.1e} rad; {SAMPLES * PERIOD / ours:.2g} times real time",
+        "accuracy": f"position within {error:.1e} rad, peer {their_error:.1e} rad; "
+        f"{SAMPLES * PERIOD / ours:.2g} times real time",
     }
 
 
@@ -145,7 +147,8 @@ def simulate_loaded_step() -> dict[str, Any]:
         "theirs": theirs,
         "unit": "s",
         "ratio": theirs / ours,
-        "accuracy": f"a sample within {error:.1e} rad, peer {their_error:.1e} rad; {SAMPLES * PERIOD / ours:.2g} times real time",
+        "accuracy": f"a sample within {error:.1e} rad, peer {their_error:.1e} rad; "
+        f"{SAMPLES * PERIOD / ours:.2g} times real time",
     }
 
 
@@ -179,7 +182,8 @@ def simulate_random_plants() -> dict[str, Any]:
         "unit": "s",
         "ratio": theirs / seconds,
         "accuracy": (
-            f"{PLANTS} plants for {SAMPLES * PERIOD:g} s with their controllers, {len(log.main.signals)} channels each, "
+            f"{PLANTS} plants for {SAMPLES * PERIOD:g} s with their controllers, "
+            f"{len(log.main.signals)} channels each, "
             f"in {all_of_them:.2g} s on {numba.get_num_threads()} threads"
         ),
     }

@@ -257,9 +257,12 @@ def with_mujoco() -> Callable[[], Vector]:
     it starts to move after a rest."""
     import mujoco
 
-    model = mujoco.MjModel.from_xml_string(f"""<mujoco><option timestep="{MUJOCO_STEP}" gravity="0 0 0"/><worldbody><body>
-      <joint name="slide" type="slide" axis="1 0 0" damping="{VISCOUS}" frictionloss="{COULOMB}"/><geom size=".1" mass="{MASS}"/>
-      </body></worldbody><actuator><position joint="slide" kp="{STIFFNESS}"/></actuator></mujoco>""")
+    model = mujoco.MjModel.from_xml_string(f"""<mujoco>
+      <option timestep="{MUJOCO_STEP}" gravity="0 0 0"/><worldbody><body>
+      <joint name="slide" type="slide" axis="1 0 0" damping="{VISCOUS}" frictionloss="{COULOMB}"/>
+      <geom size=".1" mass="{MASS}"/>
+      </body></worldbody>
+      <actuator><position joint="slide" kp="{STIFFNESS}"/></actuator></mujoco>""")
     data = mujoco.MjData(model)
 
     def once() -> Vector:
@@ -361,8 +364,10 @@ def clutch_batch_solve_ivp() -> dict[str, Any]:
     factors = np.random.default_rng(6).uniform(0.7, 1.3, (PLANTS, 2))
     plants = [
         CLUTCH._replace(
-            coulomb=CLUTCH.coulomb * f, breakaway=CLUTCH.breakaway * f, backlash_coulomb=CLUTCH.backlash_coulomb * f,
-            backlash_breakaway=CLUTCH.backlash_breakaway * f, inertia=CLUTCH.inertia * (1.0 + 0.2 * (j - 1.0)),
+            coulomb=CLUTCH.coulomb * f, breakaway=CLUTCH.breakaway * f,
+            backlash_coulomb=CLUTCH.backlash_coulomb * f,
+            backlash_breakaway=CLUTCH.backlash_breakaway * f,
+            inertia=CLUTCH.inertia * (1.0 + 0.2 * (j - 1.0)),
         )
         for f, j in [(1.0, 1.0), *factors[1:]]
     ]  # fmt: skip
@@ -386,7 +391,8 @@ def clutch_batch_solve_ivp() -> dict[str, Any]:
         "unit": "s",
         "ratio": theirs / ours,
         "accuracy": (
-            f"{PLANTS} plants for {acting.size * PERIOD:g} s, {1e6 * ours / PLANTS:.3g} us each on {numba.get_num_threads()} threads; "
+            f"{PLANTS} plants for {acting.size * PERIOD:g} s, {1e6 * ours / PLANTS:.3g} us each "
+            f"on {numba.get_num_threads()} threads; "
             f"position within {errors[0]:.1e} rad, peer {errors[1]:.1e} rad"
         ),
     }

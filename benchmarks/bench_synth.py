@@ -68,7 +68,8 @@ def worst(plants: Sequence[GeneralisedPlant], recentring: float = RECENTRING) ->
 
 
 def outcome(plants: Sequence[GeneralisedPlant], solver: str, options: dict[str, Any]) -> str:
-    """Return the solver's status of the plain form, and the largest true norm of its controllers."""
+    """Return the solver's status of the plain form, and the largest true norm of its
+    controllers."""
     try:
         found = plain(plants, solver, **options)
     except Exception as error:  # whatever cvxpy raises is what its user gets
@@ -100,7 +101,10 @@ def against_plain(solver: str, options: dict[str, Any], repeats: int) -> dict[st
         quietly(lambda: plain(given, solver, **options)),
         repeats,
     )
-    said = f"ours {worst(plants)}; plain: {outcome(given, solver, options)}; plain in SI units: {outcome(plants, solver, options)}"
+    said = (
+        f"ours {worst(plants)}; plain: {outcome(given, solver, options)}; plain in SI units: "
+        f"{outcome(plants, solver, options)}"
+    )
     return row(f"synth.clutch_{solver.lower()}", f"plain (5.61), cvxpy+{solver}", seconds, said)
 
 
@@ -186,7 +190,8 @@ def synth_states() -> dict[str, Any]:
 
 
 def synth_plain_states() -> dict[str, Any]:
-    """Compare the plain form's gamma at each order with SLICOT's, or ours, on the family as it is."""
+    """Compare the plain form's gamma at each order with SLICOT's, or ours, on the family as it
+    is."""
     plants = {order: mixed_sensitivity(order) for order in (4, 6, 8, 10, 12)}
     seconds = pair(
         lambda: minimise([plants[12]], RECENTRING), quietly(lambda: plain([plants[12]])), 1

@@ -130,7 +130,8 @@ def velocity_along() -> dict[str, Any]:
         "theirs": 1e-3,
         "unit": "s/sample",
         "ratio": 1e-3 / ours,
-        "accuracy": f"rms {figures['velocity_rms_true']:.2f} rad/s, (5.70) {figures['velocity_rms_filter_true']:.2f} at its best",
+        "accuracy": f"rms {figures['velocity_rms_true']:.2f} rad/s, (5.70) "
+        f"{figures['velocity_rms_filter_true']:.2f} at its best",
     }
 
 

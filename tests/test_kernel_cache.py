@@ -204,7 +204,10 @@ def test_a_full_disk_keeps_nothing_and_stops_nothing(
 
 
 POSIX = pytest.mark.skipif(not hasattr(os, "geteuid"), reason="owners and modes of POSIX")
-ASK = "from frictool.runtime import kernels; print(kernels.FOLDER); print(*kernels.UNTRUSTED.values())"
+ASK = (
+    "from frictool.runtime import kernels; print(kernels.FOLDER); "
+    "print(*kernels.UNTRUSTED.values())"
+)
 
 
 def place_of_kernels(place: Path, user: Path) -> tuple[str, str]:

@@ -38,10 +38,13 @@ print(drive.power(3.0), alone.half(3.0))
 RIG = {
     "__init__.py": "",
     "limits.py": '"""Limits."""\nLIMIT = 2.0\n',
-    "law.py": 'from frictool.runtime.kernels import kernel\n\n\n@kernel\ndef force(v):\n    """A force."""\n    return v\n',
-    "drive.py": "from frictool.runtime.kernels import kernel\nfrom rig.law import force\nfrom . import limits\n\n\n"
+    "law.py": 'from frictool.runtime.kernels import kernel\n\n\n@kernel\ndef force(v):\n    """A '
+    'force."""\n    return v\n',
+    "drive.py": "from frictool.runtime.kernels import kernel\nfrom rig.law import force\nfrom . "
+    "import limits\n\n\n"
     "LIMIT = limits.LIMIT\n\n\n@kernel\ndef power(v):\n    return LIMIT * force(v) * v\n",
-    "alone.py": "from frictool.runtime.kernels import kernel\n\n\n@kernel\ndef half(v):\n    return 0.5 * v\n",
+    "alone.py": "from frictool.runtime.kernels import kernel\n\n\n@kernel\ndef half(v):\n    "
+    "return 0.5 * v\n",
 }
 
 
@@ -127,7 +130,8 @@ def test_a_kernel_that_two_processes_need_is_compiled_once(rig: Path) -> None:
 SOURCES = {
     "__init__.py": (
         "from frictool.runtime.lazy_exports import lazy_exports\n"
-        "from rig.near import near\n__getattr__, __dir__ = lazy_exports(__name__, {'far': 'rig.far'})\n"
+        "from rig.near import near\n__getattr__, __dir__ = lazy_exports(__name__, {'far': "
+        "'rig.far'})\n"
     ),
     "near.py": "near = 1\n",
     "far.py": "far = 1\n",
@@ -168,7 +172,8 @@ WHOLE = BASE | {"rig.far", "rig.sub", "rig.sub.deep", "rig.constants", "rig.apar
             BASE,
         ),
         (
-            "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    pass\nelse:\n    from rig.constants import C",
+            "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n    pass\nelse:\n    from "
+            "rig.constants import C",
             BASE | {"rig.constants"},
         ),
         ("from rig import far", BASE | {"rig.far"}),  # a lazy export

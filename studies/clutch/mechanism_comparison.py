@@ -1,7 +1,8 @@
 """The exhaustive clutch (2.16)-(2.23) against its one inertia (2.24)-(2.29), same controllers: do
 they do the same, is 5.4.1 met?
 
-    python -m studies.clutch.mechanism_comparison SPEC BUILD LAW...     BUILD/LAW/exhaustive.mcap, reduced.mcap
+    python -m studies.clutch.mechanism_comparison SPEC BUILD LAW...     BUILD/LAW/exhaustive.mcap,
+                                                                        reduced.mcap
                                                            (make -C configs/clutch mechanism)
 
 rotor: the largest distance between the two rotors at one time over the whole log; the backlash is 3
@@ -87,7 +88,8 @@ def missed(found: Compared) -> list[str]:
     out = []
     if found.apart > BACKLASH:
         out.append(
-            f"{found.law}: the rotors part by {found.apart:.2f} rad at {found.at:.3f} s, more than the backlash"
+            f"{found.law}: the rotors part by {found.apart:.2f} rad at {found.at:.3f} s, more "
+            "than the backlash"
         )
     if found.response_apart > SAME_RESPONSE:
         out.append(f"{found.law}: the responses differ by {100 * found.response_apart:.1f} %")
@@ -100,7 +102,8 @@ def missed(found: Compared) -> list[str]:
 def table(laws: list[Compared]) -> list[str]:
     """One law a line."""
     lines = [
-        f"{'law':<12}{'rotor apart rad':>17}{'at s':>9}{'response ms':>22}{'apart %':>10}{'5.4.1 exhaustive':>19}{'reduced':>12}"
+        f"{'law':<12}{'rotor apart rad':>17}{'at s':>9}{'response ms':>22}{'apart %':>10}"
+        f"{'5.4.1 exhaustive':>19}{'reduced':>12}"
     ]
     for one in laws:
         responses = ", ".join(
@@ -112,7 +115,8 @@ def table(laws: list[Compared]) -> list[str]:
             for group in (one.exhaustive, one.reduced)
         ]
         lines.append(
-            f"{one.law:<12}{one.apart:>17.3f}{one.at:>9.3f}{responses:>22}{100 * one.response_apart:>10.2f}{counts[0]:>19}{counts[1]:>12}"
+            f"{one.law:<12}{one.apart:>17.3f}{one.at:>9.3f}{responses:>22}"
+            f"{100 * one.response_apart:>10.2f}{counts[0]:>19}{counts[1]:>12}"
         )
         unmet = sorted(
             {name for plant in one.exhaustive for name, met in plant.met.items() if not met}

@@ -45,13 +45,15 @@ POINTS = 631
 TEXT = Template("""<!DOCTYPE html>
 <html lang="en"><head><meta charset="utf-8"><title>Figures 2.12 to 2.14</title>
 <style>
-body { font: 15px/1.5 sans-serif; color: #1d2733; max-width: 52rem; margin: 2rem auto; padding: 0 1rem }
+body { font: 15px/1.5 sans-serif; color: #1d2733; max-width: 52rem; margin: 2rem auto;
+  padding: 0 1rem }
 svg { width: 100%; height: auto }
 </style>
 </head><body>
 <h1>The clutch's forces and torques: figures 2.12 to 2.14</h1>
-<p>Computed from <code>$source</code>. The thesis only draws these curves. Here the springs' and the profile's are plausible data, chosen
-so that the rotor feels the friction that was identified on the real clutch; that friction, figure 2.14, is published in table 4.7.</p>
+<p>Computed from <code>$source</code>. The thesis only draws these curves. Here
+the springs' and the profile's are plausible data, chosen so that the rotor feels the friction that
+was identified on the real clutch; that friction, figure 2.14, is published in table 4.7.</p>
 $figures
 </body></html>
 """)
@@ -180,7 +182,8 @@ def main(arguments: list[str]) -> int:
     share = np.abs(found.clutch - found.compensation) / found.friction
     at, most = 1e3 * found.x[share.argmax()], 100.0 * share.max()
     print(
-        f"(2.27): the springs leave at most {most:.0f} % of the slideway's friction, at {at:.2f} mm of the cart"
+        f"(2.27): the springs leave at most {most:.0f} % of the slideway's friction, at {at:.2f} "
+        "mm of the cart"
     )
     return 0
 

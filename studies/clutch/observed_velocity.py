@@ -1,9 +1,9 @@
 """Control with the velocity of an observer, compared with the difference of the encoder: laws of
 one rig with both, on the same plants.
 
-    python -m studies.clutch.observed_velocity SPEC BUILD LAW...      BUILD/LAW/{controller,observed}.yaml,
-                                                           {run,observed}.mcap
-                                                           (make -C configs/clutch velocity)
+    python -m studies.clutch.observed_velocity SPEC BUILD LAW...
+        reads BUILD/LAW/{controller,observed}.yaml and BUILD/LAW/{run,observed}.mcap
+        (make -C configs/clutch velocity)
 
 Response, overshoot, error: the worst over the steps, of the nominal plant. meeting: plants that
 meet the specification; cycling: plants with a limit cycle in the last hold. speed: rms error of

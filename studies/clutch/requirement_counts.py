@@ -1,15 +1,13 @@
-"""5.4 counted: on how many plants a design meets 5.4.1, what it takes there, and table 5.3's
-energy.
+"""Number of plants on which a design meets 5.4.1, its figures there, and table 5.3's energy.
 
-    python -m studies.clutch.requirement_counts judge SPEC CONTROLLER LOG... -o FIGURES.json     a line of figures
-                                                                                   for each plant of
-                                                                                   the logs
-    python -m studies.clutch.requirement_counts print FIGURES.json...                            the table (make
-                                                                                   -C configs/clutch
-                                                                                   counts)
+    python -m studies.clutch.requirement_counts judge SPEC CONTROLLER LOG... -o FIGURES.json
+        writes a line of figures for each plant of the logs
 
-Each plant is judged by itself with `frictool report`'s requirements. The nominal plant of a log
-counts with no others. Exit code 1 where what is known of a design (TARGETS) is missed.
+    python -m studies.clutch.requirement_counts print FIGURES.json...
+        prints the table (make -C configs/clutch counts)
+
+Each plant is judged by itself with the requirements of `frictool report`. The nominal plant of a
+log counts with no others. Exit code 1 if a design misses its TARGETS.
 """
 
 from __future__ import annotations
@@ -162,7 +160,8 @@ def table(designs: list[Counted]) -> list[str]:
     names = list(designs[0].nominal.met)
     heads = "".join(f"{name.replace('_', ' ').replace(' time 95', ''):>14}" for name in names)
     lines = [
-        f"{'':<26}{'all of them':>12}{heads}   response ms      overshoot %     error rad       (median, worst)"
+        f"{'':<26}{'all of them':>12}{heads}   response ms      overshoot %     error rad       "
+        "(median, worst)"
     ]
     for found in designs:
         for what, group in (
@@ -173,7 +172,8 @@ def table(designs: list[Counted]) -> list[str]:
                 lines.append(_row(f"{found.design}, {what}", group, names))
     lines += [
         "",
-        f"{'energy over 0.28 s, A²':<26}{'opening':>9}{'closing':>9}{'both':>9}   published   vertices   random plants   margin",
+        f"{'energy over 0.28 s, A²':<26}{'opening':>9}{'closing':>9}{'both':>9}   published   "
+        "vertices   random plants   margin",
     ]
     for found in designs:
         printed = f"{PUBLISHED[found.design]:.2f}" if found.design in PUBLISHED else "-"
@@ -184,7 +184,8 @@ def table(designs: list[Counted]) -> list[str]:
         first, second = found.nominal.energy
         figures = f"{first:>9.1f}{second:>9.1f}{mean((first, second)):>9.1f}"
         lines.append(
-            f"{found.design:<26}{figures}{printed:>12}{groups[0]:>11}{groups[1]:>16}{found.margin:>9.3f}"
+            f"{found.design:<26}{figures}{printed:>12}{groups[0]:>11}{groups[1]:>16}"
+            f"{found.margin:>9.3f}"
         )
     return lines
 

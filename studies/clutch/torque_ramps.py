@@ -1,10 +1,12 @@
 """The asymmetry of thesis 4.4.4 (figures 4.14-4.16): torque ramps of the PID's limit cycle, with
 rigid flanks and with ones that yield.
 
-    python -m studies.clutch.torque_ramps yielding MECHANISM -o YIELDING      the same mechanism, its
+    python -m studies.clutch.torque_ramps yielding MECHANISM -o YIELDING      the same mechanism,
+                                                                              its
                                                                        backlash with flanks that
                                                                        yield
-    python -m studies.clutch.torque_ramps compare RIGID.mcap YIELDING.mcap    (make -C configs/clutch
+    python -m studies.clutch.torque_ramps compare RIGID.mcap YIELDING.mcap    (make -C
+                                                                              configs/clutch
                                                                        rebound)
 
 The integrator ramps the torque up and down between the two that break the rotor away; on the bench
@@ -95,7 +97,10 @@ def missed(rigid: list[Ramps], soft: list[Ramps]) -> list[str]:
 
 
 def _shown(centred: int, holds: int) -> str:
-    return f"rigid: ramps around 0 on {centred} of {holds} holds; flanks that yield: aside of 0 on most"
+    return (
+        f"rigid: ramps around 0 on {centred} of {holds} holds; flanks that yield: aside of 0 "
+        "on most"
+    )
 
 
 def main(arguments: list[str]) -> int:
@@ -106,7 +111,8 @@ def main(arguments: list[str]) -> int:
         case ["compare", rigid, soft]:
             found = [ramps(read_log(Path(path))) for path in (rigid, soft)]
             print(
-                f"{'hold at rad':<14}{'rigid: centre':>15}{'half N m':>10}{'turns':>7}{'yielding: centre':>19}{'half N m':>10}{'turns':>7}"
+                f"{'hold at rad':<14}{'rigid: centre':>15}{'half N m':>10}{'turns':>7}"
+                f"{'yielding: centre':>19}{'half N m':>10}{'turns':>7}"
             )
             for one, other in zip(*found, strict=True):
                 print(

@@ -1,7 +1,8 @@
 """The thesis's two switched observers and the estimator of `observe run` side by side, on the
 second test of 6.3.2, many times.
 
-    python -m studies.observers.estimator_comparison [SEEDS]        in make -C configs/clutch observers
+    python -m studies.observers.estimator_comparison [SEEDS]        in make -C configs/clutch
+                                                                    observers
 
 Each run is 20 s of steps on the clutch of nonlinear.yaml (encoder of 56 points, backlash, 0.5 A of
 noise) with its own noise and its own phase of the encoder; what estimates believes the inertia 20 %
@@ -185,11 +186,16 @@ def _row(name: str, loop: str, wear: float, found: NDArray[np.float64]) -> Row:
 
 def table(rows: list[Row]) -> list[str]:
     """For people."""
-    heads = f"{'loop':<8}{'wear':>5}  {'estimator':<22}{'bias %':>8}{'sd %':>8}{'velocity rad/s':>16}{'friction %':>12}"
+    heads = (
+        f"{'loop':<8}{'wear':>5}  "
+        f"{'estimator':<22}{'bias %':>8}{'sd %':>8}{'velocity rad/s':>16}{'friction %':>12}"
+    )
     return [
         heads,
         *(
-            f"{one.loop:<8}{one.wear:>5.1f}  {one.name:<22}{one.bias:>+8.2f}{one.deviation:>8.2f}{one.velocity:>16.1f}{one.friction:>12.1f}"
+            f"{one.loop:<8}{one.wear:>5.1f}  "
+            f"{one.name:<22}{one.bias:>+8.2f}{one.deviation:>8.2f}{one.velocity:>16.1f}"
+            f"{one.friction:>12.1f}"
             for one in rows
         ),
     ]

@@ -2,9 +2,9 @@
 
     python -m studies.observers.velocity_methods [EMPS_MODEL EMPS_LOG]
 
-Twenty clutches of 56 points that are spread (studies/rigs/clutch_fleet.py), worn by 1 to 1.5, 20 s of
-steps under the speed form and a PID, with 0.5 A of noise, the inertia believed 20 % low: rms to the
-true velocity over all, rad/s, and how often the interval of 95 % holds it. (5.70) and the
+Twenty clutches of 56 points that are spread (studies/rigs/clutch_fleet.py), worn by 1 to 1.5, 20 s
+of steps under the speed form and a PID, with 0.5 A of noise, the inertia believed 20 % low: rms to
+the true velocity over all, rad/s, and how often the interval of 95 % holds it. (5.70) and the
 difference have the cut-off that is best for each log by itself; Savitzky-Golay is not causal. With
 the two files of configs/emps also that record, to its zero-phase velocity.
 """
@@ -125,7 +125,8 @@ def clutches() -> list[str]:
     all_of, moving = coverage(model, found)
     return [
         *shown,
-        f"interval of 95 % of the tracking observer holds the velocity in {all_of:.1%} of the samples, of those in motion in {moving:.1%}",
+        f"interval of 95 % of the tracking observer holds the velocity in {all_of:.1%} of the "
+        f"samples, of those in motion in {moving:.1%}",
     ]
 
 
@@ -159,8 +160,10 @@ def record(model: Model, path: Path) -> list[str]:
             else f"{found['filter_cutoff_hz']:.0f} Hz"
         )
         lines.append(
-            f"{path.name}: tracking at {bandwidth:.0f} rad/s {found['velocity_rms']:.3g}, (5.70) at its best ({cutoff}) "
-            f"{found['velocity_rms_filter']:.3g}, to the zero-phase velocity of {found['zero_phase_cutoff_hz']:.0f} Hz"
+            f"{path.name}: tracking at {bandwidth:.0f} rad/s {found['velocity_rms']:.3g}, (5.70) "
+            f"at its best ({cutoff}) "
+            f"{found['velocity_rms_filter']:.3g}, to the zero-phase velocity of "
+            f"{found['zero_phase_cutoff_hz']:.0f} Hz"
         )
     return lines
 

@@ -33,7 +33,8 @@ def main() -> None:
                     ratios.append(one.wear.value / wear - 1.0)
             errors += ratios[SETTLED:]
         print(
-            f"{50 * step:6.3g} %   {np.mean(held):6.1%}   {np.median(half):10.2%}   {np.sqrt(np.mean(np.square(errors))):9.2%}"
+            f"{50 * step:6.3g} %   {np.mean(held):6.1%}   {np.median(half):10.2%}   "
+            f"{np.sqrt(np.mean(np.square(errors))):9.2%}"
         )
 
 

@@ -1,7 +1,8 @@
 """SLICOT's H-infinity synthesis (sb10ad) in a process of its own, with a time-out: on some plants
 it does not return.
 
-python -m studies.references.slicot < plant.npz      prints {"info": ..., "gamma": ..., "seconds": ..., "a":
+python -m studies.references.slicot < plant.npz      prints {"info": ..., "gamma": ..., "seconds":
+                                                     ..., "a":
                                             ..., ...}
 """
 

@@ -9,7 +9,8 @@ same with the inertia 20 % low. The controllers in controllers/ are designs/spee
 laws/linear.yaml (a PID) of configs/clutch, synthesised for nonlinear.yaml, without their
 certificates:
 
-    python -m studies.rigs.clutch_fleet SPEED LINEAR      writes them again, from what `frictool synth`
+    python -m studies.rigs.clutch_fleet SPEED LINEAR      writes them again, from what `frictool
+                                                          synth`
                                                     has made of the two designs
 """
 

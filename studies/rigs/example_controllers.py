@@ -80,7 +80,8 @@ def clutch_controller(
         delay_samples=1,
         drive="current",
         drive_limit=limit,
-        sign_convention="eta = integral(speed reference) - position; drive = K eta; a positive drive moves the axis forward",
+        sign_convention="eta = integral(speed reference) - position; drive = K eta; a positive "
+        "drive moves the axis forward",
         linear=speed or speed_controller(),
         position_law=law,
         verified=Verified(1.0, 1.0, 0.5, (vertex,)),
@@ -130,8 +131,10 @@ def closed_loop_inputs(
     bench = controller.bench
     mechanics, actuator = bench.mechanics, bench.actuator
     axis = AxisParameters(
-        inertia=mechanics.inertia.value, viscous=mechanics.viscous.value, coulomb=mechanics.coulomb.value,
-        breakaway=1.1 * mechanics.coulomb.value, constant=actuator.constant.value, lag=actuator.loop_time_constant_s,
+        inertia=mechanics.inertia.value, viscous=mechanics.viscous.value,
+        coulomb=mechanics.coulomb.value,
+        breakaway=1.1 * mechanics.coulomb.value, constant=actuator.constant.value,
+        lag=actuator.loop_time_constant_s,
         drive_limit=actuator.limit.value, encoder_step=bench.encoder.resolution,
     )  # fmt: skip
     references = np.where(np.arange(samples) < samples // 2, target, 0.5 * (start + target))

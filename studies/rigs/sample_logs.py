@@ -285,7 +285,8 @@ def main() -> None:
         text = csv(make(SEED))
         target.write_text(text, newline="\n")
         print(
-            f"{target.name}: {text.count(chr(10)) - 1} samples, {len(text) / 1e3:.0f} kB, seed {SEED}"
+            f"{target.name}: {text.count(chr(10)) - 1} samples, {len(text) / 1e3:.0f} kB, seed "
+            f"{SEED}"
         )
 
 

@@ -37,7 +37,10 @@ UNITS = {
     "command": "A",
     "load_position": "rad",
 }
-HOSTILE = '<script>document.title="run";alert("x")</script><img src="http://127.0.0.1:9/x.png" onerror="alert(1)">'
+HOSTILE = (
+    '<script>document.title="run";alert("x")</script><img src="http://127.0.0.1:9/x.png" '
+    'onerror="alert(1)">'
+)
 
 
 def clutch_spec(**changes: object) -> Spec:

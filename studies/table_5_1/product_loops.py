@@ -1,7 +1,8 @@
 """Table 5.1's loops as the product plays them: configs/mass, documents to synthesis to the target's
 program to the closed loop.
 
-python -m studies.table_5_1.product_loops configs/mass/build        the table of the logs there (make -C
+python -m studies.table_5_1.product_loops configs/mass/build        the table of the logs there
+                                                                    (make -C
                                                            configs/mass table_5_1)
 """
 
@@ -63,7 +64,8 @@ def table(logs: dict[str, Vector]) -> tuple[list[str], bool]:
     """Lines for people, each loop's figures above those that are known of it; and whether all of
     them are met."""
     lines = [
-        f"{'loop':<24}{'overshoot %':>14}{'response s':>14}{'static m':>14}{'cycle +- m':>14}{'period s':>14}"
+        f"{'loop':<24}{'overshoot %':>14}{'response s':>14}{'static m':>14}{'cycle +- m':>14}"
+        f"{'period s':>14}"
     ]
     met = True
     for name, positions in logs.items():
@@ -78,7 +80,8 @@ def table(logs: dict[str, Vector]) -> tuple[list[str], bool]:
         )
     farthest = float(np.max(np.abs(printed_step(600.0))))
     lines.append(
-        f"{'(5.41) as printed':<24}  the mass is {farthest:g} m from where it rested, after 600 s: its branches are inverted"
+        f"{'(5.41) as printed':<24}  the mass is {farthest:g} m from where it rested, after 600 "
+        "s: its branches are inverted"
     )
     return lines, met and farthest == 0.0
 

@@ -1,10 +1,10 @@
-"""Makes the thesis's tables and main figures anew beside the published ones: index.html and
-tables.json in a folder, a summary on stdout.
+"""Reproduction of the thesis's tables and main figures: writes index.html and tables.json into a
+folder, and prints a summary.
 
     python -m studies.thesis build/thesis [PART...]           make thesis
 
-With parts, only those. Exit code 1 where a value differs by more than its tolerance without a word
-in words.yaml, where a word is stale, or where a value or a figure is missing.
+Named parts are made alone. Exit code 1 if a value differs by more than its tolerance without a
+reason in words.yaml, if a reason is stale, or if a value or a figure is missing.
 """
 
 from __future__ import annotations
@@ -35,7 +35,8 @@ PARTS = {  # the longest first, so that no core waits for the last; what each ma
 
 
 def made(name: str) -> tuple[Part, str]:
-    """A part, and the traceback of what it raised. One that breaks must not hide the others."""
+    """Return a part and the traceback of its exception. A part that breaks must not hide the
+    others."""
     try:
         make: Callable[[], Part] = getattr(
             importlib.import_module(f"studies.thesis.parts.{name}"), name
@@ -46,16 +47,17 @@ def made(name: str) -> tuple[Part, str]:
 
 
 def collected(names: list[str]) -> tuple[Part, list[str]]:
-    """All parts in one, a part to a core, with what was wrong; tells progress on stderr."""
+    """Make the parts, one in each process, and join them; return errors too. Progress goes to
+    stderr."""
     start, whole, wrong = time.monotonic(), Part(), []
     for done, (name, part, broken) in enumerate(_each(names), start=1):
         _join(whole, part)
         if broken:
             wrong.append(f"{name}: {broken.strip().splitlines()[-1]}")
             print(broken, file=sys.stderr)
-        told = f"{len(part.values)} tables, {len(part.figures)} figures"
+        contents = f"{len(part.values)} tables, {len(part.figures)} figures"
         print(
-            f"{time.monotonic() - start:6.0f} s  {done} of {len(names)}  {name}: {told}",
+            f"{time.monotonic() - start:6.0f} s  {done} of {len(names)}  {name}: {contents}",
             file=sys.stderr,
             flush=True,
         )
@@ -63,7 +65,8 @@ def collected(names: list[str]) -> tuple[Part, list[str]]:
 
 
 def _each(names: list[str]) -> Iterator[tuple[str, Part, str]]:
-    """Name, part and traceback of each, as they are done; one alone is made in this process."""
+    """Yield name, part and traceback of each part as it is done; a single part is made in this
+    process."""
     if len(names) == 1:
         yield names[0], *made(names[0])
         return
@@ -84,7 +87,7 @@ def _join(whole: Part, part: Part) -> None:
         whole.add(table, {**values})
     for number, drawn in part.figures.items():
         whole.draw(number, drawn.caption, *drawn.svgs)
-    for table, lines in part.beside.items():
+    for table, lines in part.notes.items():
         for line in lines:
             whole.say(table, line)
 
@@ -113,10 +116,10 @@ def main(arguments: list[str]) -> int:
 
 
 def _make(target: Path, names: list[str]) -> int:
-    """The folder, and the exit code."""
+    """Make the parts, write the folder and return the exit code."""
     from frictool.cli.output_folder import save_folder
     from frictool.errors import FrictoolError
-    from studies.thesis.comparison import Judged, judge
+    from studies.thesis.comparison import Comparison, compare
     from studies.thesis.documents import read
     from studies.thesis.page import page
     from studies.thesis.summary import as_json, summary
@@ -128,8 +131,8 @@ def _make(target: Path, names: list[str]) -> int:
         return 3
     part, wrong = collected(names)
     chosen = None if len(names) == len(PARTS) else frozenset({*part.values, *part.figures})
-    found = judge(documents, part, chosen)
-    found = Judged(found.tables, (*wrong, *found.problems))
+    found = compare(documents, part, chosen)
+    found = Comparison(found.tables, (*wrong, *found.problems))
     files = {
         "index.html": page(documents, part, found),
         "tables.json": as_json(documents, part, found),

@@ -1,5 +1,5 @@
-"""Ours beside the published: what agrees, what differs and why, and what is wrong with the
-reproduction itself."""
+"""Comparison of computed and published values: agreements, differences with their reasons, and
+errors of the reproduction itself."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ import math
 from dataclasses import dataclass
 
 from studies.thesis.documents import KINDS, Documents, Kind, Row, Table, kind_of
-from studies.thesis.results import Found, Part
+from studies.thesis.results import ComputedValue, Part
 
 
 @dataclass(frozen=True)
-class Line:
-    """One value of both; `difference` in words, `word` why, where it differs; `allowed`: the
-    tolerance, in words; `kind`: see KINDS."""
+class ComparedValue:
+    """Computed and published value. difference: in words; word: its reason; allowed: the tolerance,
+    in words; kind: see KINDS."""
 
     key: str
     name: str
@@ -27,26 +27,26 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Judged:
-    """Every line by table, and what makes the reproduction fail."""
+class Comparison:
+    """Compared values of each table, and the problems that make the reproduction fail."""
 
-    tables: dict[str, list[Line]]
+    tables: dict[str, list[ComparedValue]]
     problems: tuple[str, ...]
 
     @property
-    def lines(self) -> list[Line]:
+    def lines(self) -> list[ComparedValue]:
         return [line for lines in self.tables.values() for line in lines]
 
     @property
     def counts(self) -> dict[Kind, tuple[int, int]]:
-        """Values of each kind, and how many of them agree."""
+        """Return the number of values of each kind, and the number of those that agree."""
         chosen = {kind: [line.agrees for line in self.lines if line.kind == kind] for kind in KINDS}
         return {kind: (len(agreeing), sum(agreeing)) for kind, agreeing in chosen.items()}
 
 
-def agrees(found: Found, row: Row) -> bool:
-    """A number within its tolerance of ours, or of ours with its spread; a text the same, where
-    ">8" is met by any number above 8."""
+def agrees(found: ComputedValue, row: Row) -> bool:
+    """Return True if the published value is within its tolerance of the computed one or of its
+    range; a text has to be the same, except that ">8" holds for any number above 8."""
     if isinstance(row.value, str) or isinstance(found.value, str):
         return _same(str(found.value), str(row.value))
     margin = row.within * abs(row.value)
@@ -61,9 +61,8 @@ def _same(ours: str, published: str) -> bool:
     return ours == published
 
 
-def judge(documents: Documents, part: Part, chosen: frozenset[str] | None = None) -> Judged:
-    """Lays everything side by side. `chosen`: only these tables and figures are asked for; None for
-    all."""
+def compare(documents: Documents, part: Part, chosen: frozenset[str] | None = None) -> Comparison:
+    """Compare all values. chosen: only these tables and figures are requested; None for all."""
     tables, problems, used = {}, [], set()
     for name, table in documents.tables.items():
         if chosen is not None and name not in chosen:
@@ -109,23 +108,25 @@ def judge(documents: Documents, part: Part, chosen: frozenset[str] | None = None
     problems += _lost(
         "frictool did not draw figures", [number for number in asked if number not in part.figures]
     )
-    return Judged(tables, tuple(problems))
+    return Comparison(tables, tuple(problems))
 
 
 def _lost(what: str, names: list[str]) -> list[str]:
-    """One line for all of them, or none."""
+    """Return one line that lists the names, or none."""
     return [f"{what} {', '.join(names)}"] if names else []
 
 
-def _lacks(line: Line) -> bool:
+def _lacks(line: ComparedValue) -> bool:
     return not line.agrees and not line.word
 
 
-def _line(name: str, key: str, table: Table, found: Found, words: dict[str, str]) -> Line:
+def _line(
+    name: str, key: str, table: Table, found: ComputedValue, words: dict[str, str]
+) -> ComparedValue:
     row, word = table.rows[key], words.get(f"{name} {key}", "")
     good = agrees(found, row)
     allowed = f" (allowed {100.0 * row.within:g} %)" if row.within else ""
-    return Line(
+    return ComparedValue(
         key=key,
         name=row.name or key,
         ours=_shown(found, row.unit),
@@ -138,22 +139,25 @@ def _line(name: str, key: str, table: Table, found: Found, words: dict[str, str]
     )
 
 
-def _shown(found: Found, unit: str) -> str:
+def _shown(found: ComputedValue, unit: str) -> str:
     text = number(found.value, unit)
     if found.low is None or found.high is None:
         return text
-    return f"{text} ({number(found.low, '')} to {number(found.high, '')}{', ' + found.spread if found.spread else ''})"
+    return (
+        f"{text} ({number(found.low, '')} to "
+        f"{number(found.high, '')}{', ' + found.spread if found.spread else ''})"
+    )
 
 
 def number(value: float | str, unit: str) -> str:
-    """Four digits, with the unit."""
+    """Return four digits with the unit."""
     if isinstance(value, str):
         return value
     text = "never" if math.isinf(value) else "none" if math.isnan(value) else f"{value:.4g}"
     return f"{text} {unit}".strip() if math.isfinite(value) else text
 
 
-def _difference(found: Found, row: Row) -> str:
+def _difference(found: ComputedValue, row: Row) -> str:
     if isinstance(row.value, str) or isinstance(found.value, str):
         return "" if _same(str(found.value), str(row.value)) else "differs"
     if row.value == 0.0:

@@ -1,4 +1,4 @@
-"""Reads published.yaml, words.yaml and figures.yaml; the cells of tables 2.1 and 3.2, and their
+"""Reader of published.yaml, words.yaml and figures.yaml. The cells of tables 2.1 and 3.2, and their
 words, are those of `frictool compare`."""
 
 from __future__ import annotations
@@ -22,8 +22,8 @@ GRIDS = {"2.1": (TABLE_2_1, PROPERTIES), "3.2": (TABLE_3_2, (*TESTS, "parameters
 
 
 class Row(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A published value. within: how far ours may be off, relative; 0 where text or a count has to
-    be the same."""
+    """Published value. within: allowed relative difference, 0 if text or a count has to be the
+    same."""
 
     value: float | str
     name: str = ""
@@ -91,7 +91,8 @@ def read(folder: Path = HERE) -> Documents:
             both = own.keys() & words.keys()
             if both:
                 raise ValueError(
-                    f"words.yaml and frictool/compare/thesis_tables.py both say why: {', '.join(sorted(both))}"
+                    "words.yaml and frictool/compare/thesis_tables.py both say why: "
+                    f"{', '.join(sorted(both))}"
                 )
             words |= own
     return Documents(tables, words, figures)

@@ -1,5 +1,5 @@
-"""The reproduction as one HTML file: ours beside the published, a word where they differ, figures.
-No script, no request to anywhere."""
+"""The reproduction as one HTML file: compared values, reasons of differences, figures. It has no
+script and sends no request."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import jinja2
 from markupsafe import Markup
 
 from frictool.compare.thesis_tables import TABLE_2_1, TABLE_3_2
-from studies.thesis.comparison import Judged, Line
+from studies.thesis.comparison import ComparedValue, Comparison
 from studies.thesis.documents import GRIDS, KINDS, Documents
 from studies.thesis.results import Part
 
@@ -38,11 +38,14 @@ def called(name: str) -> str:
     """Return the title of "table_4_2", "section_5_4" or "annex_c_5_2": table 4.2, thesis 5.4, annex
     C.5.2."""
     kind, _, number = name.partition("_")
-    return f"{'Thesis' if kind == 'section' else kind.capitalize()} {number.replace('_', '.').capitalize()}"
+    return (
+        f"{'Thesis' if kind == 'section' else kind.capitalize()} "
+        f"{number.replace('_', '.').capitalize()}"
+    )
 
 
-def page(documents: Documents, part: Part, judged: Judged) -> str:
-    """The HTML text; the same values and figures give the same bytes."""
+def page(documents: Documents, part: Part, comparison: Comparison) -> str:
+    """Return the HTML text; the same values and figures give the same bytes."""
     environment = jinja2.Environment(
         autoescape=True,
         undefined=jinja2.StrictUndefined,
@@ -51,21 +54,21 @@ def page(documents: Documents, part: Part, judged: Judged) -> str:
         keep_trailing_newline=True,
     )
     chapters = [
-        _chapter(number, title, documents, part, judged) for number, title in CHAPTERS.items()
+        _chapter(number, title, documents, part, comparison) for number, title in CHAPTERS.items()
     ]
-    lines = judged.lines
+    lines = comparison.lines
     return environment.from_string((HERE / "page.html.jinja").read_text(encoding="utf-8")).render(
         chapters=[chapter for chapter in chapters if chapter["tables"] or chapter["figures"]],
         values=len(lines),
         agreeing=sum(line.agrees for line in lines),
-        counts=[(KINDS[kind], *counted) for kind, counted in judged.counts.items()],
+        counts=[(KINDS[kind], *counted) for kind, counted in comparison.counts.items()],
         drawn=len(part.figures),
-        problems=judged.problems,
+        problems=comparison.problems,
     )
 
 
 def _chapter(
-    number: str, title: str, documents: Documents, part: Part, judged: Judged
+    number: str, title: str, documents: Documents, part: Part, comparison: Comparison
 ) -> dict[str, Any]:
     tables = [
         {
@@ -83,9 +86,9 @@ def _chapter(
             "different": [line for line in lines if not line.agrees]
             if documents.tables[name].grid
             else [],
-            "beside": part.beside.get(name, []),
+            "notes": part.notes.get(name, []),
         }
-        for name, lines in judged.tables.items()
+        for name, lines in comparison.tables.items()
         if chapter_of(name) == number
     ]
     figures = [
@@ -106,8 +109,8 @@ def _order(number: str) -> tuple[str, int]:
     return chapter, int(place)
 
 
-def _grid(grid: str, lines: list[Line]) -> dict[str, Any] | None:
-    """Rows of properties over columns of laws, as the thesis prints them."""
+def _grid(grid: str, lines: list[ComparedValue]) -> dict[str, Any] | None:
+    """Return rows of properties over columns of laws, as the thesis prints them."""
     if not grid:
         return None
     printed, heads = GRIDS[grid]

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
-class Found:
-    """One value of ours. With `low` and `high` the published one agrees if it lies between;
-    `spread` says what they are."""
+class ComputedValue:
+    """Computed value. With `low` and `high`, the published value agrees if it lies between them;
+    `spread` names that range."""
 
     value: float | str
     low: float | None = None
@@ -17,9 +17,8 @@ class Found:
 
 
 @dataclass(frozen=True)
-class Drawn:
-    """One figure of ours: `<svg>` elements one below the other, and what is seen in them, in our
-    own figures."""
+class DrawnFigure:
+    """Figure: `<svg>` elements one below the other, and a caption with the computed figures."""
 
     svgs: tuple[str, ...]
     caption: str
@@ -27,25 +26,25 @@ class Drawn:
 
 @dataclass
 class Part:
-    """values: table -> key; figures: the thesis's number -> what is drawn; beside: table -> lines
-    that no published value goes with."""
+    """Results of a part. values: table -> key; figures: number in the thesis -> figure; notes:
+    table -> lines without a published value."""
 
-    values: dict[str, dict[str, Found]] = field(default_factory=dict)
-    figures: dict[str, Drawn] = field(default_factory=dict)
-    beside: dict[str, list[str]] = field(default_factory=dict)
+    values: dict[str, dict[str, ComputedValue]] = field(default_factory=dict)
+    figures: dict[str, DrawnFigure] = field(default_factory=dict)
+    notes: dict[str, list[str]] = field(default_factory=dict)
 
-    def add(self, table: str, values: dict[str, float | str | Found]) -> None:
-        """Puts values into a table; a bare one has no spread."""
+    def add(self, table: str, values: dict[str, float | str | ComputedValue]) -> None:
+        """Add values to a table; a bare value has no spread."""
         mine = self.values.setdefault(table, {})
         for key, value in values.items():
             assert key not in mine, f"{table} {key} twice"
-            mine[key] = value if isinstance(value, Found) else Found(value)
+            mine[key] = value if isinstance(value, ComputedValue) else ComputedValue(value)
 
     def draw(self, number: str, caption: str, *svgs: str) -> None:
-        """Puts a figure in."""
+        """Add a figure."""
         assert number not in self.figures, f"figure {number} twice"
-        self.figures[number] = Drawn(svgs, caption)
+        self.figures[number] = DrawnFigure(svgs, caption)
 
     def say(self, table: str, line: str) -> None:
-        """A line below a table."""
-        self.beside.setdefault(table, []).append(line)
+        """Add a line below a table."""
+        self.notes.setdefault(table, []).append(line)

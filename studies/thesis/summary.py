@@ -1,4 +1,4 @@
-"""The reproduction for machines (tables.json) and for a terminal."""
+"""The reproduction as JSON (tables.json) and as text for a terminal."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ import json
 import math
 from typing import Any
 
-from studies.thesis.comparison import Judged
+from studies.thesis.comparison import Comparison
 from studies.thesis.documents import KINDS, Documents
-from studies.thesis.results import Found, Part
+from studies.thesis.results import ComputedValue, Part
 
 
-def as_json(documents: Documents, part: Part, judged: Judged) -> str:
-    """Every value of both, every figure's words, and what is wrong; no SVG."""
+def as_json(documents: Documents, part: Part, comparison: Comparison) -> str:
+    """Return all compared values, the texts of all figures, and the problems; no SVG."""
     tables = {
         name: {
             "title": documents.tables[name].title,
@@ -31,9 +31,9 @@ def as_json(documents: Documents, part: Part, judged: Judged) -> str:
                 }
                 for line in lines
             },
-            "beside": part.beside.get(name, []),
+            "beside": part.notes.get(name, []),
         }
-        for name, lines in judged.tables.items()
+        for name, lines in comparison.tables.items()
     }
     figures = {
         number: {**_plain(documents, number), "here": drawn.caption}
@@ -41,22 +41,22 @@ def as_json(documents: Documents, part: Part, judged: Judged) -> str:
         if number in documents.figures
     }
     counts = {
-        kind: {"values": count, "agree": good} for kind, (count, good) in judged.counts.items()
+        kind: {"values": count, "agree": good} for kind, (count, good) in comparison.counts.items()
     }
     whole = {
         "counts": counts,
         "tables": tables,
         "figures": figures,
-        "problems": list(judged.problems),
+        "problems": list(comparison.problems),
     }
     return json.dumps(whole, indent=2, ensure_ascii=False) + "\n"
 
 
-def _number(found: Found) -> dict[str, Any]:
-    told: dict[str, Any] = {"ours": _finite(found.value)}
+def _number(found: ComputedValue) -> dict[str, Any]:
+    fields: dict[str, Any] = {"ours": _finite(found.value)}
     if found.low is not None and found.high is not None:
-        told |= {"low": _finite(found.low), "high": _finite(found.high), "spread": found.spread}
-    return told
+        fields |= {"low": _finite(found.low), "high": _finite(found.high), "spread": found.spread}
+    return fields
 
 
 def _finite(value: float | str) -> float | str | None:
@@ -68,34 +68,37 @@ def _plain(documents: Documents, number: str) -> dict[str, str]:
     return {"title": figure.title, "where": figure.where, "there": figure.shows}
 
 
-def summary(documents: Documents, part: Part, judged: Judged) -> list[str]:
-    """A line a table, then what differs and why, then what is wrong."""
+def summary(documents: Documents, part: Part, comparison: Comparison) -> list[str]:
+    """Return a line for each table, then the differences with their reasons, then the problems."""
     lines = [f"{'':<20}{'values':>8}{'agree':>8}{'differ':>8}"]
-    for name, found in judged.tables.items():
+    for name, found in comparison.tables.items():
         good = sum(line.agrees for line in found)
         lines.append(
-            f"{name:<20}{len(found):>8}{good:>8}{len(found) - good:>8}   {documents.tables[name].title}"
+            f"{name:<20}{len(found):>8}{good:>8}{len(found) - good:>8}   "
+            f"{documents.tables[name].title}"
         )
-    every = judged.lines
+    every = comparison.lines
     good = sum(line.agrees for line in every)
     lines.append(
-        f"{'all':<20}{len(every):>8}{good:>8}{len(every) - good:>8}   and {len(part.figures)} figures; of these:"
+        f"{'all':<20}{len(every):>8}{good:>8}{len(every) - good:>8}   and {len(part.figures)} "
+        "figures; of these:"
     )
     lines += [
         f"{kind:>18}  {count:>8}{agree:>8}{count - agree:>8}   {KINDS[kind]}"
-        for kind, (count, agree) in judged.counts.items()
+        for kind, (count, agree) in comparison.counts.items()
     ]
     lines.append("")
-    for name, found in judged.tables.items():
+    for name, found in comparison.tables.items():
         lines += [
-            f"{name} {line.key}: {line.ours}, published {line.published}: {line.word or 'WITHOUT A WORD'}"
+            f"{name} {line.key}: {line.ours}, published {line.published}: "
+            f"{line.word or 'WITHOUT A WORD'}"
             for line in found
             if not line.agrees
         ]
-    if judged.problems:
+    if comparison.problems:
         lines += [
             "",
-            f"WRONG: {len(judged.problems)}",
-            *(f"  {problem}" for problem in judged.problems),
+            f"WRONG: {len(comparison.problems)}",
+            *(f"  {problem}" for problem in comparison.problems),
         ]
     return lines

@@ -73,13 +73,17 @@ def row(name: str, result: dict[str, Any]) -> str:
         f"{key} {value:.4g}" if isinstance(value, float) else f"{key} {value}"
         for key, value in figures.items()
     )
-    return f"{'passed' if result['passed'] else 'FAILED'}  {name:<36} {result['seconds']:>7.1f} s  {shown}"
+    return (
+        f"{'passed' if result['passed'] else 'FAILED'}  {name:<36} {result['seconds']:>7.1f} "
+        f"s  {shown}"
+    )
 
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m tests.accept",
-        description="Runs checks at full count, prints a table and writes the figures as JSON. Exit code 1 where one fails.",
+        description="Runs checks at full count, prints a table and writes the figures as JSON. "
+        "Exit code 1 where one fails.",
         epilog='Example: python -m tests.accept build/accept.json "annex C: gamma"',
     )
     parser.add_argument("target", type=Path, help="the JSON file to write")
@@ -97,7 +101,8 @@ def main(arguments: list[str]) -> int:
     for wrong in (name for name in names if name not in checks):
         near = difflib.get_close_matches(wrong, checks, n=1)
         parser.error(
-            f"there is no check {wrong!r}{f'; did you mean {near[0]!r}?' if near else ';'} allowed: {', '.join(checks)}"
+            f"there is no check {wrong!r}{f'; did you mean {near[0]!r}?' if near else ';'} "
+            f"allowed: {', '.join(checks)}"
         )
     results = run({name: check for name, check in checks.items() if not names or name in names})
     target.parent.mkdir(parents=True, exist_ok=True)

@@ -1,6 +1,6 @@
-"""Switched observers of random_model models at full count: axes from a throttle to a portal, periods from
-0.1 to 10 ms, friction that turns up to four times. Each is designed and kept by an independent
-simulation in SI, or refused in one line."""
+"""Switched observers of random_model models at full count: axes from a throttle to a portal,
+periods from 0.1 to 10 ms, friction that turns up to four times. Each is designed and kept by an
+independent simulation in SI, or refused in one line."""
 
 from __future__ import annotations
 

@@ -45,7 +45,8 @@ def _trade(design: Design, plants: Callable[[PlantWeights], list[GeneralisedPlan
     trade = relax(chosen, lambda weights: minimise(plants(weights), RECENTRING).gamma)
     for point in trade.curve:
         print(
-            f"    W3 {point.drive:8.4f}   largest W1 {point.disturbance:10.6f}   gamma {point.level:.4f}"
+            f"    W3 {point.drive:8.4f}   largest W1 {point.disturbance:10.6f}   gamma "
+            f"{point.level:.4f}"
         )
     print(f"    {trade.why}")
     return trade

@@ -25,8 +25,10 @@ CHAIN = (
     "ingest {logs}/sines.csv --bench {clutch}/bench.yaml -o sines.mcap",
     "ingest {logs}/ramp.csv --bench {clutch}/bench.yaml -o ramp.mcap",
     "identify sines.mcap ramp.mcap --bench {clutch}/bench.yaml -o model.yaml",
-    "synth model.yaml --spec {clutch}/spec.yaml --design {clutch}/designs/speed.yaml --vertices-only -o controller.yaml",
-    "simulate model.yaml --controller controller.yaml --scenario {clutch}/scenarios/steps.yaml -o run.mcap",
+    "synth model.yaml --spec {clutch}/spec.yaml --design {clutch}/designs/speed.yaml "
+    "--vertices-only -o controller.yaml",
+    "simulate model.yaml --controller controller.yaml --scenario {clutch}/scenarios/steps.yaml -o "
+    "run.mcap",
     "report run.mcap --spec {clutch}/spec.yaml --controller controller.yaml -o report.html",
     "export controller.yaml --lang c -o c",
 )
@@ -174,7 +176,8 @@ def _run(command: list[Any], folder: Path) -> str:
     )
     if done.returncode != 0:
         raise RuntimeError(
-            f"{Path(command[0]).name} {command[1]}: exit {done.returncode}: {(done.stderr or done.stdout).strip()[-300:]}"
+            f"{Path(command[0]).name} {command[1]}: exit {done.returncode}: "
+            f"{(done.stderr or done.stdout).strip()[-300:]}"
         )
     return done.stdout
 

@@ -54,7 +54,8 @@ def family() -> dict[str, Any]:
     rows = {order: compared(mixed_sensitivity(order)) for order in ORDERS}
     for order, row in rows.items():
         print(
-            f"  order {order:2d}: ours {row['ours']:.5f} (true norm {row['ours_true']:.5f}), SLICOT {row['slicot']} {row['slicot_says']}",
+            f"  order {order:2d}: ours {row['ours']:.5f} (true norm {row['ours_true']:.5f}), "
+            f"SLICOT {row['slicot']} {row['slicot_says']}",
             flush=True,
         )
     off = {

@@ -191,7 +191,8 @@ def emps() -> dict[str, Any]:
     if not path.is_file():
         return {
             "passed": True,
-            "skipped": "the EMPS record is not here; set FRICTOOL_DATA to the folder that holds emps/DATA_EMPS.mat",
+            "skipped": "the EMPS record is not here; set FRICTOOL_DATA to the folder that holds "
+            "emps/DATA_EMPS.mat",
         }
     one_way, both_ways = tracked(path)
     friction = load(EMPS, Model).parameters.coulomb.value

@@ -1,1 +1,2 @@
-"""Functions for programs: the stages over logs and documents in memory, and their linear systems."""
+"""Functions for programs: the stages over logs and documents in memory, and their linear
+systems."""

@@ -52,7 +52,10 @@ def test_a_misspelt_name_is_told_with_those_that_there_are() -> None:
 
 
 def test_importing_the_packages_loads_no_library() -> None:
-    code = f"import sys, {', '.join(f'frictool.{name}' for name in PACKAGES)}; print(*sorted(set({HEAVY!r}) & set(sys.modules)))"
+    code = (
+        f"import sys, {', '.join(f'frictool.{name}' for name in PACKAGES)}; "
+        f"print(*sorted(set({HEAVY!r}) & set(sys.modules)))"
+    )
     assert (
         subprocess.run(
             [sys.executable, "-c", code], capture_output=True, text=True, check=True

@@ -37,8 +37,14 @@ class Kept:
         default_factory=lambda: {"coulomb": 0.14, "spread.lost": -2.0}
     )
     scenario: str = "worst_response_time_95.yaml"
-    command: str = "frictool simulate model.yaml --controller controller.yaml --scenario worst_response_time_95.yaml -o worst.mcap"
-    typed: str = "frictool simulate a/model.yaml --controller a/controller.yaml --scenario w/worst_response_time_95.yaml -o w/worst.mcap"
+    command: str = (
+        "frictool simulate model.yaml --controller controller.yaml --scenario "
+        "worst_response_time_95.yaml -o worst.mcap"
+    )
+    typed: str = (
+        "frictool simulate a/model.yaml --controller a/controller.yaml --scenario "
+        "w/worst_response_time_95.yaml -o w/worst.mcap"
+    )
 
 
 def space(label: str = "Coulomb friction") -> FactorSpace:

@@ -142,8 +142,8 @@ def test_the_text_says_what_fails_where_and_why() -> None:
         in text
     )
     assert (
-        "    frictool simulate a/model.yaml --controller a/controller.yaml --scenario w/worst_response_time_95.yaml -o w/worst.mcap"
-        in told
+        "    frictool simulate a/model.yaml --controller a/controller.yaml --scenario "
+        "w/worst_response_time_95.yaml -o w/worst.mcap" in told
     )
 
 

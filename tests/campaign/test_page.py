@@ -52,8 +52,8 @@ def test_the_fate_of_every_trial_and_the_command_that_replays_the_worst_are_on_i
     text = Page(full).text
     assert "the position is beyond 1e3 rad" in text
     assert (
-        "frictool simulate model.yaml --controller controller.yaml --scenario worst_response_time_95.yaml"
-        in text
+        "frictool simulate model.yaml --controller controller.yaml --scenario "
+        "worst_response_time_95.yaml" in text
     )
     assert "What could not be simulated: 2 against 398" in text
     assert "The same in every trial that has it: rest 0 A." in text
@@ -139,13 +139,15 @@ def test_a_browser_shows_it_on_a_phone_and_on_a_desk(full: str, tmp_path: Path) 
             ] == []
             assert chromium.evaluate("document.documentElement.scrollWidth") <= width
             rows = chromium.evaluate(
-                "[...document.querySelectorAll('tbody tr')].map(r => r.getBoundingClientRect().height)"
+                "[...document.querySelectorAll('tbody tr')].map(r => "
+                "r.getBoundingClientRect().height)"
             )
             assert (
                 max(rows) < 100
             )  # px: no column is so narrow that its words stand one under the other
             sizes = chromium.evaluate(
-                "[...document.querySelectorAll('figure svg')].map(s => s.getBoundingClientRect().width)"
+                "[...document.querySelectorAll('figure svg')].map(s => "
+                "s.getBoundingClientRect().width)"
             )
             assert len(sizes) >= 5
             assert min(sizes) > 0.4 * min(width, 1160)

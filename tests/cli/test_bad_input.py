@@ -43,7 +43,8 @@ COMMANDS = {
     "info": "info log.mcap",
     "identify": "identify log.mcap --bench bench.yaml -o out.yaml",
     "synth": "synth model.yaml --spec spec.yaml --design design.yaml -o out.yaml",
-    "simulate": "simulate model.yaml --controller controller.yaml --scenario scenario.yaml -o out.mcap",
+    "simulate": "simulate model.yaml --controller controller.yaml --scenario scenario.yaml -o "
+    "out.mcap",
     "report": "report run.mcap --spec spec.yaml --controller controller.yaml -o out.html",
     "export": "export controller.yaml --lang c -o out.d",
 }
@@ -128,7 +129,8 @@ def test_a_raw_log_cut_in_its_last_number_is_refused(line: str, lost: int, tmp_p
     refused(
         result,
         3,
-        f"{log}:61: the last line has no line end: the file may be cut; add a line end if it is whole",
+        f"{log}:61: the last line has no line end: the file may be cut; add a line end if it is "
+        "whole",
     )
     assert [path.name for path in tmp_path.iterdir()] == ["log.csv"]
 

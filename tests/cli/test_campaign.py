@@ -394,7 +394,8 @@ def test_at_least_asks_for_a_rate_that_is_shown(tmp_path: Path) -> None:
         (
             Spread(parameters={"coulomb": Span(-20.0, 60.0, "mN m")}),
             (
-                "scenario.yaml:12: spread.parameters.coulomb.low: found -20 mN m, which no plant can have: coulomb is -0.02; allowed: >= 0",
+                "scenario.yaml:12: spread.parameters.coulomb.low: found -20 mN m, which no plant "
+                "can have: coulomb is -0.02; allowed: >= 0",
             ),
         ),
         (
@@ -404,13 +405,15 @@ def test_at_least_asks_for_a_rate_that_is_shown(tmp_path: Path) -> None:
         (
             Spread(parameters={"breakaway": Span(-0.01, 0.3, "N m")}),
             (
-                "spread.parameters.breakaway.low: found -0.01 N m, below 0; allowed: >= 0, as Coulomb friction",
+                "spread.parameters.breakaway.low: found -0.01 N m, below 0; allowed: >= 0, as "
+                "Coulomb friction",
             ),
         ),
         (
             Spread(parameters={"breakaway": Span(50.0, 60.0, "mN m")}),
             (
-                "parameters.breakaway: found 0.05 to 0.06 N m, below Coulomb friction of up to 0.18 N m; allowed: at least that",
+                "parameters.breakaway: found 0.05 to 0.06 N m, below Coulomb friction of up to "
+                "0.18 N m; allowed: at least that",
             ),
         ),
         (

@@ -87,7 +87,10 @@ def test_bash_completes_with_it(tmp_path: Path) -> None:
     program.write_text(f'#!/bin/sh\nexec {sys.executable} -m frictool "$@"\n')
     program.chmod(0o755)
     script = run("completion", "bash").stdout
-    asks = 'COMP_WORDS=(frictool export --lang cm); COMP_CWORD=3; _frictool_completion frictool; echo "${COMPREPLY[@]}"'
+    asks = (
+        "COMP_WORDS=(frictool export --lang cm); COMP_CWORD=3; _frictool_completion frictool; "
+        'echo "${COMPREPLY[@]}"'
+    )
     environment = os.environ | {"PATH": f"{tmp_path}:{os.environ['PATH']}"}
     done = subprocess.run(
         ["bash", "-c", f"{script}\n{asks}"],

@@ -212,7 +212,8 @@ def test_csv_is_readable(tmp_path: Path):
     )
     run("convert", save(log, tmp_path / "x.mcap"), "-o", tmp_path / "x.csv")
     assert (tmp_path / "x.csv").read_text() == (
-        "time [s],position [rad],current [A]\n0.0,0.1,1.0\n0.001,0.2,-2.0\n0.002,0.30000000000000004,1e-09\n"
+        "time [s],position [rad],current "
+        "[A]\n0.0,0.1,1.0\n0.001,0.2,-2.0\n0.002,0.30000000000000004,1e-09\n"
     )
 
 
@@ -287,7 +288,8 @@ def test_what_a_log_lost_goes_with_it(tmp_path: Path):
     assert done.code == 0
     assert (
         done.stderr
-        == "warning: a.mcap was made with data lost: 10 samples in 1 place; `frictool info` lists it\n"
+        == "warning: a.mcap was made with data lost: 10 samples in 1 place; `frictool info` lists "
+        "it\n"
     )
     with np.load(tmp_path / "x.npz") as arrays:
         assert arrays["current"].size == 30

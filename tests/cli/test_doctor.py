@@ -255,9 +255,11 @@ COMPILE = """
 import json, sys
 from frictool.doctor import compilation
 rows = json.loads(compilation.LIST.read_bytes())
-short = [row for row in rows if row[0] in ("frictool.friction.coulomb_viscous", "frictool.friction.stribeck")]
+laws = [f"frictool.friction.{name}" for name in ("coulomb_viscous", "stribeck")]
+short = [row for row in rows if row[0] in laws]
 compilation.LIST = __import__("pathlib").Path(sys.argv[1])
-compilation.LIST.write_text(json.dumps(short + [["frictool.friction.coulomb_viscous", "gone", "kernel", []]] * (len(sys.argv) > 2)))
+gone = [[laws[0], "gone", "kernel", []]] * (len(sys.argv) > 2)
+compilation.LIST.write_text(json.dumps(short + gone))
 sys.argv = ["frictool", "doctor", "--compile", "--json"]
 from frictool.cli.main import main
 main()

@@ -54,21 +54,25 @@ def test_text_latex_and_data(train: Path, tmp_path: Path) -> None:
             "[cart, ground]",
             "[cart]",
             (
-                "train.yaml:10: links.spring.between: found one end, [cart]; allowed: two; the frame is an end too",
+                "train.yaml:10: links.spring.between: found one end, [cart]; allowed: two; the "
+                "frame is an end too",
             ),
         ),
         (
             "unit: N/mm",
             "unit: N m/rad",
             (
-                "train.yaml:10: links.spring.stiffness.unit: found a multiple of N m/rad; allowed: N/m",
+                "train.yaml:10: links.spring.stiffness.unit: found a multiple of N m/rad; "
+                "allowed: N/m",
             ),
         ),
         (
             "  rack:",
-            "  chain: {kind: belt, between: [motor, shaft], radius_a: {value: 1, unit: cm}, radius_b: {value: 3, unit: cm}}\n  rack:",
+            "  chain: {kind: belt, between: [motor, shaft], radius_a: {value: 1, unit: cm}, "
+            "radius_b: {value: 3, unit: cm}}\n  rack:",
             (
-                "train.yaml:9: links.chain: moves shaft 0.333333 as far as motor, and reducer moves it -0.25 as far",
+                "train.yaml:9: links.chain: moves shaft 0.333333 as far as motor, and reducer "
+                "moves it -0.25 as far",
             ),
         ),
         (

@@ -105,8 +105,8 @@ def test_saturation_holds_and_limits_in_text(tmp_path: Path):
     assert "saturated: /axis.current is flat at -50 A in " in shown
     assert "saturated: /axis.current is flat at 50 A in " in shown
     assert (
-        f"saturated: /axis.current is at the bench's limit in {np.sum(np.abs(current) >= 49.0)} samples"
-        in shown
+        f"saturated: /axis.current is at the bench's limit in {np.sum(np.abs(current) >= 49.0)} "
+        "samples" in shown
     )
     assert "held: /axis.command keeps its value for 4 samples (0.004 s) or more" in shown
     assert "/axis.command is flat" not in shown
@@ -193,7 +193,10 @@ def test_the_clocks_of_two_instruments(tmp_path: Path):
     )
     assert clock["offset_s"] == pytest.approx(0.004 + 2e-4 * 10.0, abs=2e-5)
     assert clock["drift"] == pytest.approx(2e-4, rel=0.02)
-    text = f"clock: /axis/laser shows position {clock['offset_s']:.4g} s after /axis, drift {1e6 * clock['drift']:.4g} us in a second\n"
+    text = (
+        f"clock: /axis/laser shows position {clock['offset_s']:.4g} s after /axis, drift "
+        f"{1e6 * clock['drift']:.4g} us in a second\n"
+    )
     assert text in run("info", path).stdout
 
 
@@ -217,7 +220,8 @@ def test_a_drive_in_another_stream_than_the_position_is_told_with_what_to_do(tmp
     path, joined = tmp_path / "apart.mcap", tmp_path / "joined.mcap"
     path.write_bytes(as_bytes(Log((position, current), {})))
     assert facts(path)["odd"] == [
-        "/axis has the position and /axis/motor has the current: `frictool ingest --resample` puts all on one grid"
+        "/axis has the position and /axis/motor has the current: `frictool ingest --resample` "
+        "puts all on one grid"
     ]
     assert run("ingest", path, "--resample", "0.001", "-o", joined).code == 0
     assert facts(joined)["odd"] == []

@@ -174,7 +174,8 @@ BAD = {
     "time repeats": (
         GOOD.replace("0.030,", "0.029,"),
         ":32:",
-        "time does not increase: 0.029 s after 0.029 s; if it is too coarse, leave time out of columns",
+        "time does not increase: 0.029 s after 0.029 s; if it is too coarse, leave time out of "
+        "columns",
     ),
     "unit": (GOOD.replace("[A]", "[V]"), "'current'", "'V'"),
     "column": (GOOD.replace("encoder", "encodr"), "'encoder'", "did you mean 'encodr'"),
@@ -211,7 +212,10 @@ def test_help_imports_neither_numba_nor_numpy():
         "import json, sys; sys.argv = ['frictool', '--help']\n"
         "from frictool.cli.main import main\ntry: main()\nexcept SystemExit: pass\n"
     )
-    script += "print(json.dumps(sorted({name.partition('.')[0] for name in sys.modules})), file=sys.stderr)"
+    script += (
+        "print(json.dumps(sorted({name.partition('.')[0] for name in sys.modules})), "
+        "file=sys.stderr)"
+    )
     done = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, check=True
     )

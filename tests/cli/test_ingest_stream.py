@@ -207,7 +207,10 @@ def test_what_holds_no_text_needs_no_compiler(tmp_path: Path):
     """An MCAP file is looked at and passed through without numba."""
     log = tmp_path / "log.mcap"
     log.write_bytes(as_bytes(golden_log()))
-    code = "import sys; from frictool.cli.main import main\ntry: main()\nexcept SystemExit as end: assert not end.code\n"
+    code = (
+        "import sys; from frictool.cli.main import main\ntry: main()\nexcept SystemExit as "
+        "end: assert not end.code\n"
+    )
     code += "assert 'numba' not in sys.modules"
     for words in (["info", log], ["ingest", log, "-o", tmp_path / "out.mcap"]):
         subprocess.run([sys.executable, "-c", code, *words], capture_output=True, check=True)

@@ -41,7 +41,8 @@ def test_a_guess_is_written_to_be_checked_and_loads(tmp_path: Path):
     assert examples.startswith("warning: example values of `frictool init` are left in place: ")
     assert (
         layout
-        == "export.csv: UTF-8, semicolon between cells, decimal comma, header in line 2, units in line 3, numbers from line 4"
+        == "export.csv: UTF-8, semicolon between cells, decimal comma, header in line 2, units in "
+        "line 3, numbers from line 4"
     )
     assert read_mcap(log).metadata["layout"]["export.csv"].startswith("UTF-8, semicolon")
 
@@ -110,8 +111,8 @@ def test_the_rack_s_two_exports(tmp_path: Path):
     result = run("ingest", *raw, "--bench", RACK, "-o", log)
     assert result.code == 0
     assert (
-        "a3NI.csv: UTF-8, comma between cells, decimal point, header in line 3, units in line 4, numbers from line 5\n"
-        in result.stderr
+        "a3NI.csv: UTF-8, comma between cells, decimal point, header in line 3, units in line 4, "
+        "numbers from line 5\n" in result.stderr
     )
     read = read_mcap(log)
     assert [stream.topic for stream in read.streams] == ["/axis", "/axis/force"]
@@ -127,7 +128,8 @@ def test_a_row_that_lacks_several_numbers_is_lost_once(tmp_path: Path):
     raw.write_text("".join([*lines[:20], lines[1], *lines[20:]]))
     found = run("ingest", raw, "--bench", bench, "-o", log, "--salvage", "--json")
     assert found.stderr.splitlines()[-1] == (
-        f"error: {raw}: was read with data lost: 1 sample in 1 place; log.mcap has the rest and lists what is lost"
+        f"error: {raw}: was read with data lost: 1 sample in 1 place; log.mcap has the rest and "
+        "lists what is lost"
     )
     (lost,) = json.loads(found.stdout)["lost"]
     assert (lost["samples"], lost["reason"]) == (1, "column 'Time' has no finite number there")

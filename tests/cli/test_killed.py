@@ -31,7 +31,8 @@ def write(made, stream, *rest):
     print("writing", flush=True)
     time.sleep(600.0)
 
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background jobs inherit it ignored
+# a shell's background jobs inherit it ignored
+signal.signal(signal.SIGINT, signal.default_int_handler)
 assembly.write = write
 sys.argv = ["frictool", *sys.argv[1:]]
 main()

@@ -108,7 +108,7 @@ def test_saturation_is_judged_by_the_limit_that_was_played(rig: ControllerRig) -
 @pytest.mark.parametrize(
     "lost", ["the whole record", "loop_time_constant_s", "not a number", "interval"]
 )
-def test_a_log_that_does_not_state_its_rig_leaves_the_margin_undecided_and_says_what_writes_it_again(
+def test_a_log_that_does_not_state_its_rig_leaves_the_margin_undecided(
     rig: ControllerRig, lost: str
 ) -> None:
     """As a log of an earlier version."""
@@ -202,7 +202,10 @@ def test_a_plant_beyond_the_certificate_is_named_though_its_own_margin_holds(
     assert rig.simulate().stderr == ""
     shown = rig.report("--json")
     assert (shown.code, margin_of(shown.stdout)["met"]) == (0, True)
-    named = "run.mcap: plants were played beyond the intervals of speed, where only their own margins hold: constant 0.0145 N m/A, verified"
+    named = (
+        "run.mcap: plants were played beyond the intervals of speed, where only their own "
+        "margins hold: constant 0.0145 N m/A, verified"
+    )
     assert any(line.startswith(named) for line in json.loads(shown.stdout)["warnings"])
 
 
@@ -217,7 +220,10 @@ def test_the_verdict_names_a_block_that_was_changed_after_the_verification(
         to_yaml(msgspec.structs.replace(verified, position_law=law))
     )
     rig.simulate()
-    named = "speed: changed after it was verified: position_law; `frictool verify` says what still holds"
+    named = (
+        "speed: changed after it was verified: position_law; `frictool verify` says what "
+        "still holds"
+    )
     shown = rig.report("--json")
     assert named in json.loads(shown.stdout)["warnings"]
     assert named in json.loads(rig.campaign("--json").stdout)["warnings"]

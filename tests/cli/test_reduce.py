@@ -147,8 +147,8 @@ def test_an_error_beyond_the_tolerance_writes_nothing(train: Path) -> None:
     # friction and inertia are the same everywhere, so that all runs have this error; the first of
     # them is named
     assert (
-        "losses: forward from -7, 0.114 rad from the step before on a way of 4.8 rad; allowed: 0.1 % of the way"
-        in result.stderr
+        "losses: forward from -7, 0.114 rad from the step before on a way of 4.8 rad; allowed: "
+        "0.1 % of the way" in result.stderr
     )
     assert not (train / "none.yaml").exists()
 
@@ -157,8 +157,8 @@ def test_a_link_that_yields_asks_for_a_bandwidth(tmp_path: Path) -> None:
     result = run("reduce", _write(tmp_path / "mechanism.yaml", belt()))
     assert result.code == 2
     assert (
-        "belt yields: say up to which frequency resonances count, by --bandwidth RAD/S or by --controller"
-        in result.stderr
+        "belt yields: say up to which frequency resonances count, by --bandwidth RAD/S or by "
+        "--controller" in result.stderr
     )
 
 

@@ -29,19 +29,24 @@ SEED, DRAWN = 20261123, 2
 # keys of the four parameters, in the model, its bench and its laws: each end that moves outwards
 # leaves the certificate
 PARAMETERS = (
-    "parameters.inertia", "parameters.viscous", "parameters.coulomb", "bench.mechanics.inertia", "bench.mechanics.viscous",
-    "bench.mechanics.coulomb", "bench.actuator.constant", "laws.backward", "laws.regimes[0].viscous",
+    "parameters.inertia", "parameters.viscous", "parameters.coulomb", "bench.mechanics.inertia",
+    "bench.mechanics.viscous",
+    "bench.mechanics.coulomb", "bench.actuator.constant", "laws.backward",
+    "laws.regimes[0].viscous",
 )  # fmt: skip
 # keys of which every other value is named or refused
 FACTS = (
-    "bench.sample_period_s", "bench.delay_samples", "bench.actuator.loop_time_constant_s", "bench.actuator.limit",
+    "bench.sample_period_s", "bench.delay_samples", "bench.actuator.loop_time_constant_s",
+    "bench.actuator.limit",
     "bench.encoder.counts_per_revolution", "laws.load.stiffness",
 )  # fmt: skip
 # keys that the simulation plays and no margin contains, or that say how the model was made and how
 # a log is read
 PLAYED = (
-    "confidence", "parameters.breakaway", "parameters.offset", "laws.regimes[0].above", "laws.load.gravity", "bench.mechanics.breakaway",
-    "bench.mechanics.backlash", "bench.mechanics.travel", "bench.mechanics.top_speed", "bench.columns", "laws.stribeck_exponent",
+    "confidence", "parameters.breakaway", "parameters.offset", "laws.regimes[0].above",
+    "laws.load.gravity", "bench.mechanics.breakaway",
+    "bench.mechanics.backlash", "bench.mechanics.travel", "bench.mechanics.top_speed",
+    "bench.columns", "laws.stribeck_exponent",
     "laws.restitution",
 )  # fmt: skip
 

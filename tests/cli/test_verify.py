@@ -156,7 +156,8 @@ def test_a_bad_document_is_exit_3(tmp_path: Path, found: str, told: str) -> None
 def test_no_solver_is_loaded(tmp_path: Path) -> None:
     path = _written(tmp_path, certified("speed"))
     script = (
-        "import sys; from frictool.cli.main import main; sys.argv = ['frictool', 'verify', sys.argv[1]]\n"
+        "import sys; from frictool.cli.main import main; sys.argv = ['frictool', 'verify', "
+        "sys.argv[1]]\n"
         "try: main()\nexcept SystemExit as stop: assert not stop.code, stop.code\n"
         "assert not {'clarabel', 'cvxpy', 'scs'} & set(sys.modules)"
     )

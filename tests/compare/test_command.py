@@ -79,7 +79,8 @@ def test_a_model_of_an_actuator_is_compared_by_similarity(tmp_path: Path) -> Non
     bench = (MASS.parent / "clutch/bench.yaml").read_text()
     document = "\n".join(
         [
-            "format: model/1\nname: clutch\naxis: rotary\nlaw: coulomb\nmethod: test\nconfidence: 0.95\nbench:",
+            "format: model/1\nname: clutch\naxis: rotary\nlaw: coulomb\nmethod: test\nconfidence: "
+            "0.95\nbench:",
             *(f"  {line}" for line in bench.splitlines() if not line.startswith("#")),
             "parameters:",
             "  inertia: {value: 1.3e-5, unit: kg m^2, source: identified}",

@@ -16,7 +16,8 @@ PAGE = ROOT / "docs" / "tutorial_emps.md"
 def test_what_the_page_says_is_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if not (DATA / "emps" / "DATA_EMPS.mat").exists():
         pytest.skip(
-            "the EMPS record is not here; set FRICTOOL_DATA to the folder that holds emps/DATA_EMPS.mat"
+            "the EMPS record is not here; set FRICTOOL_DATA to the folder that holds "
+            "emps/DATA_EMPS.mat"
         )
     play(PAGE, scratch(tmp_path), monkeypatch)
     build = tmp_path / "configs/emps/build/tutorial"

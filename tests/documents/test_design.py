@@ -91,13 +91,15 @@ CONTRADICTIONS = {
     ),
     "virtual friction of a proportional law": (
         [
-            "position_law: {action: none, kind: proportional, gain_per_s: 1, virtual_coulomb_factor: 2}"
+            "position_law: {action: none, kind: proportional, gain_per_s: 1, "
+            "virtual_coulomb_factor: 2}"
         ],
         "virtual_coulomb_factor is for kind square_root",
     ),
     "band of a proportional law": (
         [
-            "position_law: {action: none, kind: proportional, gain_per_s: 1, band: {value: 1, unit: rad}}"
+            "position_law: {action: none, kind: proportional, gain_per_s: 1, band: {value: 1, "
+            "unit: rad}}"
         ],
         "band is for kind square_root, or for action cut or brake",
     ),
@@ -111,7 +113,8 @@ CONTRADICTIONS = {
     ),
     "settled_speed of none": (
         [
-            "position_law: {action: none, formula: sqrt(F/J), settled_speed: {value: 1, unit: rad/s}}"
+            "position_law: {action: none, formula: sqrt(F/J), settled_speed: {value: 1, unit: "
+            "rad/s}}"
         ],
         "settled_speed is for action cut or brake",
     ),
@@ -151,7 +154,8 @@ CONTRADICTIONS = {
     "no reference": (
         [
             f"position_law: {{{LAW}}}",
-            "friction_compensation: {source: model, velocity: reference, smoothing_speed: {value: 1, unit: rad/s}}",
+            "friction_compensation: {source: model, velocity: reference, smoothing_speed: {value: "
+            "1, unit: rad/s}}",
         ],
         "the filtered reference's speed: give prefilter too",
     ),

@@ -59,7 +59,8 @@ def test_the_schema_tells_the_kinds_apart() -> None:
 def test_units_and_intervals_are_converted_once(tmp_path: Path) -> None:
     path = tmp_path / "mechanism.yaml"
     path.write_text(
-        "format: mechanism/1\nname: one\nblocks: {cart: {mass: {value: 300, low: 280, high: 320, unit: g}}}\n"
+        "format: mechanism/1\nname: one\nblocks: {cart: {mass: {value: 300, low: 280, high: 320, "
+        "unit: g}}}\n"
     )
     mass = load(path, Mechanism).blocks["cart"].mass
     assert mass == Quantity(0.3, 0.28, 0.32, "kg")

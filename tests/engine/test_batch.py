@@ -43,8 +43,10 @@ def clutches(seed: int = 4) -> list[AxisParameters]:
     rng = np.random.default_rng(seed)
     return [
         AxisParameters(
-            inertia=1.32e-5, viscous=3.8e-4, coulomb=0.099 * scale, breakaway=0.109 * scale, constant=0.0134, lag=3e-3, drive_limit=50.0,
-            backlash=3.0, backlash_coulomb=0.05 * scale, backlash_breakaway=0.055 * scale, encoder_step=0.112,
+            inertia=1.32e-5, viscous=3.8e-4, coulomb=0.099 * scale, breakaway=0.109 * scale,
+            constant=0.0134, lag=3e-3, drive_limit=50.0,
+            backlash=3.0, backlash_coulomb=0.05 * scale, backlash_breakaway=0.055 * scale,
+            encoder_step=0.112,
         )
         for scale in rng.uniform(0.7, 1.3, PLANTS)
     ]  # fmt: skip

@@ -153,7 +153,8 @@ def plain_loop_with_load(
 
 @settings(derandomize=True, deadline=None, max_examples=4)
 @given(
-    stiffness=st.floats(-2e-3, 2e-3), sine=st.floats(-0.1, 0.1), cosine=st.floats(-0.1, 0.1), number=st.sampled_from([1.0, 7.0 / 6.0]),
+    stiffness=st.floats(-2e-3, 2e-3), sine=st.floats(-0.1, 0.1), cosine=st.floats(-0.1, 0.1),
+    number=st.sampled_from([1.0, 7.0 / 6.0]),
     target=st.floats(0.0, 60.0),
 )  # fmt: skip
 def test_a_load_acts_as_the_loop_in_python_says(

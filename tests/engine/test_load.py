@@ -129,9 +129,7 @@ def test_a_mass_on_a_spring_swings_as_its_closed_form(period: float) -> None:
     np.testing.assert_allclose(record[:, TRUE_POSITION], expected, rtol=0.0, atol=1e-10)
 
 
-def test_a_mass_on_a_spring_with_coulomb_friction_stops_after_the_half_swings_of_its_closed_form() -> (
-    None
-):
+def test_a_mass_on_a_spring_stops_after_the_half_swings_of_its_closed_form() -> None:
     """Each half swing takes pi sqrt(m/k) and loses 2 F/k of amplitude; the mass stays within F/k of
     the spring's rest."""
     stiffness, coulomb, start = 400.0, 0.3, 0.01

@@ -24,14 +24,16 @@ CLUTCH = "configs/clutch"
 FORMATS = ("csv", "mat", "mf4", "npz", "parquet")
 FURTHER = (  # after the commands of the README
     f"frictool assess --bench {CLUTCH}/bench.yaml",
-    f"frictool excite --bench {CLUTCH}/bench.yaml --kind sines -o build/excite.mcap --plot build/excite.svg",
+    f"frictool excite --bench {CLUTCH}/bench.yaml --kind sines -o build/excite.mcap --plot "
+    "build/excite.svg",
     "frictool validate build/model.yaml build/sines.mcap --plot build/validate.svg",
     *(f"frictool convert build/sines.mcap -o build/sines.{ending}" for ending in FORMATS),
     *(
         f"frictool ingest build/sines.{ending} --guess --axis rotary -o build/{ending}.yaml"
         for ending in FORMATS
     ),
-    f"frictool campaign build/model.yaml build/controller.yaml --scenario {CLUTCH}/scenarios/steps.yaml --spec {CLUTCH}/spec.yaml "
+    "frictool campaign build/model.yaml build/controller.yaml --scenario "
+    f"{CLUTCH}/scenarios/steps.yaml --spec {CLUTCH}/spec.yaml "
     "-n 8 --cores 2 -o build/campaign.html",
     "frictool reduce configs/belt/mechanism.yaml --bandwidth 1000 -o build/belt.yaml",
     "frictool compare configs/mass/friction.yaml -o build/compare",
@@ -41,7 +43,10 @@ FURTHER = (  # after the commands of the README
     "frictool init build/rig --from sample_logs/sines.csv --axis rotary",
     "frictool doctor",
 )
-VERDICT = f"frictool report build/run.mcap --spec {CLUTCH}/spec.yaml --controller build/controller.yaml --json"
+VERDICT = (
+    f"frictool report build/run.mcap --spec {CLUTCH}/spec.yaml --controller "
+    "build/controller.yaml --json"
+)
 
 
 def requirements() -> tuple[list[str], list[str]]:

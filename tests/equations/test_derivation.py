@@ -133,28 +133,35 @@ def test_the_screw_of_the_thesis(mu: float, relation: str, tmp_path: Path) -> No
     text = f"""\
 format: mechanism/1
 name: screw
-blocks: {{screw: {{inertia: {{value: 1e-4, unit: kg m^2}}}}, nut: {{mass: {{value: 0.5, unit: kg}}}}}}
+blocks: {{screw: {{inertia: {{value: 1e-4, unit: kg m^2}}}}, nut: {{mass: {{value: 0.5,
+  unit: kg}}}}}}
 links:
-  thread: {{kind: screw, between: [screw, nut], radius: {{value: 5, unit: mm}}, lead_angle: {{value: 0.2, unit: rad}},
+  thread: {{kind: screw, between: [screw, nut], radius: {{value: 5, unit: mm}},
+    lead_angle: {{value: 0.2, unit: rad}},
     friction_coefficient: {mu}, friction_form: thesis}}
   spring: {{kind: spring, between: [nut, ground], stiffness: {{value: 8, unit: N/mm}}}}
 sources: {{motor: {{on: screw, drive: effort}}}}
 """
     screw = derived(text, tmp_path)
     assert section(screw, "Forces of rigid links eliminated") == [
-        "(J_screw + R_thread^2 tan(alpha_thread)^2 m_nut) omega_screw' = u_motor - W_thread - R_thread tan(alpha_thread) F_spring"
+        "(J_screw + R_thread^2 tan(alpha_thread)^2 m_nut) omega_screw' = u_motor - W_thread - "
+        "R_thread tan(alpha_thread) F_spring"
     ]
     assert (
-        "W_thread = mu_thread |R_thread lambda_thread - u_screw tan(alpha_thread)| sign(omega_screw)"
-        in section(screw, "Links")
+        "W_thread = mu_thread |R_thread lambda_thread - u_screw tan(alpha_thread)| "
+        "sign(omega_screw)" in section(screw, "Links")
     )
     assert relation in screw.said[0]
     exact = derived(text.replace(", friction_form: thesis", ""), tmp_path)
     assert "p_thread = R_thread tan(alpha_thread + atan(mu_thread))" in section(exact, "Links")
-    rest = "screw, nut at rest stay while u_motor - p_thread F_spring = 0 for some p_thread between what it is in both directions of power"
+    rest = (
+        "screw, nut at rest stay while u_motor - p_thread F_spring = 0 for some p_thread "
+        "between what it is in both directions of power"
+    )
     assert section(exact, "Modes") == [rest]
     assert section(screw, "Modes") == [
-        "screw, nut at rest stay while |u_motor - R_thread tan(alpha_thread) F_spring| <= |W_thread|",
+        "screw, nut at rest stay while |u_motor - R_thread tan(alpha_thread) F_spring| <= "
+        "|W_thread|",
     ]
     assert relation in exact.said[0]
 

@@ -31,20 +31,25 @@ blocks:
   slave: {mass: {value: 0.2, unit: kg}}
 links:
   reducer: {kind: gear, between: [motor, shaft], ratio: 0.25, efficiency: 0.9}
-  belt: {kind: belt, between: [shaft, pulley], radius_a: {value: 2, unit: cm}, radius_b: {value: 5, unit: cm},
+  belt: {kind: belt, between: [shaft, pulley], radius_a: {value: 2, unit: cm}, radius_b: {value: 5,
+    unit: cm},
     compliance: {stiffness: {value: 5, unit: N/mm}, damping: {value: 20, unit: N s/m}}}
   rack: {kind: rack, between: [pulley, cart], radius: {value: 3, unit: cm}, reversed: true}
-  hydraulics: {kind: hydraulic, between: [cart, slave], area_a: {value: 3, unit: cm^2}, area_b: {value: 5, unit: cm^2},
+  hydraulics: {kind: hydraulic, between: [cart, slave], area_a: {value: 3, unit: cm^2},
+    area_b: {value: 5, unit: cm^2},
     compliance: {stiffness: {value: 40, unit: N/mm}, damping: {value: 60, unit: N s/m}}}
-  spring: {kind: spring, between: [slave, ground], stiffness: {value: 0.3, unit: N/mm}, preload: {value: 2, unit: N}}
+  spring: {kind: spring, between: [slave, ground], stiffness: {value: 0.3, unit: N/mm},
+    preload: {value: 2, unit: N}}
   disc: {kind: spring, between: [cart, ground], damping: {value: 3, unit: N s/m},
     force: {position: {values: [-3, 10, 60], unit: mm}, value: {values: [0, 4, 30], unit: N}}}
-  slideway: {kind: friction, on: cart, law: stribeck, parameters: {coulomb: {value: 2, unit: N}, breakaway: {value: 3, unit: N},
+  slideway: {kind: friction, on: cart, law: stribeck, parameters: {coulomb: {value: 2, unit: N},
+    breakaway: {value: 3, unit: N},
     stribeck_velocity: {value: 20, unit: mm/s}, viscous: {value: 5, unit: N s/m}},
     level: {position: {values: [0, 60], unit: mm}, factor: [0.9, 1.5]}}
   bearing: {kind: friction, on: motor, law: coulomb, parameters: {coulomb: {value: 5, unit: mN m}}}
 sources:
-  drive: {on: motor, drive: current, constant: {value: 50, unit: mN m/A}, limit: {value: 10, unit: A}}
+  drive: {on: motor, drive: current, constant: {value: 50, unit: mN m/A}, limit: {value: 10,
+    unit: A}}
   weight: {on: slave, drive: effort, effort: {value: 1.5, unit: N}}
 """
 DISC, LEVEL = ((-0.003, 0.01, 0.06), (0.0, 4.0, 30.0)), ((0.0, 0.06), (0.9, 1.5))

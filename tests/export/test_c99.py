@@ -165,7 +165,8 @@ def test_products_are_never_fused_into_sums(
         ).stdout
         if not machine.startswith("x86_64"):
             pytest.skip(
-                f"the flags of this test are those of x86_64, the compiler's target is {machine.strip()}"
+                "the flags of this test are those of x86_64, the compiler's target is "
+                f"{machine.strip()}"
             )
         command = [
             compiler,

@@ -75,7 +75,8 @@ def test_other_languages_write_one_file(
     assert sorted(path.name for path in (tmp_path / "out").iterdir()) == files
     number = "float" if lang == "cmsis" else "double"
     assert result.stdout.startswith(
-        f"{files[0]}: {lang}, {number}\nverified with coefficients rounded to {number}: modulus margin 0."
+        f"{files[0]}: {lang}, {number}\nverified with coefficients rounded to {number}: modulus "
+        "margin 0."
     )
     first = (tmp_path / "out" / files[0]).read_bytes()
     assert digest(controller).encode() in (first.replace(b"\0", b"") if lang == "matlab" else first)

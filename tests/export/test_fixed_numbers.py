@@ -110,8 +110,8 @@ def test_header_states_fractions_ranges_and_the_proof(case: str, number: Number)
         low, high = scaled.words[node.index]
         assert f"#define SPEED_{name.upper()}_FRACTION {scaled.fractions[node.index]}\n" in header
         assert (
-            f"#define SPEED_{name.upper()}_LOW ({low})\n#define SPEED_{name.upper()}_HIGH ({high})\n"
-            in header
+            f"#define SPEED_{name.upper()}_LOW ({low})\n#define SPEED_{name.upper()}_HIGH "
+            f"({high})\n" in header
         )
     assert f"is {scaled.longest} < 2^{scaled.longest.bit_length()}, of 2^63" in header
     proved = re.findall(

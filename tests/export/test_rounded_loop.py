@@ -75,7 +75,8 @@ def test_an_unstable_loop_is_refused_with_vertex_and_radius(controller: Controll
     unstable = replace(controller, verified=replace(controller.verified, vertices=(vertex,)))
     with pytest.raises(
         NoSolutionError,
-        match=r"at vertex light the loop is unstable with (1 sample|[02] samples) of delay \(spectral radius \d",
+        match=r"at vertex light the loop is unstable with (1 sample|[02] samples) of delay "
+        r"\(spectral radius \d",
     ):
         rounded_loop(unstable, "float")
 
@@ -137,6 +138,7 @@ def test_a_norm_beyond_what_is_claimed_is_refused_with_its_vertex(controller: Co
     assert rounded_loop(claiming(norm / 1.009), "float").norm == norm
     with pytest.raises(
         NoSolutionError,
-        match=r"rounded to float: at vertex nominal the norm is \d\S*, \d\S* is claimed; try --number double",
+        match=r"rounded to float: at vertex nominal the norm is \d\S*, \d\S* is claimed; try "
+        r"--number double",
     ):
         rounded_loop(claiming(norm / 1.011), "float")

@@ -28,7 +28,8 @@ def test_a_fitting_set_breaks_nothing() -> None:
 def test_table_3_1_breaks_its_own_inequality() -> None:
     printed = HybridSettings(convergence_rate=1e3, capture_velocity=1e-4, step=1e-4)
     assert violations(LAWS["hybrid_a"], TABLE, printed) == [
-        "m Sigma > u_max T_e: m Sigma = 1 kg x 0.0001 m/s = 0.0001 N s, u_max T_e = 2 N x 0.0001 s = 0.0002 N s",
+        "m Sigma > u_max T_e: m Sigma = 1 kg x 0.0001 m/s = 0.0001 N s, u_max T_e = 2 N x 0.0001 "
+        "s = 0.0002 N s",
         "Sigma > 3 v_s: Sigma = 0.0001 m/s, 3 v_s = 0.003 m/s",
     ]
     (line,) = violations(LAWS["hybrid_b"], TABLE, replace(printed, step=4e-5))

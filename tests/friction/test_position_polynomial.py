@@ -49,7 +49,8 @@ def test_the_least_is_that_of_a_dense_grid(
 def test_the_place_of_a_cubic_s_least_is_where_it_turns(
     turning: float, other: float, power: float
 ) -> None:
-    """Coefficients may be of any size: those whose squares overflow or vanish count as any other."""
+    """Coefficients may be of any size: those whose squares overflow or vanish count as any
+    other."""
     assume(abs(turning - other) > 1e-3)
     scale = 10.0**power if turning > other else -(10.0**power)
     cubic = [scale * one for one in (0.0, turning * other, -0.5 * (turning + other), 1.0 / 3.0)]

@@ -47,7 +47,8 @@ def main(arguments: list[str]) -> int:
         tell=lambda text: print(text, flush=True),
     )
     print(
-        f"{result['inputs']} inputs of {result['formats']} formats in {result['seconds']:.0f} s: {len(result['findings'])} findings"
+        f"{result['inputs']} inputs of {result['formats']} formats in {result['seconds']:.0f} s: "
+        f"{len(result['findings'])} findings"
     )
     return 0 if result["passed"] else 1
 

@@ -40,7 +40,8 @@ def fuzz(
         results = workers.map(lambda name, share: _one_format(name, seed, share), chosen, shares)
         for name, share, found in zip(chosen, shares, results, strict=True):
             tell(
-                f"{name}: {share} inputs, {len(found)} findings, {time.perf_counter() - start:.0f} s"
+                f"{name}: {share} inputs, {len(found)} findings, "
+                f"{time.perf_counter() - start:.0f} s"
             )
             for text in found:
                 tell(f"  {text}")
@@ -103,6 +104,7 @@ def _one_format(name: str, seed: int, count: int) -> list[str]:
             else f"ended the process with {done.returncode}"
         )
         findings.append(
-            f"{name} {seed} {reached[-1]}: {what}; {' | '.join(done.stderr.strip().splitlines()[:12])}"
+            f"{name} {seed} {reached[-1]}: {what}; "
+            f"{' | '.join(done.stderr.strip().splitlines()[:12])}"
         )
     return findings

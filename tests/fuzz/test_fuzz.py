@@ -90,7 +90,10 @@ def test_what_is_complained_of(
 
 def test_memory_beyond_the_limit_is_refused():
     """In a process of its own: the limit stays."""
-    code = f"from tests.fuzz import child; child.limit_memory(); bytearray({child.MOST_BYTES} + (64 << 20))"
+    code = (
+        f"from tests.fuzz import child; child.limit_memory(); bytearray({child.MOST_BYTES} + "
+        "(64 << 20))"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode != 0
     assert "MemoryError" in done.stderr

@@ -160,7 +160,8 @@ def test_a_worst_case_is_said_to_be_one_beside_what_averaging_gives(tmp_path: Pa
             if line.startswith(f"{name}: worst case of one encoder count")
         )
         assert re.search(
-            r"differencing sample by sample: up to [\d.e+]+ %; .*averaged over windows of \d+ samples, \+-[\d.]+ % is expected",
+            r"differencing sample by sample: up to [\d.e+]+ %; .*averaged over windows of \d+ "
+            r"samples, \+-[\d.]+ % is expected",
             why,
         )
     assert "filter can be tuned" not in result.stdout

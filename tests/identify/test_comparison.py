@@ -208,7 +208,8 @@ def test_a_requested_method_that_simulates_far_worse_is_told(method: str) -> Non
     )
     assert (requested.code, plain.code) == (0, 0)
     told = re.search(
-        rf"warning: {method} predicts strokes that were not seen worse .* off by (\S+) m \(rms\), not by (\S+) m",
+        rf"warning: {method} predicts strokes that were not seen worse .* off by (\S+) m \(rms\), "
+        r"not by (\S+) m",
         requested.stderr,
     )
     assert told is not None, requested.stderr
@@ -282,7 +283,10 @@ def test_the_value_of_the_log_is_used_where_it_contradicts_the_bench(
         for path in (bench, EMPS)
     ]
     assert [result.code for result in found] == [0, 0], found[0].stderr
-    told = r"warning: viscous: the log's interval .* lies wholly outside the bench's \[49.9, 50.1\]; the log's value is used"
+    told = (
+        r"warning: viscous: the log's interval .* lies wholly outside the bench's \[49.9, "
+        r"50.1\]; the log's value is used"
+    )
     assert re.search(told, found[0].stderr)
     contradicted, plain = (json.loads(result.stdout) for result in found)
     assert contradicted["parameters"]["viscous"] == pytest.approx(plain["parameters"]["viscous"])
@@ -332,7 +336,10 @@ def test_logs_that_disagree_are_told_where_the_parameter_is_refused(folder: Path
     """The interval from both days is too wide to be of use; each day gives a narrow one."""
     both = identified(folder, "monday", "tuesday")[0]["parameters"]["viscous"]["value"]
     bench = folder / "middle.yaml"
-    line = f"viscous: {{value: {both:.6g}, low: {0.99 * both:.6g}, high: {1.01 * both:.6g}, unit: N s/m}}"
+    line = (
+        f"viscous: {{value: {both:.6g}, low: {0.99 * both:.6g}, high: {1.01 * both:.6g}, "
+        f"unit: N s/m}}"
+    )
     bench.write_text(re.sub(r"viscous: .*", line, EMPS.read_text()))
     logs = [folder / "monday.csv", folder / "tuesday.csv"]
     result = command("identify", *logs, "--bench", bench, "--json")

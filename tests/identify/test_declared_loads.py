@@ -174,9 +174,8 @@ def test_gravity_that_the_travel_does_not_tell_widens_the_offset(tmp_path: Path,
     assert low <= 0.0 <= high
     assert high - low > 2.0
     if most:
-        assert (
-            high - low < 10.0
-        )  # a load of at most 4 N m moves an offset by 4 N m, and a little more by what it takes for a spring
+        # a load of at most 4 N m moves the offset by 4 N m, and by a little more for the spring
+        assert high - low < 10.0
     for name, truth in (("inertia", INERTIA), ("viscous", VISCOUS), ("coulomb", COULOMB)):
         low, high = getattr(model.parameters, name).interval
         assert low <= truth <= high, name

@@ -109,11 +109,14 @@ def test_references_keep_the_limits_of_any_bench(
 ) -> None:
     path = tmp_path_factory.mktemp("bench") / "bench.yaml"
     path.write_text(
-        "format: bench/1\nname: any\naxis: linear\nsample_period_s: 0.002\nencoder: {step: {value: 1e-5, unit: m}}\n"
-        "actuator: {drive: voltage, constant: {value: 2, low: 1.8, high: 2.2, unit: N/V}, limit: {value: 5, unit: V}}\nmechanics:\n"
+        "format: bench/1\nname: any\naxis: linear\nsample_period_s: 0.002\nencoder: {step: "
+        "{value: 1e-5, unit: m}}\n"
+        "actuator: {drive: voltage, constant: {value: 2, low: 1.8, high: 2.2, unit: N/V}, limit: "
+        "{value: 5, unit: V}}\nmechanics:\n"
         f"  inertia: {{value: {inertia}, low: {0.8 * inertia}, high: {1.2 * inertia}, unit: kg}}\n"
         f"  viscous: {{value: 0.5, unit: N s/m}}\n  coulomb: {{value: {8.0 * friction}, unit: N}}\n"
-        f"  travel: {{low: -0.1, high: {travel}, unit: m}}\n  top_speed: {{value: 1, unit: m/s}}\ncolumns: {{}}\n"
+        f"  travel: {{low: -0.1, high: {travel}, unit: m}}\n  top_speed: {{value: 1, unit: "
+        f"m/s}}\ncolumns: {{}}\n"
     )
     bench = load(path, Bench)
     for kind in REFERENCES:
@@ -176,7 +179,8 @@ def test_sines_turn_at_other_places_each_time_and_are_what_the_plan_says() -> No
 
 
 def play(sequence: ExcitationSequence, bench: Bench) -> MotionRecord:
-    """Return the record of breakaway ramps, played by their rules on the clutch of the sample logs."""
+    """Return the record of breakaway ramps, played by their rules on the clutch of the sample
+    logs."""
     p, step = TRUTH.as_array(), TRUTH.encoder_step
     command, segment = sequence.columns.values()
     advance_on, limits = sequence.figures["advance_on"], limits_of(bench)

@@ -108,7 +108,8 @@ def written(folder: Path, seed: int, sign: int) -> list[Path | str]:
     units = {"viscous": "N m s/rad", "coulomb": "N m"}
     values = {name: max(found[name].value, 1e-9) for name in units}
     known = {
-        name: f"{{value: {value:.9g}, low: {0.9999 * value:.9g}, high: {1.0001 * value:.9g}, unit: {units[name]}}}"
+        name: f"{{value: {value:.9g}, low: {0.9999 * value:.9g}, high: {1.0001 * value:.9g}, "
+        f"unit: {units[name]}}}"
         for name, value in values.items()
     }
     bench.write_text(BENCH.format(counts=round(2.0 * math.pi / count), **known))

@@ -305,14 +305,17 @@ module sensor_msgs {
 };
 ================================================================================
 IDL: std_msgs/msg/Header
-module std_msgs { module msg { struct Header { builtin_interfaces::msg::Time stamp; string frame_id; }; }; };
+module std_msgs { module msg { struct Header {
+  builtin_interfaces::msg::Time stamp; string frame_id; }; }; };
 """
 
 
 def test_idl_is_the_same_as_the_message_definition():
     text = (
-        "std_msgs/Header header\nstring[] name\nfloat64[<=8] position\nfloat64[3] force\nfloat32 speed\nuint64 count\n"
-        "byte flag\nbyte more\nstring<=20 note\n===\nMSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n"
+        "std_msgs/Header header\nstring[] name\nfloat64[<=8] position\nfloat64[3] force\nfloat32 "
+        "speed\nuint64 count\n"
+        "byte flag\nbyte more\nstring<=20 note\n===\nMSG: "
+        "std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n"
     )
     assert parse_idl("sensor_msgs/msg/Joint", IDL) == parse_message("sensor_msgs/msg/Joint", text)
 

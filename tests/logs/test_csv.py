@@ -79,21 +79,26 @@ def test_dialects(tmp_path: Path, delimiter: str, end: str, encoding: str, quote
 
 LAYOUTS = {
     "metadata and units in a second line": (
-        "Timestamp,2020-03-16 17:04:51,Timestamp,2020-03-16 17:04:51\nInterval,0.0005,Interval,0.0005\n"
-        'Channel name,"Force",Channel name,"Input 1"\nUnit,"V",Unit,"V"\n0,-0.1,0,3\n0.0005,-0.2,0.0005,4\n',
+        "Timestamp,2020-03-16 17:04:51,Timestamp,2020-03-16 "
+        "17:04:51\nInterval,0.0005,Interval,0.0005\n"
+        'Channel name,"Force",Channel name,"Input '
+        '1"\nUnit,"V",Unit,"V"\n0,-0.1,0,3\n0.0005,-0.2,0.0005,4\n',
         ("Channel name (column 1)", "Force", "Channel name (column 3)", "Input 1"),
         (None, "V", None, "V"),
         (3, 4, 5),
     ),
     "a drive's trace: a title, names of columns, names of signals": (
-        "Axis1\nNumber of sampling data,3\nSampling time interval(ms),0.667\nTime,Analog 1,Analog 2,Analog 3\n"
-        "ms,Servo motor speed,Torque,Not selected\n0.0,0.0,-1.0,0\n0.667,1.0,-1.0,0\n1.333,2.0,-0.8,0\n",
+        "Axis1\nNumber of sampling data,3\nSampling time interval(ms),0.667\nTime,Analog 1,Analog "
+        "2,Analog 3\n"
+        "ms,Servo motor speed,Torque,Not "
+        "selected\n0.0,0.0,-1.0,0\n0.667,1.0,-1.0,0\n1.333,2.0,-0.8,0\n",
         ("Time", "Servo motor speed", "Torque", "Not selected"),
         ("ms", None, None, None),
         (4, 5, 6),
     ),
     "an oscilloscope's increment": (
-        "X,CH1,CH2,Start,Increment,\nSequence,VOLT,VOLT,-3.0e-3,1e-6\n0,1.2,0.4,,\n1,1.3,0.4,,\n2,1.3,0.4,,\n",
+        "X,CH1,CH2,Start,Increment,\nSequence,VOLT,VOLT,-3.0e-3,1e-6\n0,1.2,0.4,,\n1,1.3,0.4,,\n"
+        "2,1.3,0.4,,\n",
         ("Sequence", "CH1", "CH2", "Start", "Increment"),
         (None, "V", "V", None, None),
         (1, 2, 3),
@@ -111,7 +116,8 @@ LAYOUTS = {
         (1, 2, 3),
     ),
     "numbers beside metadata": (
-        "Record Length,3,,0.0,0.02,\nSample Interval,4e-7,,4e-7,0.04,\n,,,8e-7,0.02,\n,,,12e-7,0.02,\n,,,16e-7,0.02,\n",
+        "Record Length,3,,0.0,0.02,\nSample "
+        "Interval,4e-7,,4e-7,0.04,\n,,,8e-7,0.02,\n,,,12e-7,0.02,\n,,,16e-7,0.02,\n",
         ("1", "2", "3", "4", "5", "6"),
         (None,) * 6,
         (0, 0, 1),
@@ -148,7 +154,10 @@ def test_layouts_are_found(tmp_path: Path, name: str):
 def test_columns_that_are_not_asked_for_may_be_text_or_blank(tmp_path: Path):
     text = "t,state,x,y\n0,idle,1,\n1,run,2,7\n"
     assert read(tmp_path, text, ["x", 1]) == {"x": [1, 2], "t": [0, 1]}
-    found = r"raw.csv:2: column 'state': found 'idle'; allowed: a number; `frictool ingest --salvage` keeps what is whole$"
+    found = (
+        r"raw.csv:2: column 'state': found 'idle'; allowed: a number; `frictool ingest "
+        r"--salvage` keeps what is whole$"
+    )
     with pytest.raises(LogError, match=found):
         read(tmp_path, text)
 
@@ -338,7 +347,8 @@ def test_columns_before_the_last_do_not_hide_a_cut(tmp_path: Path):
     for wanted in (None, ["t"]):
         with pytest.raises(
             LogError,
-            match=":2: the last line has no line end: the file may be cut; add a line end if it is whole",
+            match=":2: the last line has no line end: the file may be cut; add a line end if it "
+            "is whole",
         ):
             read(tmp_path, "t,x\n0,1", wanted)
 
@@ -426,12 +436,14 @@ def test_a_date_that_is_not_read_and_a_missing_header_are_explained(tmp_path: Pa
     german = "when,x\n31.01.2026 12:00:00,1\n31.01.2026 12:00:01,2\n"
     with pytest.raises(
         LogError,
-        match=r"column 'when': found '31.01.2026 12:00:00'; allowed: a number or a date and time of ISO 8601",
+        match=r"column 'when': found '31.01.2026 12:00:00'; allowed: a number or a date and time "
+        r"of ISO 8601",
     ):
         read(tmp_path, german, ["when"])
     with pytest.raises(
         LogError,
-        match=r"has no column 'x'; found: 1, 2 \(no header was found: columns are called by their number\)",
+        match=r"has no column 'x'; found: 1, 2 \(no header was found: columns are called by their "
+        r"number\)",
     ):
         read(tmp_path, "0,1\n1,2\n", ["x"])
 

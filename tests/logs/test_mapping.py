@@ -85,7 +85,8 @@ def test_a_count_beyond_the_counter_is_refused():
     encoder = Encoder(counts_per_revolution=100, wrap_bits=8)
     with pytest.raises(
         LogError,
-        match=r"raw.csv:7: column 'encoder': found 300; allowed: a counter of encoder.wrap_bits = 8",
+        match=r"raw.csv:7: column 'encoder': found 300; allowed: a counter of encoder.wrap_bits = "
+        r"8",
     ):
         mapped(table({"encoder": [0, 300]}, first_line=6), POSITION, encoder)
 
@@ -141,7 +142,8 @@ def test_a_position_in_radians_is_no_count():
 def test_a_unit_of_another_dimension_is_refused():
     with pytest.raises(
         LogError,
-        match=r"columns.position.unit of bench 'rig': unit 'mm' does not measure position of a rotary axis",
+        match=r"columns.position.unit of bench 'rig': unit 'mm' does not measure position of a "
+        r"rotary axis",
     ):
         mapped(table({"encoder": [0, 1]}), {"position": Column("encoder", "mm")})
 

@@ -212,7 +212,8 @@ def test_a_file_whose_description_was_cut_off_says_where_it_ends(tmp_path: Path)
         file.write_bytes(data[:end])
         with pytest.raises(
             LogError,
-            match=rf"cut.mf4: is cut off at byte {end}: what its channels are stands at byte {group}, ",
+            match=rf"cut.mf4: is cut off at byte {end}: what its channels are stands at byte "
+            rf"{group}, ",
         ):
             mdf_format.tables(file)
     file.write_bytes(data.replace(b"##CG", b"##XX"))

@@ -351,7 +351,8 @@ def test_without_the_extra_a_protobuf_topic_says_what_to_install(monkeypatch: py
     monkeypatch.setitem(sys.modules, "google.protobuf", None)
     with pytest.raises(
         LogError,
-        match=r"/drive \(needs google\.protobuf\S*, which is not installed: pip install 'frictool\[protobuf\]'\)",
+        match=r"/drive \(needs google\.protobuf\S*, which is not installed: pip install "
+        r"'frictool\[protobuf\]'\)",
     ):
         tables(GOLDEN / "drive.mcap", None)
 
@@ -432,7 +433,7 @@ def test_everything_before_a_cut_is_recovered(data: bytes):
     assert before > 450
 
 
-def test_a_chunk_that_is_not_packed_gives_every_whole_message_before_a_cut_and_only_these_are_missing():
+def test_an_unpacked_chunk_gives_every_whole_message_before_a_cut():
     data = ros2_mcap(
         in_order(joint_states(POSITION), float64s(POSITION)),
         compression=CompressionType.NONE,
@@ -555,6 +556,7 @@ def test_a_path_that_is_not_there_names_the_nearest(tmp_path: Path):
     path.write_bytes(ros2_mcap(joint_states(POSITION)))
     with pytest.raises(
         LogError,
-        match=r"has no column '/joint_states.position\[ram\]' \(did you mean '/joint_states.position\[arm\]'\?\)",
+        match=r"has no column '/joint_states.position\[ram\]' \(did you mean "
+        r"'/joint_states.position\[arm\]'\?\)",
     ):
         read_log(path, bench({"position": Column("/joint_states.position[ram]", "rad")}))

@@ -62,7 +62,10 @@ def test_a_gear_that_yields_is_off_by_what_its_stiffness_lets_it(
     w_B'/K_i, the error of the regularisation."""
     effective = 1.0 / (1.0 / b + ratio**2 / a)
     stiffness, viscous = effective * fast**2, 2.0 * damping * fast * effective
-    compliant = f", compliance: {{stiffness: {{value: {stiffness!r}, unit: N m/rad}}, damping: {{value: {viscous!r}, unit: N m s/rad}}}}"
+    compliant = (
+        f", compliance: {{stiffness: {{value: {stiffness!r}, unit: N m/rad}}, damping: "
+        f"{{value: {viscous!r}, unit: N m s/rad}}}}"
+    )
     found = play(
         GEAR.format(a=a, b=b, ratio=ratio, efficiency=1.0, more=compliant),
         [[1.0]] * 40,
@@ -84,7 +87,8 @@ blocks:
   pinion: {{inertia: {{value: {inertia!r}, unit: kg m^2}}}}
   load: {{mass: {{value: {mass!r}, unit: kg}}}}
 links:
-  rack: {{kind: rack, between: [pinion, load], radius: {{value: {radius!r}, unit: m}}, efficiency: {efficiency!r}}}
+  rack: {{kind: rack, between: [pinion, load], radius: {{value: {radius!r}, unit: m}},
+    efficiency: {efficiency!r}}}
 sources:
   torque: {{on: pinion, drive: effort}}
   weight: {{on: load, drive: effort, effort: {{value: {weight!r}, unit: N}}}}
@@ -129,7 +133,8 @@ blocks:
   master: {mass: {value: 0.3, unit: kg}}
   slave: {mass: {value: 2, unit: kg}}
 links:
-  pipe: {kind: hydraulic, between: [master, slave], area_a: {value: 3, unit: cm^2}, area_b: {value: 5, unit: cm^2}}
+  pipe: {kind: hydraulic, between: [master, slave], area_a: {value: 3, unit: cm^2},
+    area_b: {value: 5, unit: cm^2}}
 sources:
   push: {on: master, drive: effort}
 """,
@@ -148,8 +153,10 @@ links:
   cam:
     kind: cam
     on: cart
-    force: {{position: {{unit: m, values: [-10, 10]}}, value: {{unit: N, values: [{force!r}, {force!r}]}}}}
-    angle: {{position: {{unit: m, values: [-10, 10]}}, value: {{unit: rad, values: [{angle!r}, {angle!r}]}}}}
+    force: {{position: {{unit: m, values: [-10, 10]}}, value: {{unit: N, values: [{force!r},
+      {force!r}]}}}}
+    angle: {{position: {{unit: m, values: [-10, 10]}}, value: {{unit: rad, values: [{angle!r},
+      {angle!r}]}}}}
     friction_coefficient: {friction!r}
     breakaway_ratio: {ratio!r}
 sources:
@@ -179,7 +186,8 @@ blocks:
   a: {{inertia: {{value: {a!r}, unit: kg m^2}}}}
   b: {{inertia: {{value: {b!r}, unit: kg m^2}}}}
 links:
-  shaft: {{kind: coupling, between: [a, b], backlash: {{width: {{value: 0.2, unit: rad}}, {flank}}}}}
+  shaft: {{kind: coupling, between: [a, b], backlash: {{width: {{value: 0.2, unit: rad}},
+    {flank}}}}}
 sources:
   torque: {{on: a, drive: effort}}
 """
@@ -217,7 +225,10 @@ def test_a_flank_that_yields_rebounds_by_its_damping_and_does_not_pull(
     inertia, heavy = 1e-4, 1e2
     reduced = inertia * heavy / (inertia + heavy)
     stiffness, viscous = reduced * fast**2, 2.0 * damping * fast * reduced
-    flank = f"compliance: {{stiffness: {{value: {stiffness!r}, unit: N m/rad}}, damping: {{value: {viscous!r}, unit: N m s/rad}}}}"
+    flank = (
+        f"compliance: {{stiffness: {{value: {stiffness!r}, unit: N m/rad}}, damping: "
+        f"{{value: {viscous!r}, unit: N m s/rad}}}}"
+    )
     # reached in the first millisecond; at the flank after 10.5, gone from it after 27 at most, at
     # the other after 30
     speed = 10.0

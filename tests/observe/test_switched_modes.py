@@ -1,4 +1,5 @@
-"""Parts of a switched observer: friction over position as intervals, its modes, their transitions."""
+"""Parts of a switched observer: friction over position as intervals, its modes, their
+transitions."""
 
 from __future__ import annotations
 

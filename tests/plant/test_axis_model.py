@@ -38,8 +38,10 @@ def test_takes_every_parameter_from_model_and_bench() -> None:
     named = dict(zip(axis._fields, axis.numbers, strict=False))
     assert named == pytest.approx(
         {
-            "inertia": 1.32e-5, "viscous": 3.81e-4, "coulomb": 0.099, "breakaway": 0.1089, "offset": 0.0, "constant": 13.4e-3,
-            "lag": 3e-3, "drive_limit": 50.0, "backlash": 3.0, "backlash_coulomb": 0.05, "backlash_breakaway": 0.055,
+            "inertia": 1.32e-5, "viscous": 3.81e-4, "coulomb": 0.099, "breakaway": 0.1089,
+            "offset": 0.0, "constant": 13.4e-3,
+            "lag": 3e-3, "drive_limit": 50.0, "backlash": 3.0, "backlash_coulomb": 0.05,
+            "backlash_breakaway": 0.055,
             "encoder_step": 2 * math.pi / 56, "resistance": 0.0, "supply": math.inf,
         }
     )  # fmt: skip

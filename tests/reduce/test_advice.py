@@ -84,8 +84,8 @@ def test_steps_before_the_one_that_cannot_be_made_are_told_and_written(tmp_path:
     assert result.code == 4
     assert "resisting curve" in result.stdout
     assert (
-        "the mechanism after the step 'resisting curve', not checked by simulation; no model is written"
-        in result.stderr
+        "the mechanism after the step 'resisting curve', not checked by simulation; no model is "
+        "written" in result.stderr
     )
     assert not (tmp_path / "model.yaml").exists()
     assert list(assemble(load(tmp_path / "reduced.yaml", Mechanism)).blocks) == ["plate"]
@@ -108,6 +108,6 @@ def test_a_link_that_yields_is_told_the_bandwidth_at_which_it_may_be_rigid(tmp_p
     result = run("reduce", tmp_path / "mechanism.yaml")
     assert result.code == 2
     assert (
-        f"up to --bandwidth {passing_bandwidth(belt(), 0.05):g} all of it rigid is within 5 % of the gain"
-        in result.stderr
+        f"up to --bandwidth {passing_bandwidth(belt(), 0.05):g} all of it rigid is within 5 % of "
+        "the gain" in result.stderr
     )

@@ -17,9 +17,7 @@ from tests.support.small_mechanisms import two_plays
 CLUTCH = Path(__file__).parents[2] / "configs" / "clutch" / "mechanism.yaml"
 
 
-def test_the_clutch_has_three_radians_at_the_rotor_and_less_than_seven_tenths_of_a_millimetre_at_the_cart() -> (
-    None
-):
+def test_the_clutch_has_three_radians_at_the_rotor_and_below_0_7_mm_at_the_cart() -> None:
     figures = {figure.name: figure for figure in chain(load(CLUTCH, Mechanism), None).play}
     assert figures["rack: at the actuator"].value == pytest.approx(3.0, rel=1e-12)
     assert figures["rack: at the sensor"].value == pytest.approx(3.0, rel=1e-12)

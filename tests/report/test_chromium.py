@@ -33,10 +33,12 @@ WIDTHS = (PHONE, DESKTOP)
 # what of the page reaches beyond the window, but for what scrolls in a box of its own; a phone's
 # browser would widen its own measure to it
 BEYOND = """[...document.querySelectorAll('body *')]
-    .filter(e => !e.closest('.wide *') && !e.closest('svg g') && e.getBoundingClientRect().right > WIDTH + 0.5)
+    .filter(e => !e.closest('.wide *') && !e.closest('svg g')
+        && e.getBoundingClientRect().right > WIDTH + 0.5)
     .map(e => e.tagName + ' ' + e.className)"""
 BOXES = """[...document.querySelectorAll('figure')].map(f => {
-    const box = f.querySelector('svg').getBoundingClientRect(), paths = f.querySelectorAll('svg path');
+    const box = f.querySelector('svg').getBoundingClientRect(),
+        paths = f.querySelectorAll('svg path');
     return [box.width, box.height, paths.length, f.checkVisibility()] })"""
 
 
@@ -118,7 +120,10 @@ def test_names_that_are_scripts_do_nothing_and_are_shown_as_they_are(
     assert seen.dialogs == []
     shown = chromium.evaluate("document.body.textContent")
     assert shown.count(HOSTILE) > 5
-    attributes = "[...document.querySelectorAll('*')].flatMap(e => [...e.attributes].map(a => a.name)).filter(n => n.startsWith('on'))"
+    attributes = (
+        "[...document.querySelectorAll('*')].flatMap(e => [...e.attributes].map(a => "
+        "a.name)).filter(n => n.startsWith('on'))"
+    )
     assert chromium.evaluate(attributes) == []
 
 
@@ -127,7 +132,10 @@ def test_verdict_comes_first_on_a_phone(chromium: Browser, pages: dict[str, Path
     assert (
         chromium.evaluate("document.querySelector('.banner').getBoundingClientRect().bottom") < 844
     )
-    tops = "['.banner', 'table', 'figure', 'dl'].map(s => document.querySelector(s).getBoundingClientRect().top)"
+    tops = (
+        "['.banner', 'table', 'figure', 'dl'].map(s => "
+        "document.querySelector(s).getBoundingClientRect().top)"
+    )
     found = chromium.evaluate(tops)
     assert found == sorted(found)
 
@@ -137,12 +145,19 @@ def test_text_is_large_enough_to_be_read_on_a_phone(
 ) -> None:
     """At least 12 px beside the plots, and 7 in them as they are scaled."""
     chromium.open(pages["full"], PHONE)
-    sizes = """[...document.querySelectorAll('main *')].filter(e => !e.closest('svg') && [...e.childNodes].some(n => n.nodeType === 3
-        && n.textContent.trim()) && e.checkVisibility()).map(e => parseFloat(getComputedStyle(e).fontSize))"""
+    sizes = """[...document.querySelectorAll('main *')].filter(e => !e.closest('svg')
+        && [...e.childNodes].some(n => n.nodeType === 3 && n.textContent.trim()) && e.checkVisibility())
+        .map(e => parseFloat(getComputedStyle(e).fontSize))"""
     assert min(chromium.evaluate(sizes)) >= 12.0
-    heights = "[...document.querySelectorAll('figure svg text')].map(e => e.getBoundingClientRect()).map(b => Math.min(b.width, b.height))"
+    heights = (
+        "[...document.querySelectorAll('figure svg text')].map(e => "
+        "e.getBoundingClientRect()).map(b => Math.min(b.width, b.height))"
+    )
     assert min(height for height in chromium.evaluate(heights) if height > 0) >= 3.0
-    drawn = "[...document.querySelectorAll('figure svg')].map(s => s.getBoundingClientRect().width / s.viewBox.baseVal.width)"
+    drawn = (
+        "[...document.querySelectorAll('figure svg')].map(s => "
+        "s.getBoundingClientRect().width / s.viewBox.baseVal.width)"
+    )
     assert min(9.5 * 0.8 * scale for scale in chromium.evaluate(drawn)) >= 7.0
 
 
@@ -161,7 +176,10 @@ def test_it_prints(chromium: Browser, pages: dict[str, Path]) -> None:
         deviceScaleFactor=1,
         mobile=False,
     )  # A4 less its margins
-    folded = "[...document.querySelectorAll('details.paper table, details.paper dl')].map(e => e.getBoundingClientRect().height)"
+    folded = (
+        "[...document.querySelectorAll('details.paper table, details.paper dl')].map(e => "
+        "e.getBoundingClientRect().height)"
+    )
     assert min(chromium.evaluate(folded)) > 0
     assert chromium.evaluate("document.documentElement.scrollWidth") <= 688
 

@@ -153,7 +153,8 @@ def test_json_alone_does_not_load_the_plotting(rig: Rig) -> None:
     code = (
         "import sys\nfrom frictool.cli.main import main\n"
         "try:\n    main()\nexcept SystemExit:\n    pass\n"
-        "print([name for name in ('matplotlib', 'numba', 'jinja2', 'cvxpy') if name in sys.modules], file=sys.stderr)"
+        "print([name for name in ('matplotlib', 'numba', 'jinja2', 'cvxpy') if name in "
+        "sys.modules], file=sys.stderr)"
     )
     words = [sys.executable, "-c", code, "report", str(rig.log), "--spec", str(rig.spec), "--json"]
     done = subprocess.run([*words, "--allow-undecided"], capture_output=True, text=True, check=True)
@@ -231,7 +232,8 @@ def test_the_measured_record_is_reported_on_with_the_same_command(tmp_path: Path
     data = Path(os.environ.get("FRICTOOL_DATA", ROOT / "../shared/data")) / "emps/DATA_EMPS.mat"
     if not data.exists():
         pytest.skip(
-            "the EMPS record is not here; set FRICTOOL_DATA to the folder that holds emps/DATA_EMPS.mat"
+            "the EMPS record is not here; set FRICTOOL_DATA to the folder that holds "
+            "emps/DATA_EMPS.mat"
         )
     page = tmp_path / "emps.html"
     result = run(

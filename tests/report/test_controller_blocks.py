@@ -34,11 +34,13 @@ def test_a_plain_cascade_has_its_law_and_its_linear_part() -> None:
         "Drive",
     ]  # a law that only cuts sees no velocity
     assert found["Position law"] == (
-        "square root, gain 81.1 by sqrt(F/J); inside the band of 2 rad: drive 0, once the prefilter is slower than 5 rad/s"
+        "square root, gain 81.1 by sqrt(F/J); inside the band of 2 rad: drive 0, once the "
+        "prefilter is slower than 5 rad/s"
     )
     assert (
         found["Linear"]
-        == "order 1 from eta, the integral of the speed reference less the position, runs as state space"
+        == "order 1 from eta, the integral of the speed reference less the position, runs as "
+        "state space"
     )
     assert found["Drive"] == "current limited to 50 A"
 
@@ -90,7 +92,8 @@ def test_velocity_where_a_block_sees_it(velocity: Velocity, words: str) -> None:
             PositionLaw(
                 gain=160.0, formula="sqrt(2F/J)", band=1.1, action="brake", rest_speed=40.0
             ),
-            "square root, gain 160 by sqrt(2F/J); inside the band of 1.1 rad: speed reference 0, drive 0 below 40 rad/s",
+            "square root, gain 160 by sqrt(2F/J); inside the band of 1.1 rad: speed reference 0, "
+            "drive 0 below 40 rad/s",
         ),
     ],
 )
@@ -119,7 +122,8 @@ def test_position_laws(law: PositionLaw, words: str) -> None:
                 virtual_speed=0.01,
                 settled_speed=5.0,
             ),
-            "drive released where ||e| - J v²/2F| < 2 rad, the integral frozen, virtual friction 1 brakes there, "
+            "drive released where ||e| - J v²/2F| < 2 rad, the integral frozen, virtual friction "
+            "1 brakes there, "
             "once the prefilter is slower than 5 rad/s",
         ),
     ],

@@ -66,7 +66,8 @@ def test_springs_gravity_and_ripple_are_integrated_with_the_motion(
     load = """laws:
   load:
     stiffness: {value: 0.002, unit: N m/rad, source: assumed}
-    gravity: {sine: {value: 0.03, unit: N m, source: assumed}, cosine: {value: -0.01, unit: N m, source: assumed}}
+    gravity: {sine: {value: 0.03, unit: N m, source: assumed}, cosine: {value: -0.01, unit: N m,
+      source: assumed}}
     ripple:
       cycles: 1
       per: {value: 1.0, unit: rad}
@@ -156,7 +157,8 @@ def test_a_lost_encoder_is_bridged_or_sets_the_fault(
     drives = []
     for samples in (0, 3, 4):
         lost = (
-            f"sensor_faults:\n  - {{kind: encoder_invalid, at_s: 0.1, until_s: {0.1 + 1e-3 * samples:g}}}\n"
+            f"sensor_faults:\n  - {{kind: encoder_invalid, at_s: 0.1, until_s: "
+            f"{0.1 + 1e-3 * samples:g}}}\n"
             if samples
             else ""
         )

@@ -155,9 +155,11 @@ links:
     kind: friction
     on: sledge
     law: svc
-    parameters: {{coulomb: {{value: 20, unit: N}}, breakaway: {{value: 25, unit: N}}, viscous: {{value: 200, unit: N s/m}}}}
+    parameters: {{coulomb: {{value: 20, unit: N}}, breakaway: {{value: 25, unit: N}},
+      viscous: {{value: 200, unit: N s/m}}}}
 sources:
-  motor: {{on: sledge, drive: voltage, constant: {{value: 35.15, unit: N/V}}, limit: {{value: 10, unit: V}}}}
+  motor: {{on: sledge, drive: voltage, constant: {{value: 35.15, unit: N/V}}, limit: {{value: 10,
+    unit: V}}}}
   weight: {{on: sledge, drive: effort, effort: {{value: 3, unit: N}}}}
 sensors:
   scale: {{on: sledge, step: {{value: {bench.encoder.resolution!r}, unit: m}}}}
@@ -219,7 +221,8 @@ def test_the_log_of_a_chain() -> None:
     assert log.streams[1].units == {
         "rotor_position": "rad", "rotor_velocity": "rad/s", "rotor_stuck": "1",
         "load_position": "rad", "load_velocity": "rad/s", "load_stuck": "1",
-        "pair_contact": "1", "motor_current": "A", "hand_effort": "N m", "encoder_position": "rad", "dial_position": "rad",
+        "pair_contact": "1", "motor_current": "A", "hand_effort": "N m", "encoder_position": "rad",
+        "dial_position": "rad",
     }  # fmt: skip
     np.testing.assert_array_equal(axis["position_true"], blocks["rotor_position"])
     np.testing.assert_array_equal(axis["position"], blocks["encoder_position"])
@@ -262,7 +265,8 @@ def test_the_start_moves_all_that_hangs_on_the_sensor() -> None:
     assert log.main.signals["load_position"][0] == pytest.approx(20.0, rel=1e-12)
     with pytest.raises(
         InputFileError,
-        match=r"scenario: start: puts cart at 0.0142898 m; allowed: 0 to 0.0128608 m, the stops of ends",
+        match=r"scenario: start: puts cart at 0.0142898 m; allowed: 0 to 0.0128608 m, the stops "
+        r"of ends",
     ):
         simulate_closed_loop(clutch(), controller(), scenario(30.0, start=70.0), HERE)
 
@@ -318,7 +322,8 @@ def test_no_breakaway_is_drawn_below_its_coulomb_friction() -> None:
     too_low = GEARED.replace("high: 0.052", "high: 0.045")
     with pytest.raises(
         DocumentError,
-        match=r"bearing.parameters.breakaway: found 0.032 to 0.045 N m, below .*coulomb of up to 0.05 N m",
+        match=r"bearing.parameters.breakaway: found 0.032 to 0.045 N m, below .*coulomb of up to "
+        r"0.05 N m",
     ):
         log_of(too_low, scenario(variants="random", plants=2))
 

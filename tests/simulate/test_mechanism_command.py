@@ -358,7 +358,10 @@ def test_a_self_locking_hoist_is_lowered_as_with_a_stiff_link(tmp_path: Path) ->
     """Once the ramp has ended the motor drives the drum at -19.96 rad/s^2; with a link of 1e5 N
     m/rad the way is the same within 0.1 %."""
     scenario_file, ways = write_text(tmp_path, "lower.yaml", LOWER), []
-    soft = "efficiency: 0.4, compliance: {stiffness: {value: 1.0e+5, unit: N m/rad}, damping: {value: 100, unit: N m s/rad}}"
+    soft = (
+        "efficiency: 0.4, compliance: {stiffness: {value: 1.0e+5, unit: N m/rad}, damping: "
+        "{value: 100, unit: N m s/rad}}"
+    )
     for name, text in (("rigid", HOIST), ("soft", HOIST.replace("efficiency: 0.4", soft))):
         output = tmp_path / f"{name}.mcap"
         result = run(

@@ -136,7 +136,8 @@ def test_the_reference_of_a_measured_record_is_replayed_sample_by_sample() -> No
     data = Path(os.environ.get("FRICTOOL_DATA", root / "../shared/data")) / "emps/DATA_EMPS.mat"
     if not data.is_file():
         pytest.skip(
-            "the EMPS record is not here; set FRICTOOL_DATA to the folder that holds emps/DATA_EMPS.mat"
+            "the EMPS record is not here; set FRICTOOL_DATA to the folder that holds "
+            "emps/DATA_EMPS.mat"
         )
     log = read_log(data, load(root / "configs/emps/bench.yaml", Bench))
     scenario = load(root / "configs/emps/scenarios/replay.yaml", Scenario)

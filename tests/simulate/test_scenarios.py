@@ -235,7 +235,8 @@ HEAD = "format: scenario/1\nname: s\naxis: rotary\nstart: {value: 5, unit: rad}\
         (
             STEPS + "  - {duration_s: 1}\n",
             7,
-            "steps[1]: found none of them; allowed: exactly one of reference, ramp_to, sine, hold_s",
+            "steps[1]: found none of them; allowed: exactly one of reference, ramp_to, sine, "
+            "hold_s",
         ),
         (
             STEPS + "variants: random\nplants: 0\n",
@@ -363,7 +364,8 @@ def test_a_replayed_path_beyond_the_travel_is_refused(tmp_path: Path) -> None:
     rig = write_rig(tmp_path)
     shutil.copy(ROOT / "sample_logs/steps.csv", tmp_path)
     rig["scenario"].write_text(
-        "format: scenario/1\nname: s\naxis: rotary\nreference: {log: steps.csv, channel: position, shift: {value: 20, unit: rad}}\n"
+        "format: scenario/1\nname: s\naxis: rotary\nreference: {log: steps.csv, channel: "
+        "position, shift: {value: 20, unit: rad}}\n"
     )
     result = run(
         "simulate",
@@ -387,7 +389,8 @@ def test_the_log_that_is_replayed_is_an_input(tmp_path: Path) -> None:
     rig = write_rig(tmp_path)
     shutil.copy(ROOT / "sample_logs/steps.csv", tmp_path)
     rig["scenario"].write_text(
-        "format: scenario/1\nname: s\naxis: rotary\nreference: {log: steps.csv, channel: position}\n"
+        "format: scenario/1\nname: s\naxis: rotary\nreference: {log: steps.csv, channel: "
+        "position}\n"
     )
     result = run(
         "simulate",

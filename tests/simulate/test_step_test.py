@@ -95,7 +95,8 @@ def test_vertices_are_those_of_the_model_whatever_the_controller_was_verified_fo
     assert plants == [5e-6, *[4.9e-6] * 8, *[1.53e-5] * 8]
     log = log_of(scenario(), light)
     assert log.warnings == (
-        "model is not what controller was verified for, so that its margins are not proved for it: inertia 4.9e-06 to 1.53e-05 kg m^2, "
+        "model is not what controller was verified for, so that its margins are not proved for "
+        "it: inertia 4.9e-06 to 1.53e-05 kg m^2, "
         "verified 1.11e-05 to 1.53e-05; synthesise it anew",
     )
 
@@ -134,7 +135,8 @@ def test_metadata_says_simulated_and_from_what() -> None:
 
 
 def test_a_measured_speed_is_in_the_log_and_in_the_loop() -> None:
-    """A speed sensor gives the true speed; the controller is the one that differences the encoder."""
+    """A speed sensor gives the true speed; the controller is the one that differences the
+    encoder."""
     by = controller()
     law = msgspec.structs.replace(by.position_law, action="brake", rest_speed=40.0)
     by = msgspec.structs.replace(by, position_law=law)
@@ -255,7 +257,8 @@ def test_friction_that_cannot_be_is_refused_with_its_place() -> None:
     rising = msgspec.structs.replace(model.laws.position, breakaway=Polynomial((1.0, 0.1)))
     with pytest.raises(
         FrictoolError,
-        match=r"model: position: breakaway less Coulomb friction backward is -0.* at 0; allowed: >= 0",
+        match=r"model: position: breakaway less Coulomb friction backward is -0.* at 0; allowed: "
+        r">= 0",
     ):
         log_of(
             scenario(),

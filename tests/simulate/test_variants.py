@@ -82,9 +82,7 @@ def test_a_plant_has_what_was_drawn_and_the_map_scaled_to_it() -> None:
         )
 
 
-def test_a_value_of_the_bench_without_a_range_widens_what_is_drawn_as_it_widens_what_is_certified() -> (
-    None
-):
+def test_a_value_of_the_bench_without_a_range_widens_draws_and_certificate_alike() -> None:
     """Each direction's friction is in the range, which is that of the controller's vertices."""
     model = nonlinear()
     mechanics = msgspec.structs.replace(

@@ -13,10 +13,10 @@ from types import ModuleType
 import pytest
 
 from studies.thesis import __main__ as thesis
-from studies.thesis.comparison import agrees, judge
+from studies.thesis.comparison import agrees, compare
 from studies.thesis.documents import HERE, KINDS, Documents, Figure, Row, Table, kind_of, read
 from studies.thesis.page import called, page
-from studies.thesis.results import Found, Part
+from studies.thesis.results import ComputedValue, Part
 from studies.thesis.summary import as_json, summary
 
 FIGURE = Figure("Title", "shows", "1.1")
@@ -29,7 +29,7 @@ def documents(words: dict[str, str] | None = None, **rows: Row) -> Documents:
     )
 
 
-def part(**values: float | str | Found) -> Part:
+def part(**values: float | str | ComputedValue) -> Part:
     found = Part()
     found.add("table_4_2", {**values})
     found.draw("4.1", "Caption.", SVG)
@@ -39,38 +39,38 @@ def part(**values: float | str | Found) -> Part:
 @pytest.mark.parametrize(
     ("found", "row", "good"),
     [
-        (Found(1.04), Row(1.0, within=0.05), True),
-        (Found(1.06), Row(1.0, within=0.05), False),
-        (Found(-1.06), Row(-1.0, within=0.05), False),
-        (Found(2.0, 0.9, 3.0), Row(1.0), True),
-        (Found(2.0, 1.1, 3.0), Row(1.0), False),
-        (Found(2.0, 1.1, 3.0), Row(1.0, within=0.2), True),
-        (Found(math.nan), Row(1.0, within=9.0), False),
-        (Found(math.inf), Row(1.0, within=9.0), False),
-        (Found("+"), Row("+"), True),
-        (Found("+"), Row("±"), False),
-        (Found("28"), Row(">8"), True),
-        (Found("8"), Row(">8"), False),
+        (ComputedValue(1.04), Row(1.0, within=0.05), True),
+        (ComputedValue(1.06), Row(1.0, within=0.05), False),
+        (ComputedValue(-1.06), Row(-1.0, within=0.05), False),
+        (ComputedValue(2.0, 0.9, 3.0), Row(1.0), True),
+        (ComputedValue(2.0, 1.1, 3.0), Row(1.0), False),
+        (ComputedValue(2.0, 1.1, 3.0), Row(1.0, within=0.2), True),
+        (ComputedValue(math.nan), Row(1.0, within=9.0), False),
+        (ComputedValue(math.inf), Row(1.0, within=9.0), False),
+        (ComputedValue("+"), Row("+"), True),
+        (ComputedValue("+"), Row("±"), False),
+        (ComputedValue("28"), Row(">8"), True),
+        (ComputedValue("8"), Row(">8"), False),
     ],
 )
-def test_what_agrees(found: Found, row: Row, good: bool) -> None:
+def test_what_agrees(found: ComputedValue, row: Row, good: bool) -> None:
     assert agrees(found, row) is good
 
 
 def test_a_difference_needs_a_word_and_an_agreement_none() -> None:
     row = Row(1.0, within=0.05)
-    assert judge(documents(m=row), part(m=1.0)).problems == ()
-    assert "without a word" in judge(documents(m=row), part(m=2.0)).problems[0]
-    assert judge(documents({"table_4_2 m": "why"}, m=row), part(m=2.0)).problems == ()
+    assert compare(documents(m=row), part(m=1.0)).problems == ()
+    assert "without a word" in compare(documents(m=row), part(m=2.0)).problems[0]
+    assert compare(documents({"table_4_2 m": "why"}, m=row), part(m=2.0)).problems == ()
     assert (
         "agrees, and words say why"
-        in judge(documents({"table_4_2 m": "why"}, m=row), part(m=1.0)).problems[0]
+        in compare(documents({"table_4_2 m": "why"}, m=row), part(m=1.0)).problems[0]
     )
 
 
 def test_a_difference_is_told_where_there_is_one_to_be_seen() -> None:
     told = {
-        ours: judge(documents(m=Row(1.0, within=0.1)), part(m=ours)).lines[0].difference
+        ours: compare(documents(m=Row(1.0, within=0.1)), part(m=ours)).lines[0].difference
         for ours in (1.0, 1.0004, 0.95, 3.0)
     }
     assert told == {1.0: "", 1.0004: "", 0.95: "-5.0 %", 3.0: "x 3"}
@@ -80,19 +80,19 @@ def test_what_is_missing_or_unknown_is_told() -> None:
     row = Row(1.0)
     assert any(
         "frictool gave none of n" in line
-        for line in judge(documents(m=row, n=row), part(m=1.0)).problems
+        for line in compare(documents(m=row, n=row), part(m=1.0)).problems
     )
     assert any(
         "not in published.yaml" in line
-        for line in judge(documents(m=row), part(m=1.0, n=1.0)).problems
+        for line in compare(documents(m=row), part(m=1.0, n=1.0)).problems
     )
     assert any(
         "no such value" in line
-        for line in judge(documents({"table_4_2 q": "why"}, m=row), part(m=1.0)).problems
+        for line in compare(documents({"table_4_2 q": "why"}, m=row), part(m=1.0)).problems
     )
     empty = part(m=1.0)
     empty.figures.clear()
-    assert judge(documents(m=row), empty).problems == ("frictool did not draw figures 4.1",)
+    assert compare(documents(m=row), empty).problems == ("frictool did not draw figures 4.1",)
 
 
 def test_the_page_and_the_summary_say_what_differs_and_why() -> None:
@@ -100,7 +100,7 @@ def test_the_page_and_the_summary_say_what_differs_and_why() -> None:
         documents({"table_4_2 m": "because of <it>"}, m=Row(1.0, name="mass", unit="kg")),
         part(m=2.0),
     )
-    found = judge(given, ours)
+    found = compare(given, ours)
     text = page(given, ours, found)
     assert "because of &lt;it&gt;" in text
     assert SVG in text
@@ -142,7 +142,7 @@ def test_computed_numbers_are_counted_apart_from_words_and_inputs() -> None:
     given.tables["table_5_1"] = Table("Title", "5.1", "a file", {"k": Row(3.0)}, inputs=True)
     ours = part(m=1.0, n=2.5, order="all")
     ours.add("table_5_1", {"k": 3.0})
-    found = judge(given, ours)
+    found = compare(given, ours)
     assert found.counts == {"computed": (2, 1), "word": (1, 1), "input": (1, 1)}
     assert "          computed         2       1       1   computed numbers" in summary(
         given, ours, found
@@ -160,8 +160,8 @@ def test_the_documentation_has_the_counts_of_what_is_compared() -> None:
 
 
 def test_inputs_are_what_the_part_of_that_name_makes() -> None:
-    """Every table that is typed is made by studies/thesis/parts/inputs.py, which computes nothing, and none
-    of its tables counts as computed."""
+    """Every table that is typed is made by studies/thesis/parts/inputs.py, which computes nothing,
+    and none of its tables counts as computed."""
     assert {name for name, table in read().tables.items() if table.inputs} == set(
         thesis.made("inputs")[0].values
     )

@@ -1,4 +1,5 @@
-"""Precision that `assess` promises, and the errors of `identify` on the test that `excite` proposes."""
+"""Precision that `assess` promises, and the errors of `identify` on the test that `excite`
+proposes."""
 
 from __future__ import annotations
 

@@ -170,7 +170,8 @@ def _slip(
         event.terminal, event.direction = True, -1
     scale = max(w0, 1e-2 * laws.stribeck_velocity or 1e-3)
     run = solve_ivp(
-        field, (0.0, left), [0.0, w0], "DOP853", events=[event for _, event in events], rtol=1e-11, atol=1e-12 * scale,
+        field, (0.0, left), [0.0, w0], "DOP853", events=[event for _, event in events], rtol=1e-11,
+        atol=1e-12 * scale,
         first_step=min(left, 1e-7), max_step=2e-4,
     )  # fmt: skip
     t, (y, w) = float(run.t[-1]), (float(run.y[0, -1]), float(run.y[1, -1]))

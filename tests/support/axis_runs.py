@@ -24,7 +24,8 @@ from studies.rigs.example_controllers import BRAKE_LAW, clutch_controller, speed
 from tests.support.axis_reference import Motion
 
 CLUTCH = AxisParameters(
-    inertia=1.32e-5, viscous=3.8e-4, coulomb=0.099, breakaway=0.109, constant=0.0134, lag=3e-3, drive_limit=50.0,
+    inertia=1.32e-5, viscous=3.8e-4, coulomb=0.099, breakaway=0.109, constant=0.0134, lag=3e-3,
+    drive_limit=50.0,
     backlash=3.0, backlash_coulomb=0.05, backlash_breakaway=0.055,
 )  # fmt: skip
 BARE = AxisParameters(inertia=1.0, viscous=0.0, coulomb=1.0, breakaway=1.5)

@@ -7,7 +7,7 @@ figure 2.5.
 The second entry of the last row of (2.6) has the wrong sign, and the denominator of (2.7) does not
 follow from either. Rightly:
 
-    theta_B/u = (K_v s + K_r) / (s^2 (J_A J_B s^2 + (J_A + J_B) (K_v s + K_r)))                                           (2.7)
+    theta_B/u = (K_v s + K_r) / (s^2 (J_A J_B s^2 + (J_A + J_B) (K_v s + K_r)))   (2.7)
     K_v -> 0:    1 / (J_A J_B/K_r s^4 + (J_A + J_B) s^2)
                  (2.8)
     K_r -> oo:   1 / ((J_A + J_B) s^2)

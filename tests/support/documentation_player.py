@@ -35,10 +35,9 @@ COMMENT = re.compile(r"\s+#.*$")
 SOLVED = re.compile(
     r"synth|controller|campaign|run\.mcap|run\.main|observer"
 )  # in commands: a controller that was synthesised is used
-PART, UNITS = (
-    Decimal("0.15"),
-    10,
-)  # by which figures that follow from it may differ; or units of the last digit of a decimal fraction
+# allowed difference of figures that follow from a synthesised controller: relative, or in units of
+# the last digit of a decimal fraction
+PART, UNITS = Decimal("0.15"), 10
 CELLS = re.compile(r"\(\d+ cells\b")  # of a proof: how many it takes is not promised
 STEP = re.compile(r"\bstep \d+ at [\d.]+ s\b")  # in which a requirement's figure is worst
 RELATION = re.compile(rf"({NUMBER.pattern})(?: *[^\s\d<>=]+)? *(<=|>=|<|>) *({NUMBER.pattern})")
@@ -85,7 +84,8 @@ def play(page: Path, folder: Path, patch: pytest.MonkeyPatch) -> str:
         elif block.language == "text":
             missing = first_missing(printed.splitlines(), block.lines, solved)
             assert missing is None, (
-                f"{name_of(page)}, block at line {block.line}: not printed so: {missing!r}; printed was\n{printed}"
+                f"{name_of(page)}, block at line {block.line}: not printed so: {missing!r}; "
+                f"printed was\n{printed}"
             )
     return everything
 

@@ -151,7 +151,8 @@ class InWords:
                 continue
             if not (low <= self.values[node.index] <= high and abs(self.values[node.index]) < WORD):
                 raise Overflow(
-                    f"value {node.index} ({node.op}) is {self.values[node.index]}, outside [{low}, {high}]"
+                    f"value {node.index} ({node.op}) is {self.values[node.index]}, outside "
+                    f"[{low}, {high}]"
                 )
         for state, source in self.program.updates.items():
             word = shifted(self.values[source.index], self.scaled.write_shift[state])

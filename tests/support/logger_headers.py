@@ -64,7 +64,10 @@ SIEMENS = "Time;_DriveAxis_1.ActualPosition;_DriveAxis_1.ActualTorque"  # ms
 ODRIVE = "time,pos_estimate,vel_estimate,Iq_measured"  # turns
 MOTEUS = "timestamp,mode,position,velocity,torque,q_current"  # revolutions
 RTDE = "timestamp actual_q_0 actual_q_1 actual_qd_0 actual_qd_1 actual_current_0 actual_current_1"
-S1 = "timestamp_ms,mode,command_value,measured_position_deg,measured_velocity_deg_s,measured_torque_Nm,command_current_A,measured_current_A"
+S1 = (
+    "timestamp_ms,mode,command_value,measured_position_deg,measured_velocity_deg_s,"
+    "measured_torque_Nm,command_current_A,measured_current_A"
+)
 LAAS = "Time, Position, Velocity, Iq, Uq, Vsupply"
 LOGGERS: dict[str, str] = {
     "twincat": twincat(),

@@ -18,7 +18,8 @@ try:
     main()
 except SystemExit as stop:
     assert not stop.code, stop.code
-print(next(line.split()[1] for line in open("/proc/self/status") if line.startswith("VmHWM")), file=sys.stderr)
+peak = next(line for line in open("/proc/self/status") if line.startswith("VmHWM"))
+print(peak.split()[1], file=sys.stderr)
 """
 
 

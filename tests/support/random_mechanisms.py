@@ -18,7 +18,8 @@ def _ripple(rng: np.random.Generator, b: Builder, size: float, positive: bool) -
     slopes = np.zeros(breaks.size)
     h = breaks[1] - breaks[0]
     cubic = [
-        (values[i], slopes[i], (3 * (values[i + 1] - values[i]) / h - 2 * slopes[i] - slopes[i + 1]) / h,
+        (values[i], slopes[i],
+        (3 * (values[i + 1] - values[i]) / h - 2 * slopes[i] - slopes[i + 1]) / h,
          (slopes[i] + slopes[i + 1] - 2 * (values[i + 1] - values[i]) / h) / h**2)
         for i in range(breaks.size - 1)
     ]  # fmt: skip
@@ -48,7 +49,8 @@ def _friction(rng: np.random.Generator, b: Builder, block: int) -> None:
         b.friction(block, law, level, coulomb=coulomb, smoothing_velocity=0.05)
     elif law == "lugre":
         b.friction(
-            block, law, -1, coulomb=coulomb, breakaway=1.5 * coulomb, stribeck_velocity=0.05, stribeck_exponent=2.0, viscous=viscous,
+            block, law, -1, coulomb=coulomb, breakaway=1.5 * coulomb, stribeck_velocity=0.05,
+            stribeck_exponent=2.0, viscous=viscous,
             stiffness=1e3 * coulomb, damping=2.0,
         )  # fmt: skip
     if rng.random() < 0.15:

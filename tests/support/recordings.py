@@ -38,13 +38,18 @@ from tests.support.example_logs import ROOT
 GOLDEN = Path(__file__).parents[1] / "logs" / "golden"
 SEPARATOR = "=" * 80
 STAMP = "int32 sec\nuint32 nanosec\n"
-HEADER = f"builtin_interfaces/Time stamp\nstring frame_id\n{SEPARATOR}\nMSG: builtin_interfaces/Time\n{STAMP}"
+HEADER = (
+    f"builtin_interfaces/Time stamp\nstring frame_id\n{SEPARATOR}\nMSG: "
+    f"builtin_interfaces/Time\n{STAMP}"
+)
 JOINT_STATE = (
-    "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n"
+    "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] "
+    "effort\n"
     f"{SEPARATOR}\nMSG: std_msgs/Header\n{HEADER}"
 )
 IMU = (
-    "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n"
+    "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] "
+    "orientation_covariance\n"
     "geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n"
     "geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n"
     f"{SEPARATOR}\nMSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w 1\n"
@@ -132,7 +137,8 @@ def ros2_mcap(sent: Iterable[Sent], **options: Any) -> bytes:
     )
 
 
-IDL = """module rig { module msg { struct Joint { long count; sequence<double, 4> taps; double angle; }; }; };
+IDL = """module rig { module msg { struct Joint {
+  long count; sequence<double, 4> taps; double angle; }; }; };
 """
 
 

@@ -187,7 +187,10 @@ def _split_bag(folder: Path) -> None:
         _db3(bag, part)
         (bag / "x").rename(bag / f"x_{number}.db3")
     files = "".join(f"  - x_{number}.db3\n" for number in range(len(halves)))
-    about = f"  version: 5\n  storage_identifier: sqlite3\n  relative_file_paths:\n{files}  compression_mode: ''\n"
+    about = (
+        f"  version: 5\n  storage_identifier: sqlite3\n  relative_file_paths:\n{files}  "
+        "compression_mode: ''\n"
+    )
     (bag / METADATA).write_text("rosbag2_bagfile_information:\n" + about)
 
 

@@ -172,7 +172,8 @@ links:
     lead_angle: {{value: {angle!r}, unit: rad}}
     friction_coefficient: {mu!r}
     friction_form: {form}
-  spring: {{kind: spring, between: [nut, ground], stiffness: {{value: 20, unit: N/mm}}, preload: {{value: 100, unit: N}}}}
+  spring: {{kind: spring, between: [nut, ground], stiffness: {{value: 20, unit: N/mm}},
+    preload: {{value: 100, unit: N}}}}
 sources:
   torque: {{on: screw, drive: effort}}
 """

@@ -140,7 +140,8 @@ def test_a_brake_that_would_not_come_to_rest_is_refused() -> None:
     steep = msgspec.structs.replace(limiter, virtual_speed=Quantity(value=4e-4, unit="m/s"))
     with pytest.raises(
         NoSolutionError,
-        match=r"virtual friction is unstable at rest, at vertex v1 with 0 samples .*; raise limiter.virtual_speed",
+        match=r"virtual friction is unstable at rest, at vertex v1 with 0 samples .*; raise "
+        r"limiter.virtual_speed",
     ):
         design_controller(
             mass_model("smooth"),
@@ -191,7 +192,8 @@ def test_a_measured_speed_tells_no_smoothing_speed() -> None:
     compensation = FrictionCompensationDesign("model")
     with pytest.raises(
         FrictoolError,
-        match=r"friction_compensation.smoothing_speed: missing; with a measured speed nothing tells it",
+        match=r"friction_compensation.smoothing_speed: missing; with a measured speed nothing "
+        r"tells it",
     ):
         made(velocity=VelocityDesign(source="measured"), friction_compensation=compensation)
 

@@ -98,7 +98,8 @@ def test_a_time_below_the_bound_has_no_solution_and_one_above_it_may(
     spec = msgspec.structs.replace(SPEC, **({"response_time_95_s": None} | {key: 0.999 * bound}))
     with pytest.raises(
         NoSolutionError,
-        match=rf"{key} of the specification is .* the drive needs at least {bound:.4g} s for a step of 40 rad",
+        match=rf"{key} of the specification is .* the drive needs at least {bound:.4g} s for a "
+        r"step of 40 rad",
     ):
         check_feasible(MODEL, spec, SPEED)
     (note,) = check_feasible(MODEL, msgspec.structs.replace(spec, **{key: 1.001 * bound}), SPEED)
@@ -125,7 +126,8 @@ def test_a_band_is_within_a_count_and_the_static_error(design: Design) -> None:
         check_feasible(MODEL, SPEC, with_band(band, design))
     with pytest.raises(
         FrictoolError,
-        match=rf"{name}.band: found 2.001 rad; allowed: at most static_error of the specification, 2 rad",
+        match=rf"{name}.band: found 2.001 rad; allowed: at most static_error of the "
+        r"specification, 2 rad",
     ):
         check_feasible(MODEL, SPEC, with_band(2.001, design))
     check_feasible(

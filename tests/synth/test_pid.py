@@ -100,7 +100,8 @@ def test_the_printed_integral_time_is_refused() -> None:
     """Table 5.1 prints T_i = 0.1; without friction its poles are +0.055 +- 1.70j."""
     with pytest.raises(
         NoSolutionError,
-        match=r"unstable at vertex v1 .* \(spectral radius 1\.000\d\); lower the gain, or raise integral_time_s",
+        match=r"unstable at vertex v1 .* \(spectral radius 1\.000\d\); lower the gain, or raise "
+        r"integral_time_s",
     ):
         changed("pid", integral_time_s=0.1)
 

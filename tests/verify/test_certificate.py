@@ -130,7 +130,8 @@ def test_a_coefficient_changed_by_a_fifth_fails_and_names_the_inequality(matrix:
     changed = replace(LOOP, controller=msgspec.structs.replace(k, **{matrix: larger}))
     with pytest.raises(
         NoSolutionError,
-        match=r"not proved: \w+ < .*minor \d+ of the bounded-real inequality .* is not positive for K/J",
+        match=r"not proved: \w+ < .*minor \d+ of the bounded-real inequality .* is not positive "
+        r"for K/J",
     ):
         prove(_certificate(), changed)
 

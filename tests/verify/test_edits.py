@@ -186,7 +186,8 @@ def test_a_box_of_one_vertex_is_refused_whatever_its_digests_say() -> None:
     )
     with pytest.raises(
         NoSolutionError,
-        match=r"the bench has inertia 1\.11e-05 to 1\.53e-05, the certificate's box 1\.11e-05 to 1\.11e-05",
+        match=r"the bench has inertia 1\.11e-05 to 1\.53e-05, the certificate's box 1\.11e-05 to "
+        r"1\.11e-05",
     ):
         recheck.verify(shrunk)
     without = with_digests(
@@ -256,8 +257,10 @@ def test_the_command_names_the_edit(tmp_path: Path) -> None:
         "verified.count_drive x1.5": "verified.count_drive: found ",
         "verified.margins.phase_deg x1.5": "verified.margins.phase_deg: found ",
         "verified.robustness.interior x0.5": "verified.robustness.interior: found ",
-        "verified.vertices first 1 kept": "verified.vertices: found 1 entries, the coefficients give 16 entries",
-        "verified.rounded without 3": "verified.rounded: found 3 entries, the coefficients give 4 entries",
+        "verified.vertices first 1 kept": "verified.vertices: found 1 entries, the coefficients "
+        "give 16 entries",
+        "verified.rounded without 3": "verified.rounded: found 3 entries, the coefficients give 4 "
+        "entries",
         "certificate.bounds without 1": "certificate.bounds has no bound of the sensitivity",
         "certificate.bounds deleted": "certificate.bounds has no bound of the norm",
     }

@@ -100,7 +100,8 @@ def test_the_function_is_within_the_bernstein_form(
 
 def _coefficients(axis: EnclosedAxis) -> list[Enclosure]:
     return [
-        axis.kept_speed, axis.speed_from_command, axis.speed_from_friction, axis.eta_from_speed, axis.eta_from_command,
+        axis.kept_speed, axis.speed_from_command, axis.speed_from_friction, axis.eta_from_speed,
+        axis.eta_from_command,
         axis.eta_from_friction,
     ]  # fmt: skip
 

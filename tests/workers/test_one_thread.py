@@ -14,7 +14,12 @@ import numpy.linalg._umath_linalg, scipy.linalg._fblas
 from frictool.workers.blas_threads import LOADERS, SETTERS, limit_blas_threads
 def threads():
     libraries = [ctypes.CDLL(sys.modules[name].__file__) for name in LOADERS]
-    getters = [getattr(one, name.replace("_set_", "_get_")) for one in libraries for name in SETTERS if hasattr(one, name)]
+    getters = [
+        getattr(one, name.replace("_set_", "_get_"))
+        for one in libraries
+        for name in SETTERS
+        if hasattr(one, name)
+    ]
     return [getter() for getter in getters]
 before = threads()
 limit_blas_threads()

@@ -1,2 +1,2 @@
-"""The parts of the reproduction: each a function without arguments, with the tables and figures
-that it makes."""
+"""Parts of the reproduction. Each is a function without arguments that returns its tables and
+figures."""

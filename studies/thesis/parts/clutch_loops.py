@@ -13,7 +13,7 @@ from frictool.logs.log import MAIN_TOPIC, Log, Stream
 from studies.clutch.requirement_counts import Counted, counted, spends_least
 from studies.clutch.rig import controller, played, spec
 from studies.thesis.drawing import Curve, Row, draw
-from studies.thesis.results import Found, Part
+from studies.thesis.results import ComputedValue, Part
 
 DESIGNS = {
     "rst": "RST of order 5",
@@ -56,7 +56,8 @@ def _table_5_3(part: Part, found: dict[str, Counted]) -> None:
         part.add("table_5_3", {design: mean(found[design].nominal.energy)})
         part.say(
             "table_5_3",
-            f"{DESIGNS[design]}: {min(energies):.0f} to {max(energies):.0f} A² over the vertices and random plants, "
+            f"{DESIGNS[design]}: {min(energies):.0f} to {max(energies):.0f} A² over the vertices "
+            "and random plants, "
             f"{mean(energies):.0f} in the mean.",
         )
     saved = 100.0 * (1.0 - mean(found["speed"].nominal.energy) / mean(found["rst"].nominal.energy))
@@ -69,7 +70,8 @@ def _table_5_3(part: Part, found: dict[str, Counted]) -> None:
     )
     part.say(
         "table_5_3",
-        "On the SIMULATED clutch: the mean of the opening and the closing step of the nominal plant.",
+        "On the SIMULATED clutch: the mean of the opening and the closing step of the nominal "
+        "plant.",
     )
 
 
@@ -79,7 +81,7 @@ def _specification(part: Part, found: dict[str, Counted]) -> None:
         plant = found[design].nominal
         assert plant.response is not None
         every = [one.response for one in found[design].vertices if one.response is not None]
-        response = Found(
+        response = ComputedValue(
             1e3 * plant.response, 1e3 * min(every), 1e3 * max(every), "over the vertices"
         )
         part.add("section_5_4", {f"{design}.response": response})
@@ -106,8 +108,10 @@ def _specification(part: Part, found: dict[str, Counted]) -> None:
         low, high = _interval(plants, len(found[design].plants))
         part.say(
             "section_5_4",
-            f"{title}: all of 5.4.1 at {vertices} of {len(found[design].vertices)} vertices and on {plants} of {len(found[design].plants)} "
-            f"random plants (95 %: {low:.1f} to {high:.1f} %); modulus margin {found[design].margin:.2f} at the worst vertex.",
+            f"{title}: all of 5.4.1 at {vertices} of {len(found[design].vertices)} vertices and "
+            f"on {plants} of {len(found[design].plants)} "
+            f"random plants (95 %: {low:.1f} to {high:.1f} %); modulus margin "
+            f"{found[design].margin:.2f} at the worst vertex.",
         )
 
 
@@ -178,7 +182,8 @@ def _signal(part: Part, number: str, stream: Stream, label: str, names: tuple[st
     part.draw(
         number,
         "The step from 5 to 55 rad on the nominal plant: "
-        f"{values.min():.4g} to {values.max():.4g} {unit}; {values[-1]:.4g} {unit} at {WINDOW:g} s.",
+        f"{values.min():.4g} to {values.max():.4g} {unit}; {values[-1]:.4g} {unit} at {WINDOW:g} "
+        "s.",
         draw(f"figure {number}", "t, s", [(label, curves)]),
     )
 
@@ -192,12 +197,12 @@ def _together(
     window: float,
 ) -> None:
     rows: list[Row] = [(label, [])]
-    told = []
+    captions = []
     for title, stream in streams.items():
         shown = stream.time <= window
         values = stream.signals[names[0]][shown]
         rows[0][1].append(Curve(stream.time[shown], values, title))
-        told.append(
+        captions.append(
             f"{title}: {values.min():.4g} to {values.max():.4g} {label.rpartition(', ')[2]}"
         )
     if names[0] == "position":
@@ -206,4 +211,4 @@ def _together(
         rows[0][1].append(
             Curve(stream.time[shown], stream.signals["reference"][shown], "reference", "reference")
         )
-    part.draw(number, f"{'; '.join(told)}.", draw(f"figure {number}", "t, s", rows))
+    part.draw(number, f"{'; '.join(captions)}.", draw(f"figure {number}", "t, s", rows))

@@ -36,7 +36,7 @@ from studies.rigs.curve_logs import nonlinear_clutch
 from studies.rigs.identification_rigs import clutch, record
 from studies.rigs.sample_logs import PERIOD, SECONDS_EACH, ramp, sines
 from studies.thesis.drawing import Curve, Row, draw
-from studies.thesis.results import Found, Part
+from studies.thesis.results import ComputedValue, Part
 
 RATE, SEED = 0.95, 1  # of the intervals; of the logs
 FULL_EFFORT, TOP_SPEED = 1.0, 400.0  # N m, rad/s, table 4.5
@@ -89,7 +89,7 @@ def _table_4_6(part: Part, whole: MotionRecord, bench: Bench) -> None:
         whole.resolution,
         whole.lag,
     )
-    told = ordinary([fast], bench, IdentificationSettings(RATE, time_constant=FILTER))
+    ordinary_fit = ordinary([fast], bench, IdentificationSettings(RATE, time_constant=FILTER))
     samples, memory = differenced([fast], FILTER)
     free = fit(samples, np.ones(samples.velocity.size), memory, RATE, {}).parameters
     inertia = free["inertia"].value
@@ -97,19 +97,20 @@ def _table_4_6(part: Part, whole: MotionRecord, bench: Bench) -> None:
         "table_4_6",
         {
             "inertia": inertia,
-            **{name: told.parameters[name].value for name in ("viscous", "coulomb")},
+            **{name: ordinary_fit.parameters[name].value for name in ("viscous", "coulomb")},
         },
     )
     part.add(
         "table_4_6",
         {
-            "time_constant": inertia / told.parameters["viscous"].value,
-            "believed": "yes" if "inertia" in told.parameters else "no",
+            "time_constant": inertia / ordinary_fit.parameters["viscous"].value,
+            "believed": "yes" if "inertia" in ordinary_fit.parameters else "no",
         },
     )
     part.say(
         "table_4_6",
-        f"On the SIMULATED clutch; frictool refuses the inertia: {told.refused.get('inertia', '')}.",
+        "On the SIMULATED clutch; frictool refuses the inertia: "
+        f"{ordinary_fit.refused.get('inertia', '')}.",
     )
 
 
@@ -121,13 +122,14 @@ def _table_4_7(part: Part, found: Identification) -> None:
         part.add(
             "table_4_7",
             {
-                f"b{k}_{side}": Found(one.value, one.low, one.high, "95 %")
+                f"b{k}_{side}": ComputedValue(one.value, one.low, one.high, "95 %")
                 for k, one in enumerate(unsure)
             },
         )
     part.say(
         "table_4_7",
-        "On the SIMULATED clutch, whose breakaway is that of the printed coefficients: what was put in comes out.",
+        "On the SIMULATED clutch, whose breakaway is that of the printed coefficients: what was "
+        "put in comes out.",
     )
     assert found.fit is not None
     assert found.laws is not None
@@ -135,7 +137,7 @@ def _table_4_7(part: Part, found: Identification) -> None:
     part.add(
         "section_4_4_2",
         {
-            "knee": Found(knee.value, knee.low, knee.high, "95 %"),
+            "knee": ComputedValue(knee.value, knee.low, knee.high, "95 %"),
             "beta": float(found.fit.details["beta"]),
         },
     )
@@ -160,7 +162,8 @@ def _friction(
     knee = found.laws.regimes[0].above.value if found.laws is not None else math.nan
     part.draw(
         "4.10",
-        f"Above: means of strokes and the law over speed (4.9, 4.10), its knee at {knee:.0f} rad/s; in the middle breakaways and "
+        f"Above: means of strokes and the law over speed (4.9, 4.10), its knee at {knee:.0f} "
+        "rad/s; in the middle breakaways and "
         "their polynomials (4.12); below friction over both (4.13).",
         svg,
     )
@@ -169,7 +172,8 @@ def _friction(
     curve = Curve(ramped.position, ramped.effort, "", "line")
     part.draw(
         "4.11",
-        f"{found_ramp.onsets} breakaways both ways over the travel, seen {1e3 * found_ramp.delay:.1f} mN m late in the mean.",
+        f"{found_ramp.onsets} breakaways both ways over the travel, seen "
+        f"{1e3 * found_ramp.delay:.1f} mN m late in the mean.",
         draw("ramp torque", "theta, rad", [("u, N m", [curve])], thin=False),
     )
 
@@ -183,40 +187,43 @@ def _validation(part: Part) -> None:
         name: _under_pid(one, scenario)
         for name, one in (("rigid", document), ("yielding", yielding(document)))
     }
-    told = {name: ramps(log) for name, log in logs.items()}
-    aside = sum(one.asymmetry > OFF for one in told["yielding"])
+    holds = {name: ramps(log) for name, log in logs.items()}
+    aside = sum(one.asymmetry > OFF for one in holds["yielding"])
     part.add(
         "section_4_4_4",
         {
             "rigid": "around 0"
-            if max(one.asymmetry for one in told["rigid"]) <= CENTRED
+            if max(one.asymmetry for one in holds["rigid"]) <= CENTRED
             else "aside"
         },
     )
     part.add(
-        "section_4_4_4", {"yielding": "aside" if 2 * aside >= len(told["yielding"]) else "around 0"}
+        "section_4_4_4",
+        {"yielding": "aside" if 2 * aside >= len(holds["yielding"]) else "around 0"},
     )
     part.say(
         "section_4_4_4",
-        f"Flanks that yield: the ramps are aside of 0 on {aside} of {len(told['yielding'])} holds.",
+        f"Flanks that yield: the ramps are aside of 0 on {aside} of {len(holds['yielding'])} "
+        "holds.",
     )
     efforts = {
         name: Curve(_main(log).time, _main(log).signals["effort"]) for name, log in logs.items()
     }
     part.draw(
         "4.14",
-        "The exhaustive mechanism with flanks that yield, on its second hold: it sticks, and slips past the reference.",
+        "The exhaustive mechanism with flanks that yield, on its second hold: it sticks, and "
+        "slips past the reference.",
         draw("position", "t, s", [("theta, rad", _second_hold(logs["yielding"]))]),
     )
-    beside = f"beside 0 on {aside} of {len(told['yielding'])} holds, as on the bench"
+    offset = f"beside 0 on {aside} of {len(holds['yielding'])} holds, as on the bench"
     part.draw(
         "4.15",
-        f"Its torque: ramps {_around(told['yielding'])}, {beside}.",
+        f"Its torque: ramps {_around(holds['yielding'])}, {offset}.",
         draw("torque, yielding", "t, s", [("u, N m", [efforts["yielding"]])]),
     )
     part.draw(
         "4.16",
-        f"With rigid flanks, as the thesis's model has them: ramps {_around(told['rigid'])}.",
+        f"With rigid flanks, as the thesis's model has them: ramps {_around(holds['rigid'])}.",
         draw("torque, rigid", "t, s", [("u, N m", [efforts["rigid"]])]),
     )
     part.draw("4.17", *_detail(logs))
@@ -275,7 +282,8 @@ def _detail(logs: dict[str, Log]) -> tuple[str, str]:
         float(np.max(np.abs(curve.y[:count] - rows[0][1][0].y[:count]))) for curve in rows[0][1]
     )
     return (
-        f"The first step in detail: the positions are at most {apart:.2f} rad apart, the backlash is 3 rad.",
+        f"The first step in detail: the positions are at most {apart:.2f} rad apart, the backlash "
+        "is 3 rad.",
         draw("detail", "t, s", rows),
     )
 

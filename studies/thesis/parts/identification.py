@@ -24,7 +24,7 @@ from frictool.plant.axis import rest
 from frictool.typing import Vector
 from studies.rigs.identification_rigs import MASS, MASS_PERIOD, MASS_SPEED, mass_bench, mass_sine
 from studies.thesis.drawing import Curve, draw
-from studies.thesis.results import Found, Part
+from studies.thesis.results import ComputedValue, Part
 
 NAMES = {"inertia": "m", "viscous": "sigma_v", "coulomb": "F_c"}
 TRUTH = np.array([MASS.inertia, MASS.viscous, MASS.coulomb])
@@ -56,14 +56,14 @@ def _values(samples: RegressionSamples, weight: Vector, memory: int) -> Vector:
     return np.array([found[name].value for name in NAMES])
 
 
-def _row(kind: str, values: list[Vector]) -> dict[str, float | str | Found]:
+def _row(kind: str, values: list[Vector]) -> dict[str, float | str | ComputedValue]:
     """Return, for each parameter, the rms error [%] and the range of 95 of 100 single trials,
     because the published value is a single trial."""
     errors = 100.0 * np.abs(np.array(values) / TRUTH - 1.0)
     rms = np.sqrt(np.mean(errors**2, axis=0))
     low, high = np.quantile(errors, [0.025, 0.975], axis=0)
     return {
-        f"{kind}.{name}": Found(float(rms[k]), float(low[k]), float(high[k]), SPREAD)
+        f"{kind}.{name}": ComputedValue(float(rms[k]), float(low[k]), float(high[k]), SPREAD)
         for k, name in enumerate(NAMES.values())
     }
 
@@ -89,13 +89,13 @@ def _tables_4_2_and_4_3(part: Part) -> None:
     part.add("table_4_2", {**_row("plain", plain), **_row("weighted", weighted)})
     part.add("table_4_3", {**_row("weighted", weighted), **_row("filtered", filtered)})
     for kind, values in printed.items():
-        told = ", ".join(
+        text = ", ".join(
             f"{key.split('.')[1]} {_rms(value):.3g} %"
             for key, value in _row("printed", values).items()
         )
         part.say(
             "table_4_3" if "filtered" in kind else "table_4_2",
-            f"With (4.2)'s backward differences, each effort at its own row, {kind}: {told} (rms).",
+            f"With (4.2)'s backward differences, each effort at its own row, {kind}: {text} (rms).",
         )
     part.say("table_4_4", f"rms over {FAST_SEEDS} trials at {FAST:g} m/s.")
     part.say(
@@ -141,13 +141,14 @@ def _table_4_4(part: Part) -> None:
         },
     )
     for kind, title in (("recursive", "without"), ("recursive_conditioned", "with")):
-        told = ", ".join(
+        text = ", ".join(
             f"{key.split('.')[1]} {_rms(value):.3g} %"
             for key, value in _row(kind, found[kind]).items()
         )
         part.say(
             "table_4_4",
-            f"By the recursion (4.16) as printed, its gain from {GAIN:g} I on, {title} conditioning: {told} "
+            f"By the recursion (4.16) as printed, its gain from {GAIN:g} I on, {title} "
+            f"conditioning: {text} "
             f"(rms, {RECURSIVE_SEEDS} trials).",
         )
     sine = np.sin(2.0 * np.pi * np.arange(0.5, 1000.0) / 1000.0)
@@ -155,8 +156,8 @@ def _table_4_4(part: Part) -> None:
     part.add("table_4_4", {"condition_before": before, "condition_after": after})
 
 
-def _rms(found: float | str | Found) -> float:
-    assert isinstance(found, Found)
+def _rms(found: float | str | ComputedValue) -> float:
+    assert isinstance(found, ComputedValue)
     return float(found.value)
 
 
@@ -229,33 +230,38 @@ def _ramp(part: Part) -> None:
         for name in ("inertia", "viscous", "coulomb", "offset")
     }
     with tempfile.TemporaryDirectory() as name:
-        told = breakaway([found.record], mass_bench(Path(name)), axis, RATE)
+        result = breakaway([found.record], mass_bench(Path(name)), axis, RATE)
     largest = float(found.effort.max())
     part.add(
         "section_4_3",
         {
             "u_max": largest,
-            "breakaway": Found(told.interval.value, told.interval.low, told.interval.high, "95 %"),
+            "breakaway": ComputedValue(
+                result.interval.value, result.interval.low, result.interval.high, "95 %"
+            ),
         },
     )
     part.say(
         "section_4_3",
-        f"u_max is {(largest - RAMP.breakaway) / STEP:.1f} steps xi of the ramp above the breakaway that was put in.",
+        f"u_max is {(largest - RAMP.breakaway) / STEP:.1f} steps xi of the ramp above the "
+        "breakaway that was put in.",
     )
     first = found.time < 2.0
     part.draw(
         "4.6",
-        "The force as the law has it: it grows by xi a sample, and begins at 0 when the encoder has moved.",
+        "The force as the law has it: it grows by xi a sample, and begins at 0 when the encoder "
+        "has moved.",
         draw("ramp law", "t, s", [("u, N", [Curve(found.time[first], found.effort[first])])]),
     )
     part.draw(
         "4.7",
-        f"{told.onsets} breakaways in {found.time[-1]:.1f} s.",
+        f"{result.onsets} breakaways in {found.time[-1]:.1f} s.",
         draw("ramp position", "t, s", [("x, m", [Curve(found.time, found.position)])]),
     )
     part.draw(
         "4.8",
-        f"Largest {largest:.3f} N; identify finds {told.interval.value:.4f} N in [{told.interval.low:.4f}, {told.interval.high:.4f}] N.",
+        f"Largest {largest:.3f} N; identify finds {result.interval.value:.4f} N in "
+        f"[{result.interval.low:.4f}, {result.interval.high:.4f}] N.",
         draw("ramp force", "t, s", [("u, N", [Curve(found.time, found.effort)])]),
     )
 
@@ -266,6 +272,7 @@ def _pictures(part: Part) -> None:
     constants = np.array([filter_for(float(ratio), 1.0) for ratio in ratios])
     part.draw(
         "4.3",
-        f"tau over T_s by (4.7): {constants[0]:.2f} at 2 %, {filter_for(0.096, 1.0):.2f} at 9.6 %, {constants[-1]:.3f} at 80 %.",
+        f"tau over T_s by (4.7): {constants[0]:.2f} at 2 %, {filter_for(0.096, 1.0):.2f} at 9.6 "
+        f"%, {constants[-1]:.3f} at 80 %.",
         draw("filter", "noise ratio rho", [("tau/T_s", [Curve(ratios, constants)])]),
     )

@@ -124,7 +124,8 @@ def _table_4_8(part: Part) -> None:
     )
     part.say(
         "table_4_8",
-        "p0, Sigma and T_s are settings of the hybrid model; frictool's engine of the clutch solves its events, and has none.",
+        "p0, Sigma and T_s are settings of the hybrid model; frictool's engine of the clutch "
+        "solves its events, and has none.",
     )
 
 

@@ -14,7 +14,7 @@ from frictool.compare.thesis_figures import pictures
 from frictool.compare.thesis_tables import TABLE_2_1, TABLE_3_2
 from frictool.documents.friction import Friction
 from frictool.documents.registry import load
-from studies.thesis.results import Found, Part
+from studies.thesis.results import ComputedValue, Part
 
 RIG = Path(__file__).parents[3] / "configs/mass"
 REPEATS = 3  # the least of so many times counts
@@ -48,7 +48,8 @@ def laws() -> Part:
     part.add("table_2_1", _speeds(simulator, setting))
     part.say(
         "table_2_1",
-        f"Speed of simulation: + where the stick-slip test of 60 s runs at least {REAL_TIME:g} times faster than it lasts.",
+        f"Speed of simulation: + where the stick-slip test of 60 s runs at least {REAL_TIME:g} "
+        "times faster than it lasts.",
     )
     for picture in pictures(found):
         if picture.number:
@@ -56,8 +57,10 @@ def laws() -> Part:
     return part
 
 
-def _speeds(simulator: LawSimulator, setting: ComparisonSetting) -> dict[str, float | str | Found]:
-    """The last row of table 2.1. No time itself is told: the page is the same whenever it is
+def _speeds(
+    simulator: LawSimulator, setting: ComparisonSetting
+) -> dict[str, float | str | ComputedValue]:
+    """The last row of table 2.1. No time is printed, so that the page is the same whenever it is
     made."""
     segments, cells = input_protocol.stick_slip(setting.scales), {}
     end = segments[-1][0]
@@ -94,25 +97,33 @@ def _caption(found: Comparison, number: str) -> str:
     if chosen is None:
         return "What the test plays, on our parameters of table 3.1."
     test, names = chosen
-    told = "; ".join(_told(found, test, law) for law in names)
+    text = "; ".join(_caption(found, test, law) for law in names)
     if test == "stick_slip":
-        return f"{told} ({known})."
+        return f"{text} ({known})."
     if test == "limit_cycle":
-        return f"{told} (event-exact Stribeck: ±{cycle.amplitude:.4f} m, {cycle.period_s:.2f} s)."
-    return f"{told}."
+        return f"{text} (event-exact Stribeck: ±{cycle.amplitude:.4f} m, {cycle.period_s:.2f} s)."
+    return f"{text}."
 
 
-def _told(found: Comparison, test: str, law: str) -> str:
+def _caption(found: Comparison, test: str, law: str) -> str:
     tested = found.laws[law]
     if test == "stick_slip":
         period = (
             "none" if tested.stick_slip.period_s is None else f"{tested.stick_slip.period_s:.4f} s"
         )
-        return f"{tested.title}: {tested.stick_slip.sticks} stick{'s' if tested.stick_slip.sticks != 1 else ''}, period {period}"
+        return (
+            f"{tested.title}: {tested.stick_slip.sticks} "
+            f"stick{'s' if tested.stick_slip.sticks != 1 else ''}, period {period}"
+        )
     if test == "limit_cycle":
         cycle = tested.limit_cycle
-        return f"{tested.title}: {'dies out' if cycle.period_s is None else f'±{cycle.amplitude:.4f} m, {cycle.period_s:.2f} s'}"
+        if cycle.period_s is None:
+            return f"{tested.title}: dies out"
+        return f"{tested.title}: ±{cycle.amplitude:.4f} m, {cycle.period_s:.2f} s"
     if test == "presliding":
         contact = tested.presliding
-        return f"{tested.title}: points of return {contact.closure:.3f} F_s apart, loop area {contact.area:.3f} F_s z_max"
+        return (
+            f"{tested.title}: points of return {contact.closure:.3f} F_s apart, loop area "
+            f"{contact.area:.3f} F_s z_max"
+        )
     return f"{tested.title}: moves by {tested.drift.z_max_units:.3g} z_max over 194 cycles"

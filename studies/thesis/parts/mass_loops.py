@@ -102,7 +102,10 @@ def _told(found: dict[str, float]) -> str:
         if found["amplitude_m"] > CYCLE
         else "rests"
     )
-    return f"overshoot {found['overshoot_percent']:.1f} %, {response}, {cycle}, largest error at the end {found['static_error_m']:.4f} m"
+    return (
+        f"overshoot {found['overshoot_percent']:.1f} %, {response}, {cycle}, largest error at "
+        f"the end {found['static_error_m']:.4f} m"
+    )
 
 
 def _drawn(number: str, names: tuple[str, ...], seconds: float) -> str:

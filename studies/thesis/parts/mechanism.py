@@ -28,17 +28,20 @@ def mechanism() -> Part:
     )
     part.draw(
         "2.12",
-        f"{plausible} The compensation follows the clutch to within {100 * share.max():.0f} % of mu_c F_s1.",
+        f"{plausible} The compensation follows the clutch to within {100 * share.max():.0f} % of "
+        "mu_c F_s1.",
         springs,
     )
     part.draw(
         "2.13",
-        "Forward and backward (2.28); it changes its sign with the motion everywhere, which is (2.27).",
+        "Forward and backward (2.28); it changes its sign with the motion everywhere, which is "
+        "(2.27).",
         cart,
     )
     part.draw(
         "2.14",
-        f"Forward {forward.min():.3f} to {forward.max():.3f} N m, backward {backward.min():.3f} to {backward.max():.3f} N m; "
+        f"Forward {forward.min():.3f} to {forward.max():.3f} N m, backward {backward.min():.3f} "
+        f"to {backward.max():.3f} N m; "
         "crosses: (4.42) with the coefficients of table 4.7.",
         rotor,
     )

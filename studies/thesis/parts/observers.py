@@ -118,8 +118,10 @@ def _first(part: Part, ran: dict[str, Ran]) -> None:
         settled = "never" if math.isinf(printed.settled) else f"after {printed.settled:.2f} s"
         part.say(
             "section_6_3_2",
-            f"{kind}: within {100 * WITHIN:g} % after {found.settled:.2f} s, friction's error {found.friction:.1f} %; with the theorem's "
-            f"inequalities alone, without a decay: {settled}, friction's error {printed.friction:.0f} %.",
+            f"{kind}: within {100 * WITHIN:g} % after {found.settled:.2f} s, friction's error "
+            f"{found.friction:.1f} %; with the theorem's "
+            f"inequalities alone, without a decay: {settled}, friction's error "
+            f"{printed.friction:.0f} %.",
         )
     factor = ran["multiplicative"].figures
     assert isinstance(factor, First)
@@ -144,7 +146,8 @@ def _second(part: Part, ran: dict[str, Ran], before: dict[str, Ran]) -> None:
     part.add("section_6_4_2", {"friction": "wrong" if added.friction > 10.0 else "right"})
     part.say(
         "section_6_3_2",
-        f"Second test: alpha is {factor.series[0]:.3f} and {factor.series[1]:.3f} in the two series of steps, and moves between "
+        f"Second test: alpha is {factor.series[0]:.3f} and {factor.series[1]:.3f} in the two "
+        "series of steps, and moves between "
         f"{factor.low:.3f} and {factor.high:.3f}.",
     )
     part.say("section_6_4_2", f"Second test: friction's error {added.friction:.0f} % rms.")
@@ -157,7 +160,8 @@ def _map(part: Part) -> None:
     forward, backward = (np.asarray(friction_at(known, side, theta)) for side in (1, -1))
     part.draw(
         "6.1",
-        f"Forward {forward.min():.3f} to {forward.max():.3f} N m, backward {backward.min():.3f} to {backward.max():.3f} N m.",
+        f"Forward {forward.min():.3f} to {forward.max():.3f} N m, backward {backward.min():.3f} "
+        f"to {backward.max():.3f} N m.",
         draw(
             "friction f",
             "theta, rad",
@@ -171,7 +175,8 @@ def _map(part: Part) -> None:
     level = steps[::2][np.minimum(np.searchsorted(edges, theta, side="right") - 1, INTERVALS - 1)]
     part.draw(
         "6.2",
-        f"{INTERVALS} levels forward, each f at its interval's middle: at most {float(np.max(np.abs(level - forward))):.4f} N m off.",
+        f"{INTERVALS} levels forward, each f at its interval's middle: at most "
+        f"{float(np.max(np.abs(level - forward))):.4f} N m off.",
         draw(
             "levels of f",
             "theta, rad",
@@ -202,10 +207,13 @@ def _states(part: Part, number: str, ran: Ran, label: str) -> None:
         ("e_omega, rad/s", [Curve(known.time, speed)]),
         (label, [Curve(known.time, found.wear)]),
     ]
-    told = f"Speed's error {float(np.sqrt(np.mean(speed**2))):.2f} rad/s rms; alpha {found.wear[-1]:.3f} at the end"
+    caption = (
+        f"Speed's error {float(np.sqrt(np.mean(speed**2))):.2f} rad/s rms; alpha "
+        f"{found.wear[-1]:.3f} at the end"
+    )
     part.draw(
         number,
-        f"{told}, between {found.wear.min():.3f} and {found.wear.max():.3f}.",
+        f"{caption}, between {found.wear.min():.3f} and {found.wear.max():.3f}.",
         draw(f"figure {number}", "t, s", rows),
     )
 
@@ -226,6 +234,7 @@ def _frictions(part: Part, number: str, test: str, ran: Ran) -> None:
     ]
     part.draw(
         number,
-        f"Friction estimated where the axis slips: {error:.0f} % rms off in these {ZOOM[1] - ZOOM[0]:g} s of the {test} test.",
+        f"Friction estimated where the axis slips: {error:.0f} % rms off in these "
+        f"{ZOOM[1] - ZOOM[0]:g} s of the {test} test.",
         draw(f"figure {number}", "t, s", [("f, N m", curves)]),
     )

@@ -36,7 +36,7 @@ from studies.rigs.annex_model import COULOMB, annex_model
 from studies.rigs.clutch_model import clutch_model
 from studies.rigs.published_plants import LAG, READINGS, W2, annex_lft, annex_mixed, position
 from studies.thesis.drawing import Curve, Row, draw
-from studies.thesis.results import Found, Part
+from studies.thesis.results import ComputedValue, Part
 
 RECENTRING, DEFAULT_RECENTRING = 1.05, 1.1
 RECENTRINGS = (1.01, 1.02, 1.05, 1.1, 1.3)
@@ -113,7 +113,7 @@ def _position(part: Part) -> None:
         "section_5_4_3_1",
         {
             "order": str(frozen.order),
-            "slow_pole": Found(
+            "slow_pole": ComputedValue(
                 _slowest(frozen),
                 min(slow),
                 max(slow),
@@ -121,7 +121,7 @@ def _position(part: Part) -> None:
             ),
             "stable": "all" if all(loop.stable for loop in closed) else "not all",
             "margin": float(margins.min()),
-            "peak": Found(
+            "peak": ComputedValue(
                 _beyond_one(middle),
                 100.0 * (float(peaks.min()) - 1.0),
                 100.0 * (float(peaks.max()) - 1.0),
@@ -135,20 +135,24 @@ def _position(part: Part) -> None:
     )
     part.say(
         "section_5_4_3_1",
-        f"W3 by (5.58) times the current that cancels table 5.2's largest friction is {floor:.1f}, which rejecting it costs.",
+        "W3 by (5.58) times the current that cancels table 5.2's largest friction is "
+        f"{floor:.1f}, which rejecting it costs.",
     )
     part.say(
         "section_5_4_3_1",
-        f"Without bounds on its poles the relaxed controller's fastest is at {_fastest(free):.0f} rad/s.",
+        f"Without bounds on its poles the relaxed controller's fastest is at {_fastest(free):.0f} "
+        "rad/s.",
     )
     guaranteed = MARGIN / lyapunov.optimum
     part.say(
         "section_5_4_3_1",
-        f"gamma = {lyapunov.optimum:.2f} guarantees M_mod/gamma = {guaranteed:.2f} of a controller that is not frozen.",
+        f"gamma = {lyapunov.optimum:.2f} guarantees M_mod/gamma = {guaranteed:.2f} of a "
+        "controller that is not frozen.",
     )
     part.say(
         "section_5_4_3_1",
-        f"Modulus margin of the frozen controller over the 16 vertices: {margins.min():.2f} to {margins.max():.2f}.",
+        f"Modulus margin of the frozen controller over the 16 vertices: {margins.min():.2f} to "
+        f"{margins.max():.2f}.",
     )
     _draw_position(part, responses, frozen, lyapunov.optimum, weights)
 
@@ -193,19 +197,23 @@ def _draw_position(
     }
     part.draw(
         "5.12",
-        f"1/|W2|: low frequencies {1 / abs(w2[0]):.4f}, high {1 / abs(w2[-1]):.3g}, which is 1/M_mod.",
+        f"1/|W2|: low frequencies {1 / abs(w2[0]):.4f}, high {1 / abs(w2[-1]):.3g}, which is "
+        "1/M_mod.",
         draw(
             "template", "rad/s", [("1/W2, dB", [Curve(FREQUENCIES, _decibels(1.0 / w2))])], log=True
         ),
     )
     for number, (label, gains) in entries.items():
         curves = [Curve(FREQUENCIES, _decibels(one)) for one in gains]
-        told = f"The 16 vertices of table 5.2, the controller frozen at the centre; largest {_decibels(gains).max():.1f} dB."
+        caption = (
+            "The 16 vertices of table 5.2, the controller frozen at the centre; largest "
+            f"{_decibels(gains).max():.1f} dB."
+        )
         if number in templates:
             curves.append(Curve(FREQUENCIES, _decibels(templates[number]), "template", "reference"))
             beyond = float(np.max(np.abs(gains) / np.abs(templates[number])))
-            told += f" Largest over its template (gamma {gamma:.2f}): {beyond:.2f} of it."
-        part.draw(number, told, draw(f"transfer {number}", "rad/s", [(label, curves)], log=True))
+            caption += f" Largest over its template (gamma {gamma:.2f}): {beyond:.2f} of it."
+        part.draw(number, caption, draw(f"transfer {number}", "rad/s", [(label, curves)], log=True))
     sampled = with_integrator(tustin(frozen, PERIOD), BANDWIDTH)
     below = FREQUENCIES[: int(np.searchsorted(FREQUENCIES, 0.98 * np.pi / PERIOD))]
     both = [frozen.response(FREQUENCIES)[:, 0, 0], sampled.response(below)[:, 0, 0]]
@@ -228,7 +236,8 @@ def _draw_position(
     ]
     part.draw(
         "5.17",
-        f"At {BANDWIDTH:g} rad/s the two gains are {at[0]:.4f} and {at[1]:.4f} A/rad; at low frequencies they part, the pole being at 0.",
+        f"At {BANDWIDTH:g} rad/s the two gains are {at[0]:.4f} and {at[1]:.4f} A/rad; at low "
+        "frequencies they part, the pole being at 0.",
         draw("controller of 5.4.3", "rad/s", rows, log=True),
     )
 
@@ -295,14 +304,18 @@ def _draw_annex(part: Part, controllers: dict[str, Lti], apart: float) -> None:
     peak = max(float(curve.y.max()) for curve in curves)
     near = slice(*np.searchsorted(FREQUENCIES, NEAR).tolist())
     apart_there = float(np.max(np.ptp([curve.y[near] for curve in curves], axis=0)))
-    told = f"Largest sensitivity {peak:.1f} dB. Between {NEAR[0]:g} and {NEAR[1]:g} rad/s all are at most {apart_there:.1f} dB apart; far "
-    told += "below, where the errors are small, without viscous friction they are smaller."
-    part.draw("C.8", told, draw("annex sensitivities", "rad/s", rows, log=True))
+    caption = (
+        f"Largest sensitivity {peak:.1f} dB. Between {NEAR[0]:g} and {NEAR[1]:g} rad/s all "
+        f"are at most {apart_there:.1f} dB apart; far "
+    )
+    caption += "below, where the errors are small, without viscous friction they are smaller."
+    part.draw("C.8", caption, draw("annex sensitivities", "rad/s", rows, log=True))
     friction = [Curve(FREQUENCIES, _decibels(loop[:, 0, 1]), name) for name, loop in loops.items()]
     offset = float(np.max(np.abs(friction[1].y - friction[2].y)))
     part.draw(
         "C.9",
-        f"From friction in units of its own F_c: rho = 0 and rho = 1 are up to {offset:.1f} dB apart, since F_c differs.",
+        f"From friction in units of its own F_c: rho = 0 and rho = 1 are up to {offset:.1f} dB "
+        "apart, since F_c differs.",
         draw("annex friction", "rad/s", [("e/w, dB", friction)], log=True),
     )
     gains = [

@@ -21,8 +21,10 @@ from tests.support.mechanism_runs import instants, moved, ready
 
 def test_a_motor_with_play_and_a_light_load_is_the_axis() -> None:
     p = AxisParameters(
-        inertia=1.3e-5, viscous=0.0, coulomb=0.12, breakaway=0.13, offset=0.0, constant=0.0134, lag=1e-3, drive_limit=25.0, backlash=3.0,
-        backlash_coulomb=0.05, backlash_breakaway=0.055, encoder_step=0.0, resistance=0.0, supply=12.0,
+        inertia=1.3e-5, viscous=0.0, coulomb=0.12, breakaway=0.13, offset=0.0, constant=0.0134,
+        lag=1e-3, drive_limit=25.0, backlash=3.0,
+        backlash_coulomb=0.05, backlash_breakaway=0.055, encoder_step=0.0, resistance=0.0,
+        supply=12.0,
     )  # fmt: skip
     t = 1e-3 * np.arange(600)
     commands = 14.0 * np.sin(2.0 * np.pi * 3.0 * t)
@@ -120,9 +122,7 @@ def test_an_impact_goes_through_a_row_of_balls() -> None:
     assert result.speeds[3, -1] == pytest.approx(((1.0 + 0.95) / 2.0) ** 3, rel=1e-9)
 
 
-def test_a_screw_that_its_load_cannot_drive_stands_under_any_load_and_is_let_down_by_the_motor() -> (
-    None
-):
+def test_a_self_locking_screw_stands_under_any_load_and_is_let_down_by_the_motor() -> None:
     radius, lead, phi = 5e-3, 0.1, math.atan(0.15)
     b = Builder()
     b.block(1e-3, 10.0)

@@ -71,14 +71,21 @@ TURNS, SLIDES = "inertia: {value: 1, unit: kg m^2}", "mass: {value: 1, unit: kg}
     [
         ("tt", "kind: gear, ratio: 3, internal: true", 3.0, 0.0),
         ("tt", "kind: gear, ratio: 3, backlash: {width: {value: 0.1, unit: rad}}", -3.0, 0.05),
-        ("tt", "kind: gear, ratio: 3, backlash: {width: {value: 0.1, unit: rad}, at: a}", -3.0, 0.15),
-        ("tt", "kind: belt, radius_a: {value: 2, unit: cm}, radius_b: {value: 8, unit: cm}, crossed: true", -0.25, 0.0),
-        ("ts", "kind: screw, radius: {value: 4, unit: mm}, lead: {value: 5, unit: mm}", 5e-3 / (2 * math.pi), 0.0),
-        ("ts", "kind: screw, radius: {value: 4, unit: mm}, lead_angle: {value: 10, unit: deg}, left_handed: true",
+        ("tt", "kind: gear, ratio: 3, backlash: {width: {value: 0.1, unit: rad}, at: a}", -3.0,
+        0.15),
+        ("tt", "kind: belt, radius_a: {value: 2, unit: cm}, radius_b: {value: 8, unit: cm}, "
+               "crossed: true", -0.25, 0.0),
+        ("ts", "kind: screw, radius: {value: 4, unit: mm}, lead: {value: 5, unit: mm}",
+        5e-3 / (2 * math.pi), 0.0),
+        ("ts", "kind: screw, radius: {value: 4, unit: mm}, lead_angle: {value: 10, unit: deg}, "
+               "left_handed: true",
          -4e-3 * math.tan(math.radians(10)), 0.0),
-        ("ts", "kind: rack, radius: {value: 2, unit: mm}, backlash: {width: {value: 3, unit: rad}}", 2e-3, 3e-3),
-        ("ts", "kind: rack, radius: {value: 2, unit: mm}, backlash: {width: {value: 3, unit: mm}}, reversed: true", -2e-3, 1.5e-3),
-        ("ss", "kind: hydraulic, area_a: {value: 3, unit: cm^2}, area_b: {value: 5, unit: cm^2}", 0.6, 0.0),
+        ("ts", "kind: rack, radius: {value: 2, unit: mm}, backlash: {width: {value: 3, unit: "
+               "rad}}", 2e-3, 3e-3),
+        ("ts", "kind: rack, radius: {value: 2, unit: mm}, backlash: {width: {value: 3, unit: "
+               "mm}}, reversed: true", -2e-3, 1.5e-3),
+        ("ss", "kind: hydraulic, area_a: {value: 3, unit: cm^2}, area_b: {value: 5, unit: cm^2}",
+        0.6, 0.0),
         ("ss", "kind: coupling", 1.0, 0.0),
     ],
 )  # fmt: skip
@@ -93,7 +100,8 @@ def test_ratios_and_play(blocks: str, link: str, ratio: float, gap: float, tmp_p
 
 def test_a_belts_compliance_is_along_the_belt(tmp_path: Path) -> None:
     link = (
-        "kind: belt, between: [a, b], radius_a: {value: 2, unit: cm}, radius_b: {value: 8, unit: cm}, "
+        "kind: belt, between: [a, b], radius_a: {value: 2, unit: cm}, radius_b: {value: 8, unit: "
+        "cm}, "
         "compliance: {stiffness: {value: 500, unit: N/m}, damping: {value: 3, unit: N s/m}}"
     )
     couplings = assembled(TWO.format(a=TURNS, b=TURNS, link=link), tmp_path).packed.couplings
@@ -107,7 +115,10 @@ def test_a_threads_losses(mu: float, tmp_path: Path) -> None:
     sign where mu > tan(alpha)."""
     steep = 5.0 / (2 * math.pi * 4.0)
     alpha, phi = math.atan(steep), math.atan(mu)
-    link = f"kind: screw, between: [a, b], radius: {{value: 4, unit: mm}}, lead: {{value: 5, unit: mm}}, friction_coefficient: {mu}"
+    link = (
+        f"kind: screw, between: [a, b], radius: {{value: 4, unit: mm}}, lead: {{value: 5, "
+        f"unit: mm}}, friction_coefficient: {mu}"
+    )
     joints = assembled(TWO.format(a=TURNS, b=SLIDES, link=link), tmp_path).packed.joints
     assert joints.ratio[0] + joints.drive_loss[0] == pytest.approx(4e-3 * math.tan(alpha + phi))
     assert joints.ratio[0] - joints.back_loss[0] == pytest.approx(4e-3 * math.tan(alpha - phi))
@@ -178,7 +189,10 @@ def test_every_law_is_taken_with_its_parameters_names_and_units(law: str, tmp_pa
         f"{needs.name}: {{value: {values[needs.name] * 1e3}, unit: {MILLI[needs.unit('rotary')]}}}"
         for needs in needed
     )
-    link = f"kind: friction, on: a, law: {law}, parameters: {{{given}}}}}, shaft: {{kind: coupling, between: [a, b]"
+    link = (
+        f"kind: friction, on: a, law: {law}, parameters: {{{given}}}}}, shaft: {{kind: "
+        "coupling, between: [a, b]"
+    )
     two = assembled(TWO.format(a=TURNS, b=TURNS, link=link), tmp_path)
     names = [parameter.name for parameter in LAWS[law].parameters]
     found = dict(zip(names, two.packed.frictions.law_values.tolist(), strict=False))

@@ -17,7 +17,8 @@ from tests.support.mechanism_documents import TRAIN, assembled
 GEAR = """\
 format: mechanism/1
 name: gear
-blocks: {{a: {{inertia: {{value: 0.02, unit: kg m^2}}}}, b: {{inertia: {{value: 0.3, unit: kg m^2}}}}}}
+blocks: {{a: {{inertia: {{value: 0.02, unit: kg m^2}}}}, b: {{inertia: {{value: 0.3,
+  unit: kg m^2}}}}}}
 links:
   pair: {{kind: gear, between: [a, b], ratio: 0.4, efficiency: 0.8{compliance}}}
 sources: {{motor: {{on: a, drive: effort}}}}
@@ -140,7 +141,10 @@ def test_the_modes_of_a_long_chain(tmp_path: Path) -> None:
     soft = "{{stiffness: {{value: 4e4, unit: N/m}}, damping: {{value: 8, unit: N s/m}}}}"
     link = f"{{{{kind: coupling, between: [m{{0}}, m{{1}}], compliance: {soft}}}}}"
     links = "\n".join(f"  c{i}: " + link.format(i, i + 1) for i in range(n - 1))
-    text = f"format: mechanism/1\nname: chain\nblocks:\n{blocks}\nlinks:\n{links}\nsources: {{push: {{on: m0, drive: effort}}}}\n"
+    text = (
+        f"format: mechanism/1\nname: chain\nblocks:\n{blocks}\nlinks:\n{links}\nsources: "
+        f"{{push: {{on: m0, drive: effort}}}}\n"
+    )
     modes = linearise(assembled(text, tmp_path)).modes()
     w = 2.0 * np.sqrt(stiffness / mass) * np.sin(np.pi * np.arange(1, n) / (2 * n))
     assert [mode.frequency for mode in modes] == pytest.approx(w, rel=1e-9)

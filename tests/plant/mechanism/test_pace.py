@@ -26,7 +26,8 @@ links:
     kind: gear
     between: [motor, drum]
     ratio: {ratio}
-    compliance: {{stiffness: {{value: {stiffness}, unit: N m/rad}}, damping: {{value: {damping}, unit: N m s/rad}}}}
+    compliance: {{stiffness: {{value: {stiffness}, unit: N m/rad}}, damping: {{value: {damping},
+      unit: N m s/rad}}}}
   rope: {{kind: rack, between: [drum, weight], radius: {{value: 20, unit: mm}}}}
 sources:
   drive: {{on: motor, drive: effort}}

@@ -14,11 +14,26 @@ from frictool.plant.mechanism.element_error import ElementError
 from tests.support.mechanism_documents import TRAIN
 
 GEAR = "  reducer: {kind: gear, between: [motor, shaft], ratio: 0.25, efficiency: 0.9}\n"
-RACK = "  rack: {kind: rack, between: [shaft, cart], radius: {value: 10, unit: mm}, backlash: {width: {value: 0.2, unit: mm}}}\n"
-SPRING = "  spring: {kind: spring, between: [cart, ground], stiffness: {value: 2, unit: N/mm}, preload: {value: 10, unit: N}}\n"
-BEARING = "  bearing: {kind: friction, on: motor, law: coulomb, parameters: {coulomb: {value: 5, unit: mN m}}}\n"
-STOPS = "  ends: {kind: stop, on: cart, low: {value: -5, unit: mm}, high: {value: 40, unit: mm}, restitution: 0.3}\n"
-DRIVE = "  drive: {on: motor, drive: current, constant: {value: 20, unit: mN m/A}, limit: {value: 10, unit: A}}\n"
+RACK = (
+    "  rack: {kind: rack, between: [shaft, cart], radius: {value: 10, unit: mm}, backlash: "
+    "{width: {value: 0.2, unit: mm}}}\n"
+)
+SPRING = (
+    "  spring: {kind: spring, between: [cart, ground], stiffness: {value: 2, unit: N/mm}, "
+    "preload: {value: 10, unit: N}}\n"
+)
+BEARING = (
+    "  bearing: {kind: friction, on: motor, law: coulomb, parameters: {coulomb: {value: 5, "
+    "unit: mN m}}}\n"
+)
+STOPS = (
+    "  ends: {kind: stop, on: cart, low: {value: -5, unit: mm}, high: {value: 40, unit: mm}, "
+    "restitution: 0.3}\n"
+)
+DRIVE = (
+    "  drive: {on: motor, drive: current, constant: {value: 20, unit: mN m/A}, limit: "
+    "{value: 10, unit: A}}\n"
+)
 SENSOR = "  encoder: {on: motor, counts_per_revolution: 500}\n"
 CART = "  cart: {mass: {value: 500, unit: g}}\n"
 SHAFT = "  shaft: {inertia: {value: 3.0e-4, unit: kg m^2}}\n"
@@ -26,57 +41,98 @@ SHAFT = "  shaft: {inertia: {value: 3.0e-4, unit: kg m^2}}\n"
 # what is replaced, by what, the key told, the words told
 WRONG = [
     # names
-    (RACK, RACK.replace("shaft, cart", "shaft, carts"), "links.rack.between", ["'carts', which is no block, did you mean 'cart'?"]),
+    (RACK, RACK.replace("shaft, cart", "shaft, carts"), "links.rack.between",
+     ["'carts', which is no block, did you mean 'cart'?"]),
     (SPRING, SPRING.replace("ground", "grond"), "links.spring.between", ["did you mean 'ground'?"]),
-    (GEAR, GEAR.replace("motor, shaft", "shaft, shaft"), "links.reducer.between", ["both ends on shaft", "two different ones"]),
-    (CART, CART + "  ground: {mass: {value: 1, unit: kg}}\n", "blocks.ground", ["ground is the frame"]),
-    (CART, CART + "  fly wheel: {mass: {value: 1, unit: kg}}\n", "blocks.fly wheel", ["'fly wheel'", "letters, digits"]),
+    (GEAR, GEAR.replace("motor, shaft", "shaft, shaft"), "links.reducer.between",
+     ["both ends on shaft", "two different ones"]),
+    (CART, CART + "  ground: {mass: {value: 1, unit: kg}}\n", "blocks.ground",
+     ["ground is the frame"]),
+    (CART, CART + "  fly wheel: {mass: {value: 1, unit: kg}}\n", "blocks.fly wheel",
+     ["'fly wheel'", "letters, digits"]),
     (DRIVE, DRIVE.replace("on: motor", "on: moter"), "sources.drive.on", ["did you mean 'motor'?"]),
-    (SENSOR, SENSOR.replace("on: motor", "on: ground"), "sensors.encoder.on", ["ground, which does not move"]),
+    (SENSOR, SENSOR.replace("on: motor", "on: ground"), "sensors.encoder.on",
+     ["ground, which does not move"]),
     # ends
-    (SPRING, SPRING.replace("[cart, ground]", "[cart]"), "links.spring.between", ["found one end", "the frame is an end too: [cart, g"]),
-    (SPRING, SPRING.replace("[cart, ground]", "[ground, cart]"), "links.spring.between", ["ground as the first end", "[cart, ground]"]),
-    (GEAR, GEAR.replace("motor, shaft", "motor, ground"), "links.reducer.between", ["would hold motor for good", "leave the held block"]),
-    (GEAR, GEAR.replace("motor, shaft", "motor, cart"), "links.reducer.between", ["cart, which slides", "allowed for a gear"]),
-    (RACK, RACK.replace("shaft, cart", "motor, shaft"), "links.rack.between", ["shaft, which turns", "a block that turns and one"]),
-    (RACK, RACK.replace("shaft, cart", "cart, shaft"), "links.rack.between", ["write [shaft, cart]"]),
-    (RACK, "  rack: {kind: hydraulic, between: [shaft, cart], area_a: {value: 1, unit: cm^2}, area_b: {value: 2, unit: cm^2}}\n",
+    (SPRING, SPRING.replace("[cart, ground]", "[cart]"), "links.spring.between", ["found one end",
+     "the frame is an end too: [cart, g"]),
+    (SPRING, SPRING.replace("[cart, ground]", "[ground, cart]"), "links.spring.between",
+     ["ground as the first end", "[cart, ground]"]),
+    (GEAR, GEAR.replace("motor, shaft", "motor, ground"), "links.reducer.between",
+     ["would hold motor for good", "leave the held block"]),
+    (GEAR, GEAR.replace("motor, shaft", "motor, cart"), "links.reducer.between",
+     ["cart, which slides", "allowed for a gear"]),
+    (RACK, RACK.replace("shaft, cart", "motor, shaft"), "links.rack.between",
+     ["shaft, which turns", "a block that turns and one"]),
+    (RACK, RACK.replace("shaft, cart", "cart, shaft"), "links.rack.between",
+     ["write [shaft, cart]"]),
+    (RACK,
+     "  rack: {kind: hydraulic, between: [shaft, cart], area_a: {value: 1, unit: cm^2}, area_b: "
+     "{value: 2, unit: cm^2}}\n",
      "links.rack.between", ["shaft, which turns", "a hydraulic link"]),
     # numbers
-    (GEAR, GEAR.replace("ratio: 0.25", "ratio: 0"), "links.reducer.ratio", ["found 0; allowed: > 0"]),
-    (GEAR, GEAR.replace("ratio: 0.25", "ratio: -0.25"), "links.reducer.ratio", ["found -0.25", "internal: true"]),
-    (RACK, RACK.replace("value: 10, unit: mm", "value: 0, unit: mm"), "links.rack.radius.value", ["found 0 mm; allowed: > 0"]),
+    (GEAR, GEAR.replace("ratio: 0.25", "ratio: 0"), "links.reducer.ratio",
+     ["found 0; allowed: > 0"]),
+    (GEAR, GEAR.replace("ratio: 0.25", "ratio: -0.25"), "links.reducer.ratio", ["found -0.25",
+     "internal: true"]),
+    (RACK, RACK.replace("value: 10, unit: mm", "value: 0, unit: mm"), "links.rack.radius.value",
+     ["found 0 mm; allowed: > 0"]),
     (SHAFT, SHAFT.replace("3.0e-4", "-1"), "blocks.shaft.inertia.value", ["allowed: >= 0"]),
-    (CART, CART.replace("500", "0"), "blocks.cart", ["cart has no inertia and no rigid link without play"]),
-    (STOPS, STOPS.replace("-5", "5"), "links.ends", ["cart starts at 0 m; allowed: 0.005 to 0.04 m"]),
-    (CART, CART.replace("500", "5.0e+40"), "blocks.cart.mass.value", ["found 5e+37 kg; allowed: 0, or 1e-30 to 1e+30"]),
+    (CART, CART.replace("500", "0"), "blocks.cart",
+     ["cart has no inertia and no rigid link without play"]),
+    (STOPS, STOPS.replace("-5", "5"), "links.ends",
+     ["cart starts at 0 m; allowed: 0.005 to 0.04 m"]),
+    (CART, CART.replace("500", "5.0e+40"), "blocks.cart.mass.value",
+     ["found 5e+37 kg; allowed: 0, or 1e-30 to 1e+30"]),
     # units
-    (SPRING, SPRING.replace("N/mm", "N m/rad"), "links.spring.stiffness.unit", ["N m/rad; allowed: N/m", "cart slides"]),
-    (RACK, RACK.replace("{width: {value: 0.2, unit: mm}}", "{width: {value: 0.2, unit: s}}"), "links.rack.backlash.width.unit", ["'s'"]),
-    (GEAR, GEAR.replace("efficiency: 0.9", "backlash: {width: {value: 1, unit: mm}}"), "links.reducer.backlash.width.unit",
+    (SPRING, SPRING.replace("N/mm", "N m/rad"), "links.spring.stiffness.unit",
+     ["N m/rad; allowed: N/m", "cart slides"]),
+    (RACK, RACK.replace("{width: {value: 0.2, unit: mm}}", "{width: {value: 0.2, unit: s}}"),
+     "links.rack.backlash.width.unit", ["'s'"]),
+    (GEAR, GEAR.replace("efficiency: 0.9", "backlash: {width: {value: 1, unit: mm}}"),
+     "links.reducer.backlash.width.unit",
      ["multiple of m, which is neither end's", "motor's rad or shaft's rad"]),
-    (RACK, RACK.replace("width: {value: 0.2, unit: mm}", "width: {value: 0.2, unit: mm}, at: shaft"), "links.rack.backlash.at",
+    (RACK, RACK.replace("width: {value: 0.2, unit: mm}",
+     "width: {value: 0.2, unit: mm}, at: shaft"), "links.rack.backlash.at",
      ["shaft, whose position is not in m; allowed: cart"]),
-    (RACK, RACK.replace("radius", "compliance: {stiffness: {value: 1, unit: N m/rad}, damping: {value: 1, unit: N s/m}}, radius"),
+    (RACK, RACK.replace("radius",
+     "compliance: {stiffness: {value: 1, unit: N m/rad}, damping: {value: 1, unit: N s/m}}, radius"),
      "links.rack.compliance.stiffness.unit", ["allowed: N/m", "it is at cart, which slides"]),
-    (DRIVE, DRIVE.replace("mN m/A", "N/A"), "sources.drive.constant.unit", ["N/A; allowed: N m/A", "motor turns"]),
-    (DRIVE, DRIVE.replace("unit: A}", "unit: V}"), "sources.drive.limit.unit", ["V; allowed: A", "drive is current"]),
-    (SENSOR, SENSOR.replace("on: motor", "on: cart"), "sensors.encoder.counts_per_revolution", ["cart, which slides", "step"]),
-    (STOPS, STOPS.replace("-5, unit: mm", "-5, unit: deg"), "links.ends.low.unit", ["rad; allowed: m"]),
-    (CART, CART.replace("}}", "}, start: {value: 1, unit: rad}}"), "blocks.cart.start.unit", ["rad; allowed: m"]),
+    (DRIVE, DRIVE.replace("mN m/A", "N/A"), "sources.drive.constant.unit", ["N/A; allowed: N m/A",
+     "motor turns"]),
+    (DRIVE, DRIVE.replace("unit: A}", "unit: V}"), "sources.drive.limit.unit", ["V; allowed: A",
+     "drive is current"]),
+    (SENSOR, SENSOR.replace("on: motor", "on: cart"), "sensors.encoder.counts_per_revolution",
+     ["cart, which slides", "step"]),
+    (STOPS, STOPS.replace("-5, unit: mm", "-5, unit: deg"), "links.ends.low.unit",
+     ["rad; allowed: m"]),
+    (CART, CART.replace("}}", "}, start: {value: 1, unit: rad}}"), "blocks.cart.start.unit",
+     ["rad; allowed: m"]),
     # friction
-    (BEARING, BEARING.replace("law: coulomb", "law: colomb"), "links.bearing.law", ["'colomb', did you mean 'coulomb'?"]),
-    (BEARING, BEARING.replace("{coulomb: {", "{colomb: {"), "links.bearing.parameters.colomb", ["did you mean coulomb?"]),
-    (BEARING, BEARING.replace("law: coulomb", "law: stribeck"), "links.bearing.parameters", ["stribeck needs breakaway [N m]"]),
-    (BEARING, BEARING.replace("value: 5", "value: -5"), "links.bearing.parameters.coulomb", ["coulomb is -0.005 N m; allowed", ">= 0"]),
-    (BEARING, BEARING.replace("mN m", "N"), "links.bearing.parameters.coulomb.unit", ["'N'; allowed: N m"]),
+    (BEARING, BEARING.replace("law: coulomb", "law: colomb"), "links.bearing.law",
+     ["'colomb', did you mean 'coulomb'?"]),
+    (BEARING, BEARING.replace("{coulomb: {", "{colomb: {"), "links.bearing.parameters.colomb",
+     ["did you mean coulomb?"]),
+    (BEARING, BEARING.replace("law: coulomb", "law: stribeck"), "links.bearing.parameters",
+     ["stribeck needs breakaway [N m]"]),
+    (BEARING, BEARING.replace("value: 5", "value: -5"), "links.bearing.parameters.coulomb",
+     ["coulomb is -0.005 N m; allowed", ">= 0"]),
+    (BEARING, BEARING.replace("mN m", "N"), "links.bearing.parameters.coulomb.unit",
+     ["'N'; allowed: N m"]),
     # loops
-    (RACK, RACK + "  belt: {kind: belt, between: [motor, shaft], radius_a: {value: 1, unit: cm}, radius_b: {value: 4, unit: cm}}\n",
-     "links.belt", ["moves shaft 0.25 as far as motor, and reducer moves it -0.25 as far: no motion solves both"]),
-    (SHAFT, SHAFT.replace("kg m^2", "kg"), "blocks.shaft.inertia.unit", ["unit 'kg' does not measure rotary inertia; allowed: kg m^2"]),
-    (GEAR, GEAR.replace("motor, shaft", "motor, shaft, cart"), "links.reducer.between", ["found a list of 3; allowed: at most 2"]),
+    (RACK,
+     RACK + "  belt: {kind: belt, between: [motor, shaft], radius_a: {value: 1, unit: cm}, "
+           "radius_b: {value: 4, unit: cm}}\n",
+     "links.belt",
+     ["moves shaft 0.25 as far as motor, and reducer moves it -0.25 as far: "
+      "no motion solves both"]),
+    (SHAFT, SHAFT.replace("kg m^2", "kg"), "blocks.shaft.inertia.unit",
+     ["unit 'kg' does not measure rotary inertia; allowed: kg m^2"]),
+    (GEAR, GEAR.replace("motor, shaft", "motor, shaft, cart"), "links.reducer.between",
+     ["found a list of 3; allowed: at most 2"]),
     # what has no part in anything
-    (CART, CART + "  idle: {inertia: {value: 1, unit: kg m^2}}\n", "blocks.idle", ["ties idle to the rest", "ground it"]),
+    (CART, CART + "  idle: {inertia: {value: 1, unit: kg m^2}}\n", "blocks.idle",
+     ["ties idle to the rest", "ground it"]),
 ]  # fmt: skip
 
 
@@ -135,8 +191,8 @@ def test_a_loop_whose_ratios_disagree_is_told_whole(tmp_path: Path) -> None:
     """Three external gears in a ring lock: the product is negative whatever the ratios."""
     message = refusal(TRIANGLE.format("ratio: 0.66667"), tmp_path)
     assert (
-        "mechanism.yaml:10: links.closing: closes the loop c - second - b - first - a - closing, whose ratios multiply to -0.999995: "
-        in message
+        "mechanism.yaml:10: links.closing: closes the loop c - second - b - first - a - closing, "
+        "whose ratios multiply to -0.999995: " in message
     )
     assert "no motion solves it" in message
     assert "make a link compliant" in message
@@ -179,7 +235,8 @@ def test_a_loop_with_a_solution(tmp_path: Path) -> None:
     _, mechanism = load_mechanism(path)
     assert mechanism.joints == ("first", "second")
     assert mechanism.notes == (
-        "closing is left out: it closes the loop c - second - b - first - a - closing and says nothing new",
+        "closing is left out: it closes the loop c - second - b - first - a - closing and says "
+        "nothing new",
     )
     assert "in which closing has a loss" in refusal(
         TRIANGLE.format(exact + ", efficiency: 0.9"), tmp_path
@@ -247,8 +304,8 @@ def test_what_a_controller_has_must_be_clear(tmp_path: Path) -> None:
         controlled_indices(document, mechanism)
     message = str(mechanism_error(path, caught.value))
     assert (
-        "mechanism.yaml:15: sensors: found encoder, scale; which one a controller has is said by control"
-        in message
+        "mechanism.yaml:15: sensors: found encoder, scale; which one a controller has is said by "
+        "control" in message
     )
     path.write_text(second + "control: {source: drive, sensor: scale}\n")
     document, mechanism = load_mechanism(path)
@@ -283,16 +340,23 @@ def test_a_curve_that_ends_before_the_stops_is_told(tmp_path: Path) -> None:
         TRAIN.replace(SPRING, f"  spring: {{kind: spring, between: [cart, ground], {curve}}}\n")
     )
     assert load_mechanism(path)[1].notes == (
-        "spring.force ends before the stops of cart do, at 0 and 0.02: beyond, it stays as it is there",
+        "spring.force ends before the stops of cart do, at 0 and 0.02: beyond, it stays as it is "
+        "there",
     )
 
 
 def test_a_curve_of_what_moves_with_a_stopped_block_too(tmp_path: Path) -> None:
     """The slave moves 0.6 of the cart's way: 24 of its 40 mm."""
     path = tmp_path / "mechanism.yaml"
-    rod = "  rod: {kind: hydraulic, between: [cart, slave], area_a: {value: 3, unit: cm^2}, area_b: {value: 5, unit: cm^2}}\n"
+    rod = (
+        "  rod: {kind: hydraulic, between: [cart, slave], area_a: {value: 3, unit: cm^2}, "
+        "area_b: {value: 5, unit: cm^2}}\n"
+    )
     for end, notes in ((24.0, 0), (23.0, 1)):
-        curve = f"force: {{position: {{values: [-3, {end}], unit: mm}}, value: {{values: [0, 9], unit: N}}}}"
+        curve = (
+            f"force: {{position: {{values: [-3, {end}], unit: mm}}, value: {{values: [0, 9], "
+            f"unit: N}}}}"
+        )
         text = TRAIN.replace(
             SPRING, f"{rod}  spring: {{kind: spring, between: [slave, ground], {curve}}}\n"
         )
@@ -317,7 +381,10 @@ def test_speeds_that_lie_too_far_apart(tmp_path: Path) -> None:
     assert "blocks.shaft: links give it 1e+20 times the speed of motor" in refusal(
         TRAIN.replace("ratio: 0.25", "ratio: 1.0e+20"), tmp_path
     )
-    soft = "ratio: 1.0e+20, compliance: {stiffness: {value: 1, unit: N m/rad}, damping: {value: 1, unit: N m s/rad}}"
+    soft = (
+        "ratio: 1.0e+20, compliance: {stiffness: {value: 1, unit: N m/rad}, damping: {value: "
+        "1, unit: N m s/rad}}"
+    )
     assert "allowed: 1e-12 to 1e+12 times" in refusal(
         TRAIN.replace("ratio: 0.25, efficiency: 0.9", soft), tmp_path
     )
@@ -335,10 +402,13 @@ def test_two_links_that_what_they_drive_cannot_drive(tmp_path: Path) -> None:
     text = TRAIN.replace(SHAFT, second).replace(GEAR, gears + rod)
     told = refusal(text, tmp_path)
     assert (
-        "links.worm: is irreversible, as reducer is: motor and other both drive shaft and wheel, rigidly linked,"
-        in told
+        "links.worm: is irreversible, as reducer is: motor and other both drive shaft and wheel, "
+        "rigidly linked," in told
     )
-    soft = "[shaft, wheel], compliance: {stiffness: {value: 1, unit: N m/rad}, damping: {value: 0, unit: N m s/rad}}"
+    soft = (
+        "[shaft, wheel], compliance: {stiffness: {value: 1, unit: N m/rad}, damping: {value: "
+        "0, unit: N m s/rad}}"
+    )
     path = tmp_path / "soft.yaml"
     path.write_text(text.replace("[shaft, wheel]", soft))
     assert load_mechanism(path)[1].joints == ("reducer", "worm", "rack")
