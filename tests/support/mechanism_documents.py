@@ -20,16 +20,12 @@ blocks:
   cart: {mass: {value: 500, unit: g}}
 links:
   reducer: {kind: gear, between: [motor, shaft], ratio: 0.25, efficiency: 0.9}
-  rack: {kind: rack, between: [shaft, cart], radius: {value: 10, unit: mm},
-    backlash: {width: {value: 0.2, unit: mm}}}
-  spring: {kind: spring, between: [cart, ground], stiffness: {value: 2, unit: N/mm},
-    preload: {value: 10, unit: N}}
+  rack: {kind: rack, between: [shaft, cart], radius: {value: 10, unit: mm}, backlash: {width: {value: 0.2, unit: mm}}}
+  spring: {kind: spring, between: [cart, ground], stiffness: {value: 2, unit: N/mm}, preload: {value: 10, unit: N}}
   bearing: {kind: friction, on: motor, law: coulomb, parameters: {coulomb: {value: 5, unit: mN m}}}
-  ends: {kind: stop, on: cart, low: {value: -5, unit: mm}, high: {value: 40, unit: mm},
-    restitution: 0.3}
+  ends: {kind: stop, on: cart, low: {value: -5, unit: mm}, high: {value: 40, unit: mm}, restitution: 0.3}
 sources:
-  drive: {on: motor, drive: current, constant: {value: 20, unit: mN m/A}, limit: {value: 10,
-    unit: A}}
+  drive: {on: motor, drive: current, constant: {value: 20, unit: mN m/A}, limit: {value: 10, unit: A}}
 sensors:
   encoder: {on: motor, counts_per_revolution: 500}
 """

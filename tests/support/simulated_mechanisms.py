@@ -33,8 +33,7 @@ links:
       viscous: {value: 3.81e-4, unit: N m s/rad}
   ends: {kind: stop, on: rotor, low: {value: 0, unit: rad}, high: {value: 63, unit: rad}}
 sources:
-  motor: {on: rotor, drive: current, constant: {value: 13.4e-3, unit: N m/A}, limit: {value: 50,
-    unit: A}, loop_time_constant_s: 0.003}
+  motor: {on: rotor, drive: current, constant: {value: 13.4e-3, unit: N m/A}, limit: {value: 50, unit: A}, loop_time_constant_s: 0.003}
 sensors:
   encoder: {on: rotor, counts_per_revolution: 56}
 """
@@ -62,8 +61,7 @@ links:
     efficiency: 0.9
     backlash: {width: {value: 1, unit: rad}, at: rotor}
 sources:
-  motor: {on: rotor, drive: current, constant: {value: 13.4e-3, unit: N m/A}, limit: {value: 50,
-    unit: A}, loop_time_constant_s: 0.003}
+  motor: {on: rotor, drive: current, constant: {value: 13.4e-3, unit: N m/A}, limit: {value: 50, unit: A}, loop_time_constant_s: 0.003}
   hand: {on: Load, drive: effort}
 sensors:
   encoder: {on: rotor, counts_per_revolution: 56}
