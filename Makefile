@@ -84,9 +84,9 @@ $(VENV)/.bench: pyproject.toml constraints.txt | $(VENV)/.dev
 	$(COMPILE)
 	@touch $@ $(VENV)/.dev $(VENV)/.run
 
-# the JSON Schemas of docs/schemas, from the documents' types
+# the JSON Schemas of docs/schemas: of the documents, and of what commands print with --json
 schemas: $(VENV)/.run
-	for name in $$($(BIN)/python -c 'from frictool.documents.registry import DOCUMENTS; print(*DOCUMENTS)'); do $(BIN)/frictool schema $$name -o docs/schemas/$$name.schema.json; done
+	for name in $$($(BIN)/python -c 'from frictool.cli.schema import command; print(*command.params[0].type.choices)'); do $(BIN)/frictool schema $$name -o docs/schemas/$$name.schema.json; done
 
 # docs/reference, from the commands and the documents' types
 reference: $(VENV)/.run

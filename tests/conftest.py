@@ -7,9 +7,11 @@ than it works, on the core of the other file of tests.
 
 from __future__ import annotations
 
+import json
 import os
 from collections import Counter
 from collections.abc import Iterator
+from typing import Any
 
 import pytest
 from hypothesis import settings
@@ -20,6 +22,23 @@ os.environ.setdefault(
 
 settings.register_profile("frictool", derandomize=True, deadline=None, database=None)
 settings.load_profile("frictool")
+
+
+def pytest_configure() -> None:
+    """Hold every object that a command prints with --json against the type of its format."""
+    import msgspec
+
+    from frictool.cli import output
+    from frictool.cli.json_formats import json_type
+    from frictool.presentation.json_text import json_text
+
+    def checked(form: str, value: dict[str, Any]) -> str:
+        text = json_text(form, value)
+        msgspec.convert(json.loads(text), json_type(form))
+        return text
+
+    output.json_text = checked  # type: ignore[attr-defined]
+
 
 COST = "processor seconds"
 LEAST_S = 1.0  # a package that takes less is not listed

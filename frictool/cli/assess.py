@@ -130,7 +130,7 @@ def command(
     if output is not None:
         save_text(output, text(found, document) + "\n", [bench])
     if as_json:
-        print_json(summary(found, document), output)
+        print_json("assess/1", summary(found, document), output)
     elif output != STDOUT:
         say(text(found, document))
     missing = unreachable_parameters(found, COUNTED | set(named))

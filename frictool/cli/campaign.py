@@ -365,11 +365,11 @@ def _save(
 
 
 def _tell(found: Findings, options: CampaignOptions) -> None:
-    from frictool.campaign.views.json_view import as_json
+    from frictool.campaign.views.json_view import FORMAT, as_json
     from frictool.campaign.views.text_view import lines
 
     if options.as_json:
-        print_json(as_json(found), options.output)
+        print_json(FORMAT, as_json(found), options.output)
         return
     to_stdout = STDOUT in (options.output, options.table)
     colour = (sys.stderr if to_stdout else sys.stdout).isatty() and not os.environ.get("NO_COLOR")

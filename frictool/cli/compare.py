@@ -240,18 +240,17 @@ def _workers(laws: tuple[str, ...]) -> int:
 
 
 def _save(found: Comparison, output: Path, words: str, inputs: list[Path], explain: bool) -> None:
-    import json
-
     from frictool.cli.output_folder import save_folder
     from frictool.compare.json_view import as_json
     from frictool.compare.page import page
     from frictool.documents.provenance import provenance_of_command
+    from frictool.presentation.json_text import json_text
 
     html = page(found, provenance_of_command(words, inputs), explain)
     if _is_page(output):
         save_text(output, html, inputs)
         return
-    figures = json.dumps(as_json(found), indent=2, ensure_ascii=False) + "\n"
+    figures = json_text("compare/1", as_json(found)) + "\n"
     save_folder(output, {"index.html": html, "compare.json": figures}, inputs, overwrite=True)
 
 
@@ -259,7 +258,7 @@ def _tell(found: Comparison, output: Path | None, as_json: bool, explain: bool) 
     if as_json:
         from frictool.compare.json_view import as_json as machine_view
 
-        print_json(machine_view(found), output)
+        print_json("compare/1", machine_view(found), output)
         return
     from frictool.compare.text_view import lines
 

@@ -56,7 +56,9 @@ def command(shell: str | None, output: Path | None, as_json: bool) -> None:
     if output is not None or not as_json:
         save_text(output or STDOUT, text, [])
     if as_json:
-        print_json({"shell": shell, "install": INSTALL[shell], "script": text}, output)
+        print_json(
+            "completion/1", {"shell": shell, "install": INSTALL[shell], "script": text}, output
+        )
 
 
 def script(shell: str) -> str:

@@ -108,14 +108,14 @@ def command(
     for warning in made.warnings:
         note(f"warning: {warning}")
     facts = {
-        "format": form.name,
+        "file_format": form.name,
         "streams": {
             one.head.topic: dict(zip(one.head.fields, one.head.units, strict=True))
             for one in chosen
         },
     }
     if as_json:
-        print_json(facts, output)
+        print_json("convert/1", facts, output)
     else:
         where = "stdout" if output == STDOUT else output.name
         say(f"{where}: {form.name}, {', '.join(one.head.topic for one in chosen)}", output)

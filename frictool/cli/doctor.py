@@ -78,7 +78,9 @@ def command(
         save_text(output, "\n".join(told) + "\n", [])
     if as_json:
         print_json(
-            {**facts, "is_in_order": not _wrong(checks), "checks": json_view(checks)}, output
+            "doctor/1",
+            {**facts, "is_in_order": not _wrong(checks), "checks": json_view(checks)},
+            output,
         )
     elif output != Path("-"):
         say("\n".join(told), output)

@@ -38,4 +38,4 @@ def command(
     if output is not None or not as_json:
         save_text(output or STDOUT, found.latex if latex else found.text, [mechanism])
     if as_json:
-        print_json(found.data, output)
+        print_json("equations/1", found.data, output)

@@ -139,7 +139,7 @@ def command(
 
         save_text(plot, picture(sequence) + "\n", [bench])
     if as_json:
-        print_json(summary(sequence), output)
+        print_json("excite/1", summary(sequence), output)
     else:
         say(text(sequence, output), output)
 

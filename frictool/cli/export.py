@@ -88,7 +88,7 @@ def command(
     if lang == "c" and output != STDOUT:
         _tell_others(output, found.files)
     if as_json:
-        print_json(found.summary(), output)
+        print_json("export/1", found.summary(), output)
     else:
         for line in found.told():
             say(line, output)

@@ -339,7 +339,7 @@ def _tell(
     if as_json:
         from frictool.identify.json_view import as_view
 
-        print_json(as_view(result, bench, model), output)
+        print_json("identify/1", as_view(result, bench, model), output)
 
 
 def _check_options(method: str, values: dict[str, Any]) -> None:

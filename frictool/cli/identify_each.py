@@ -183,7 +183,9 @@ def _tell(line: IdentifyEachCommand, batch: list[BatchResult], inputs: list[Path
         save_text(line.table, as_csv(batch), inputs)
     if line.as_json:
         print_json(
-            as_json(batch, found, line.document), line.table if line.table == STDOUT else None
+            "identify-each/1",
+            as_json(batch, found, line.document),
+            line.table if line.table == STDOUT else None,
         )
     tell: Callable[[str], None] = note if line.as_json or line.table == STDOUT else say
     for text in [

@@ -70,7 +70,7 @@ def command(
     for warning in found.warnings:
         note(f"warning: {warning}")
     if as_json:
-        print_json(found.facts, output)
+        print_json("info/1", found.facts, output)
     if output is not None or not as_json:
         save_text(output or STDOUT, table(found) + "\n", [log] if bench is None else [log, bench])
 

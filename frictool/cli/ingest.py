@@ -173,7 +173,7 @@ def command(
         note(f"warning: {warning}")
     facts = summary(streams, made)
     if as_json:
-        print_json(facts, output)
+        print_json("ingest/1", facts, output)
     else:
         say(table(facts), output)
     _refuse_loss(made, output)
@@ -237,7 +237,7 @@ def _propose(
             "left": start.left,
             "sample_period_s": start.period,
         }
-        print_json({**facts, "questions": start.questions}, output)
+        print_json("ingest-guess/1", {**facts, "questions": start.questions}, output)
         return
     found = (
         ", ".join(

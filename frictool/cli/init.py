@@ -77,7 +77,7 @@ def command(folder: Path, axis: str | None, log: Path | None, as_json: bool) -> 
             "encoder_step": start.step,
             "examples": example_keys(start),
         }
-        print_json({"folder": str(folder), "files": list(files), **told})
+        print_json("init/1", {"folder": str(folder), "files": list(files), **told})
         return
     say(f"{folder}: {', '.join(files)}")
     if log is not None:

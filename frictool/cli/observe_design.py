@@ -185,7 +185,7 @@ def command(model: Path, kind: Kind, output: Path | None, as_json: bool, **optio
     if output is not None:
         save_text(output, to_yaml(observer), [model])
     if as_json:
-        print_json(json_view(observer, document), output)
+        print_json("observe-design/1", json_view(observer, document), output)
     else:
         say(text(observer, document), output)
 

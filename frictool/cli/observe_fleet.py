@@ -55,6 +55,7 @@ def observe_fleet(given: ObserveRequest, logs: Sequence[Path]) -> int:
     _save(given, table, inputs, provenance)
     if given.as_json:
         print_json(
+            "observe-fleet/1",
             {"logs": [row.as_json() for row in table], "wear_limit": given.limit, **counts(table)},
             given.stdout,
         )

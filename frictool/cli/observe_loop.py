@@ -95,7 +95,7 @@ def command(
         save_text(output, to_yaml(merged), [controller, observer])
     note_changes(controller, merged)
     if as_json:
-        print_json(machine_view(found), output)
+        print_json("observe-loop/1", machine_view(found), output)
     else:
         say("\n".join(found.told()), output)
 

@@ -238,7 +238,7 @@ def _single(given: ObserveRequest, log: Path) -> int:
     if picture is not None and given.plot is not None:
         save_text(given.plot, _drawn(given, outcome, picture, provenance), [*given.inputs, log])
     if given.as_json:
-        print_json(outcome.as_json(), given.stdout)
+        print_json("observe-run/1", outcome.as_json(), given.stdout)
     else:
         for line in lines(outcome, given.document):
             say(line, given.stdout)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import shlex
 import sys
@@ -18,6 +17,7 @@ from frictool.cli.document_check import check_document
 from frictool.cli.file_endings import check_ending
 from frictool.cli.printable import printable, printable_json
 from frictool.errors import OutputError
+from frictool.presentation.json_text import json_text
 from frictool.runtime.part_files import part_file
 
 if TYPE_CHECKING:
@@ -230,25 +230,13 @@ def note_changes(path: Path, controller: Controller) -> None:
         note(f"warning: {path}: {words}")
 
 
-def print_json(value: dict[str, Any], output: Path | None = None) -> None:
+def print_json(form: str, value: dict[str, Any], output: Path | None = None) -> None:
     """Print a JSON object on stdout, or on stderr if stdout carries the output.
 
-    Values that are not finite are null.
+    form: name and version of its format (json_formats.yaml), which its first key says. Values that
+    are not finite are null.
     """
-    click.echo(
-        printable_json(json.dumps(_finite(value), indent=2, ensure_ascii=False)),
-        err=output == STDOUT,
-    )
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {str(key): _finite(item) for key, item in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(item) for item in value]
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    return value
+    click.echo(printable_json(json_text(form, value)), err=output == STDOUT)
 
 
 class FiniteRange(click.FloatRange):

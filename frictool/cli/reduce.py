@@ -244,7 +244,7 @@ def _tell(
     from frictool.reduce.text_view import lines
 
     if as_json:
-        print_json(json_view(found.chain, found.checked, found.model, loop), output)
+        print_json("reduce/1", json_view(found.chain, found.checked, found.model, loop), output)
     else:
         say("\n".join(lines(found.chain, found.checked, found.model, loop)), output)
 

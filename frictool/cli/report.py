@@ -240,11 +240,12 @@ def _tell(
     stdout: Path | None,
     as_json: bool,
 ) -> None:
+    from frictool.report.json_view import FORMAT
     from frictool.report.json_view import as_json as machine_view
     from frictool.report.text_view import lines
 
     if as_json:
-        print_json(machine_view(verdict, spec, transfers), stdout)
+        print_json(FORMAT, machine_view(verdict, spec, transfers), stdout)
         return
     stream = sys.stderr if stdout else sys.stdout
     colour = stream.isatty() and not os.environ.get("NO_COLOR")

@@ -1,4 +1,4 @@
-"""`frictool schema`: JSON Schema of a document."""
+"""`frictool schema`: JSON Schema of a document, or of what a command prints with --json."""
 
 from __future__ import annotations
 
@@ -8,23 +8,32 @@ from typing import Any
 
 import click
 
+from frictool.cli.json_formats import format_names, json_format_schema
 from frictool.cli.output import STDOUT, output_option, save_text
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.registry import DOCUMENTS, json_schema
 
-HELP = (
-    """\b
+HELP = f"""\b
 Example:
   frictool schema bench -o bench.schema.json
+  frictool schema report
 
-Print the JSON Schema of a document, for the YAML support of an editor. NAME is one of
+Print the JSON Schema of a document, for the YAML support of an editor, or of the object that a
+command prints with --json.
+
+Documents: {", ".join(DOCUMENTS)}.
+
+Objects: {", ".join(format_names())}.
 """
-    + f"{', '.join(DOCUMENTS)}."
-)
 
 
 def schema_of(name: str) -> dict[str, Any]:
-    """Return the JSON Schema of a document, with the names that other packages register."""
+    """Return the JSON Schema of a document or, by its name without version, of an object.
+
+    It holds the names that other packages register.
+    """
+    if name not in DOCUMENTS:
+        return json_format_schema(format_names()[name])
     if DOCUMENTS[name] is not Mechanism:
         return json_schema(name)
     from frictool.friction.law_registry import LAWS
@@ -36,8 +45,8 @@ def schema_of(name: str) -> dict[str, Any]:
 @click.argument(
     "name",
     metavar="NAME",
-    type=click.Choice(list(DOCUMENTS)),
-    help="Document whose schema is printed.",
+    type=click.Choice([*DOCUMENTS, *format_names()]),
+    help="Document or object whose schema is printed.",
 )
 @output_option(required=False, writes=("JSON",))
 @click.option(
@@ -47,5 +56,4 @@ def schema_of(name: str) -> dict[str, Any]:
     help="Accepted as in every command; a schema is JSON anyway.",
 )
 def command(name: str, output: Path | None) -> None:
-    text = json.dumps(schema_of(name), indent=2) + "\n"
-    save_text(output or STDOUT, text, [])
+    save_text(output or STDOUT, json.dumps(schema_of(name), indent=2) + "\n", [])

@@ -147,13 +147,14 @@ def command(
     # the engine takes longest of all to compile
     compiling = notifications.receiving(compiling=partial(note_compiling, everywhere=True))
     click.get_current_context().with_resource(compiling)
+    form, view, text = "simulate/1", summary, run_text
     gains = ServoGains(servo["position_gain"], servo["speed_gain"], servo["integral_gain"])
     if excitation is not None:
         if any(given is not None for given in (controller, scenario, observer, target, number)):
             names = "--controller, --scenario, --observer, --target and --number"
             raise click.UsageError(f"--excitation is played by the bench: leave out {names}.")
         log = _bench_test(model, excitation, gains, drive_noise, seed, output)
-        views = bench_summary, bench_text
+        form, view, text = "simulate-bench/1", bench_summary, bench_text
     elif scenario is None:
         raise click.UsageError(
             "give --controller and --scenario, or --excitation; of a mechanism, --scenario alone."
@@ -182,16 +183,14 @@ def command(
         listed = EventsOutput(events)
         log, inputs = open_log(model, scenario, output, _progress, listed)
         _save(log, output, inputs, listed)
-        views = summary, run_text
     else:
         log = _step_test(
             model, controller, scenario, observer, target, number, output, EventsOutput(events)
         )
-        views = summary, run_text
     if as_json:
-        print_json(views[0](log), output)
+        print_json(form, view(log), output)
     else:
-        say(views[1](log), output)
+        say(text(log), output)
 
 
 def _bench_test(

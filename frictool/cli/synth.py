@@ -125,7 +125,7 @@ def command(
 
         save_text(plot, picture(result.trade, design_document.name) + "\n", inputs)
     if as_json:
-        print_json(json_view(result, found), output)
+        print_json("synth/1", json_view(result, found), output)
     else:
         say(text(result, found), output)
 

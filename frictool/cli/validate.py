@@ -101,7 +101,7 @@ def command(
 
         save_text(plot, picture(found, document.name, document.axis) + "\n", [model, log])
     if as_json:
-        print_json(summary(found, document), plot)
+        print_json("validate/1", summary(found, document), plot)
     else:
         say(table(found, document), plot)
 

@@ -63,7 +63,9 @@ def command(ctx: click.Context, controller: Path, model: Path | None, as_json: b
     checked = None if model is None else _checked(document, model)
     verification = verify(document)
     if as_json:
-        print_json({**json_view(document, verification), "model": model_json_view(checked)})
+        print_json(
+            "verify/1", {**json_view(document, verification), "model": model_json_view(checked)}
+        )
     else:
         say("\n".join([*lines(document, verification), *model_lines(document, checked)]))
     if (

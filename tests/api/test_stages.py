@@ -158,7 +158,7 @@ def test_what_a_log_holds_is_told_of_one_in_memory_and_of_a_file(tmp_path: Path)
     path = ROOT / "sample_logs/sines.csv"
     of_file = info(path, BENCH)
     assert table(of_file) + "\n" == run("info", path, "--bench", CLUTCH / "bench.yaml").stdout
-    assert of_file.facts == json.loads(
+    assert {"format": "info/1", **of_file.facts} == json.loads(
         run("info", path, "--bench", CLUTCH / "bench.yaml", "--json").stdout
     )
     in_memory = info(read_log(path, BENCH), BENCH)
@@ -194,7 +194,9 @@ def test_equations_of_a_mechanism_are_those_of_the_command() -> None:
     found = equations(load(path, Mechanism))
     assert found.text == run("equations", path).stdout
     assert found.latex == run("equations", path, "--latex").stdout
-    assert found.data == json.loads(run("equations", path, "--json").stdout)
+    assert {"format": "equations/1", **found.data} == json.loads(
+        run("equations", path, "--json").stdout
+    )
 
 
 def test_a_mechanism_that_is_none_is_told_by_its_key() -> None:

@@ -150,7 +150,8 @@ def test_one_stream_of_several(kind: str, two: Path, tmp_path: Path):
     assert not target.exists()
     done = run("convert", two, "--stream", "/axis/force", "-o", target, "--json")
     assert json.loads(done.stdout) == {
-        "format": kind,
+        "format": "convert/1",
+        "file_format": kind,
         "streams": {"/axis/force": {"effort": "N m"}},
     }
     refused(

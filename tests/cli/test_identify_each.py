@@ -202,7 +202,7 @@ def test_the_machine_s_view_has_what_each_alone_prints(fleet: SimpleNamespace) -
     result = each("log", fleet.folder, "--date", DATE, "--json")
     facts = json.loads(result.stdout)
     alone = json.loads(run("identify", fleet.first, "--bench", CLUTCH, "--json").stdout)
-    assert facts["models"][0]["identification"] == alone
+    assert {"format": "identify/1", **facts["models"][0]["identification"]} == alone
     assert facts["models"][3]["identification"] is None
     found = facts["populations"]["coulomb"]
     assert found["unit"] == "N m"
