@@ -52,16 +52,15 @@ def laws() -> Part:
         "times faster than it lasts.",
     )
     for picture in pictures(found):
-        if picture.number:
-            part.draw(picture.number, _caption(found, picture.number), picture.svg)
+        if picture.title:  # the number of the figure in the thesis
+            part.draw(picture.title, _caption(found, picture.title), picture.svg)
     return part
 
 
 def _speeds(
     simulator: LawSimulator, setting: ComparisonSetting
 ) -> dict[str, float | str | ComputedValue]:
-    """The last row of table 2.1. No time is printed, so that the page is the same whenever it is
-    made."""
+    """Return the last row of table 2.1; no time itself, so that the page does not change."""
     segments, cells = input_protocol.stick_slip(setting.scales), {}
     end = segments[-1][0]
     for law in TABLE_2_1:
@@ -75,7 +74,7 @@ def _speeds(
 
 
 def _caption(found: Comparison, number: str) -> str:
-    """The figures behind a picture."""
+    """Return the figures behind a picture."""
     reference = found.reference
     known = f"event-exact Stribeck: {reference.sticks} sticks, period {reference.period_s:.4f} s"
     cycle = found.reference_cycle
@@ -97,7 +96,7 @@ def _caption(found: Comparison, number: str) -> str:
     if chosen is None:
         return "What the test plays, on our parameters of table 3.1."
     test, names = chosen
-    text = "; ".join(_caption(found, test, law) for law in names)
+    text = "; ".join(_law_caption(found, test, law) for law in names)
     if test == "stick_slip":
         return f"{text} ({known})."
     if test == "limit_cycle":
@@ -105,7 +104,7 @@ def _caption(found: Comparison, number: str) -> str:
     return f"{text}."
 
 
-def _caption(found: Comparison, test: str, law: str) -> str:
+def _law_caption(found: Comparison, test: str, law: str) -> str:
     tested = found.laws[law]
     if test == "stick_slip":
         period = (
