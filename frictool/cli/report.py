@@ -144,8 +144,9 @@ def _load(
 ) -> tuple[ReportDocuments, list[Log]]:
     from frictool.documents.bench import Bench
     from frictool.documents.controller import Controller
+    from frictool.documents.metric_table import REQUIREMENTS
     from frictool.documents.registry import load, same_axis
-    from frictool.documents.spec import REQUIREMENTS, Spec
+    from frictool.documents.spec import Spec
     from frictool.errors import DocumentError
     from frictool.logs.reading import read_log
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.metrics.white_noise import noise_floor
+from frictool.typing import Vector
 
 
-def drive_peak(measured: NDArray[np.float64]) -> float:
+def drive_peak(measured: Vector) -> float:
     """Return the largest |drive| [A | V] of a measured signal (n,) minus its noise floor.
 
     The result is at least 0; without noise it is the largest |drive|.
@@ -16,6 +16,17 @@ def drive_peak(measured: NDArray[np.float64]) -> float:
     return max(0.0, float(np.max(np.abs(measured))) - noise_floor(measured))
 
 
-def command_peak(command: NDArray[np.float64]) -> float:
+def command_peak(command: Vector) -> float:
     """Return the largest |command| [A | V] of a signal (n,) without noise."""
     return float(np.max(np.abs(command)))
+
+
+def larger_peak(command: Vector | None, measured: Vector | None) -> float:
+    """Return the larger of the peaks of command and measured drive, at least one of them given."""
+    peaks = [] if command is None else [command_peak(command)]
+    return max(peaks if measured is None else [*peaks, drive_peak(measured)])
+
+
+def rest_drive(rest_command: Vector | None, rest_measured: Vector | None) -> float:
+    """Return the peak of the command, or of the measured drive if there is no command."""
+    return larger_peak(rest_command, rest_measured if rest_command is None else None)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.metrics.sample_durations import sample_durations
+from frictool.typing import Vector
 
 
-def drive_rms(time: NDArray[np.float64], drive: NDArray[np.float64]) -> float:
+def drive_rms(time: Vector, drive: Vector) -> float:
     """Return sqrt(sum i^2 dt / sum dt) of a drive (n,) [A | V], noise included.
 
     Each sample holds until the next, `time` (n,) [s].

@@ -3,20 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from frictool.metrics.median import median
+from frictool.metrics.sample_durations import median
+from frictool.typing import Vector
 
 
-def energy(time: NDArray[np.float64], drive: NDArray[np.float64], window: float) -> float | None:
-    """Return the mean square of the drive (n,) [A^2 | V^2] over the first `window` [s] of a step.
+def energy(time: Vector, drive: Vector, energy_window: float) -> float | str:
+    """Return the mean square of the drive (n,) [A^2 | V^2] over the first `energy_window` [s].
 
-    This is (T_e/t_int) sum i^2 with t_int = `window`. Each sample holds until the next, so that an
-    uneven sample rate does not matter. The result is None if the hold is shorter than the window.
+    This is (T_e/t_int) sum i^2 with t_int = `energy_window`, from the step on. Each sample holds until the next, so that an
+    uneven sample rate does not matter. The result is a reason if the hold is shorter than the window.
     """
     period = median(np.diff(time))
-    if float(time[-1] - time[0]) + 1.5 * period < window:
-        return None
-    edges = np.minimum(np.append(time, time[-1] + period) - time[0], window)
+    if float(time[-1] - time[0]) + 1.5 * period < energy_window:
+        return f"held for less than the window of {energy_window:g} s"
+    edges = np.minimum(np.append(time, time[-1] + period) - time[0], energy_window)
     largest = float(np.max(np.abs(drive))) or 1.0
     return largest * largest * float(np.sum((drive / largest) ** 2 * np.diff(edges)) / edges[-1])

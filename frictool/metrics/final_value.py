@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from frictool.typing import Vector
 
 LEAST_SAMPLES = 10  # least number of samples in the mean
 
@@ -13,6 +14,6 @@ def tail_samples(count: int) -> int:
     return min(count, max(LEAST_SAMPLES, count // 10))
 
 
-def final_value(position: NDArray[np.float64]) -> float:
+def final_value(position: Vector) -> float:
     """Return the mean position [rad or m] over the end of a hold (n,), see `tail_samples`."""
     return float(np.mean(position[-tail_samples(position.size) :]))

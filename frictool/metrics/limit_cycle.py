@@ -16,11 +16,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.metrics.reversals import turning_points
 from frictool.metrics.sample_durations import sample_durations
 from frictool.metrics.white_noise import noise_floor
+from frictool.typing import Vector
 
 LEAST_HOLD = 15.0  # s, shortest hold in which a limit cycle can be ruled out
 LEAST_TURNS = 2
@@ -43,9 +43,7 @@ class LimitCycle:
     reason: str = ""
 
 
-def limit_cycle(
-    time: NDArray[np.float64], position: NDArray[np.float64], resolution: float = 0.0
-) -> LimitCycle:
+def limit_cycle(time: Vector, position: Vector, resolution: float = 0.0) -> LimitCycle:
     """Return the limit cycle of a hold.
 
     `time` [s] and `position` [rad or m] have shape (n,); `resolution` is the sensor's step.
@@ -76,7 +74,17 @@ def limit_cycle(
     return LimitCycle(None, reason=f"{moved}; a longer hold tells whether it cycles")
 
 
-def _kept_up(time: NDArray[np.float64], position: NDArray[np.float64], turns: list[int]) -> bool:
+def limit_cycle_amplitude(cycle: LimitCycle) -> float | str:
+    """Return the amplitude of a test's result, or the reason why it has none."""
+    return cycle.reason if cycle.amplitude is None else cycle.amplitude
+
+
+def limit_cycle_period(cycle: LimitCycle) -> float | str:
+    """Return the period of a test's result, or the reason why it has none."""
+    return (cycle.reason or "there is no limit cycle") if cycle.period is None else cycle.period
+
+
+def _kept_up(time: Vector, position: Vector, turns: list[int]) -> bool:
     last = position[turns[-1] :]
     furthest = float(last[np.argmax(np.abs(last - last[0]))])
     swings = np.abs(np.diff([*position[turns], furthest]))
@@ -87,9 +95,7 @@ def _kept_up(time: NDArray[np.float64], position: NDArray[np.float64], turns: li
     )
 
 
-def _has_ended(
-    time: NDArray[np.float64], position: NDArray[np.float64], turns: list[int], threshold: float
-) -> bool:
+def _has_ended(time: Vector, position: Vector, turns: list[int], threshold: float) -> bool:
     if len(turns) < LEAST_TURNS:
         return False
     half = int(np.searchsorted(time, 0.5 * (time[0] + time[-1])))
@@ -99,7 +105,7 @@ def _has_ended(
     )
 
 
-def _period(times: NDArray[np.float64]) -> float:
+def _period(times: Vector) -> float:
     """Return the mean time between turns of one side; of two turns, twice the time between them."""
     if times.size == 2:
         return 2.0 * float(times[1] - times[0])

@@ -11,12 +11,13 @@ the bounds.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from frictool.metrics.final_value import final_value
+from frictool.metrics.overshoot import overshoot_percent
+from frictool.typing import Vector
 
 
-def load_bounds(
-    position: NDArray[np.float64], backlash: float, unsure: float
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def load_bounds(position: Vector, backlash: float, unsure: float) -> tuple[Vector, Vector]:
     """Return the lowest and highest load position (n,) [rad or m] for motor positions (n,).
 
     backlash: full width [rad or m]. unsure [rad or m]: largest error of a position plus half the
@@ -28,7 +29,22 @@ def load_bounds(
     return low - unsure, high + unsure
 
 
-def _play(position: NDArray[np.float64], half: float, start: float) -> NDArray[np.float64]:
+def load_static_error(load: tuple[Vector, Vector], target: float) -> tuple[float, float]:
+    """Return the bounds of the static error [rad or m] from those of the load's position (n,)."""
+    low, high = map(final_value, load)
+    errors = abs(target - low), abs(target - high)
+    return 0.0 if low <= target <= high else min(errors), max(errors)
+
+
+def load_overshoot(
+    load: tuple[Vector, Vector], origin: float, target: float
+) -> tuple[float, float]:
+    """Return the bounds of the overshoot [%] from those of the load's position (n,)."""
+    low, high = sorted(overshoot_percent(one, origin, target) for one in load)
+    return low, high
+
+
+def _play(position: Vector, half: float, start: float) -> Vector:
     """Return the play operator: y[k] is the value nearest to y[k-1] within half of position[k]."""
     load, out = start, []
     for value in position.tolist():

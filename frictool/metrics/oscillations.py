@@ -8,15 +8,11 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.metrics.reversals import reversals
+from frictool.typing import Vector
 
 
-def oscillations(
-    position: NDArray[np.float64], origin: float, target: float, resolution: float = 0.0
-) -> int:
+def oscillations(position: Vector, origin: float, target: float, resolution: float = 0.0) -> int:
     """Return the number of oscillations of `position` (n,) after a step.
 
     It is 0 if the position does not reach the 95 % zone around its final value.

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from frictool.typing import Vector
 
 
 def overshoot_percent(
-    position: NDArray[np.float64], origin: float, target: float, resolution: float = 0.0
+    position: Vector, origin: float, target: float, resolution: float = 0.0
 ) -> float:
     """Return the overshoot of `position` (n,) in % of the step's amplitude; 0 if there is none.
 

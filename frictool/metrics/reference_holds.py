@@ -16,7 +16,8 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+
+from frictool.typing import Vector
 
 MIN_SAMPLES = 20  # shortest hold
 TRANSITION_SAMPLES = 3  # most samples between two holds of a step
@@ -34,14 +35,12 @@ class Hold:
     target: float
     origin: float | None
 
-    def of(self, signal: NDArray[np.float64]) -> NDArray[np.float64]:
+    def of(self, signal: Vector) -> Vector:
         """Return the samples of `signal` (n,) in this hold."""
         return signal[self.start : self.stop]
 
 
-def find_holds(
-    reference: NDArray[np.float64], position: NDArray[np.float64], resolution: float = 0.0
-) -> tuple[Hold, ...]:
+def find_holds(reference: Vector, position: Vector, resolution: float = 0.0) -> tuple[Hold, ...]:
     """Return the holds of `reference` (n,) in order of time.
 
     `position` (n,) decides if the first hold is a step. `resolution` is the sensor's step
@@ -74,7 +73,7 @@ def find_holds(
     return tuple(holds)
 
 
-def _initial_origin(position: NDArray[np.float64], target: float) -> float | None:
+def _initial_origin(position: Vector, target: float) -> float | None:
     """Return the initial position if the axis follows at least half of a first step, else None."""
     distance = abs(target - float(position[0]))
     moves = distance > 0.0 and float(np.ptp(position)) >= 0.5 * distance

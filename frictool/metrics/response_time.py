@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.metrics.final_value import final_value, tail_samples
+from frictool.typing import Vector
 
 ZONE = 0.05  # half width of the zone, relative to the step's amplitude
 
@@ -18,8 +18,8 @@ def zone_half_width(origin: float, target: float, resolution: float) -> float:
 
 
 def response_time_95(
-    time: NDArray[np.float64],
-    position: NDArray[np.float64],
+    time: Vector,
+    position: Vector,
     origin: float,
     target: float,
     resolution: float = 0.0,

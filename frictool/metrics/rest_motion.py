@@ -6,18 +6,19 @@ Thesis 5.4.1 requires neither motion nor current there; a limit cycle may appear
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from frictool.typing import Vector
 
 
-def late_samples(time: NDArray[np.float64], after: float) -> slice | None:
+def late_samples(time: Vector, after: float) -> slice | None:
     """Return the samples of a hold `time` (n,) [s] from `after` [s] on; None if fewer than ten."""
     first = int(np.searchsorted(time, time[0] + after))
     return slice(first, time.size) if time.size - first >= 10 else None
 
 
-def peak_to_peak(position: NDArray[np.float64]) -> float:
+def peak_to_peak(rest_position: Vector) -> float:
     """Return the peak-to-peak value of the position (n,) [rad or m].
 
     A resting axis may flicker between two sensor steps: at most one step counts as rest.
     """
-    return float(np.ptp(position))
+    return float(np.ptp(rest_position))

@@ -9,18 +9,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.metrics.final_value import final_value
 from frictool.metrics.response_time import zone_half_width
+from frictool.typing import Vector
 
 LEAST_RETURN = 0.01  # least return of a reversal, relative to the step
 LEAST_SENSOR_STEPS = 2.0  # least return of a reversal, in sensor steps
 
 
-def turning_points(
-    position: NDArray[np.float64], threshold: float, direction: float = 0.0
-) -> list[int]:
+def turning_points(position: Vector, threshold: float, direction: float = 0.0) -> list[int]:
     """Return the samples at which `position` (n,) turns and then returns by more than `threshold`.
 
     threshold [rad or m]. direction: 1 or -1 if the initial direction of motion is known; with 0 the
@@ -48,9 +46,7 @@ def turning_points(
     return found
 
 
-def reversals(
-    position: NDArray[np.float64], origin: float, target: float, resolution: float = 0.0
-) -> int:
+def reversals(position: Vector, origin: float, target: float, resolution: float = 0.0) -> int:
     """Return the number of reversals of `position` (n,) after a step.
 
     It is 0 if the position does not reach the 95 % zone around its final value.

@@ -5,17 +5,15 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.metrics.final_value import final_value
+from frictool.typing import Vector
 
 FROM, TO = 0.1, 0.9  # levels, relative to the distance that the axis moves
 LEAST_WAY = 0.01  # least distance relative to the step; an axis that moves less was already there
 
 
-def rise_time(
-    time: NDArray[np.float64], position: NDArray[np.float64], origin: float, target: float
-) -> float:
+def rise_time(time: Vector, position: Vector, origin: float, target: float) -> float:
     """Return the time [s] between the first passages through 10 and 90 % of the distance moved.
 
     The distance is that from the position at the step to the final value. `time` and `position`
@@ -32,7 +30,7 @@ def rise_time(
     return _passage(time, share, TO) - _passage(time, share, FROM)
 
 
-def _passage(time: NDArray[np.float64], share: NDArray[np.float64], level: float) -> float:
+def _passage(time: Vector, share: Vector, level: float) -> float:
     """Return the time at which `share`, which begins at 0, first reaches `level`."""
     k = int(np.argmax(share >= level))
     part = (level - share[k - 1]) / (share[k] - share[k - 1])

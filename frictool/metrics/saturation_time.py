@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from frictool.metrics.sample_durations import sample_durations
+from frictool.typing import Vector
 
 # relative tolerance of a limited command, for rounding on the target or in the log
 AT_LIMIT = 1e-3
 NEAR_LIMIT = 0.01  # relative tolerance of a measured drive, for its lag and gain error
 
 
-def commanded_saturation(
-    time: NDArray[np.float64], command: NDArray[np.float64], limit: float
-) -> float:
+def commanded_saturation(time: Vector, command: Vector, limit: float) -> float:
     """Return the time [s] for which |command| (n,) [A | V] is at its `limit`.
 
     Each sample holds until the next, `time` (n,) [s].
@@ -22,9 +20,7 @@ def commanded_saturation(
     return _total(time, command, limit * (1.0 - AT_LIMIT))
 
 
-def measured_saturation(
-    time: NDArray[np.float64], drive: NDArray[np.float64], limit: float, deviation: float
-) -> float:
+def measured_saturation(time: Vector, drive: Vector, limit: float, deviation: float) -> float:
     """Return the time [s] for which a measured |drive| (n,) [A | V] is at its `limit`.
 
     The tolerance is 1 % of the limit or two standard deviations of the drive's white noise,
@@ -33,5 +29,19 @@ def measured_saturation(
     return _total(time, drive, limit - max(NEAR_LIMIT * limit, 2.0 * deviation))
 
 
-def _total(time: NDArray[np.float64], drive: NDArray[np.float64], level: float) -> float:
+def saturation_time(
+    time: Vector,
+    command: Vector | None,
+    measured: Vector | None,
+    drive_limit: float,
+    drive_noise: float,
+) -> float:
+    """Return the time at the limit of the command, or of the measured drive without a command."""
+    if command is not None:
+        return commanded_saturation(time, command, drive_limit)
+    assert measured is not None
+    return measured_saturation(time, measured, drive_limit, drive_noise)
+
+
+def _total(time: Vector, drive: Vector, level: float) -> float:
     return float(np.sum(sample_durations(time)[np.abs(drive) >= level]))

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
 from frictool.metrics.final_value import final_value
+from frictool.typing import Vector
 
 
-def static_error(position: NDArray[np.float64], target: float) -> float:
+def static_error(position: Vector, target: float) -> float:
     """Return |reference - final position| [rad or m] of a hold (n,).
 
     The sign does not count: offsets left and right of the reference are treated alike.

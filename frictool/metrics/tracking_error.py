@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
+
+from frictool.typing import Vector
 
 
-def tracking_error_peak(reference: NDArray[np.float64], position: NDArray[np.float64]) -> float:
+def tracking_error_peak(reference: Vector, position: Vector) -> float:
     """Return the largest |reference - position| (n,) [rad or m]."""
     return float(np.max(np.abs(reference - position)))
 
 
-def tracking_error_rms(reference: NDArray[np.float64], position: NDArray[np.float64]) -> float:
+def tracking_error_rms(reference: Vector, position: Vector) -> float:
     """Return the root mean square of reference - position (n,) [rad or m]."""
-    largest = tracking_error_peak(reference, position)
-    if largest == 0.0:
-        return 0.0
-    return largest * float(np.sqrt(np.mean(((reference - position) / largest) ** 2)))
+    return root_mean_square(reference - position)
+
+
+def root_mean_square(error: Vector) -> float:
+    """Return the root mean square of an error (n,), scaled so that no square overflows."""
+    largest = float(np.max(np.abs(error)))
+    return 0.0 if largest == 0.0 else largest * float(np.sqrt(np.mean((error / largest) ** 2)))

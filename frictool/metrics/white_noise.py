@@ -5,16 +5,16 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from frictool.metrics.median import median
+from frictool.metrics.sample_durations import median
+from frictool.typing import Vector
 
 # standard deviations above the expected maximum of n samples; fewer than 1 of 1000 records exceed
 # it by chance
 MARGIN = 2.0
 
 
-def noise_deviation(signal: NDArray[np.float64]) -> float:
+def noise_deviation(signal: Vector) -> float:
     """Return the standard deviation of the white noise on `signal` (n,); 0 for n < 3.
 
     It is the median of |second difference|/(0.6745 sqrt 6). A signal that is smooth from sample to
@@ -25,6 +25,6 @@ def noise_deviation(signal: NDArray[np.float64]) -> float:
     return median(np.abs(np.diff(signal, 2))) / (0.6745 * math.sqrt(6.0))
 
 
-def noise_floor(signal: NDArray[np.float64]) -> float:
+def noise_floor(signal: Vector) -> float:
     """Return the value that n samples of this noise alone reach: deviation (sqrt(2 ln n) + 2)."""
     return noise_deviation(signal) * (math.sqrt(2.0 * math.log(max(signal.size, 2))) + MARGIN)

@@ -2,27 +2,28 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 from frictool.documents.controller import Controller
+from frictool.documents.metric_table import REQUIREMENTS, STREAM_METRICS
 from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.metrics.drive_peak import command_peak, drive_peak
 from frictool.metrics.drive_rms import drive_rms
 from frictool.presentation.ties import largest
-from frictool.report.evidence import StreamEvidence
-from frictool.report.hold_metrics import HoldMetrics, no_drive, saturation
+from frictool.report.measured_part import MeasuredPart, measure, no_drive
 from frictool.report.requirement import Requirement
-from frictool.report.worst_hold import JudgedStreams, location_of, worst_hold
+from frictool.report.worst_hold import (
+    JudgedStreams,
+    JudgedValue,
+    largest_value,
+    location_of,
+    worst_hold,
+)
 
 
-def _undecided(
-    spec: Spec, key: str, name: str, limit: float, unit: str, evidence: JudgedStreams
-) -> Requirement:
+def _undecided(spec: Spec, evidence: JudgedStreams) -> str:
+    """Return the reason why no stream has a drive; an empty text if the first one has it."""
     first = evidence[0][0]
-    return Requirement(
-        name, key, None, limit, unit, None, reason=f"{first.name}: {no_drive(spec, first)}"
-    )
+    return f"{first.name}: {no_drive(spec, first)}" if first.drive is None else ""
 
 
 def judge_peak(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
@@ -30,63 +31,27 @@ def judge_peak(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
 
     The larger one counts.
     """
-    assert spec.drive_peak is not None
-    limit, unit = spec.drive_peak.value, spec.drive_peak.unit
-    found: list[tuple[float, StreamEvidence, str]] = []
+    measured = f"of the measured {spec.drive}, less its noise floor"
+    found: list[JudgedValue] = []
     for item, _ in evidence:
         if item.command is not None:
-            found.append((command_peak(item.command), item, "of the command"))
+            value = command_peak(item.command)
+            found.append(JudgedValue(value, item, reason="of the command"))
         if item.measured is not None:
-            found.append(
-                (
-                    drive_peak(item.measured),
-                    item,
-                    f"of the measured {spec.drive}, less its noise floor",
-                )
-            )
-    if not found:
-        return _undecided(spec, "drive_peak", "drive_peak", limit, unit, evidence)
-    value, at = largest(entry[0] for entry in found)
-    _, item, signal = found[at]
-    return Requirement(
-        "drive_peak",
-        "drive_peak",
-        value,
-        limit,
-        unit,
-        value <= limit,
-        reason=signal,
-        where=location_of(item),
-    )
+            found.append(JudgedValue(drive_peak(item.measured), item, reason=measured))
+    return largest_value(spec, REQUIREMENTS["drive_peak"], found, _undecided(spec, evidence))
 
 
 def judge_rms(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
     """Judge the rms drive over each whole stream, because it heats the motor."""
-    assert spec.drive_rms is not None
-    limit, unit = spec.drive_rms.value, spec.drive_rms.unit
-    found = [
-        (drive_rms(item.stream.time, item.drive), item)
-        for item, _ in evidence
-        if item.drive is not None
-    ]
-    if not found:
-        return _undecided(spec, "drive_rms", "drive_rms", limit, unit, evidence)
-    value, at = largest(entry[0] for entry in found)
-    _, item = found[at]
-    signal = (
-        "over the whole record, of the "
-        f"{'command' if item.measured is None else f'measured {spec.drive}'}"
-    )
-    return Requirement(
-        "drive_rms",
-        "drive_rms",
-        value,
-        limit,
-        unit,
-        value <= limit,
-        reason=signal,
-        where=location_of(item),
-    )
+    found = []
+    for item, _ in evidence:
+        if item.drive is not None:
+            signal = "command" if item.measured is None else f"measured {spec.drive}"
+            value = drive_rms(item.stream.time, item.drive)
+            reason = f"over the whole record, of the {signal}"
+            found.append(JudgedValue(value, item, reason=reason))
+    return largest_value(spec, REQUIREMENTS["drive_rms"], found, _undecided(spec, evidence))
 
 
 def judge_saturation(
@@ -96,33 +61,29 @@ def judge_saturation(
 
     A stream without a hold counts as a whole.
     """
-    assert spec.saturation_time_s is not None
-    name, key, limit = "saturation_time", "saturation_time_s", spec.saturation_time_s
-    if all(item.drive is None for item, _ in evidence):
-        return _undecided(spec, key, name, limit, "s", evidence)
-    found: list[tuple[float, StreamEvidence, HoldMetrics | None]] = []
+    metric, found = REQUIREMENTS["saturation_time_s"], []
     for item, holds in evidence:
-        found += [(m.values[name], item, m) for m in holds if name in m.values]
-        if not holds and item.drive is not None and item.drive_limit is not None:
-            found.append((saturation(item, slice(None)), item, None))
-    if not found:
-        gap = next(item.gaps["drive_limit"] for item, _ in evidence if item.drive is not None)
-        return Requirement(name, key, None, limit, "s", None, reason=gap)
-    value, at = largest(entry[0] for entry in found)
-    _, item, hold = found[at]
-    whole = "" if hold is not None else "over the whole record, which is never held"
-    return Requirement(
-        name, key, value, limit, "s", value <= limit, reason=whole, where=location_of(item, hold)
-    )
+        found += [
+            JudgedValue(m.values[metric.name], item, m) for m in holds if metric.name in m.values
+        ]
+        if not holds:
+            whole = measure(STREAM_METRICS[metric.name], MeasuredPart(spec, item))
+            reason = "over the whole record, which is never held"
+            found += [JudgedValue(whole, item, reason=reason)] if isinstance(whole, float) else []
+    gaps = [
+        item.gaps["drive_limit"]
+        for item, _ in evidence
+        if item.drive is not None and "drive_limit" in item.gaps
+    ]
+    return largest_value(spec, metric, found, gaps[0] if gaps else _undecided(spec, evidence))
 
 
 def judge_energy(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
     """Judge the energy of the worst step, as in table 5.3."""
-    assert spec.energy is not None
-    unit = f"{si_unit(spec.drive, spec.axis)}^2"
+    metric = REQUIREMENTS["energy"]
     if all(item.drive is None for item, _ in evidence):
-        return _undecided(spec, "energy", "energy", spec.energy.limit, unit, evidence)
-    return replace(worst_hold(spec, "energy", "energy", evidence), unit=unit)
+        return largest_value(spec, metric, [], _undecided(spec, evidence))
+    return worst_hold(spec, metric, evidence)
 
 
 def judge_rest(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from frictool.documents.metric_table import HOLD_METRICS, STREAM_METRICS
 from frictool.documents.spec import Spec
 from frictool.report.evidence import StreamEvidence
-from frictool.report.hold_metrics import HoldMetrics, energy_window, finite_or_none
-from frictool.report.metric_table import HOLD_METRICS, STREAM_METRICS
+from frictool.report.hold_metrics import HoldMetrics, finite_or_none, stream_metrics
+from frictool.report.measured_part import energy_window
 from frictool.report.requirement import Verdict
-from frictool.report.stream_metrics import stream_metrics
 from frictool.report.worst_hold import NEVER
 
 if TYPE_CHECKING:

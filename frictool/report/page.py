@@ -8,6 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from frictool.documents.controller import Controller
+from frictool.documents.metric_table import HOLD_METRICS
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
@@ -17,7 +18,6 @@ from frictool.report.controller_blocks import block_descriptions
 from frictool.report.curve_figures import log_colours, overview_figures
 from frictool.report.evidence import log_labels
 from frictool.report.margin_figure import margin_figure
-from frictool.report.metric_table import HOLD_METRICS
 from frictool.report.requirement import Verdict, number, unit_shown
 from frictool.report.step_figures import MOST_STEPS, same_steps, step_views
 from frictool.report.stream_selection import select_streams

@@ -4,27 +4,17 @@ from __future__ import annotations
 
 import math
 
+from frictool.documents.metric_table import DRIVE, HOLD_METRICS, MOTION, STREAM_METRICS, Metric
 from frictool.documents.spec import Spec
 from frictool.logs.quality.time_base import time_base
 from frictool.presentation.sections import TextTable
 from frictool.presentation.ties import largest
 from frictool.report.evidence import StreamEvidence
-from frictool.report.hold_metrics import HoldMetrics, energy_window
-from frictool.report.metric_table import HOLD_METRICS, STREAM_METRICS, Metric
+from frictool.report.hold_metrics import HoldMetrics, stream_metrics
+from frictool.report.measured_part import energy_window
 from frictool.report.requirement import Verdict, number, unit_shown
-from frictool.report.stream_metrics import OF_THE_SPEED, stream_metrics
 from frictool.report.worst_hold import JudgedStreams
 
-MOTION = (
-    "response_time_95",
-    "rise_time",
-    "overshoot",
-    "static_error",
-    "reversals",
-    "oscillations",
-    "limit_cycle_amplitude",
-    "limit_cycle_period",
-)
 NOTHING = "–"
 MOST_ROWS = 400
 
@@ -36,12 +26,9 @@ def hold_tables(spec: Spec, streams: JudgedStreams) -> list[TextTable]:
     """
     held = [(evidence, measured) for evidence, holds in streams for measured in holds]
     found = {name for _, measured in held for name in (*measured.values, *measured.bounds)}
-    groups = {"Motion": [], "Drive, load and rest": []}  # type: dict[str, list[Metric]]
-    for name, metric in HOLD_METRICS.items():
-        if name in found:
-            groups["Motion" if name in MOTION else "Drive, load and rest"].append(metric)
     tables = []
-    for title, metrics in groups.items():
+    for title in (MOTION, DRIVE):
+        metrics = [m for m in HOLD_METRICS.values() if m.table == title and m.name in found]
         heads = (
             "Stream",
             "hold",
@@ -64,7 +51,7 @@ def heading(metric: Metric, spec: Spec) -> str:
     unit, window = metric.unit(spec), energy_window(spec)
     title = (
         f"{metric.title} in {window:g} s"
-        if metric.name == "energy" and window is not None
+        if "energy_window" in metric.needs and window is not None
         else metric.title
     )
     return f"{title} [{unit_shown(unit)}]" if unit else title
@@ -155,7 +142,9 @@ def _speeds(spec: Spec, sources: tuple[str, ...], streams: JudgedStreams) -> lis
     Empty if no log knows it.
     """
     found = []
-    for name in OF_THE_SPEED:
+    for name, metric in STREAM_METRICS.items():
+        if "used_velocity" not in metric.needs:
+            continue
         each = [
             [stream_metrics(spec, e)[0].get(name) for e, _ in streams if e.source == source]
             for source in sources
@@ -164,7 +153,7 @@ def _speeds(spec: Spec, sources: tuple[str, ...], streams: JudgedStreams) -> lis
             max((value for value in values if value is not None), default=None) for values in each
         ]
         if any(value is not None for value in row):
-            found.append((heading(STREAM_METRICS[name], spec), *map(_shown, row)))
+            found.append((heading(metric, spec), *map(_shown, row)))
     return found
 
 

@@ -9,6 +9,7 @@ from frictool.documents.bench_values import KEY, bench_values_words
 from frictool.documents.controller import Controller
 from frictool.documents.digests import changed_words
 from frictool.documents.example_values import examples_words
+from frictool.documents.metric_table import REQUIREMENTS
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
 from frictool.logs.log import Log
@@ -25,7 +26,7 @@ from frictool.report.load_judge import judge_load
 from frictool.report.margin_judge import judge_margin
 from frictool.report.requirement import Requirement, Verdict
 from frictool.report.rig_facts import RigFacts
-from frictool.report.worst_hold import Judge, JudgedStreams, hold_judge
+from frictool.report.worst_hold import Judge, JudgedStreams, judge_cycle, judge_of
 
 if TYPE_CHECKING:
     from frictool.report.judged_loop import JudgedLoop
@@ -154,7 +155,9 @@ def _specified_judges(spec: Spec) -> dict[str, Judge]:
 
 def _meets(spec: Spec, stream: tuple[StreamEvidence, tuple[HoldMetrics, ...]]) -> bool:
     """Return True if one stream by itself meets every requirement; a recorded one has no margin."""
-    judges = [make for name, make in _specified_judges(spec).items() if name != "modulus_margin"]
+    judges = [
+        make for key, make in _specified_judges(spec).items() if REQUIREMENTS[key].scope != "loop"
+    ]
     margin, simulated = stream[0].modulus_margin, stream[0].simulated
     if (
         spec.modulus_margin is not None
@@ -165,21 +168,17 @@ def _meets(spec: Spec, stream: tuple[StreamEvidence, tuple[HoldMetrics, ...]]) -
     return bool(judges or simulated) and all(make(spec, (stream,), None).met for make in judges)
 
 
-# specification key -> judge, in the order of the specification
-JUDGES: dict[str, Judge] = {
-    "response_time_95_s": hold_judge("response_time_95_s", "response_time_95"),
-    "rise_time_s": hold_judge("rise_time_s", "rise_time"),
-    "overshoot_percent": hold_judge("overshoot_percent", "overshoot"),
-    "static_error": hold_judge("static_error", "static_error"),
+SPECIAL: dict[str, Judge] = {  # judges of keys for which the worst hold or stream is not enough
     "load_static_error": judge_load,
-    "oscillations": hold_judge("oscillations", "oscillations"),
-    "limit_cycle": hold_judge(
-        "limit_cycle", "limit_cycle_amplitude", name="limit_cycle", tell=False
-    ),
+    "limit_cycle": judge_cycle,
     "modulus_margin": judge_margin,
     "drive_peak": judge_peak,
     "drive_rms": judge_rms,
     "saturation_time_s": judge_saturation,
     "rest": judge_rest,
     "energy": judge_energy,
+}
+# specification key -> judge, in the order of the specification
+JUDGES: dict[str, Judge] = {
+    key: SPECIAL.get(key) or judge_of(metric) for key, metric in REQUIREMENTS.items()
 }

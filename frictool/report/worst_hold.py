@@ -4,18 +4,29 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
+from typing import NamedTuple
 
 from frictool.documents.controller import Controller
+from frictool.documents.metric_table import HOLD_METRICS, REQUIREMENTS, Metric
 from frictool.documents.spec import Spec
 from frictool.presentation.ties import largest
 from frictool.report.evidence import StreamEvidence
-from frictool.report.hold_metrics import NO_STEP, OF_A_STEP, HoldMetrics
-from frictool.report.metric_table import HOLD_METRICS
+from frictool.report.hold_metrics import HoldMetrics
+from frictool.report.measured_part import NO_STEP, MeasuredPart, measure
 from frictool.report.requirement import Requirement, ValueLocation
 
 JudgedStreams = tuple[tuple[StreamEvidence, tuple[HoldMetrics, ...]], ...]
 Judge = Callable[[Spec, JudgedStreams, Controller | None], Requirement]
 NEVER = "does not settle within the hold, or stops short of half of the step"
+
+
+class JudgedValue(NamedTuple):
+    """Value of a stream, or of a hold of it, with a remark for the verdict."""
+
+    value: float
+    item: StreamEvidence
+    hold: HoldMetrics | None = None
+    reason: str = ""
 
 
 def limit_of(spec: Spec, key: str) -> float:
@@ -31,42 +42,53 @@ def location_of(item: StreamEvidence, hold: HoldMetrics | None = None) -> ValueL
     return ValueLocation(item.source, item.stream.topic, hold.number, hold.start_s)
 
 
-def worst_hold(
-    spec: Spec, key: str, metric: str, evidence: JudgedStreams, *, name: str = "", tell: bool = True
+def largest_value(
+    spec: Spec, metric: Metric, found: list[JudgedValue], undecided: str
 ) -> Requirement:
-    """Return the requirement on the largest value of a hold metric; undecided without a value.
+    """Return the requirement on the largest of the values that were found.
 
-    `name`: name of the requirement, if it is not the metric's. `tell`: a decided requirement also
-    names the holds without a value.
+    `undecided`: reason if there are none. An infinite value breaks the requirement.
     """
-    name, limit, unit = name or metric, limit_of(spec, key), HOLD_METRICS[metric].unit(spec)
-    found = [(m.values[metric], e, m) for e, holds in evidence for m in holds if metric in m.values]
-    reason = "; ".join(reasons(metric, evidence))
+    limit, unit = limit_of(spec, metric.key), metric.unit(spec)
+    name, key = metric.requirement or metric.name, metric.key
     if not found:
-        return Requirement(
-            name, key, None, limit, unit, None, reason=reason or "the log has no step"
-        )
-    value, at = largest(entry[0] for entry in found)
-    _, item, hold = found[at]
+        return Requirement(name, key, None, limit, unit, None, reason=undecided)
+    _, at = largest(one.value for one in found)
+    value, item, hold, reason = found[at]
+    where = location_of(item, hold)
     if math.isinf(value):
-        return Requirement(
-            name, key, None, limit, unit, False, reason=NEVER, where=location_of(item, hold)
-        )
-    return Requirement(
-        name,
-        key,
-        value,
-        limit,
-        unit,
-        value <= limit,
-        reason=reason if tell else "",
-        where=location_of(item, hold),
-    )
+        return Requirement(name, key, None, limit, unit, False, reason=NEVER, where=where)
+    return Requirement(name, key, value, limit, unit, value <= limit, reason=reason, where=where)
+
+
+def worst_hold(
+    spec: Spec, metric: Metric, evidence: JudgedStreams, *, with_reasons: bool = True
+) -> Requirement:
+    """Return the requirement on the largest value of a hold metric.
+
+    `with_reasons`: a decided requirement also names the holds without a value.
+    """
+    name, reason = metric.name, "; ".join(reasons(metric.name, evidence))
+    found = [
+        JudgedValue(m.values[name], e, m, reason if with_reasons else "")
+        for e, holds in evidence
+        for m in holds
+        if name in m.values
+    ]
+    return largest_value(spec, metric, found, reason or "the log has no step")
+
+
+def worst_stream(spec: Spec, metric: Metric, evidence: JudgedStreams) -> Requirement:
+    """Return the requirement on the largest value of a stream metric."""
+    results = [(measure(metric, MeasuredPart(spec, item)), item) for item, _ in evidence]
+    found = [JudgedValue(float(one), item) for one, item in results if isinstance(one, float | int)]
+    reason, item = results[0]
+    return largest_value(spec, metric, found, f"{item.name}: {reason}")
 
 
 def reasons(metric: str, evidence: JudgedStreams) -> Iterator[str]:
     """Yield why streams or holds lack a metric, each reason once with its first location."""
-    needed = ("position", "reference", "step" if metric in OF_A_STEP else "hold")
+    needed = ("position", "reference", "step" if "step" in HOLD_METRICS[metric].needs else "hold")
     said: set[str] = set()
     for item, holds in evidence:
         told = any(metric in m.values for m in holds)
@@ -78,8 +100,12 @@ def reasons(metric: str, evidence: JudgedStreams) -> Iterator[str]:
                 yield f"{item.name}: {reason}"
 
 
-def hold_judge(key: str, metric: str, *, name: str = "", tell: bool = True) -> Judge:
-    """Return the judge of a key that limits a metric in each hold."""
-    return lambda spec, evidence, controller: worst_hold(
-        spec, key, metric, evidence, name=name, tell=tell
-    )
+def judge_cycle(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
+    """Judge the largest limit cycle; holds that are too short to show one are not named."""
+    return worst_hold(spec, REQUIREMENTS["limit_cycle"], evidence, with_reasons=False)
+
+
+def judge_of(metric: Metric) -> Judge:
+    """Return the judge that compares the worst hold, or the worst stream, with the limit."""
+    worst = worst_hold if metric.scope == "hold" else worst_stream
+    return lambda spec, evidence, controller: worst(spec, metric, evidence)

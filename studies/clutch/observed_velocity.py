@@ -26,7 +26,7 @@ from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.logs.log import Log
 from frictool.logs.reading import read_log
-from frictool.report.stream_metrics import stream_metrics
+from frictool.report.hold_metrics import stream_metrics
 from frictool.report.verdict import judge
 from studies.clutch.law_comparison import law
 

@@ -106,10 +106,10 @@ def _energies(log: Log, topic: str) -> tuple[float, float]:
     stream = next(one for one in log.streams if one.topic == topic)
     reference, current = stream.signals["reference"], stream.signals["current"]
     starts = [0, int((reference != reference[0]).argmax())]
-    found = [energy(stream.time[start:], current[start:], T_INT) for start in starts]
-    assert found[0] is not None
-    assert found[1] is not None
-    return found[0], found[1]
+    first, second = (energy(stream.time[k:], current[k:], T_INT) for k in starts)
+    assert isinstance(first, float)
+    assert isinstance(second, float)
+    return first, second
 
 
 def counted(spec: Spec, controller: Controller, logs: Iterable[Log]) -> Counted:

@@ -5,12 +5,25 @@ from __future__ import annotations
 
 import re
 
+import pytest
+
+from frictool.documents.metric_table import METRICS, REQUIREMENTS
 from frictool.documents.spec import Spec
-from frictool.report.metric_table import HOLD_METRICS, STREAM_METRICS
 from studies.rigs.step_logs import ROOT
 
 TEXT = (ROOT / "docs/metrics.md").read_text(encoding="utf-8")
 REPORT = (ROOT / "docs/theory/report.md").read_text(encoding="utf-8")
+
+
+SECTIONS = {
+    "hold": "Metrics of a hold",
+    "stream": "Metrics of a stream",
+    "loop": "Metric of a loop",
+}
+SPECS = (
+    Spec(format="spec/1", name="one", axis="rotary", drive="current"),
+    Spec(format="spec/1", name="other", axis="linear", drive="voltage"),
+)
 
 
 def rows(heading: str, text: str = TEXT) -> list[str]:
@@ -18,36 +31,32 @@ def rows(heading: str, text: str = TEXT) -> list[str]:
     return [line for line in section.splitlines() if line.startswith("| `")]
 
 
-def test_every_metric_has_its_row_with_code_and_test() -> None:
-    held = rows("Metrics of a hold")
-    assert [re.findall(r"`(\w+)`", row)[0] for row in held] == list(HOLD_METRICS)
-    for row in held:
-        _, name, definition, _, code, tests, _ = (part.strip() for part in row.split("|"))
-        assert name
-        assert len(definition) > 20
+@pytest.mark.parametrize("scope", SECTIONS)
+def test_every_metric_has_its_row_with_unit_code_and_test(scope: str) -> None:
+    metrics = [metric for metric in METRICS if metric.scope == scope]
+    listed = [[cell.strip() for cell in row.split("|")[1:-1]] for row in rows(SECTIONS[scope])]
+    units = [dict.fromkeys(metric.unit(spec) for spec in SPECS) for metric in metrics]
+    assert [row[:3] for row in listed] == [
+        [f"`{metric.name}`", metric.definition, ", ".join(unit).replace("^2", "²")]
+        for metric, unit in zip(metrics, units, strict=True)
+    ]
+    for _, _, _, code, tests in listed:
         for path in re.findall(r"`([\w/]+\.py)`", code):
-            assert (ROOT / "frictool/metrics" / path).exists(), path
+            assert any(
+                (ROOT / folder / path).exists() for folder in ("frictool", "frictool/metrics")
+            )
         found = re.findall(r"`([\w/]+\.py)`", tests)
         assert found
         assert all(
             (ROOT / path).exists() or (ROOT / "tests/metrics" / path).exists() for path in found
         )
-    named = re.findall(
-        r"`(\w+)`", " ".join(row.split("|")[1] for row in rows("Metrics of a stream"))
-    )
-    assert sorted(named) == sorted(STREAM_METRICS)
 
 
 def test_every_requirement_has_its_row() -> None:
-    asked = [
-        name
-        for name in Spec.__struct_fields__
-        if name not in ("format", "name", "axis", "drive", "examples")
-    ]
     named = re.findall(
         r"`(\w+)`", " ".join(row.split("|")[1] for row in rows("Requirements", REPORT))
     )
-    assert sorted(named) == sorted(asked)
+    assert sorted(named) == sorted(REQUIREMENTS)
 
 
 def test_every_file_of_the_metrics_is_in_the_table_or_in_the_vocabulary() -> None:

@@ -10,13 +10,12 @@ import numpy as np
 import pytest
 
 from frictool.documents.certificate import CertifiedWeights, Filter
+from frictool.documents.metric_table import HOLD_METRICS, STREAM_METRICS, Energy
 from frictool.documents.quantity import Quantity
-from frictool.documents.spec import Energy
 from frictool.logs.log import Log
 from frictool.report.json_view import as_json
 from frictool.report.junit_view import junit
 from frictool.report.markdown_view import markdown
-from frictool.report.metric_table import HOLD_METRICS, STREAM_METRICS
 from frictool.report.requirement import Verdict
 from frictool.report.text_view import lines
 from frictool.report.verdict import judge

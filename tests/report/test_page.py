@@ -10,8 +10,8 @@ import pytest
 
 from frictool.documents.certificate import Bound, Box, Certificate, CertifiedWeights, Filter
 from frictool.documents.controller import Controller, Margins
+from frictool.documents.metric_table import HOLD_METRICS
 from frictool.logs.log import Log, Stream
-from frictool.report.metric_table import HOLD_METRICS
 from frictool.report.page import page
 from frictool.report.verdict import judge
 from frictool.verify.vertex_transfers import sensitivities
@@ -192,7 +192,7 @@ def test_every_metric_that_is_shown_is_defined() -> None:
     text = Page(made(clutch_log(), controlled=controller())).text
     for metric in HOLD_METRICS.values():
         assert (metric.title in text) == (metric.definition in text)
-    assert text.count("half the peak-to-peak value of an oscillation that lasts") == 1
+    assert text.count("over the last period, of a sustained oscillation") == 1
     assert (
         "energy in 0.22 s [A²]" in text
     )  # t_int: the response time allowed, where the specification has no energy

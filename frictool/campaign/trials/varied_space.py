@@ -8,7 +8,8 @@ from frictool.campaign.draws.drawn_scenario import nominal_of
 from frictool.campaign.draws.space import FactorSpace, plant_factors, space_of
 from frictool.campaign.draws.spread_factors import spread_factors
 from frictool.campaign.trials.trial_player import CampaignSetting, plant_of
-from frictool.documents.spec import REQUIREMENTS, Spec
+from frictool.documents.metric_table import REQUIREMENTS
+from frictool.documents.spec import Spec
 from frictool.documents.spread import Spread
 from frictool.errors import DocumentError
 from frictool.simulate.closed_loop import StepTest

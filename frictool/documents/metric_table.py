@@ -1,0 +1,390 @@
+"""Metrics of a verdict, and the keys of a specification that limit them.
+
+The fields of `spec.yaml`, the units and headings of a report, the definitions on its page and in
+docs/metrics.md, and the columns of a campaign follow from the records of this table.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+import msgspec
+
+from frictool.documents.bench import PositiveNumber
+from frictool.documents.quantity import DriveLimit, NonNegativeLength, PositiveLength, si_unit
+
+if TYPE_CHECKING:
+    from frictool.documents.spec import Spec
+
+Dimension = Literal[
+    "time", "percent", "position", "velocity", "count", "ratio", "drive", "drive squared"
+]
+NonNegative = Annotated[float, msgspec.Meta(ge=0)]
+MOTION, DRIVE = "Motion", "Drive, load and rest"  # tables of the page
+
+
+class Rest(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Rest after some seconds of constant reference.
+
+    Allowed are motion within the sensor's step and a drive up to `drive`.
+
+    - `after_s`: Duration of a constant reference after which the axis must rest.
+    - `drive`: Largest drive at rest [A | V].
+    """
+
+    # thesis 5.4.1
+    after_s: PositiveNumber
+    drive: NonNegative = 0.0
+
+
+class Energy(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Limit of the drive's mean square over the first seconds of a step.
+
+    - `window_s`: Duration over which the mean is taken, from the step on.
+    - `limit`: Largest mean square of the drive [A^2 | V^2].
+    """
+
+    # the energy of table 5.3
+    window_s: PositiveNumber
+    limit: PositiveNumber
+
+
+@dataclass(frozen=True)
+class Metric:
+    """Metric of a hold, of a whole stream or of a closed loop, and the requirement on it.
+
+    - name, title: name in JSON, heading of its column
+    - dimension: dimension from which its unit follows
+    - definition: sentence without its end, for the page, the schema and docs/metrics.md
+    - scope: what it is measured of
+    - compute: function of `frictool/metrics/`, as module.function. Its parameters are named after
+      properties of MeasuredPart (report/measured_part.py). It returns a value, two bounds, or the
+      reason why there is no value
+    - needs: keys of NEEDS (report/measured_part.py) without which there is no value
+    - table: table of the page
+    - key: key of a specification that limits or needs the metric, if there is one
+    - limit: type of the key's value; None if another metric has the key
+    - meaning: meaning of the key, for the schema
+    - requirement: name of the requirement in a verdict, by default that of the metric
+    - rank: position of the key in a specification; by default it comes last
+    """
+
+    name: str
+    title: str
+    dimension: Dimension
+    definition: str
+    scope: Literal["hold", "stream", "loop"] = "hold"
+    compute: str = ""
+    needs: tuple[str, ...] = ()
+    table: str = DRIVE
+    key: str = ""
+    limit: Any = None
+    meaning: str = ""
+    requirement: str = ""
+    rank: int = 100
+
+    def unit(self, spec: Spec) -> str:
+        """Return the SI unit for the specification's kind of axis and drive; may be empty."""
+        if self.dimension in ("position", "velocity", "time"):
+            return si_unit(self.dimension, spec.axis)
+        drive = si_unit(spec.drive, spec.axis)
+        units = {"percent": "%", "drive": drive, "drive squared": f"{drive}^2"}
+        return units.get(self.dimension, "")
+
+
+METRICS = (
+    Metric(
+        "response_time_95",
+        "response 95 %",
+        "time",
+        "time from the step to the first sample from which the position stays, to the end of the "
+        "hold, within 5 % of the amplitude, or within one sensor step if that is more, of its "
+        "final value; infinite if the position still leaves that zone in the last tenth of the "
+        "hold, or if the final value misses the reference by more than half of the step",
+        compute="response_time.response_time_95",
+        needs=("step", "response_time"),
+        table=MOTION,
+        key="response_time_95_s",
+        limit=PositiveNumber,
+        meaning=(
+            "Largest time from a step of the reference until the position stays within 5 % of the "
+            "step."
+        ),
+        rank=1,
+    ),
+    Metric(
+        "rise_time",
+        "rise 10-90 %",
+        "time",
+        "time between the first passages through 10 and 90 % of the distance from the position at "
+        "the step to the final value, interpolated between samples; infinite if the final value "
+        "misses the reference by more than half of the step; 0 if the distance is less than 1 % "
+        "of the amplitude",
+        compute="rise_time.rise_time",
+        needs=("step", "response_time"),
+        table=MOTION,
+        key="rise_time_s",
+        limit=PositiveNumber,
+        meaning="Largest time from 10 % to 90 % of a step.",
+        rank=2,
+    ),
+    Metric(
+        "overshoot",
+        "overshoot",
+        "percent",
+        "largest excess beyond the reference in the direction of the step, relative to the "
+        "amplitude; an excess of at most one sensor step counts as none, since a counter rounds "
+        "to one side by up to that",
+        compute="overshoot.overshoot_percent",
+        needs=("step",),
+        table=MOTION,
+        key="overshoot_percent",
+        limit=NonNegative,
+        meaning="Largest overshoot, relative to the step.",
+        rank=3,
+    ),
+    Metric(
+        "static_error",
+        "static error",
+        "position",
+        "distance between the reference and the final value, for every hold, with or without a "
+        "step before it",
+        compute="static_error.static_error",
+        needs=("response_time",),
+        table=MOTION,
+        key="static_error",
+        limit=PositiveLength,
+        meaning="Largest error at the end of a hold.",
+        rank=4,
+    ),
+    Metric(
+        "reversals",
+        "reversals",
+        "count",
+        "number of turning points after the first entry into the 95 % zone from which the position "
+        "moves back by more than two sensor steps and more than 1 % of the amplitude",
+        compute="reversals.reversals",
+        needs=("step",),
+        table=MOTION,
+    ),
+    Metric(
+        "oscillations",
+        "oscillations",
+        "count",
+        "half the reversals, rounded up: an overshoot and its return are one oscillation; an "
+        "overshoot and one undershoot are one, too",
+        compute="oscillations.oscillations",
+        needs=("step",),
+        table=MOTION,
+        key="oscillations",
+        limit=Annotated[int, msgspec.Meta(ge=0)],
+        meaning="Largest number of reversals during a step.",
+        rank=6,
+    ),
+    Metric(
+        "limit_cycle_amplitude",
+        "limit cycle",
+        "position",
+        "half the peak-to-peak value, over the last period, of a sustained oscillation; 0 if there "
+        "is none, no value if the hold cannot decide it",
+        compute="limit_cycle.limit_cycle_amplitude",
+        table=MOTION,
+        key="limit_cycle",
+        limit=NonNegativeLength,
+        meaning="Largest amplitude of a limit cycle: half of the peak-to-peak value.",
+        requirement="limit_cycle",
+        rank=7,
+    ),
+    Metric(
+        "limit_cycle_period",
+        "its period",
+        "time",
+        "mean time between turning points on the same side",
+        compute="limit_cycle.limit_cycle_period",
+        table=MOTION,
+    ),
+    Metric(
+        "drive_peak",
+        "peak drive",
+        "drive",
+        "the larger of two values: the largest absolute command, if the log has one, and the "
+        "largest absolute measured drive less its noise floor",
+        compute="drive_peak.larger_peak",
+        needs=("drive",),
+    ),
+    Metric(
+        "drive_rms",
+        "rms drive",
+        "drive",
+        "root mean square of the drive over time, sqrt(sum i² dt/sum dt), including the noise; "
+        "each sample is weighted with the time to the next",
+        compute="drive_rms.drive_rms",
+        needs=("drive",),
+    ),
+    Metric(
+        "energy",
+        "energy",
+        "drive squared",
+        "(T_e/t_int) sum i² for t from 0 to t_int after the step, that is, the mean square of the "
+        "drive; t_int is energy.window_s of the specification, or else response_time_95_s",
+        compute="energy.energy",
+        needs=("step", "drive", "energy_window"),
+        key="energy",
+        limit=Energy,
+        meaning="Limit of the drive's mean square.",
+        rank=13,
+    ),
+    Metric(
+        "saturation_time",
+        "at limit",
+        "time",
+        "time for which the command is within 0.1 % of the drive's limit in the bench; a lower "
+        "limit due to the winding's voltage does not count. Without a command: time for which the "
+        "measured drive is within 1 % of that limit, or within two standard deviations of its "
+        "noise",
+        compute="saturation_time.saturation_time",
+        needs=("drive", "drive_limit"),
+        key="saturation_time_s",
+        limit=NonNegative,
+        meaning="Longest time with the drive at its limit, in one hold.",
+        rank=11,
+    ),
+    Metric(
+        "load_static_error",
+        "load's static error",
+        "position",
+        "static error of the mechanical position behind the backlash",
+        compute="load_position.load_static_error",
+        needs=("load_position", "response_time"),
+        key="load_static_error",
+        limit=PositiveLength,
+        meaning="Largest error of the mechanical position behind the backlash, at the end of a hold.",
+        rank=5,
+    ),
+    Metric(
+        "load_overshoot",
+        "load's overshoot",
+        "percent",
+        "overshoot of the mechanical position behind the backlash, with a sensor step of 0",
+        compute="load_position.load_overshoot",
+        needs=("step", "load_position"),
+    ),
+    Metric(
+        "rest_motion",
+        "motion at rest",
+        "position",
+        "peak-to-peak value of the position later than rest.after_s after the start of the hold",
+        compute="rest_motion.peak_to_peak",
+        needs=("rest",),
+        key="rest",
+    ),
+    Metric(
+        "rest_drive",
+        "drive at rest",
+        "drive",
+        "largest absolute command later than rest.after_s after the start of the hold, or without "
+        "a command the largest absolute measured drive less its noise floor",
+        compute="drive_peak.rest_drive",
+        needs=("rest", "drive"),
+        key="rest",
+        limit=Rest,
+        meaning="Condition of rest.",
+        requirement="rest",
+        rank=12,
+    ),
+    Metric(
+        "drive_peak",
+        "peak drive",
+        "drive",
+        "the larger of two values over the whole record: the largest absolute command, if there is one, "
+        "and the largest absolute measured drive less its noise floor",
+        scope="stream",
+        compute="drive_peak.larger_peak",
+        needs=("drive",),
+        key="drive_peak",
+        limit=DriveLimit,
+        meaning="Largest magnitude of the drive.",
+        rank=9,
+    ),
+    Metric(
+        "drive_rms",
+        "rms drive",
+        "drive",
+        "root mean square of the drive over the whole record, including the noise",
+        scope="stream",
+        compute="drive_rms.drive_rms",
+        needs=("drive",),
+        key="drive_rms",
+        limit=DriveLimit,
+        meaning="Largest rms of the drive over a whole log.",
+        rank=10,
+    ),
+    Metric(
+        "saturation_time",
+        "at limit",
+        "time",
+        "time at the drive's limit, as in a hold, over the whole record",
+        scope="stream",
+        compute="saturation_time.saturation_time",
+        needs=("drive", "drive_limit"),
+    ),
+    Metric(
+        "tracking_error_peak",
+        "largest error",
+        "position",
+        "largest distance of the position from the reference, at rest or in motion",
+        scope="stream",
+        compute="tracking_error.tracking_error_peak",
+        needs=("tracking",),
+    ),
+    Metric(
+        "tracking_error_rms",
+        "rms error",
+        "position",
+        "root mean square of reference - position over the whole record",
+        scope="stream",
+        compute="tracking_error.tracking_error_rms",
+        needs=("tracking",),
+    ),
+    Metric(
+        "velocity_error_rms",
+        "rms error of the speed used",
+        "velocity",
+        "root mean square of the speed that the controller used less the true speed; for simulated "
+        "records",
+        scope="stream",
+        compute="velocity_error.velocity_error_rms",
+        needs=("used_velocity",),
+    ),
+    Metric(
+        "velocity_error_peak",
+        "its largest",
+        "velocity",
+        "largest distance between the two speeds",
+        scope="stream",
+        compute="velocity_error.velocity_error_peak",
+        needs=("used_velocity",),
+    ),
+    Metric(
+        "modulus_margin",
+        "modulus margin",
+        "ratio",
+        "smallest distance between the point -1 and the Nyquist curve of the sampled loop with the "
+        "bench's delay",
+        scope="loop",
+        key="modulus_margin",
+        limit=Annotated[float, msgspec.Meta(gt=0, lt=1)],
+        meaning="Smallest distance of the loop's Nyquist curve from -1.",
+        rank=8,
+    ),
+)
+HOLD_METRICS = {metric.name: metric for metric in METRICS if metric.scope == "hold"}
+STREAM_METRICS = {metric.name: metric for metric in METRICS if metric.scope == "stream"}
+
+# key of a specification -> metric that it limits, in the order of the keys
+REQUIREMENTS = {
+    metric.key: metric
+    for metric in sorted(METRICS, key=lambda metric: metric.rank)
+    if metric.limit is not None
+}
