@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from frictool.documents.bench import Bench
 from frictool.documents.registry import DOCUMENTS, json_schema, load, same_axis
+from frictool.documents.spec import Spec
 from frictool.documents.writing import to_yaml
 from frictool.errors import DocumentError, InputFileError
 
@@ -292,6 +293,17 @@ def test_a_linear_axis_wants_linear_units(tmp_path: Path) -> None:
     path.write_text(CLUTCH.read_text().replace("axis: rotary", "axis: linear"))
     with pytest.raises(DocumentError, match="linear axis"):
         load(path, Bench)
+
+
+def test_the_order_of_the_keys_of_a_specification_does_not_matter(tmp_path: Path) -> None:
+    """`rest.drive` is a number; the units of the keys after it are those of the drive above."""
+    head = "format: spec/1\nname: a\naxis: rotary\ndrive: voltage\n"
+    keys = ["rest: {after_s: 15, drive: 2}\n", "drive_peak: {value: 5000, unit: mV}\n"]
+    one, other = tmp_path / "one.yaml", tmp_path / "other.yaml"
+    one.write_text("".join([head, *keys]))
+    other.write_text("".join([head, *reversed(keys)]))
+    assert load(one, Spec) == load(other, Spec)
+    assert load(one, Spec).drive_peak.value == 5.0
 
 
 def test_documents_of_two_kinds_of_axis_do_not_mix() -> None:
