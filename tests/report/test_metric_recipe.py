@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from frictool.logs.canonical.mcap_format import write_mcap
-from studies.rigs.step_logs import ROOT, clutch_log
+from frictool.logs.log import Log
+from studies.rigs.step_logs import ROOT, stream
 from tests.docs.recipe import CopiedPackage
 
 FUNCTIONS = '''"""Distance of the position from the reference."""
@@ -84,21 +85,19 @@ def test_each_view_of_a_verdict_has_the_metrics(package: CopiedPackage, tmp_path
     spec, log = tmp_path / "spec.yaml", tmp_path / "run.mcap"
     base = (ROOT / "configs/clutch/spec.yaml").read_text().replace("modulus_margin", "# no ")
     spec.write_text(base + KEYS)
-    made = clutch_log(1)
+    axis = stream()
     with log.open("wb") as target:
-        write_mcap(made, target)
+        write_mcap(Log((axis,), {}, "run.mcap"), target)
     page, suite, table = (tmp_path / f"report.{ending}" for ending in ("html", "xml", "md"))
     outputs = ["-o", page, "--junit", suite, "--markdown", table]
     result = package.run("report", log, "--spec", spec, *outputs, "--json", code=1)
     view = json.loads(result.stdout)
-    (stream,) = view["streams"]
-    (axis,) = made.axes
-    first = axis.signals["position"][axis.signals["reference"] == stream["holds"][0]["to"]]
+    (only,) = view["streams"]
+    hold = only["holds"][0]
+    held = axis.signals["position"][axis.signals["reference"] == hold["to"]]
     change = float(np.max(np.abs(np.diff(axis.signals["current"]))))
-    assert stream["holds"][0]["dummy_distance"] == pytest.approx(
-        float(np.max(np.abs(first - stream["holds"][0]["to"])))
-    )
-    assert stream["dummy_change"] == pytest.approx(change)
+    assert hold["dummy_distance"] == pytest.approx(float(np.max(np.abs(held - hold["to"]))))
+    assert only["dummy_change"] == pytest.approx(change)
     assert (view["units"]["dummy_distance"], view["units"]["dummy_change"]) == ("rad", "A")
     judged = {one["key"]: one for one in view["requirements"]}
     assert list(judged)[-2:] == ["dummy_distance", "dummy_change"]
