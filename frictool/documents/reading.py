@@ -228,7 +228,7 @@ class DocumentReader:
             value = self.read(given[name][1], hints[fields[name].name], _join(key, name))
             if name == "axis":
                 self.axis = value
-            if name == "drive" and isinstance(value, str):  # `rest` has a limit of this name
+            if name == "drive" and not isinstance(value, float):  # `rest` has a limit of this name
                 self.drive = value
             values[fields[name].name] = value
         for name, field in fields.items():

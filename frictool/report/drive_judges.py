@@ -1,4 +1,4 @@
-"""Judges of the drive requirements: peak, rms, saturation time, energy, and drive at rest."""
+"""Judges of the drive requirements: peak, saturation time, energy, and drive at rest."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from frictool.documents.metric_table import REQUIREMENTS, STREAM_METRICS
 from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.metrics.drive_peak import command_peak, drive_peak
-from frictool.metrics.drive_rms import drive_rms
 from frictool.presentation.ties import largest
 from frictool.report.measured_part import MeasuredPart, measure, no_drive
 from frictool.report.requirement import Requirement
@@ -40,18 +39,6 @@ def judge_peak(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
         if item.measured is not None:
             found.append(JudgedValue(drive_peak(item.measured), item, reason=measured))
     return largest_value(spec, REQUIREMENTS["drive_peak"], found, _undecided(spec, evidence))
-
-
-def judge_rms(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
-    """Judge the rms drive over each whole stream, because it heats the motor."""
-    found = []
-    for item, _ in evidence:
-        if item.drive is not None:
-            signal = "command" if item.measured is None else f"measured {spec.drive}"
-            value = drive_rms(item.stream.time, item.drive)
-            reason = f"over the whole record, of the {signal}"
-            found.append(JudgedValue(value, item, reason=reason))
-    return largest_value(spec, REQUIREMENTS["drive_rms"], found, _undecided(spec, evidence))
 
 
 def judge_saturation(

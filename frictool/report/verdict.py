@@ -17,7 +17,6 @@ from frictool.report.drive_judges import (
     judge_energy,
     judge_peak,
     judge_rest,
-    judge_rms,
     judge_saturation,
 )
 from frictool.report.evidence import StreamEvidence, gather_evidence, log_labels
@@ -173,7 +172,6 @@ SPECIAL: dict[str, Judge] = {  # judges of keys for which the worst hold or stre
     "limit_cycle": judge_cycle,
     "modulus_margin": judge_margin,
     "drive_peak": judge_peak,
-    "drive_rms": judge_rms,
     "saturation_time_s": judge_saturation,
     "rest": judge_rest,
     "energy": judge_energy,

@@ -80,10 +80,18 @@ def worst_hold(
 
 def worst_stream(spec: Spec, metric: Metric, evidence: JudgedStreams) -> Requirement:
     """Return the requirement on the largest value of a stream metric."""
-    results = [(measure(metric, MeasuredPart(spec, item)), item) for item, _ in evidence]
-    found = [JudgedValue(float(one), item) for one, item in results if isinstance(one, float | int)]
-    reason, item = results[0]
-    return largest_value(spec, metric, found, f"{item.name}: {reason}")
+    found, missing = [], []
+    for item, _ in evidence:
+        value = measure(metric, MeasuredPart(spec, item))
+        if isinstance(value, str):
+            missing.append(f"{item.name}: {value}")
+        else:
+            signal = "command" if item.measured is None else f"measured {spec.drive}"
+            of_signal = f", of the {signal}" if "drive" in metric.needs else ""
+            assert not isinstance(value, tuple)
+            remark = f"over the whole record{of_signal}"
+            found.append(JudgedValue(float(value), item, reason=remark))
+    return largest_value(spec, metric, found, "; ".join(missing[:1]))
 
 
 def reasons(metric: str, evidence: JudgedStreams) -> Iterator[str]:
@@ -107,5 +115,5 @@ def judge_cycle(spec: Spec, evidence: JudgedStreams, controller: Controller | No
 
 def judge_of(metric: Metric) -> Judge:
     """Return the judge that compares the worst hold, or the worst stream, with the limit."""
-    worst = worst_hold if metric.scope == "hold" else worst_stream
+    worst = {"hold": worst_hold, "stream": worst_stream}[metric.scope]
     return lambda spec, evidence, controller: worst(spec, metric, evidence)

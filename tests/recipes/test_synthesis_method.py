@@ -1,0 +1,102 @@
+"""A synthesis method that is added by the recipe alone is known to documents, schema and synth."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+import yaml
+
+from frictool.adapters.model_polytope import polytope
+from frictool.documents.model import Model
+from frictool.documents.registry import load
+from frictool.documents.synthesis_methods import METHODS
+from frictool.synth.methods import solver
+from tests.support.documentation_pages import ROOT, text_of
+from tests.support.recipes import follow, frictool
+
+RIG = ROOT / "configs/clutch"
+DESIGN = """\
+format: design/1
+name: tried
+axis: rotary
+structure: position
+method: lead
+domain: continuous
+weights:
+  bandwidth_rad_s: 20
+  disturbance: 0.1
+  drive: 0.05
+  command: 0
+  noise: {value: 0, unit: rad}
+"""
+
+
+@pytest.fixture(scope="module")
+def overlay(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("method")
+    follow("A synthesis method", folder)
+    return folder
+
+
+def synthesised(overlay: Path, design: str) -> tuple[int, str, str]:
+    """Exit code, stdout and stderr of `synth` with this design."""
+    path = overlay / "design.yaml"
+    path.write_text(design)
+    spec = ["--spec", RIG / "spec.yaml", "--design", path, "--vertices-only", "--json"]
+    done = frictool(
+        overlay, "synth", RIG / "nonlinear.yaml", *spec, "-o", overlay / "controller.yaml"
+    )
+    return done.returncode, done.stdout, done.stderr
+
+
+def test_the_controller_of_the_method_crosses_over_where_its_equation_says(overlay: Path) -> None:
+    code, out, error = synthesised(overlay, DESIGN)
+    assert code == 0, error
+    view = json.loads(out)
+    assert (view["method"], view["order"]) == ("lead", 1)
+    assert "lead: zero at 5 rad/s, pole at 80 rad/s" in view["notes"]
+    stored = yaml.safe_load((overlay / "controller.yaml").read_text())
+    a, b, c, d = (float(stored["linear"]["discrete"][part][0][0]) for part in "abcd")
+    z, s = np.exp(20.0j * stored["sample_period_s"]), 20.0j
+    centre = polytope(load(RIG / "nonlinear.yaml", Model)).centre
+    plant = centre.constant / (s * (centre.inertia * s + centre.viscous))
+    assert abs((c * b / (z - a) + d) * plant) == pytest.approx(1.0, rel=1e-3)
+    verified = frictool(overlay, "verify", overlay / "controller.yaml")
+    assert verified.returncode == 0, verified.stderr
+
+
+def test_schema_help_and_messages_know_the_method(overlay: Path) -> None:
+    design = json.loads(frictool(overlay, "schema", "design").stdout)["$defs"]["Design"]
+    assert "lead" in design["properties"]["method"]["enum"]
+    assert re.search(r"`domain` \([^)]*, lead\)", design["description"])
+    stored = json.loads(frictool(overlay, "schema", "controller").stdout)["$defs"]["Controller"]
+    assert {"lead", "own"} <= set(stored["properties"]["method"]["enum"])
+    assert re.search(r"\n +lead +phase lead at", frictool(overlay, "synth", "--help").stdout)
+    for design_text, message in (
+        (f"{DESIGN}order: 3\n", "order is for methods .*, and method is lead; leave it out"),
+        (DESIGN.replace(": lead", ": lag"), r"found 'lag'.*allowed: lpv \|.*\| lead \| pid"),
+        (
+            DESIGN.replace("structure: position", "structure: speed_cascade")
+            + "position_law: {action: none, formula: sqrt(F/J)}\n",
+            "method lead is for structure position",
+        ),
+    ):
+        code, _, error = synthesised(overlay, design_text)
+        assert code == 3
+        assert re.search(message, error), error
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_each_method_has_its_module_and_its_row(name: str) -> None:
+    assert solver(name).__module__ == f"frictool.synth.{name}"
+    method = METHODS[name]
+    rows = [
+        [cell.strip() for cell in line.split("|")[1:-1]]
+        for line in text_of(ROOT / "docs/theory/synth.md").splitlines()
+        if line.startswith(f"| `{name}` |")
+    ]
+    assert [(row[1], row[3]) for row in rows] == [(method.problem, method.use)]
