@@ -31,7 +31,7 @@ from frictool.synth.surrounding_blocks import SurroundingBlocks, blocks
 from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem
 from frictool.synth.weight_relaxation import Trade, relaxed_problem
 from frictool.synth.weights import ChosenWeights, DerivedValue, choose_weights
-from frictool.verify.certificate_loop import CertificateLoop
+from frictool.verify.certificate_document import certified_loop
 from frictool.verify.feedback_loops import feedbacks_of
 from frictool.verify.messages import no_certificate
 
@@ -147,7 +147,7 @@ def _beyond(
     found = robustness(posed, loops[0].system) if posed.weighs else sensitivity_inside(posed, loops)
     verified = msgspec.structs.replace(controller.verified, robustness=found)
     progress("certificate")
-    certificate, told = _certificate(posed, controller.linear)
+    certificate, told = _certificate(posed, controller)
     if posed.weighs and len(loops) > 1:
         sensitivity_inside(posed, loops)
         told = (*told, WHOLE)
@@ -155,7 +155,7 @@ def _beyond(
 
 
 def _certificate(
-    posed: SynthesisProblem, linear: stored.LinearController
+    posed: SynthesisProblem, controller: stored.Controller
 ) -> tuple[Certificate | None, tuple[str, ...]]:
     """Return the certificate and notes; the certificate is None if a loop is unstable."""
     weights, box = certified_weights(posed.weights), Box(**enclosing_box(posed.box.vertices))
@@ -163,12 +163,8 @@ def _certificate(
         return Certificate(1, box, weights, (), {"sensitivity": NOT_CERTIFIED}), (
             f"no certificate: {NOT_CERTIFIED}",
         )
-    sections = linear.sos if linear.form == "sos" else ()
-    loop = CertificateLoop(
-        linear.discrete, posed.controlled, posed.delay, posed.lag, posed.period, weights, sections
-    )
     try:
-        return certify(loop, box), ()
+        return certify(certified_loop(controller, weights), box), ()
     except NoSolutionError as error:
         return None, (str(error),)
 

@@ -17,7 +17,7 @@ from frictool.documents.design import Design
 from frictool.documents.design_blocks import PositionLawDesign, PrefilterDesign
 from frictool.documents.digests import with_digests
 from frictool.documents.model import Model
-from frictool.documents.provenance import Provenance, provenance_of_call
+from frictool.documents.provenance import provenance_of_call
 from frictool.documents.spec import Spec
 from frictool.documents.synthesis_methods import METHODS, SynthesisMethod
 from frictool.documents.weights import Weights
@@ -58,7 +58,6 @@ def external_controller(
     position_law: PositionLawDesign | None = None,
     prefilter: PrefilterDesign | None = None,
     weights: Weights | None = None,
-    provenance: Provenance | None = None,
 ) -> Controller:
     """Convert `system` to a controller document, verified at the vertices of the model's intervals.
 
@@ -81,8 +80,6 @@ def external_controller(
         Blocks around the controller.
     weights : Weights, optional
         Weights for the stated norm; derived from `spec` if left out.
-    provenance : Provenance, optional
-        Origin to store; the record of this call if left out.
 
     Returns
     -------
@@ -115,9 +112,7 @@ def external_controller(
     given = as_lti(system, period)
     composed, linear = blocks(model, design), stored_forms(given)
     verified = accept(posed, ControllerCandidate(given, given), linear, composed)
-    origin = provenance or provenance_of_call(
-        "frictool.synth.external_controller", model=model, spec=spec
-    )
+    origin = provenance_of_call("frictool.synth.external_controller", model=model, spec=spec)
     document = _document(posed, linear, verified, composed, origin)
     return with_digests(
         msgspec.structs.replace(document, method="own", weights=certified_weights(chosen.weights))

@@ -60,10 +60,10 @@ def check_feasible(model: Model, spec: Spec, design: Design) -> tuple[str, ...]:
         ("response_time_95_s", _settling, delay),
         ("rise_time_s", _rising, 0.0),
     ):
-        asked = getattr(spec, key)
-        if asked is not None:
+        required = getattr(spec, key)
+        if required is not None:
             notes += _check_time(
-                (key, asked, before), model, shortest_step(model, spec), fastest(model, part)
+                (key, required, before), model, shortest_step(model, spec), fastest(model, part)
             )
     return tuple(notes)
 
@@ -147,7 +147,7 @@ def _check_time(
 
     `requirement` is the key, its time and the delay before the axis moves [s].
     """
-    (key, asked, delay), bench, axis = requirement, model.bench, model.axis
+    (key, required, delay), bench, axis = requirement, model.bench, model.axis
     unit, effort = si_unit("position", axis), si_unit("effort", axis)
     plant = (
         f"{slowest.effort:.4g} {effort} at its limit, inertia {slowest.inertia:.4g} "
@@ -155,19 +155,19 @@ def _check_time(
         f"{slowest.coulomb:.4g} {effort}"
     )
     least = delay + slowest.per_root * math.sqrt(shortest)
-    if asked < least:
+    if required < least:
         raise NoSolutionError(
-            f"{key} of the specification is {asked:.4g} s; the drive needs at least {least:.4g} s "
+            f"{key} of the specification is {required:.4g} s; the drive needs at least {least:.4g} s "
             f"for a step of {shortest:.4g} {unit}, the "
             f"shortest that it can mean ({plant}); raise {key}, take a drive with a higher "
             "actuator.limit, or narrow the "
             "intervals of inertia and coulomb"
         ).at("spec", key)
-    longest, travel = ((asked - delay) / slowest.per_root) ** 2, bench.mechanics.travel
+    longest, travel = ((required - delay) / slowest.per_root) ** 2, bench.mechanics.travel
     if travel is None or longest >= travel.high - travel.low:
         return []
     return [
-        f"{key} of {asked:.4g} s: for steps longer than {longest:.4g} {unit} no controller "
+        f"{key} of {required:.4g} s: for steps longer than {longest:.4g} {unit} no controller "
         "reaches it; the whole travel takes at least "
         f"{delay + slowest.per_root * math.sqrt(travel.high - travel.low):.4g} s ({plant})"
     ]

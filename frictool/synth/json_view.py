@@ -66,13 +66,7 @@ def _schedule(controller: Controller) -> dict[str, Any] | None:
     found = controller.schedule
     if found is None:
         return None
-    return {
-        "parameters": list(found.parameters),
-        "corners": len(found.corners),
-        "gamma": found.gamma,
-        "modulus_margin": found.modulus_margin,
-        "points": found.points,
-    }
+    return {**msgspec.to_builtins(found), "corners": len(found.corners)}
 
 
 def _trade(trade: Trade | None) -> dict[str, Any] | None:
@@ -87,22 +81,6 @@ def _trade(trade: Trade | None) -> dict[str, Any] | None:
 
 
 def _vertex(vertex: Vertex) -> dict[str, Any]:
-    return {
-        "name": vertex.name,
-        "inertia": vertex.inertia,
-        "viscous": vertex.viscous,
-        "coulomb": vertex.coulomb,
-        "constant": vertex.constant,
-        "norm": vertex.norm,
-        "sampled_norm": vertex.sampled_norm,
-        "modulus_margin": vertex.modulus_margin,
-        "stable": vertex.stable,
-        "by_delay": [
-            {
-                "delay_samples": c.delay_samples,
-                "modulus_margin": c.modulus_margin,
-                "spectral_radius": c.spectral_radius,
-            }
-            for c in vertex.checks
-        ],
-    }
+    view = msgspec.to_builtins(vertex)
+    checks, order = view.pop("checks"), ("delay_samples", "modulus_margin", "spectral_radius")
+    return {**view, "by_delay": [{key: check[key] for key in order} for check in checks]}

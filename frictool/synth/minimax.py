@@ -41,10 +41,6 @@ LEVEL = 0.01  # relative difference of norms below which vertices count as equal
 CLEAR = 1.001
 
 
-def silently(_: str) -> None:
-    """Ignore a progress message."""
-
-
 def minimax(problem: SynthesisProblem, seed: int = 0) -> ControllerCandidate:
     """Return the best controller of several descents; deterministic for a seed.
 
@@ -104,7 +100,7 @@ def search(
     plants: Sequence[GeneralisedPlant],
     margin: float,
     seed: int = 0,
-    progress: Progress = silently,
+    progress: Progress = lambda _: None,
 ) -> DescentPoint:
     """Return the best point for `structure` with modulus margins of at least `margin`.
 

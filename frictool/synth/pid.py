@@ -23,12 +23,12 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 def pid(problem: SynthesisProblem) -> ControllerCandidate:
     """Return the controller with the design's gains; it claims no norm."""
-    asked = problem.design.pid
-    assert asked is not None  # guaranteed by the validation of the design
-    quantity = asked.gain or asked.speed_gain
+    gains = problem.design.pid
+    assert gains is not None  # guaranteed by the validation of the design
+    quantity = gains.gain or gains.speed_gain
     assert quantity is not None
     constant = problem.model.bench.actuator.constant.value
-    k = sampled_pid(asked, quantity.value / constant, problem.period)
+    k = sampled_pid(gains, quantity.value / constant, problem.period)
     actuator = problem.model.bench.actuator
     unit = "A" if actuator.drive == "current" else "V"
     note = (
@@ -39,23 +39,23 @@ def pid(problem: SynthesisProblem) -> ControllerCandidate:
     return ControllerCandidate(k, k, None, None, (note,))
 
 
-def sampled_pid(asked: Pid, gain: float, period: float) -> Lti:
+def sampled_pid(gains: Pid, gain: float, period: float) -> Lti:
     """Return the zero-order-hold equivalent of (5.39).
 
     Its states are the integral of the error and the low-pass. `gain` is K in drive per rad | m, or
     per rad/s | m/s; `period` is in s.
     """
     poles, entering, leaving, direct = [], [], [], gain
-    if asked.integral_time_s is not None:
+    if gains.integral_time_s is not None:
         poles.append(1.0)
         entering.append(period)
-        leaving.append(gain / asked.integral_time_s)
-    if asked.derivative_time_s is not None and asked.filter_ratio is not None:
-        kept = math.exp(-period * asked.filter_ratio / asked.derivative_time_s)
+        leaving.append(gain / gains.integral_time_s)
+    if gains.derivative_time_s is not None and gains.filter_ratio is not None:
+        kept = math.exp(-period * gains.filter_ratio / gains.derivative_time_s)
         poles.append(kept)
         entering.append(1.0 - kept)
-        leaving.append(-gain * asked.filter_ratio)
-        direct += gain * asked.filter_ratio
+        leaving.append(-gain * gains.filter_ratio)
+        direct += gain * gains.filter_ratio
     n = len(poles)
     b, c = np.array(entering).reshape(n, 1), np.array(leaving).reshape(1, n)
     return Lti(np.diag(poles) if n else np.zeros((0, 0)), b, c, np.array([[direct]]), period)

@@ -73,7 +73,7 @@ def _levels(axes: Axes, trade: Trade) -> None:
             color=shade,
             label=f"W3 {line[0].drive:.3g}",
         )
-    axes.axhline(trade.asked, color=ASKED, linewidth=0.9)
+    axes.axhline(trade.required, color=ASKED, linewidth=0.9)
     axes.loglog(trade.chosen.disturbance, trade.chosen.level, "o", color=CHOSEN, markersize=7)
     axes.set_xlabel("W1, disturbance rejection")
     axes.set_ylabel("gamma")

@@ -1,5 +1,7 @@
 """Blocks around the linear controller, with the rules for what the design leaves out.
 
+    position_law            gain of the square-root law: from friction and inertia of the model
+                            band: the encoder's step (5.7)
     velocity                filter: 10 times the prefilter's frequency, see (5.70)
     limiter                 inertia and Coulomb friction of the model
                             band delta_e: the encoder's step, the least allowed (5.2.2)
@@ -14,16 +16,19 @@ For the mass of table 5.1, v_r is 0.01 m/s; 5.2.5 prints 10 m/s, which hardly br
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 from frictool.documents import controller as stored
 from frictool.documents.design import Design
-from frictool.documents.design_blocks import FrictionCompensationDesign as AskedCompensation
-from frictool.documents.design_blocks import LimiterDesign as AskedLimiter
+from frictool.documents.design_blocks import (
+    FrictionCompensationDesign,
+    LimiterDesign,
+    PositionLawDesign,
+)
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
-from frictool.errors import FrictoolError
-from frictool.synth.position_law import position_law
+from frictool.errors import FrictoolError, NoSolutionError
 from frictool.synth.weights import DerivedValue
 from frictool.verify.encoder_count_drive import count_current
 from frictool.verify.feedback_loops import DIFFERENCE, FeedbackLoop, from_position, low_pass
@@ -84,27 +89,40 @@ class _BlockRules:
         return si_unit(dimension, self.model.axis)
 
     def prefilter(self) -> stored.Prefilter | None:
-        asked = self.design.prefilter
+        requested = self.design.prefilter
         return (
             None
-            if asked is None
-            else stored.Prefilter(asked.natural_frequency_rad_s, asked.damping)
+            if requested is None
+            else stored.Prefilter(requested.natural_frequency_rad_s, requested.damping)
         )
 
     def position_law(self) -> stored.PositionLaw | None:
-        if self.design.position_law is None:
+        law = self.design.position_law
+        if law is None:
             return None
-        law, derived = position_law(self.model, self.design.position_law)
-        self.derived += derived
-        return law
+        band = 0.0 if law.band is None else law.band.value
+        if law.band is None and (law.kind == "square_root" or law.action != "none"):
+            step = self.model.bench.encoder.resolution
+            band = self.tell(
+                "position_law.band", step, self.unit("position"), "the encoder's step"
+            )
+        return stored.PositionLaw(
+            gain=_square_root_gain(self.model, law) if law.gain_per_s is None else law.gain_per_s,
+            kind=law.kind,
+            formula=law.formula,
+            band=band,
+            action=law.action,
+            settled_speed=None if law.settled_speed is None else law.settled_speed.value,
+            rest_speed=0.0 if law.rest_speed is None else law.rest_speed.value,
+        )
 
     def _velocity(self) -> stored.Velocity:
-        asked, prefilter = self.design.velocity, self.design.prefilter
+        requested, prefilter = self.design.velocity, self.design.prefilter
         winding = (
             self.model.bench.actuator.winding is not None
         )  # the back-electromotive force of the winding limits the drive
         if not self.design.reads_speed and not winding:
-            if asked is not None:
+            if requested is not None:
                 raise FrictoolError(
                     "velocity: nothing in this design reads a speed; allowed: with action brake, "
                     "a limiter of the energy or with virtual "
@@ -112,9 +130,9 @@ class _BlockRules:
                     "the bench; leave it out"
                 ).at("design", "velocity")
             return stored.Velocity()
-        if asked is not None and asked.source == "measured":
+        if requested is not None and requested.source == "measured":
             return stored.Velocity(source="measured")
-        bandwidth = None if asked is None else asked.filter_rad_s
+        bandwidth = None if requested is None else requested.filter_rad_s
         if bandwidth is None and prefilter is None:
             raise FrictoolError(
                 "velocity.filter_rad_s: missing in the design, and a prefilter to take 10 times "
@@ -136,21 +154,21 @@ class _BlockRules:
                 f"{2.0 / self.period:g} rad/s, two per sample period, from "
                 "where on the filter alternates from sample to sample; 0 leaves it out"
             ).at("design", "velocity.filter_rad_s")
-        order = (asked.order if asked is not None else None) or 2
+        order = (requested.order if requested is not None else None) or 2
         return (
             stored.Velocity(order=order, bandwidth_rad_s=bandwidth)
             if bandwidth
             else stored.Velocity()
         )
 
-    def limiter(self, asked: AskedLimiter) -> stored.Limiter:
+    def limiter(self, requested: LimiterDesign) -> stored.Limiter:
         today, step = self.model.parameters, self.model.bench.encoder.resolution
-        energy = asked.condition == "energy"
-        virtual = 0.0 if asked.virtual_coulomb is None else asked.virtual_coulomb.value
+        energy = requested.condition == "energy"
+        virtual = 0.0 if requested.virtual_coulomb is None else requested.virtual_coulomb.value
         band = (
             self.tell("limiter.band", step, self.unit("position"), "the encoder's step")
-            if asked.band is None
-            else asked.band.value
+            if requested.band is None
+            else requested.band.value
         )
         if band < step:
             unit = self.unit("position")
@@ -167,18 +185,20 @@ class _BlockRules:
             "decrease a Lyapunov function"
         )
         return stored.Limiter(
-            condition=asked.condition,
+            condition=requested.condition,
             band=band,
             inertia=today.inertia.value if energy else 0.0,
             coulomb=today.coulomb.value if energy else 0.0,
             virtual_coulomb=virtual,
-            virtual_speed=self._virtual_speed(asked, virtual),
-            settled_speed=None if asked.settled_speed is None else asked.settled_speed.value,
+            virtual_speed=self._virtual_speed(requested, virtual),
+            settled_speed=None
+            if requested.settled_speed is None
+            else requested.settled_speed.value,
         )
 
-    def _virtual_speed(self, asked: AskedLimiter, virtual: float) -> float:
-        if asked.virtual_speed is not None or virtual == 0.0:
-            return 0.0 if asked.virtual_speed is None else asked.virtual_speed.value
+    def _virtual_speed(self, requested: LimiterDesign, virtual: float) -> float:
+        if requested.virtual_speed is not None or virtual == 0.0:
+            return 0.0 if requested.virtual_speed is None else requested.virtual_speed.value
         value = BRAKE_SAMPLES * virtual * self.period / self.model.parameters.inertia.value
         return self.tell(
             "limiter.virtual_speed",
@@ -187,31 +207,31 @@ class _BlockRules:
             f"{BRAKE_SAMPLES:g} virtual_coulomb T/inertia: {BRAKE_SAMPLES:g} samples",
         )
 
-    def compensation(self, asked: AskedCompensation) -> stored.FrictionCompensation:
+    def compensation(self, requested: FrictionCompensationDesign) -> stored.FrictionCompensation:
         today = self.model.parameters
         self.notes.append(f"friction compensation: {NOT_LINEAR}; it is known to cause limit cycles")
-        if asked.source == "observer":
+        if requested.source == "observer":
             return stored.FrictionCompensation(
                 source="observer",
-                observer_rad_s=asked.observer_rad_s or 0.0,
+                observer_rad_s=requested.observer_rad_s or 0.0,
                 inertia=today.inertia.value,
-                gain=asked.gain,
+                gain=requested.gain,
             )
         if today.coulomb.value == 0.0 and today.viscous.value == 0.0:
             message = "friction_compensation: the model has no friction to compensate; leave it out"
             raise FrictoolError(message).at("design", "friction_compensation")
         return stored.FrictionCompensation(
             source="model",
-            velocity=asked.velocity or "measured",
+            velocity=requested.velocity or "measured",
             coulomb=today.coulomb.value,
             viscous=today.viscous.value,
-            smoothing_speed=self._smoothing(asked),
-            gain=asked.gain,
+            smoothing_speed=self._smoothing(requested),
+            gain=requested.gain,
         )
 
-    def _smoothing(self, asked: AskedCompensation) -> float:
-        if asked.smoothing_speed is not None:
-            return asked.smoothing_speed.value
+    def _smoothing(self, requested: FrictionCompensationDesign) -> float:
+        if requested.smoothing_speed is not None:
+            return requested.smoothing_speed.value
         if self.velocity.source == "measured":
             raise FrictoolError(
                 "friction_compensation.smoothing_speed: missing; with a measured speed nothing "
@@ -226,3 +246,15 @@ class _BlockRules:
             self.unit("velocity"),
             "what one encoder count shows of the speed",
         )
+
+
+def _square_root_gain(model: Model, law: PositionLawDesign) -> float:
+    """Return the gain (5.19), annex (5) or annex 5.2, which differ by sqrt 2."""
+    today, factor = model.parameters, 2.0 if law.formula == "sqrt(2F/J)" else 1.0
+    force = today.coulomb.value * law.virtual_coulomb_factor
+    gain = math.sqrt(factor * force / today.inertia.value)
+    if gain <= 0.0:
+        raise NoSolutionError(
+            "the square-root law needs Coulomb friction: the model's coulomb is zero"
+        )
+    return gain

@@ -56,13 +56,13 @@ class Trade:
     curve: tuple[TradePoint, ...]
     points: tuple[TradePoint, ...]
     start: TradePoint
-    asked: float
+    required: float
 
 
 def relax(
     chosen: ChosenWeights,
     level: Callable[[PlantWeights], float],
-    asked: float = 1.0,
+    required: float = 1.0,
     *,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Trade:
@@ -70,22 +70,22 @@ def relax(
 
     `level` maps weights to gamma and may raise NoSolutionError. There are at most BUDGET
     evaluations; `progress` is called with the largest feasible W1 at each W3. Raises
-    NoSolutionError if no trade reaches `asked`.
+    NoSolutionError if no trade reaches `required`.
     """
-    return _TradeSearch(chosen, level, asked, progress).trade()
+    return _TradeSearch(chosen, level, required, progress).trade()
 
 
 def relaxed_problem(
     problem: SynthesisProblem,
     chosen: ChosenWeights,
     guide: Callable[[SynthesisProblem], float],
-    asked: float = 1.0,
+    required: float = 1.0,
     *,
     progress: Callable[[str], None] = lambda _: None,
 ) -> tuple[SynthesisProblem, Trade]:
     """Return the problem with relaxed weights, and the trade.
 
-    `guide` is the bound of a method, which is brought to `asked`. The bound of inequalities rises
+    `guide` is the bound of a method, which is brought to `required`. The bound of inequalities rises
     with W1, as the search requires; the true norm of a frozen controller does not. The controller
     that runs is verified afterwards. If it fails, a constant controller (minimax) with the same
     weights may pass.
@@ -94,7 +94,7 @@ def relaxed_problem(
     def level(weights: PlantWeights) -> float:
         return guide(replace(problem, weights=weights))
 
-    trade = relax(chosen, level, asked, progress=progress)
+    trade = relax(chosen, level, required, progress=progress)
     return replace(problem, weights=trade.weights), trade
 
 
@@ -105,10 +105,10 @@ class _TradeSearch:
         self,
         chosen: ChosenWeights,
         level: Callable[[PlantWeights], float],
-        asked: float,
+        required: float,
         progress: Callable[[str], None],
     ) -> None:
-        self.chosen, self.level, self.asked, self.progress = chosen, level, asked, progress
+        self.chosen, self.level, self.required, self.progress = chosen, level, required, progress
         self.points: list[TradePoint] = []
         self.curve: dict[
             float, tuple[float, TradePoint]
@@ -117,7 +117,7 @@ class _TradeSearch:
 
     def trade(self) -> Trade:
         start = self._at(0.0, 0.0)
-        if start.level <= self.asked:
+        if start.level <= self.required:
             return self._told(
                 0.0, 0.0, start, start, "the strictest weights are achievable as they are"
             )
@@ -127,7 +127,7 @@ class _TradeSearch:
         if not self.curve:
             nearest = min(self.points, key=lambda point: point.level)
             raise NoSolutionError(
-                f"relax: auto finds no trade with gamma {self.asked:g}: at the least "
+                f"relax: auto finds no trade with gamma {self.required:g}: at the least "
                 f"{nearest.level:.3g}, at W1 {nearest.disturbance:.3g} "
                 f"and W3 {nearest.drive:.3g}; lower weights.bandwidth_rad_s or "
                 "weights.modulus_margin, or raise weights.static_error"
@@ -167,18 +167,19 @@ class _TradeSearch:
         if len(self.points) >= BUDGET:
             return
         self.tried.add(effort)
-        bracket = _Bracket(self.asked, self._at(math.log(DEEPEST), effort))
+        bracket = _Bracket(self.required, self._at(math.log(DEEPEST), effort))
         trial = self._guess(effort)
         while bracket.open and len(self.points) < BUDGET:
             bracket.put(trial, self._at(trial, effort))
             trial = bracket.next()
         drive = math.exp(effort) * self.chosen.weights.drive
         if bracket.kept is None:
-            self.progress(f"W3 {drive:.3g}: gamma stays above {self.asked:g}")
+            self.progress(f"W3 {drive:.3g}: gamma stays above {self.required:g}")
         else:
             self.curve[effort] = bracket.low, bracket.kept
             self.progress(
-                f"W3 {drive:.3g}: gamma {self.asked:g} with W1 up to {bracket.kept.disturbance:.3g}"
+                f"W3 {drive:.3g}: gamma {self.required:g} with W1 up to "
+                f"{bracket.kept.disturbance:.3g}"
             )
 
     def _guess(self, effort: float) -> float:
@@ -187,7 +188,7 @@ class _TradeSearch:
         if not known:
             strictest = self.points[0].level
             return (
-                max(math.log(DEEPEST), math.log(self.asked / strictest) / SLOPE)
+                max(math.log(DEEPEST), math.log(self.required / strictest) / SLOPE)
                 if math.isfinite(strictest)
                 else 0.5 * math.log(DEEPEST)
             )
@@ -236,7 +237,7 @@ class _TradeSearch:
         if not any(other in self.curve for other in less):
             return (
                 f"with W3 {math.exp(max(less)) * self.chosen.weights.drive:.3g} nothing reaches "
-                f"gamma {self.asked:g}"
+                f"gamma {self.required:g}"
             )
         return f"that would not gain {100.0 * (1.0 / FLAT - 1.0):.0f} % of W1"
 
@@ -245,16 +246,16 @@ class _TradeSearch:
     ) -> Trade:
         weights = self.chosen.relaxed(math.exp(disturbance), math.exp(effort))
         curve = tuple(self.curve[at][1] for at in sorted(self.curve, reverse=True)) or (point,)
-        return Trade(weights, point, why, curve, tuple(self.points), start, self.asked)
+        return Trade(weights, point, why, curve, tuple(self.points), start, self.required)
 
 
 class _Bracket:
     """Interval [low, high] that contains the largest feasible x = log W1."""
 
-    def __init__(self, asked: float, deepest: TradePoint) -> None:
-        self.asked, self.floor = asked, deepest.level
+    def __init__(self, required: float, deepest: TradePoint) -> None:
+        self.required, self.floor = required, deepest.level
         self.low, self.high = math.log(DEEPEST), 0.0
-        self.kept: TradePoint | None = deepest if deepest.level <= asked else None
+        self.kept: TradePoint | None = deepest if deepest.level <= required else None
         self.below: tuple[float, float] | None = (
             # x and log of gamma's excess over the floor: at the last feasible and the last
             # infeasible point
@@ -266,11 +267,11 @@ class _Bracket:
     def put(self, x: float, point: TradePoint) -> None:
         """Narrow the bracket by the result at x."""
         seen = (x, self._excess(point.level))
-        if point.level <= self.asked:
+        if point.level <= self.required:
             self.low, self.kept, self.below = x, point, seen
         else:
             self.high, self.above = x, seen
-        near = self.kept is not None and self.kept.level >= (1.0 - TOLERANCE) * self.asked
+        near = self.kept is not None and self.kept.level >= (1.0 - TOLERANCE) * self.required
         self.open = not near and self.low < 0.0 and self.high - self.low > 0.5 * TOLERANCE
 
     def next(self) -> float:
@@ -278,7 +279,7 @@ class _Bracket:
 
         It interpolates log(gamma^2 - floor^2)/2 linearly, and bisects if that is impossible.
         """
-        wanted = self._excess((1.0 - 0.5 * TOLERANCE) * self.asked)
+        wanted = self._excess((1.0 - 0.5 * TOLERANCE) * self.required)
         known = [
             seen for seen in (self.below, self.above) if seen is not None and math.isfinite(seen[1])
         ]

@@ -100,7 +100,7 @@ class _WeightRules:
     """Rules, one per method; `derived` collects their results."""
 
     def __init__(self, model: Model, spec: Spec, design: Design) -> None:
-        self.model, self.spec, self.design, self.given = model, spec, design, design.weights
+        self.model, self.spec, self.design, self.provided = model, spec, design, design.weights
         self.speed = design.structure != "position"
         self.derived: list[DerivedValue] = []
         self.limit = min(
@@ -110,8 +110,8 @@ class _WeightRules:
         )
 
     def chosen(self) -> ChosenWeights:
-        given = self.given
-        if METHODS[self.design.method].provided_gains and given == document.Weights():
+        provided = self.provided
+        if METHODS[self.design.method].provided_gains and provided == document.Weights():
             self._tell(
                 "error",
                 1.0,
@@ -125,20 +125,20 @@ class _WeightRules:
             self._drive(),
             self._noise(),
         )
-        product = None if given.command is not None else self._command_of_noise(noise)
+        product = None if provided.command is not None else self._command_of_noise(noise)
         weights = PlantWeights(
             error=error,
             disturbance=disturbance,
             drive=drive,
-            command=product / noise if product is not None else given.command or 0.0,
-            noise=_filtered(noise, given.noise_filter),
-            eta=given.eta,
+            command=product / noise if product is not None else provided.command or 0.0,
+            noise=_filtered(noise, provided.noise_filter),
+            eta=provided.eta,
             uncertainty=FirstOrderWeight(1.0)
-            if given.uncertainty_hz is None
-            else decade(1.0, given.uncertainty_hz),
+            if provided.uncertainty_hz is None
+            else decade(1.0, provided.uncertainty_hz),
         )
         least = min(1.0, self._least_amplitude(error) / (drive * self.limit))
-        return ChosenWeights(weights, tuple(self.derived), given.noise is None, product, least)
+        return ChosenWeights(weights, tuple(self.derived), provided.noise is None, product, least)
 
     def _least_amplitude(self, error: FirstOrderWeight) -> float:
         """Return the A at which the noise of one count alone reaches the limit of W2.
@@ -153,8 +153,9 @@ class _WeightRules:
         return value
 
     def _template(self) -> FirstOrderWeight:
-        given, spec, travel = self.given, self.spec, self.model.bench.mechanics.travel
-        margin, error, bandwidth = given.modulus_margin, given.static_error, given.bandwidth_rad_s
+        provided, spec, travel = self.provided, self.spec, self.model.bench.mechanics.travel
+        margin, error = provided.modulus_margin, provided.static_error
+        bandwidth = provided.bandwidth_rad_s
         if margin is None and spec.modulus_margin is not None:
             margin = self._tell(
                 "modulus_margin", spec.modulus_margin, "", "modulus_margin of the specification"
@@ -207,8 +208,8 @@ class _WeightRules:
         ).at("design", f"weights.{wanted}")
 
     def _disturbance(self) -> float:
-        if self.given.disturbance is not None:
-            return self.given.disturbance
+        if self.provided.disturbance is not None:
+            return self.provided.disturbance
         amplitude, source = self._amplitude("disturbance")
         if self.design.relax == "auto":
             return self._tell(
@@ -225,8 +226,8 @@ class _WeightRules:
         )
 
     def _drive(self) -> float:
-        if self.given.drive is not None:
-            return self.given.drive
+        if self.provided.drive is not None:
+            return self.provided.drive
         amplitude, source = self._amplitude("drive")
         return self._tell(
             "drive",
@@ -236,8 +237,8 @@ class _WeightRules:
         )
 
     def _noise(self) -> float:
-        if self.given.noise is not None:
-            return self.given.noise.value
+        if self.provided.noise is not None:
+            return self.provided.noise.value
         amplitude, source = self._amplitude("noise")
         step = self.model.bench.encoder.resolution
         return self._tell(
@@ -257,7 +258,7 @@ class _WeightRules:
                 "weights.command: missing in the design, and weights.noise is 0; give command (0 "
                 "for none), or a noise to derive it from"
             ).at("design", "weights.command")
-        step, share = self.model.bench.encoder.resolution, self.given.count_share
+        step, share = self.model.bench.encoder.resolution, self.provided.count_share
         product = step / (share * self.limit)
         self._tell(
             "command",
