@@ -54,7 +54,8 @@ METHODS: dict[str, SynthesisMethod] = {
     ),
     "lft": SynthesisMethod(
         "one plant with an uncertainty channel",
-        "to reproduce published results; one Delta for all parameters says little about the box's corners",
+        "to reproduce published results; one Delta for all parameters says little about the box's "
+        "corners",
         (*INEQUALITIES, "channel_effort", "ease"),
     ),
     "lft_lpv": SynthesisMethod(

@@ -103,9 +103,7 @@ class _BlockRules:
         band = 0.0 if law.band is None else law.band.value
         if law.band is None and (law.kind == "square_root" or law.action != "none"):
             step = self.model.bench.encoder.resolution
-            band = self.tell(
-                "position_law.band", step, self.unit("position"), "the encoder's step"
-            )
+            band = self.tell("position_law.band", step, self.unit("position"), "the encoder's step")
         return stored.PositionLaw(
             gain=_square_root_gain(self.model, law) if law.gain_per_s is None else law.gain_per_s,
             kind=law.kind,
