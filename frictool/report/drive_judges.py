@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from frictool.documents.controller import Controller
 from frictool.documents.metric_table import REQUIREMENTS, STREAM_METRICS
 from frictool.documents.quantity import si_unit
@@ -78,8 +80,8 @@ def judge_rest(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
 
     The value is the drive; the motion is in `details`.
     """
-    assert spec.rest is not None
-    unit, after, allowed = si_unit(spec.drive, spec.axis), spec.rest.after_s, spec.rest.drive
+    after = spec.rest.after_s
+    undecided = largest_value(spec, REQUIREMENTS["rest"], [], "")
     found = [(m, e) for e, holds in evidence for m in holds if "rest_motion" in m.values]
     if not found:
         gaps = [
@@ -88,42 +90,31 @@ def judge_rest(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
             for name in ("position", "reference", "hold")
             if name in item.gaps
         ]
-        reason = gaps[0] if gaps else f"no hold lasts beyond {after:g} s"
-        return Requirement("rest", "rest", None, allowed, unit, None, reason=reason)
+        return replace(undecided, reason=gaps[0] if gaps else f"no hold lasts beyond {after:g} s")
     _, at = largest(m.values["rest_motion"] - e.resolution for m, e in found)
     moving, mover = found[at]
     motion = moving.values["rest_motion"]
     driven = [(m.values["rest_drive"], m, e) for m, e in found if "rest_drive" in m.values]
     details = {"after_s": after, "motion": motion, "motion_limit": mover.resolution}
-    where = location_of(mover, moving)
+    still = replace(undecided, where=location_of(mover, moving), details=details)
     if motion > mover.resolution * (1.0 + 1e-6):
-        value = moving.values.get("rest_drive")
         reason = (
             f"still moves {motion:.3g} {si_unit('position', spec.axis)} peak to peak after "
             f"{after:g} s of hold"
         )
-        return Requirement(
-            "rest", "rest", value, allowed, unit, False, reason=reason, where=where, details=details
-        )
+        return replace(still, value=moving.values.get("rest_drive"), met=False, reason=reason)
     if not driven:
         reason = f"stands still, but {evidence[0][0].name}: {no_drive(spec, evidence[0][0])}"
-        return Requirement(
-            "rest", "rest", None, allowed, unit, None, reason=reason, where=where, details=details
-        )
+        return replace(still, reason=reason)
     value, at = largest(d[0] for d in driven)
     _, hold, item = driven[at]
     signal = (
         "command" if item.command is not None else f"measured {spec.drive}, less its noise floor"
     )
-    reason = f"stands still after {after:g} s; {signal}"
-    return Requirement(
-        "rest",
-        "rest",
-        value,
-        allowed,
-        unit,
-        value <= allowed,
-        reason=reason,
+    return replace(
+        still,
+        value=value,
+        met=value <= still.limit,
+        reason=f"stands still after {after:g} s; {signal}",
         where=location_of(item, hold),
-        details=details,
     )

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from frictool.documents.controller import Controller
-from frictool.documents.quantity import si_unit
+from frictool.documents.metric_table import REQUIREMENTS
 from frictool.documents.spec import Spec
 from frictool.presentation.ties import largest
 from frictool.report.requirement import Requirement
-from frictool.report.worst_hold import JudgedStreams, location_of, reasons
+from frictool.report.worst_hold import JudgedStreams, largest_value, location_of, reasons
 
 METRIC = "load_static_error"
 BOUNDED = "bound from the motor's position and the backlash"
@@ -19,45 +21,30 @@ def judge_load(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
     It is met if its upper bound is within the limit, broken if its lower bound is above the limit,
     and undecided otherwise.
     """
-    assert spec.load_static_error is not None
-    limit, unit = spec.load_static_error.value, si_unit("position", spec.axis)
+    undecided = largest_value(spec, REQUIREMENTS["load_static_error"], [], "")
     found = [
         (m.bounds.get(METRIC) or (m.values[METRIC], m.values[METRIC]), e, m)
         for e, holds in evidence
         for m in holds
         if METRIC in m.values or METRIC in m.bounds
     ]
-    told = "; ".join(
-        reasons(
-            METRIC,
-            tuple(
-                (e, holds) for e, holds in evidence if not any(METRIC in m.bounds for m in holds)
-            ),
-        )
-    )
+    exact = tuple((e, holds) for e, holds in evidence if not any(METRIC in m.bounds for m in holds))
+    missing = "; ".join(reasons(METRIC, exact))
     if not found:
-        lacking = [
-            item.gaps["load_position"] for item, _ in evidence if "load_position" in item.gaps
-        ]
-        reason = (
-            f"{evidence[0][0].name}: {lacking[0]}" if lacking else told or "the log has no hold"
-        )
-        return Requirement(METRIC, METRIC, None, limit, unit, None, reason=reason)
+        gaps = [item.gaps["load_position"] for item, _ in evidence if "load_position" in item.gaps]
+        reason = f"{evidence[0][0].name}: {gaps[0]}" if gaps else missing or "the log has no hold"
+        return replace(undecided, reason=reason)
     least, at = largest(entry[0][0] for entry in found)
     _, item, hold = found[at]
-    if least > limit:
-        reason = f"lower {BOUNDED}" if METRIC in hold.bounds else told
-        return Requirement(
-            METRIC, METRIC, least, limit, unit, False, reason=reason, where=location_of(item, hold)
-        )
+    if least > undecided.limit:
+        reason = f"lower {BOUNDED}" if METRIC in hold.bounds else missing
+        where = location_of(item, hold)
+        return replace(undecided, value=least, met=False, reason=reason, where=where)
     most, at = largest(entry[0][1] for entry in found)
     (least, _), item, hold = found[at]
-    if most <= limit:
-        reason = f"upper {BOUNDED}" if METRIC in hold.bounds else told
-        return Requirement(
-            METRIC, METRIC, most, limit, unit, True, reason=reason, where=location_of(item, hold)
-        )
-    reason = f"between {least:.4g} and {most:.4g} {unit}: {BOUNDED}"
-    return Requirement(
-        METRIC, METRIC, None, limit, unit, None, reason=reason, where=location_of(item, hold)
-    )
+    where = location_of(item, hold)
+    if most <= undecided.limit:
+        reason = f"upper {BOUNDED}" if METRIC in hold.bounds else missing
+        return replace(undecided, value=most, met=True, reason=reason, where=where)
+    reason = f"between {least:.4g} and {most:.4g} {undecided.unit}: {BOUNDED}"
+    return replace(undecided, reason=reason, where=where)

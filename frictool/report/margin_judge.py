@@ -6,6 +6,8 @@ controller's vertices are judged instead.
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from frictool.documents.controller import Controller
 from frictool.documents.spec import Spec
 from frictool.presentation.ties import smallest
@@ -23,8 +25,8 @@ def judge_margin(spec: Spec, evidence: JudgedStreams, controller: Controller | N
     undecided if the plant of a simulated stream is unknown, or if the controller was not verified
     for the plant or its rig.
     """
-    assert spec.modulus_margin is not None
-    name, limit = "modulus_margin", spec.modulus_margin
+    limit = spec.modulus_margin
+    undecided = Requirement("modulus_margin", "modulus_margin", None, limit, "", None, ">=")
     streams = [item for item, _ in evidence]
     found = _margins(streams)
     vertex = None if controller is None else _weakest(controller)
@@ -33,18 +35,15 @@ def judge_margin(spec: Spec, evidence: JudgedStreams, controller: Controller | N
         found.append(vertex)
     unknown = _unknown(streams, controller)
     if not found:
-        return Requirement(
-            name, name, None, limit, "", None, ">=", unknown or "the controller names no vertex"
-        )
+        return replace(undecided, reason=unknown or "the controller names no vertex")
     value, index = smallest(margin for margin, _ in found)
-    where = found[index][1]
+    one = replace(undecided, value=value, where=found[index][1])
     beyond = next((item.beyond for item in streams if item.beyond), "")
     if value < limit:
         reason = "; ".join(part for part in (UNSTABLE if value == 0.0 else "", beyond) if part)
-        return Requirement(name, name, value, limit, "", False, ">=", reason, where)
-    if unknown or beyond:
-        return Requirement(name, name, value, limit, "", None, ">=", unknown or beyond, where)
-    return Requirement(name, name, value, limit, "", True, ">=", "", where)
+        return replace(one, met=False, reason=reason)
+    reason = unknown or beyond
+    return replace(one, met=None if reason else True, reason=reason)
 
 
 def _margins(streams: list[StreamEvidence]) -> list[tuple[float, ValueLocation]]:

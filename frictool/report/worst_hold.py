@@ -31,8 +31,10 @@ class JudgedValue(NamedTuple):
 
 def limit_of(spec: Spec, key: str) -> float:
     """Return the limit that the specification's key sets, in SI."""
-    asked = getattr(spec, key)
-    return float(getattr(asked, "value", getattr(asked, "limit", asked)))
+    limit = getattr(spec, key)
+    for part in ("value", "limit", "drive"):  # of a quantity, of `energy`, of `rest`
+        limit = getattr(limit, part, limit)
+    return float(limit)
 
 
 def location_of(item: StreamEvidence, hold: HoldMetrics | None = None) -> ValueLocation:

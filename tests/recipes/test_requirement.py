@@ -44,7 +44,7 @@ def test_the_schema_has_the_key_with_its_meaning(overlay: Path) -> None:
     wrong.write_text(SPEC.format("rotary").replace("0.001", "-1"))
     refused = frictool(overlay, "report", ROOT / "sample_logs/sines.csv", "--spec", wrong)
     assert refused.returncode == 3
-    assert "wrong.yaml:5: dead_time_s: found -1; allowed: > 0" in refused.stderr
+    assert "wrong.yaml:5: dead_time_s: found -1; allowed: a number > 0" in refused.stderr
 
 
 def test_each_view_of_a_verdict_has_the_metric(overlay: Path) -> None:
