@@ -105,7 +105,7 @@ def test_a_campaign_has_its_column(overlay: Path) -> None:
     assert made.returncode == 0, made.stderr
     documents = [model, controller, "--scenario", scenario, "--spec", spec]
     done = frictool(overlay, "campaign", *documents, "-n", "2", "--cores", "1", "--table", table)
-    assert done.returncode == 1, done.stderr
+    assert done.returncode == 0, done.stderr
     header, *trials = table.read_text().splitlines()
     assert "dead_time [s]" in header.split(",")
     assert len(trials) == 2
