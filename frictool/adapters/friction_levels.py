@@ -46,7 +46,7 @@ def coulomb_factor(model: Model, wanted: float) -> float:
     )
     if mean > 0.0:
         return wanted / mean
-    raise ValueError("coulomb is 0 in both directions; allowed: > 0 where it is varied")
+    raise ValueError("coulomb is 0 in both directions; allowed: > 0 if it varies")
 
 
 def viscous_level(model: Model) -> Ends:

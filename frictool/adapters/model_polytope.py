@@ -31,9 +31,8 @@ def regime_levels(model: Model, coulomb: tuple[float, float]) -> RegimeLevels:
     """
     if model.laws is None or not model.laws.regimes:
         raise FrictoolError(
-            "regime: found a model without laws.regimes; allowed: to schedule regimes that "
-            "the model has; "
-            "schedule viscous and coulomb instead, or identify from a log that goes beyond the knee"
+            "regime: the model has no laws.regimes; schedule viscous and coulomb "
+            "instead, or identify from a log with speeds above the knee"
         ).at("design", "schedule")
     own = model.laws.backward
     slow = (model.parameters.viscous, *((own.viscous,) if own and own.viscous else ()))

@@ -59,14 +59,17 @@ class PrecisionParam(click.ParamType[tuple[str | None, float]]):
     ) -> tuple[str | None, float]:
         name, _, number = str(value).rpartition("=")
         if name and name not in PARAMETERS:
-            self.fail(f"{name!r} is no parameter; allowed: {', '.join(PARAMETERS)}.", param, ctx)
+            self.fail(f"unknown parameter {name!r}; allowed: {', '.join(PARAMETERS)}.", param, ctx)
         try:
             part = float(number.removesuffix("%")) / (100.0 if number.endswith("%") else 1.0)
         except ValueError:
             part = math.nan
         if not 0.0 < part < 1.0:
             self.fail(
-                f"{number!r} is no precision; allowed: above 0 and below 100%, as 5% or 0.05.",
+                (
+                    f"found {number!r}; allowed: a precision above 0 and below 100%, such as 5% "
+                    "or 0.05."
+                ),
                 param,
                 ctx,
             )
@@ -157,7 +160,7 @@ def _short(row: ParameterAssessment, bench: Bench) -> str:
 
 def _encoder(step: float, bench: Bench) -> str:
     if bench.axis == "rotary":
-        return f"{math.ceil(2.0 * math.pi / step)} counts a revolution (a step of {step:.3g} rad)"
+        return f"{math.ceil(2.0 * math.pi / step)} counts per revolution (a step of {step:.3g} rad)"
     return f"a step of {step:.3g} m"
 
 

@@ -49,7 +49,7 @@ class ServoGains(NamedTuple):
             self.integral is not None and self.speed is None
         ):
             raise click.UsageError(
-                "a controller has both --position-gain and --speed-gain; give both, or none."
+                "--position-gain and --speed-gain belong together; give both, or none."
             )
         return self.speed is not None
 

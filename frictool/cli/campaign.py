@@ -254,13 +254,13 @@ def _campaign(paths: CampaignPaths, options: CampaignOptions) -> int:
 def _check_targets(paths: CampaignPaths, options: CampaignOptions) -> None:
     """Check before any simulation that outputs are separate files and no inputs."""
     if options.keep == STDOUT:
-        raise click.UsageError("--keep is a file, which is read again.")
+        raise click.UsageError("--keep needs a file that can be read again.")
     check_targets(
         {"-o": options.output, "--table": options.table, "--keep": options.kept},
         list(paths.inputs.values()),
     )
     if options.worst is not None and options.worst.exists() and not options.worst.is_dir():
-        raise OutputError(f"{options.worst}: is no directory; --worst names one")
+        raise OutputError(f"{options.worst}: is not a folder; --worst needs a folder")
     if options.worst is not None:
         check_output(options.worst / "worst.yaml" if options.worst.exists() else options.worst, [])
 

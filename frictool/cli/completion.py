@@ -46,8 +46,7 @@ def command(shell: str | None, output: Path | None, as_json: bool) -> None:
     shell = shell or Path(os.environ.get("SHELL", "")).name
     if shell not in INSTALL:
         raise click.UsageError(
-            "the variable SHELL names no shell that can be completed; say which: "
-            f"{', '.join(INSTALL)}."
+            f"the variable SHELL names an unsupported shell; name one of {', '.join(INSTALL)}."
         )
     text = (
         f"# Completion of frictool for {shell}. For every new shell: "

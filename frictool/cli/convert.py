@@ -80,7 +80,8 @@ def command(
     if form is None:
         endings = alternatives([one.suffixes[0] for one in WRITTEN.values()])
         raise click.UsageError(
-            f"{output.name!r} does not say its format: end it in {endings}, or give --to."
+            f"{output.name!r} does not determine the format; let the name end in {endings}"
+            ", or give --to."
         )
     require(form, output)
     document = None if bench is None else load(bench, Bench)
@@ -100,8 +101,8 @@ def command(
     if made.earlier_losses:
         notes[LOST] = record_of(made.earlier_losses)
         note(
-            f"warning: {log.name} was made with data lost: "
-            f"{loss_count_text(made.earlier_losses)}; `frictool info` lists it"
+            f"warning: data were lost when {log.name} was made: "
+            f"{loss_count_text(made.earlier_losses)}; `frictool info` lists them"
         )
     with replacing(output, inputs) as stream:
         convert(str(log), chosen, notes, form, stream)

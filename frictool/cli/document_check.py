@@ -29,4 +29,6 @@ def check_document(target: Path, text: str) -> None:
 
             axis_of(document)
     except (DocumentError, ValueError) as error:
-        raise NoSolutionError(f"not written, since no command would read it: {error}") from None
+        raise NoSolutionError(
+            f"not written, because the document would be invalid: {error}"
+        ) from None

@@ -102,6 +102,6 @@ def _tell_others(folder: Path, files: Mapping[str, str | bytes]) -> None:
     others = sorted(path.name for path in folder.glob("*_selftest.c") if path.name not in files)
     if others:
         note(
-            f"warning: {folder} also holds {', '.join(others)}; each has a main: give "
-            "every controller a folder of its own"
+            f"warning: {folder} also contains {', '.join(others)}, and each has a main "
+            "function; write every controller to its own folder"
         )

@@ -64,7 +64,9 @@ def check_folder(target: Path, otherwise: str = "") -> None:
     `otherwise`: text on other allowed names in the message.
     """
     if target != Path("-") and says_file(target):
-        raise click.UsageError(f"{target.name!r} ends as a file: name a folder{otherwise}.")
+        raise click.UsageError(
+            f"{target.name!r} has the ending of a file; name a folder{otherwise}."
+        )
 
 
 def check_ending(target: Path, writes: Sequence[str], chooses: bool, what: str = "") -> None:

@@ -143,8 +143,8 @@ def _check_outputs(line: IdentifyEachCommand, jobs: Sequence[LogGroup], inputs: 
         return
     if line.folder.exists() and not line.folder.is_dir():
         raise OutputError(
-            f"{line.folder}: is a file; name a folder for the models, or a table that "
-            f"ends in {', '.join(TABLES)}"
+            f"{line.folder}: is a file; name a folder for the models, or a table whose "
+            f"name ends in {', '.join(TABLES)}"
         )
     for target in (line.folder / TABLE, *(line.folder / f"{one.name}.yaml" for one in jobs)):
         refuse_inputs(target, inputs)

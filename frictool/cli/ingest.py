@@ -165,7 +165,7 @@ def command(
             )
     for parts in recordings:
         if len(parts) > 1:
-            note(f"{', '.join(part.name for part in parts)}: taken as parts of one recording")
+            note(f"{', '.join(part.name for part in parts)}: read as parts of one recording")
     for name, told in made.notes.get(LAYOUT, {}).items():
         if told != PLAIN:
             note(f"{name}: {told}")
@@ -188,7 +188,7 @@ def _check_guess(guess: bool, axis: str | None, others: dict[str, Any]) -> None:
     if guess and wrong:
         raise click.UsageError(f"--guess writes a bench.yaml and no log: leave out {wrong[0]}.")
     if axis is not None and not guess:
-        raise click.UsageError("--axis belongs to --guess; else the bench says which axis it is.")
+        raise click.UsageError("--axis belongs to --guess; without it, the bench states the axis.")
 
 
 def _said(kind: str | None, unit: str | None, date: str | None) -> dict[str, str]:
@@ -204,7 +204,7 @@ def _said(kind: str | None, unit: str | None, date: str | None) -> dict[str, str
         datetime.fromisoformat(date or "2000-01-01")
     except ValueError:
         raise click.UsageError(
-            f"--date {date!r} is no date; write 2026-01-03 or 2026-01-03T08:15:00."
+            f"--date: found {date!r}; allowed: 2026-01-03 or 2026-01-03T08:15:00."
         ) from None
     return {key: text for key, text in ((TEST, kind), (UNIT, unit), (DATE, date)) if text}
 
@@ -246,8 +246,10 @@ def _propose(
         or "no channel"
     )
     say(
-        f"guessed from {start.log}: {found}; check what is marked as guessed, replace "
-        "what is marked as an example",
+        (
+            f"guessed from {start.log}: {found}; check the values marked as guessed, and "
+            "replace those marked as examples"
+        ),
         output,
     )
     for line in question_lines(start):
@@ -263,8 +265,10 @@ def _refuse_loss(made: LogAssembly, output: Path) -> None:
         where = "the output" if output == STDOUT else output.name
         raise LogError(
             made.flows[0].source,
-            f"was read with data lost: {loss_count_text(made.losses)}; {where} has the "
-            "rest and lists what is lost",
+            (
+                f"data were lost while reading: {loss_count_text(made.losses)}; {where} "
+                "contains the rest and lists the losses"
+            ),
         )
 
 

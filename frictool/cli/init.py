@@ -60,8 +60,8 @@ def command(folder: Path, axis: str | None, log: Path | None, as_json: bool) -> 
     save_folder(folder, files, [] if log is None else [log], overwrite=False, parents=True)
     if log is not None and start.log_path is None:
         note(
-            f"warning: make cannot read the path of {log.name}, it has blanks or signs "
-            "of its own; the Makefile takes what lies in logs/"
+            f"warning: make cannot read the path of {log.name} because of its blanks or "
+            "special signs; the Makefile uses the files in logs/"
         )
     if as_json:
         guessed = {
@@ -88,7 +88,7 @@ def command(folder: Path, axis: str | None, log: Path | None, as_json: bool) -> 
             )
             or "no channel"
         )
-        say(f"guessed from {log.name}: {found}; check what is marked as guessed")
+        say(f"guessed from {log.name}: {found}; check the values marked as guessed")
         for line in question_lines(start):
             say(line)
     say(_still_to_do(folder, start, example_keys(start)))

@@ -61,7 +61,9 @@ def checked_pattern(option: str, text: str | None) -> str | None:
     try:
         re.compile(text or "")
     except re.error as error:
-        raise click.UsageError(f"{option} {text!r} is no regular expression: {error}.") from None
+        raise click.UsageError(
+            f"{option}: found {text!r}, which is not a regular expression: {error}."
+        ) from None
     return text
 
 

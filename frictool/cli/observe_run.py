@@ -202,9 +202,7 @@ def command(
     several = is_fleet(logs) or (output is not None and output.suffix.lower() in TABLES)
     check_outputs(given, logs, several)
     if not several and (cores is not None or cluster is not None):
-        raise click.UsageError(
-            "--cores and --cluster share several logs; one is observed in this process."
-        )
+        raise click.UsageError("--cores and --cluster need several logs; this is one log.")
     if not several:
         ctx.exit(_single(given, logs[0]))
     from frictool.cli.observe_fleet import observe_fleet
@@ -244,7 +242,7 @@ def _single(given: ObserveRequest, log: Path) -> int:
             say(line, given.stdout)
     if outcome.losses:
         note(
-            f"warning: {Path(outcome.source).name} was read with data lost: "
+            f"warning: data were lost while reading {Path(outcome.source).name}: "
             f"{loss_count_text(list(outcome.losses))}"
         )
     refused = outcome.verdict is not None and given.answer_is_no(outcome.verdict.exceeded)

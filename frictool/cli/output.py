@@ -135,7 +135,7 @@ def require_folder(target: Path) -> None:
             f"{shlex.quote(str(folder))}) or name another"
         )
     if not folder.is_dir():
-        raise OutputError(f"{target}: cannot be written: {folder} is no folder")
+        raise OutputError(f"{target}: cannot be written: {folder} is not a folder")
 
 
 @contextmanager
@@ -251,7 +251,7 @@ class FiniteRange(click.FloatRange):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         number = super().convert(value, param, ctx)
         if not math.isfinite(number):
-            self.fail(f"{number} is not a finite number.", param, ctx)
+            self.fail(f"found {number}; allowed: a finite number.", param, ctx)
         if number and not self.LEAST <= abs(number) <= self.LARGEST:
             self.fail(
                 f"found: {number:g}; allowed: 0, or {self.LEAST:g} to {self.LARGEST:g} in size.",

@@ -122,7 +122,7 @@ def command(
     from frictool.reduce.chain import ReductionStopped
 
     if scenario is not None and controller is None:
-        raise click.UsageError("--scenario is played under a controller; give --controller.")
+        raise click.UsageError("--scenario needs --controller.")
     if travel is not None and travel[0] >= travel[1]:
         raise click.UsageError(
             f"--travel: found {travel[0]:g} to {travel[1]:g}; allowed: LOW < HIGH."
@@ -266,9 +266,9 @@ def _bandwidth(
     names = [one.name for one in compliant_links(document)]
     if names:
         raise click.UsageError(
-            f"{', '.join(names)} yield{'s' if len(names) == 1 else ''}: say up to which "
-            "frequency resonances count, by --bandwidth RAD/S "
-            f"or by --controller{_passing(document, tolerance)}."
+            f"{', '.join(names)} yield{('s' if len(names) == 1 else '')}; give the "
+            "frequency up to which resonances count, by --bandwidth RAD/S or by "
+            f"--controller{_passing(document, tolerance)}."
         )
     return None
 

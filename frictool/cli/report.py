@@ -154,7 +154,7 @@ def _load(
     if all(getattr(spec_document, name) is None for name in REQUIREMENTS):
         raise DocumentError(
             spec,
-            f"asks for nothing; write at least one of {', '.join(REQUIREMENTS)}",
+            f"has no requirement; write at least one of {', '.join(REQUIREMENTS)}",
             line=None,
             key="",
         )
@@ -185,9 +185,11 @@ def _of_this_controller(log: Log, controller: Path, document: Controller) -> Non
     if observed is not None and document.velocity.observer is None:
         raise LogError(
             log.source,
-            f"was simulated with the speed of a {observed}, which {controller} does not "
-            "have, so that its margins are of another loop; "
-            "simulate and report the controller that `frictool observe loop` writes",
+            (
+                f"was simulated with the speed of a {observed}, which {controller} does not "
+                "contain; its margins are those of another loop; simulate and report the "
+                "controller of `frictool observe loop`"
+            ),
         )
     inputs = [
         text for key, text in log.metadata.get("provenance", {}).items() if key.startswith("input")

@@ -152,7 +152,7 @@ def command(
     if excitation is not None:
         if any(given is not None for given in (controller, scenario, observer, target, number)):
             names = "--controller, --scenario, --observer, --target and --number"
-            raise click.UsageError(f"--excitation is played by the bench: leave out {names}.")
+            raise click.UsageError(f"--excitation is played as on the bench; leave out {names}.")
         log = _bench_test(model, excitation, gains, drive_noise, seed, output)
         form, view, text = "simulate-bench/1", bench_summary, bench_text
     elif scenario is None:
@@ -165,19 +165,16 @@ def command(
         )
     elif target is not None and number is not None:
         raise click.UsageError(
-            "the sources in --target say their number format: leave out --number."
+            "the code in --target determines the number format; leave out --number."
         )
     elif target is not None and observer is not None:
         raise click.UsageError(
-            "the sources in --target are of one controller: write it with `frictool "
-            "observe loop`, and leave out --observer."
+            "the code in --target contains its speed signal; export the controller of "
+            "`frictool observe loop`, and leave out --observer."
         )
     elif controller is None:
         if not is_mechanism(model):
-            raise click.UsageError(
-                "give --controller, or --excitation: a model is one axis, which a "
-                "controller drives."
-            )
+            raise click.UsageError("give --controller or --excitation; an axis needs one of them.")
         if any(given is not None for given in (observer, target, number)):
             raise click.UsageError("--observer, --target and --number belong to --controller.")
         listed = EventsOutput(events)

@@ -95,7 +95,7 @@ def command(
     same_axis({model: model_document, spec: spec_document, design: design_document})
     if plot is not None and design_document.relax == "no":
         raise click.UsageError(
-            f"--plot shows the trade of relax: auto, which {design.name} does not ask for."
+            f"--plot shows the trade of relax: auto; {design.name} has no such key."
         )
     check_targets({"-o": output, "--plot": plot}, [model, spec, design])
     from frictool.synth.json_view import json_view

@@ -134,7 +134,7 @@ def model_lines(controller: Controller, checked: ModelCheck | None) -> list[str]
             f"{checked.specified:g}, at {worst.where}"
         )
     found.append(
-        "model: in no margin, as it is not linear; simulate plays it: "
+        "model: nonlinear, so that no margin covers it, but simulate does: "
         f"{', '.join(checked.outside_margins)}"
     )
     return found
@@ -228,17 +228,17 @@ def _computed(controller: Controller, verification: Verification) -> list[str]:
     ]
     if len(differences) > MOST_LINES:
         found.append(
-            f"... and {len(differences) - MOST_LINES} more figures that the "
-            "coefficients do not give (--json lists them)"
+            f"... and {len(differences) - MOST_LINES} more figures that differ from those "
+            "of the coefficients (--json lists them)"
         )
     if not controller.verified.digests:
         found.append(
-            "verified.digests: missing, so that a change of the position law or the "
-            "prefilter cannot be seen; synthesise it anew"
+            "verified.digests: missing; a change of the position law or the prefilter "
+            "cannot be detected; run synth again"
         )
     elif verification.changed:
         found.append(
-            f"changed after it was verified: {', '.join(verification.changed)}; synthesise it anew"
+            f"changed after verification: {', '.join(verification.changed)}; run synth again"
         )
     if verification.not_computed:
         names = ", ".join(name.removeprefix("verified.") for name in verification.not_computed)

@@ -32,5 +32,6 @@ def refuse_both(cores: int | None, cluster: str | None) -> None:
     """Raise UsageError if both are present."""
     if cores is not None and cluster is not None:
         raise click.UsageError(
-            "--cores is of this machine; with --cluster the number of workers is the cluster's."
+            "--cores applies to this machine; with --cluster, the cluster determines the "
+            "number of workers."
         )

@@ -67,7 +67,7 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
     def __post_init__(self) -> None:
         if self.signed is not None and self.wrap_bits is None:
-            raise ValueError("signed says how a counter of wrap_bits is meant; give wrap_bits")
+            raise ValueError("signed needs wrap_bits, the number of bits of the counter")
         if (self.counts_per_revolution is None) == (self.step is None):
             raise ValueError("give exactly one of counts_per_revolution and step")
         if self.wrap is not None and self.wrap_bits is not None:
@@ -174,8 +174,8 @@ class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
         for key, value in (("column", self.column), ("unit", self.unit)):
             if value == OPEN:
                 raise ValueError(
-                    f"found {key} {OPEN!r}, which the log did not tell; fill in what "
-                    "the comment beside it proposes"
+                    f"found {key} {OPEN!r}, which `frictool init` could not determine from the "
+                    "log; fill it in, as the comment proposes"
                 )
 
 
@@ -231,12 +231,14 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
     def __post_init__(self) -> None:
         if self.decimal is not None and self.decimal == self.thousands:
-            raise ValueError("decimal and thousands are the same sign; they have to differ")
+            raise ValueError(
+                "decimal and thousands are the same sign; allowed: two different signs"
+            )
         if self.start_s is not None and self.period_s is None:
-            raise ValueError("start_s says when the rows of period_s begin; give period_s")
+            raise ValueError("start_s needs period_s, the time between two rows")
         lines = [line for line in (self.header_line, self.unit_line, self.first_line) if line]
         if lines != sorted(set(lines)):
-            raise ValueError("header_line, unit_line and first_line follow one another")
+            raise ValueError("header_line, unit_line, first_line: allowed: rising line numbers")
 
 
 class ClockEstimate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -316,9 +318,10 @@ class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
             )
         if self.axis == "linear" and self.load is not None and "gravity" in self.load.terms:
             raise ValueError(
-                "load.terms: gravity turns with a rotary axis; on a linear one it is an offset"
+                "load.terms: gravity belongs to a rotary axis; on a linear axis it is an offset"
             )
         if self.encoder.index_reset and self.mechanics.top_speed is None:
             raise ValueError(
-                "encoder.index_reset needs mechanics.top_speed, which tells a reset from motion"
+                "encoder.index_reset needs mechanics.top_speed, to distinguish a reset from "
+                "a motion"
             )

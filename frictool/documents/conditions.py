@@ -160,8 +160,8 @@ class SensorFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
             raise ValueError("counts: found 0; allowed: a whole number other than 0")
         if self.kind == "lost_counts" and self.until_s is not None:
             raise ValueError(
-                "until_s: what an encoder has lost it does not find again; lose "
-                "-counts at that time where it is reset"
+                "until_s: lost counts stay lost; to restore them, add a second fault with "
+                "the opposite counts at that time"
             )
         if self.kind == "encoder_stuck" and self.until_s is None:
             raise ValueError("encoder_stuck needs until_s")

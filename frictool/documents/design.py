@@ -159,14 +159,14 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             )
         if self.prewarp_rad_s is not None and self.domain == "discrete":
             raise ValueError(
-                "prewarp_rad_s is for domain continuous: a discrete design is not discretised"
+                "prewarp_rad_s belongs to domain continuous; a discrete design is not discretised"
             )
         if self.schedule is not None and len(set(self.schedule)) != len(self.schedule):
             raise ValueError("schedule names a parameter twice")
         self._unread()
         if self.scheduled and (self.order is not None or "regime" in (self.schedule or ())):
             raise ValueError(
-                "scheduled is without order, over inertia, viscous, coulomb and constant"
+                "scheduled cannot be combined with order, or with a schedule over regime"
             )
         structures = METHODS[self.method].structures
         if self.structure not in structures:
@@ -212,7 +212,8 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
         ]
         if waits and self.prefilter is None:
             raise ValueError(
-                f"{waits[0]}.settled_speed is the prefilter's: give prefilter too, or leave it out"
+                f"{waits[0]}.settled_speed is a speed of the prefilter; add prefilter, or "
+                "remove this key"
             )
         if (
             law is not None
@@ -230,15 +231,17 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             and self.prefilter is None
         ):
             raise ValueError(
-                "friction_compensation.velocity reference is the filtered reference's "
-                "speed: give prefilter too"
+                "friction_compensation.velocity reference is the speed of the filtered "
+                "reference; add prefilter"
             )
         if self.form == "sos" and self.scheduled:
-            raise ValueError("form sos is without scheduled: only matrices can be interpolated")
+            raise ValueError(
+                "form sos cannot be combined with scheduled; only matrices can be interpolated"
+            )
         if self.form == "sos" and limiter is not None:
             raise ValueError(
-                "form sos is without limiter: in sections no state is the integrator's "
-                "alone, to be frozen meanwhile"
+                "form sos cannot be combined with limiter, which freezes the state of the "
+                "integrator; sections have no separate state for it"
             )
 
     def _unread(self) -> None:

@@ -55,23 +55,22 @@ class PositionLawDesign(
             )
         if root != (self.gain_per_s is None):
             raise ValueError(
-                "kind proportional needs gain_per_s; the gain of kind square_root is its formula's"
+                "kind proportional needs gain_per_s; the gain of kind square_root follows "
+                "from its formula"
             )
         if not root and self.virtual_coulomb_factor != 1.0:
             raise ValueError(
-                "virtual_coulomb_factor is for kind square_root: a proportional law "
-                "does not count on friction"
+                "virtual_coulomb_factor belongs to kind square_root; a proportional law does "
+                "not use friction"
             )
         if (self.action == "brake") != (self.rest_speed is not None):
             raise ValueError("action brake needs rest_speed, and no other action has one")
         if self.action == "none" and self.settled_speed is not None:
-            raise ValueError(
-                "settled_speed is for action cut or brake: action none waits for nothing"
-            )
+            raise ValueError("settled_speed belongs to action cut or brake")
         if self.action == "none" and not root and self.band is not None:
             raise ValueError(
-                "band is for kind square_root, or for action cut or brake: a "
-                "proportional law with action none reads none"
+                "band belongs to kind square_root, or to action cut or brake; a proportional "
+                "law with action none does not use it"
             )
 
 
@@ -93,10 +92,10 @@ class VelocityDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
     def __post_init__(self) -> None:
         if self.source == "measured" and (self.filter_rad_s is not None or self.order is not None):
             raise ValueError(
-                "order and filter_rad_s are for source position: a measured speed is taken as it is"
+                "order and filter_rad_s belong to source position; a measured speed is not filtered"
             )
         if self.filter_rad_s == 0.0 and self.order is not None:
-            raise ValueError("filter_rad_s is 0, the encoder's difference itself: leave out order")
+            raise ValueError("order needs a filter, but filter_rad_s is 0; remove order")
 
 
 class LimiterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -124,10 +123,7 @@ class LimiterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
 
     def __post_init__(self) -> None:
         if self.virtual_speed is not None and self.virtual_coulomb is None:
-            raise ValueError(
-                "virtual_speed is of the virtual friction: give virtual_coulomb too, "
-                "or leave it out"
-            )
+            raise ValueError("virtual_speed needs virtual_coulomb; add it, or remove virtual_speed")
 
 
 class FrictionCompensationDesign(
@@ -158,8 +154,8 @@ class FrictionCompensationDesign(
             self.velocity is not None or self.smoothing_speed is not None
         ):
             raise ValueError(
-                "velocity and smoothing_speed are for source model: an observer takes "
-                "the measured speed as it is"
+                "velocity and smoothing_speed belong to source model; source observer uses "
+                "the measured speed"
             )
         if self.velocity == "reference" and self.smoothing_speed is None:
             raise ValueError(

@@ -105,8 +105,8 @@ class FrictionOverPosition(
                 )
                 if not 0.0 < mean < inf:
                     raise ValueError(
-                        f"{name}.{side}: found a mean of {mean:g} over the travel; "
-                        "allowed: above 0, it is divided by that"
+                        f"{name}.{side}: found a mean of {mean:g} over the travel; allowed: > 0, "
+                        "because the polynomial is divided by its mean"
                     )
 
 

@@ -43,16 +43,16 @@ class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
             raise ValueError("terms: found a term twice; allowed: each once")
         if "offset" in self.terms and "coulomb_by_direction" in self.terms:
             raise ValueError(
-                "terms: in slip an offset and a Coulomb friction by direction are one "
-                "number; give one of them"
+                "terms: motion in slip cannot separate offset from coulomb_by_direction; "
+                "write one of them"
             )
         if self.most is not None and not set(OVER_POSITION) & set(self.terms):
             raise ValueError(
-                f"most is the effort of {', '.join(OVER_POSITION)}, none of which is "
-                "among the terms; leave it out, or name one"
+                f"most limits {', '.join(OVER_POSITION)}, but no such term is listed; remove "
+                "most, or add a term"
             )
         if ("ripple" in self.terms) != (self.ripple is not None):
             raise ValueError(
-                "ripple: the term ripple needs its cycles, ripple: {cycles: 7, per: "
-                "{value: 1, unit: turn}}, and they need the term"
+                "ripple: the term ripple and the key ripple: {cycles: 7, per: {value: 1, "
+                "unit: turn}} belong together"
             )

@@ -83,7 +83,7 @@ class Curve(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 def _check_points(positions: tuple[float, ...], values: tuple[float, ...]) -> None:
     if len(positions) != len(values):
         raise ValueError(
-            f"found {len(positions)} positions and {len(values)} values; allowed: as many of each"
+            f"found {len(positions)} positions and {len(values)} values; allowed: equal numbers"
         )
     if len(positions) < 2 or any(b <= a for a, b in itertools.pairwise(positions)):
         raise ValueError("position: allowed: at least 2 values, rising")
@@ -221,7 +221,7 @@ class Screw(
 
     def __post_init__(self) -> None:
         if (self.lead_angle is None) == (self.lead is None):
-            raise ValueError("give lead_angle or lead, the nut's way per turn")
+            raise ValueError("give lead_angle or lead, the distance of the nut per turn")
         if self.friction_coefficient is not None and self.efficiency is not None:
             raise ValueError("give friction_coefficient or efficiency, not both")
         if self.efficiency_back is not None and self.efficiency is None:
@@ -322,10 +322,7 @@ class Spring(
                 "spring does nothing"
             )
         if self.force is not None and (self.free is not None or self.preload is not None):
-            raise ValueError(
-                "free and preload belong to stiffness; a force curve says what holds "
-                "at each position"
-            )
+            raise ValueError("free and preload belong to stiffness; a force curve contains both")
 
 
 class Cam(
@@ -439,8 +436,8 @@ class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     def __post_init__(self) -> None:
         if (self.drive == "effort") == (self.constant is not None):
             raise ValueError(
-                "constant, effort per ampere or volt, belongs to drive current and "
-                "voltage, which need it"
+                "constant (effort per ampere or volt) belongs to drive current and voltage, "
+                "which need it"
             )
         if self.effort is not None and self.drive != "effort":
             raise ValueError("effort, a constant one, belongs to drive: effort")

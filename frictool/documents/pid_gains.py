@@ -48,7 +48,7 @@ class Pid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults
 def check_gains(design: Design) -> None:
     """Raise ValueError if the gains are missing, or if gains or weights do not suit the structure."""
     if design.pid is None:
-        raise ValueError("method pid needs pid, the gains that it is given")
+        raise ValueError("method pid needs the key pid with the gains")
     if (design.structure == "position") != (design.pid.gain is not None):
         raise ValueError(
             "pid: structure position takes gain (effort per position), structure "
@@ -56,6 +56,6 @@ def check_gains(design: Design) -> None:
         )
     if design.structure == "speed_cascade" and design.weights != Weights():
         raise ValueError(
-            "weights: method pid weighs no speed loop, what is verified is its "
-            "sensitivity; write weights: {}"
+            "weights: of a speed loop of method pid, the sensitivity is verified without "
+            "weights; write weights: {}"
         )

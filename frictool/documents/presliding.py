@@ -56,7 +56,7 @@ class MaxwellSlip(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     def __post_init__(self) -> None:
         if len({len(row) for row in (self.displacement, self.force, self.low, self.high)}) != 1:
             raise ValueError(
-                "displacement, force, low, high: found different lengths; allowed: one"
+                "displacement, force, low, high: found different lengths; allowed: equal lengths"
             )
 
 
@@ -83,8 +83,8 @@ class Preisach(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
             or len(self.half_width) != nodes
         ):
             raise ValueError(
-                f"table, half_width: found {nodes} rows; allowed: square, one row and "
-                "column a node, at least 3"
+                f"table, half_width: found {nodes} rows; allowed: two square tables of one "
+                "size, at least 3 x 3"
             )
 
 

@@ -253,8 +253,10 @@ class DocumentReader:
         self.fail(
             node,
             _join(key, name),
-            f"missing{example}; required here: "
-            f"{', '.join(n for n, f in fields.items() if f.required)}",
+            (
+                f"missing{example}; required: "
+                f"{', '.join((n for n, f in fields.items() if f.required))}"
+            ),
         )
 
     def _known(self, pairs: Pairs, names: list[str], key: str) -> None:

@@ -95,7 +95,7 @@ def _kind(node: yaml.Node, path: Path) -> type[msgspec.Struct]:
             )
     raise DocumentError(
         path,
-        "is missing, and says what the document is: bench/1, model/1, ...",
+        "missing; write the kind of document, such as format: bench/1",
         line=1,
         key="format",
     )
@@ -114,8 +114,10 @@ def same_axis(documents: dict[Path, Any]) -> None:
             if first is not None and value != first[1]:
                 raise InputFileError(
                     path,
-                    f"{name}: found {value}, but {first[0]} says {first[1]}; the "
-                    "documents of one rig agree",
+                    (
+                        f"{name}: found {value}, but {first[0]} has {first[1]}; the documents of one "
+                        "rig must agree"
+                    ),
                 )
 
 

@@ -57,4 +57,4 @@ class Resonances(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
                 f"zeros: found {above} zeros and {below} poles; allowed: no more zeros than poles"
             )
         if any(value == 0.0 for value in self.real_zeros_rad_s):
-            raise ValueError("real_zeros_rad_s: found 0; allowed: any other")
+            raise ValueError("real_zeros_rad_s: found 0; allowed: other than 0")

@@ -155,8 +155,8 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
         if self.is_open:
             if self.reference is not None or self.steps:
                 raise ValueError(
-                    "duration_s, without a controller, goes without steps and "
-                    "reference; they say themselves how long they last"
+                    "duration_s belongs to a test without controller; remove it, or remove steps "
+                    "and reference"
                 )
         elif self.reference is None and not self.steps:
             raise ValueError(
@@ -166,9 +166,11 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
         elif self.reference is None and self.start is None:
             raise ValueError("start is missing; write the position at rest before the first step")
         if (self.variants == "random") != (self.plants is not None):
-            raise ValueError("plants, how many, belongs to variants: random, which needs it")
+            raise ValueError(
+                "plants (the number of plants) belongs to variants: random, which needs it"
+            )
         if self.given and self.variants != "given":
-            raise ValueError("given, the parameters of one plant, belongs to variants: given")
+            raise ValueError("given (the parameters of one plant) belongs to variants: given")
         if (
             self.spread is not None
             and self.spread.within_count
@@ -176,12 +178,12 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
             and self.spread.start is None
         ):
             raise ValueError(
-                "spread.within_count is about the start: write start, the position at "
-                "rest before it begins"
+                "spread.within_count needs start, the position at rest at the beginning"
             )
         if self.spread is not None and self.is_open:
             raise ValueError(
-                "spread is what a campaign varies, under a controller; a test without one has none"
+                "spread belongs to a campaign, which needs a controller; remove spread, or "
+                "write steps instead of duration_s"
             )
 
     @property

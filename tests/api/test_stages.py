@@ -47,7 +47,7 @@ def test_a_document_says_what_it_is(tmp_path: Path) -> None:
     assert isinstance(load(CLUTCH / "bench.yaml"), Bench)
     assert isinstance(load(str(CLUTCH / "mechanism.yaml")), Mechanism)
     (tmp_path / "a.yaml").write_text("name: a\n")
-    with pytest.raises(DocumentError, match="format: is missing"):
+    with pytest.raises(DocumentError, match="format: missing"):
         load(tmp_path / "a.yaml")
     (tmp_path / "b.yaml").write_text("name: a\nformat: bensh/1\n")
     with pytest.raises(
@@ -55,7 +55,7 @@ def test_a_document_says_what_it_is(tmp_path: Path) -> None:
     ):
         load(tmp_path / "b.yaml")
     (tmp_path / "c.yaml").write_text("- 1\n")
-    with pytest.raises(DocumentError, match="format: is missing"):
+    with pytest.raises(DocumentError, match="format: missing"):
         load(tmp_path / "c.yaml")
     with pytest.raises(InputFileError, match="no such file"):
         load(tmp_path / "d.yaml")

@@ -289,8 +289,8 @@ def test_what_a_log_lost_goes_with_it(tmp_path: Path):
     assert done.code == 0
     assert (
         done.stderr
-        == "warning: a.mcap was made with data lost: 10 samples in 1 place; `frictool info` lists "
-        "it\n"
+        == "warning: data were lost when a.mcap was made: 10 samples in 1 place; `frictool info` "
+        "lists them\n"
     )
     with np.load(tmp_path / "x.npz") as arrays:
         assert arrays["current"].size == 30

@@ -99,7 +99,7 @@ def test_what_a_logger_does_not_tell_is_asked(name: str, tmp_path: Path):
         run("ingest", tmp_path / "log.csv", "--bench", bench, "-o", tmp_path / "log.mcap"),
         3,
         "bench.yaml:",
-        "which the log did not tell",
+        "could not determine from the log",
     )
     shown = run("ingest", "--guess", tmp_path / "log.csv", "--axis", "rotary", "-o", bench).stdout
     for channel in asked:

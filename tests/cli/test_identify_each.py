@@ -261,10 +261,10 @@ def test_refusals_are_one_line(fleet: SimpleNamespace, tmp_path: Path) -> None:
         (("log", "-"), "not standard input"),
         (
             ("log", fleet.folder, "--cores", "2", "--cluster", "tcp://127.0.0.1:1"),
-            "--cores is of this machine",
+            "--cores applies to this machine",
         ),
         (("log", fleet.folder, "--cores", "0"), "--cores"),
-        (("log", fleet.folder, "--date", "("), "no regular expression"),
+        (("log", fleet.folder, "--date", "("), "not a regular expression"),
         (("log", fleet.folder, "-o", tmp_path / "model.yaml"), "the models go into a folder"),
     ):
         result = each(*arguments)

@@ -52,7 +52,7 @@ def test_a_damaged_log_is_refused_or_salvaged(raw: Path, tmp_path: Path):
     assert done.code == 3
     assert done.stderr.startswith("error: ")
     assert done.stderr.count("\n") == 1
-    assert "saved.mcap has the rest and lists what is lost" in done.stderr
+    assert "saved.mcap contains the rest and lists the losses" in done.stderr
     lost = json.loads(done.stdout)["lost"]
     assert lost[0]["channels"] == ["/axis.position", "/axis.current", "/axis.effort"]
     facts = run("info", saved, "--json")
@@ -78,7 +78,7 @@ def test_bad_rows_are_salvaged_and_counted(raw: Path, tmp_path: Path):
     )
     done = run("ingest", raw, "--bench", CLUTCH, "-o", tmp_path / "x.mcap", "--salvage")
     assert done.code == 3
-    assert "was read with data lost: 2 samples in 2 places" in done.stderr
+    assert "data were lost while reading: 2 samples in 2 places" in done.stderr
     assert read_mcap(tmp_path / "x.mcap").main.time.size == 2998
 
 

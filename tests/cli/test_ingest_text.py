@@ -128,8 +128,8 @@ def test_a_row_that_lacks_several_numbers_is_lost_once(tmp_path: Path):
     raw.write_text("".join([*lines[:20], lines[1], *lines[20:]]))
     found = run("ingest", raw, "--bench", bench, "-o", log, "--salvage", "--json")
     assert found.stderr.splitlines()[-1] == (
-        f"error: {raw}: was read with data lost: 1 sample in 1 place; log.mcap has the rest and "
-        "lists what is lost"
+        f"error: {raw}: data were lost while reading: 1 sample in 1 place; log.mcap contains the "
+        "rest and lists the losses"
     )
     (lost,) = json.loads(found.stdout)["lost"]
     assert (lost["samples"], lost["reason"]) == (1, "column 'Time' has no finite number there")

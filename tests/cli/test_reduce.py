@@ -157,7 +157,7 @@ def test_a_link_that_yields_asks_for_a_bandwidth(tmp_path: Path) -> None:
     result = run("reduce", _write(tmp_path / "mechanism.yaml", belt()))
     assert result.code == 2
     assert (
-        "belt yields: say up to which frequency resonances count, by --bandwidth RAD/S or by "
+        "belt yields; give the frequency up to which resonances count, by --bandwidth RAD/S or by "
         "--controller" in result.stderr
     )
 

@@ -78,7 +78,7 @@ def test_an_edit_within_what_is_proved_is_exit_1_and_the_bounds_hold(tmp_path: P
         path = _written(tmp_path, _with_gain(certified("speed"), factor, forms=True))
         result = run("verify", path)
         assert (result.code, result.stderr) == (1, "")
-        for words in ("proved for every constant", shown, "changed after it was verified: linear;"):
+        for words in ("proved for every constant", shown, "changed after verification: linear;"):
             assert words in result.stdout
         found = json.loads(run("verify", path, "--json").stdout)
         assert [one["of"] for one in found["certificate"]] == ["norm", "sensitivity"]

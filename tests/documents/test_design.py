@@ -94,14 +94,14 @@ CONTRADICTIONS = {
             "position_law: {action: none, kind: proportional, gain_per_s: 1, "
             "virtual_coulomb_factor: 2}"
         ],
-        "virtual_coulomb_factor is for kind square_root",
+        "virtual_coulomb_factor belongs to kind square_root",
     ),
     "band of a proportional law": (
         [
             "position_law: {action: none, kind: proportional, gain_per_s: 1, band: {value: 1, "
             "unit: rad}}"
         ],
-        "band is for kind square_root, or for action cut or brake",
+        "band belongs to kind square_root, or to action cut or brake",
     ),
     "rest_speed": (
         [f"position_law: {{{LAW}, rest_speed: {{value: 1, unit: rad/s}}}}"],
@@ -116,11 +116,11 @@ CONTRADICTIONS = {
             "position_law: {action: none, formula: sqrt(F/J), settled_speed: {value: 1, unit: "
             "rad/s}}"
         ],
-        "settled_speed is for action cut or brake",
+        "settled_speed belongs to action cut or brake",
     ),
     "settled_speed without prefilter": (
         [f"position_law: {{{LAW}, settled_speed: {{value: 1, unit: rad/s}}}}"],
-        "position_law.settled_speed is the prefilter's: give prefilter too",
+        "position_law.settled_speed is a speed of the prefilter; add prefilter",
     ),
     "prefilter without settled_speed": (
         [f"position_law: {{{LAW}}}", FILTER],
@@ -132,12 +132,12 @@ CONTRADICTIONS = {
     ),
     "measured and filtered": (
         ["velocity: {source: measured, filter_rad_s: 100}"],
-        "a measured speed is taken as it is",
+        "a measured speed is not filtered",
     ),
-    "order of no filter": (["velocity: {order: 1, filter_rad_s: 0}"], "leave out order"),
+    "order of no filter": (["velocity: {order: 1, filter_rad_s: 0}"], "remove order"),
     "virtual speed": (
         ["limiter: {condition: error, virtual_speed: {value: 1, unit: rad/s}}"],
-        "give virtual_coulomb too",
+        "virtual_speed needs virtual_coulomb",
     ),
     "observer": (
         ["friction_compensation: {source: observer}"],
@@ -145,7 +145,7 @@ CONTRADICTIONS = {
     ),
     "observer's velocity": (
         ["friction_compensation: {source: observer, observer_rad_s: 10, velocity: measured}"],
-        "velocity and smoothing_speed are for source model",
+        "velocity and smoothing_speed belong to source model",
     ),
     "reference": (
         ["friction_compensation: {source: model, velocity: reference}"],
@@ -157,7 +157,7 @@ CONTRADICTIONS = {
             "friction_compensation: {source: model, velocity: reference, smoothing_speed: {value: "
             "1, unit: rad/s}}",
         ],
-        "the filtered reference's speed: give prefilter too",
+        "the speed of the filtered reference; add prefilter",
     ),
     "both gains": (
         ["pid: {gain: {value: 1, unit: N m/rad}, speed_gain: {value: 1, unit: N m s/rad}}"],
@@ -173,7 +173,7 @@ CONTRADICTIONS = {
     ),
     "sections that are scheduled": (
         [f"position_law: {{{LAW}}}", "form: sos", "scheduled: true"],
-        "form sos is without scheduled",
+        "form sos cannot be combined with scheduled",
     ),
 }
 
@@ -191,14 +191,14 @@ def test_a_pid_has_the_gain_of_its_structure(tmp_path: Path) -> None:
     speed = "pid: {speed_gain: {value: 1, unit: N m s/rad}, integral_time_s: 1}"
     with pytest.raises(DocumentError, match="structure position takes gain"):
         _design(tmp_path, "method: pid", speed)
-    with pytest.raises(DocumentError, match="method pid needs pid"):
+    with pytest.raises(DocumentError, match="method pid needs the key pid"):
         _design(tmp_path, "method: pid")
     path = tmp_path / "cascade.yaml"
     path.write_text(
         CASCADE.replace("lpv", "pid").replace("weights: {}", "weights: {drive: 1}")
         + f"{speed}\nposition_law: {{{LAW}}}\n"
     )
-    with pytest.raises(DocumentError, match="weights: method pid weighs no speed loop"):
+    with pytest.raises(DocumentError, match="without weights; write weights"):
         load(path, Design)
 
 
@@ -214,7 +214,7 @@ def test_what_reads_a_speed_is_known(tmp_path: Path) -> None:
 
 
 def test_sections_have_no_integrator_that_a_limiter_could_hold(tmp_path: Path) -> None:
-    with pytest.raises(DocumentError, match="form sos is without limiter"):
+    with pytest.raises(DocumentError, match="form sos cannot be combined with limiter"):
         _design(tmp_path, "method: lpv", "limiter: {condition: error}", "form: sos")
 
 

@@ -171,7 +171,7 @@ def test_a_precision_that_no_test_reaches_names_the_encoder_that_would() -> None
     result = run("assess", "--bench", CLUTCH, "--wanted", "inertia=0.1%")
     assert result.code == 1
     assert "inertia: 0.1 % cannot be reached with this encoder" in result.stderr
-    assert "counts a revolution" in result.stderr
+    assert "counts per revolution" in result.stderr
     counts = next(int(word) for word in result.stderr.split() if word.isdigit())
     assert counts > 56
     linear = run("assess", "--bench", EMPS, "--wanted", "0.01%")

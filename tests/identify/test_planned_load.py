@@ -157,5 +157,5 @@ def test_the_commands_say_what_is_missing(tmp_path: Path) -> None:
     refused(
         run("assess", "--bench", bench),
         3,
-        "most is the effort of spring, gravity, ripple, none of which is among the terms",
+        "most limits spring, gravity, ripple, but no such term is listed",
     )

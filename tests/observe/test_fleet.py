@@ -152,7 +152,7 @@ def test_what_the_log_says_of_unit_and_date_comes_first(
     ]
     result = run("ingest", raw, "--date", "yesterday", "-o", named)
     assert result.code == 2
-    assert "is no date" in result.stderr
+    assert "allowed: 2026-01-03" in result.stderr
 
 
 @pytest.mark.parametrize(
@@ -164,7 +164,7 @@ def test_what_the_log_says_of_unit_and_date_comes_first(
         ),
         (
             ("--date", "[0-9]{4}"),
-            "--date '[0-9]{4}' finds '2026' in 2026-01-09.mcap, which is no date",
+            "--date '[0-9]{4}' finds '2026' in 2026-01-09.mcap, which allowed: 2026-01-03",
         ),
         (("--unit", "S[0-9]"), "--unit 'S[0-9]' finds nothing in the name of any log"),
     ],
@@ -312,13 +312,13 @@ def test_refusals_are_one_line(rig: SimpleNamespace, tmp_path: Path) -> None:
         (("-o", tmp_path / "fleet.mcap"), "several logs give a table"),
         (("-o", tmp_path / "a.csv", "--plot", tmp_path / "a.csv"), "end it in .svg, .html or .htm"),
         (("--observer", rig.model), "runs along one log"),
-        (("--cores", "2", "--cluster", "tcp://127.0.0.1:1"), "--cores is of this machine"),
+        (("--cores", "2", "--cluster", "tcp://127.0.0.1:1"), "--cores applies to this machine"),
     ):
         result = observe(rig.model, rig.folder, *arguments)
         assert result.code == 2
         assert word in result.stderr
     first = rig.folder / "U17" / "2026-01-03.mcap"
-    assert "share several logs" in observe(rig.model, first, "--cores", "2").stderr
+    assert "need several logs" in observe(rig.model, first, "--cores", "2").stderr
     both = tmp_path / "same.svg"
     assert (
         "same name"

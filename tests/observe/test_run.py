@@ -263,7 +263,7 @@ def test_a_damaged_log_is_refused_and_salvaged_where_asked(
     assert not output.exists()
     result = observe(rig.model, damaged, "--salvage", "-o", output, "--json")
     assert result.code == 3
-    assert "data lost" in result.stderr
+    assert "data were lost" in result.stderr
     assert len(json.loads(result.stdout)["lost"]) >= 1
     assert "lost" in read_mcap(output).metadata
 
@@ -291,8 +291,8 @@ def test_refusals_are_one_line_and_touch_nothing(rig: SimpleNamespace, tmp_path:
     for arguments, word in (
         (("--plot", "wear.png"), "end it in .svg, .html or .htm"),
         (("--confidence", "1.5"), "confidence"),
-        (("--wear-limit", "nan"), "not a finite number"),
-        (("--unit", "(U"), "no regular expression"),
+        (("--wear-limit", "nan"), "allowed: a finite number"),
+        (("--unit", "(U"), "not a regular expression"),
         (("--from", "3", "--to", "2"), "--from 3 is after --to 2"),
     ):
         result = observe(rig.model, rig.worn, *arguments)

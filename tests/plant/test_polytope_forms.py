@@ -105,7 +105,7 @@ def test_each_regimes_tangent_is_the_friction_there(
 
 
 def test_regimes_that_the_model_has_not_are_refused() -> None:
-    with pytest.raises(FrictoolError, match=r"without laws.regimes"):
+    with pytest.raises(FrictoolError, match=r"has no laws.regimes"):
         polytope(clutch_model(), ("inertia", "regime"))
 
 

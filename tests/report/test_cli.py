@@ -326,7 +326,7 @@ def test_a_specification_that_asks_for_nothing_is_refused(rig: Rig) -> None:
         run("report", rig.log, "--spec", spec, "--json"),
         3,
         "nothing.yaml",
-        "asks for nothing",
+        "has no requirement",
         "overshoot_percent",
     )
 

@@ -79,8 +79,8 @@ def test_a_step_that_says_too_much_or_too_little_is_refused(
     [
         ({"steps": ()}, "steps is empty"),
         ({"start": None}, "start is missing"),
-        ({"plants": 3}, "plants, how many, belongs to variants: random"),
-        ({"variants": "random"}, "plants, how many, belongs to variants: random"),
+        ({"plants": 3}, "belongs to variants: random, which needs it"),
+        ({"variants": "random"}, "belongs to variants: random, which needs it"),
     ],
 )
 def test_a_scenario_that_says_too_much_or_too_little_is_refused(

@@ -92,8 +92,7 @@ class BlockNames:
             other = next((name for name in between if name != GROUND), between[0])
             raise ElementError(
                 where,
-                f"found {GROUND} as an end: it would hold {other} for good; allowed: two "
-                f"blocks; {hint}",
+                (f"found {GROUND} as an end, which would fix {other}; allowed: two blocks; {hint}"),
             )
         return self.two(key, between)
 

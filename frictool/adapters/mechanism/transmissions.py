@@ -151,8 +151,10 @@ def _thread_losses(key: str, link: Screw, coefficient: float) -> tuple[float, fl
         most = 1.0 / steep
         raise ElementError(
             f"{key}.friction_coefficient",
-            f"found {coefficient:g}, with which not even the screw drives; allowed: < "
-            f"{most:.4g} = 1/tan(alpha)",
+            (
+                f"found {coefficient:g}, with which the screw cannot drive the nut; allowed: "
+                f"< {most:.4g} = 1/tan(alpha)"
+            ),
         )
     return (
         radius * (math.tan(angle + phi) - steep),
@@ -176,7 +178,10 @@ def _width_at_b(
         whose = " or ".join(f"{end}'s {units[kind]}" for end, kind in zip(ends, kinds, strict=True))
         raise ElementError(
             f"{where}.width.unit",
-            f"found a multiple of {backlash.width.unit}, which is neither end's; allowed: {whose}",
+            (
+                f"found a multiple of {backlash.width.unit}, which is the unit of neither "
+                f"end; allowed: {whose}"
+            ),
         )
     if backlash.at is not None and backlash.at not in ends:
         raise ElementError(
@@ -187,8 +192,10 @@ def _width_at_b(
     if backlash.at is not None and backlash.at not in fitting:
         raise ElementError(
             f"{where}.at",
-            f"found {backlash.at}, whose position is not in {backlash.width.unit}; allowed: "
-            f"{fitting[0]}",
+            (
+                f"found {backlash.at}, whose position is not measured in {backlash.width.unit}"
+                f"; allowed: {fitting[0]}"
+            ),
         )
     at = backlash.at or fitting[-1]
     return backlash.width.value * (ratio if at == ends[0] else 1.0)
@@ -201,12 +208,18 @@ def _compliance(key: str, link: Transmitting, end: str, blocks: BlockNames) -> C
     if link.compliance is not None and flanks is not None:
         raise ElementError(
             f"{key}.backlash.compliance",
-            "found beside the link's own compliance; allowed: one, with the damping of both",
+            (
+                "found two compliances, of the link and of its backlash; allowed: one, with "
+                "the damping of both"
+            ),
         )
     if link.compliance is not None and backlash is not None and backlash.restitution:
         raise ElementError(
             f"{key}.backlash.restitution",
-            "found beside the link's compliance, by which it rebounds; allowed: one of them",
+            (
+                "found restitution and a compliance of the link, by which it rebounds; "
+                "allowed: one of them"
+            ),
         )
     where = f"{key}.compliance" if flanks is None else f"{key}.backlash.compliance"
     compliance = link.compliance or flanks

@@ -34,8 +34,8 @@ def _wide_plays(
                     f"{between[0]} leaves it {between[1]:.6g}",
                 )
                 found.append(
-                    f"the play of {link.name}, {play:.6g} {unit} at {blocks.names[block]}, is "
-                    f"wider than its way: {stops} {unit}"
+                    f"the backlash of {link.name}, {play:.6g} {unit} at {blocks.names[block]}, is "
+                    f"wider than the distance between its stops: {stops} {unit}"
                 )
     return found
 

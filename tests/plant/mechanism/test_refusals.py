@@ -59,7 +59,7 @@ WRONG = [
     (SPRING, SPRING.replace("[cart, ground]", "[ground, cart]"), "links.spring.between",
      ["ground as the first end", "[cart, ground]"]),
     (GEAR, GEAR.replace("motor, shaft", "motor, ground"), "links.reducer.between",
-     ["would hold motor for good", "leave the held block"]),
+     ["would fix motor", "leave the held block"]),
     (GEAR, GEAR.replace("motor, shaft", "motor, cart"), "links.reducer.between",
      ["cart, which slides", "allowed for a gear"]),
     (RACK, RACK.replace("shaft, cart", "motor, shaft"), "links.rack.between",
@@ -91,10 +91,10 @@ WRONG = [
      "links.rack.backlash.width.unit", ["'s'"]),
     (GEAR, GEAR.replace("efficiency: 0.9", "backlash: {width: {value: 1, unit: mm}}"),
      "links.reducer.backlash.width.unit",
-     ["multiple of m, which is neither end's", "motor's rad or shaft's rad"]),
+     ["multiple of m, which is the unit of neither end", "motor's rad or shaft's rad"]),
     (RACK, RACK.replace("width: {value: 0.2, unit: mm}",
      "width: {value: 0.2, unit: mm}, at: shaft"), "links.rack.backlash.at",
-     ["shaft, whose position is not in m; allowed: cart"]),
+     ["shaft, whose position is not measured in m; allowed: cart"]),
     (RACK, RACK.replace("radius",
      "compliance: {stiffness: {value: 1, unit: N m/rad}, damping: {value: 1, unit: N s/m}}, radius"),
      "links.rack.compliance.stiffness.unit", ["allowed: N/m", "it is at cart, which slides"]),
@@ -216,7 +216,9 @@ def test_ways_that_do_not_fit_each_other_are_noted(tmp_path: Path) -> None:
         (
             "46",
             "-1",
-            ["the play of rack, 0.046 m at cart, is wider than its way: ends leaves it 0.045 m"],
+            [
+                "the backlash of rack, 0.046 m at cart, is wider than the distance between its stops: ends leaves it 0.045 m"
+            ],
         ),
         ("44", "1", ["travel from 1 to 100 rad does not hold where motor starts, 0 rad"]),
         ("44", "0", []),
@@ -271,7 +273,7 @@ def test_a_loop_with_a_solution(tmp_path: Path) -> None:
         (
             "lead_angle: {value: 60, unit: deg}, friction_coefficient: 0.6",
             "friction_coefficient",
-            "not even the screw drives; allowed: < 0.5774",
+            "the screw cannot drive the nut; allowed: < 0.5774",
         ),
         (
             "lead: {value: 5, unit: mm}, friction_coefficient: 0.1, friction_form: thesis, "
