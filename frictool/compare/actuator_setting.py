@@ -22,10 +22,8 @@ from frictool.compare.comparison_setting import EFFORT_LIMIT, ComparisonSetting,
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model
 
-TRAVEL_NEEDED, SPEED_NEEDED = (
-    8.0,
-    1.0,
-)  # units of length and speed: largest travel and speed of the tests, rounded up
+TRAVEL_NEEDED = 8.0  # units of length, largest travel of the tests, rounded up
+SPEED_NEEDED = 1.0  # units of speed, largest speed of the tests, rounded up
 WITHIN_ENCODER = 0.8  # Sigma relative to its bound (3.10), for a fine encoder
 ABOVE_STRIBECK = 4.0  # Sigma in units of v_s; section 3.2 requires more than 3
 WITHIN_STEP = 0.8  # T_e in units of its bound (3.11)

@@ -25,11 +25,8 @@ from frictool.typing import Vector
 # rigid stick and Stribeck curve, event-exact; LuGre is compared with it like the others
 REFERENCE = "stribeck"
 POINTS_PER_LEG = 1000  # points per leg of the presliding path
-SAMPLES = {
-    "stick_slip": 60_001,
-    "limit_cycle": 60_001,
-    "drift": 102_001,
-}  # samples of the stored trajectories
+# samples of the stored trajectories
+SAMPLES = {"stick_slip": 60_001, "limit_cycle": 60_001, "drift": 102_001}
 
 
 class LawRunner(Protocol):

@@ -31,17 +31,12 @@ from frictool.friction.position_polynomial import normalise
 TIME_CONSTANT = 2.5  # s, m/sigma_v of table 3.1
 # table 3.1 in units of force, time and length, for values that the actuator's log cannot show
 STRIBECK_VELOCITY, PRESLIDING, EFFORT_LIMIT, DEAD_BAND = 1e-3, 1e-5, 2.0, 1e-3
-STEP, SWITCH_VELOCITY, DECAY = (
-    4e-5,
-    4e-3,
-    1e3,
-)  # printed: 1e-4 and 1e-4, which violate (3.11) and Sigma > 3 v_s
+# printed: 1e-4 and 1e-4, which violate (3.11) and Sigma > 3 v_s
+STEP, SWITCH_VELOCITY, DECAY = 4e-5, 4e-3, 1e3
 PLASTIC_FROM, LEUVEN_EXPONENT, PREISACH_INTERVALS = 0.9, 10.0, 20
 SHORTEST = 1e-9  # s | m, smallest plausible unit; its inverse is the largest
-FALL, LEAST_FALL = (
-    0.5,
-    0.1,
-)  # (F_s - F_c)/F_c of table 3.1; smallest fall to which the tests are scaled, relative to it
+FALL = 0.5  # (F_s - F_c)/F_c of table 3.1
+LEAST_FALL = 0.1  # smallest fall to which the tests are scaled, relative to FALL
 
 
 @dataclass(frozen=True)
@@ -170,12 +165,10 @@ def extension_of(document: Friction) -> FrictionExtension:
 
     Raises ValueError if a polynomial of position has no positive mean.
     """
-    opposite, place, film, dwell = (
-        document.backward,
-        document.position,
-        document.film,
-        document.dwell,
-    )
+    opposite = document.backward
+    place = document.position
+    film = document.film
+    dwell = document.dwell
     found: dict[str, Any] = {}
     if opposite is not None:
         given = {

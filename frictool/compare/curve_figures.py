@@ -21,9 +21,8 @@ STYLE: dict[str, Any] = {
     "lines.linewidth": 1.3,
     "legend.frameon": False,
 }
-Row = tuple[
-    str, list[tuple[str, Vector, Vector]]
-]  # ordinate label, then (law, abscissa, ordinate) of each curve
+# ordinate label, then (law, abscissa, ordinate) of each curve
+Row = tuple[str, list[tuple[str, Vector, Vector]]]
 
 
 def draw_rows(name: str, abscissa: str, rows: list[Row], thin: bool = True) -> str:

@@ -23,15 +23,11 @@ from frictool.compare.comparison_setting import UnitScales
 from frictool.engine.drive import EffortFunction, held, pid, ramped, spring
 from frictool.typing import Vector
 
-Segment = tuple[
-    float, EffortFunction
-]  # (end of the segment [s], effort until then), in the time of the run
+# (end of the segment [s], effort until then), in the time of the run
+Segment = tuple[float, EffortFunction]
 
-SPRING_STIFFNESS, PULL_SPEED, PULL_TIME = (
-    2.0,
-    0.1,
-    52.5,
-)  # the time counts from the first breakaway
+# the time counts from the first breakaway
+SPRING_STIFFNESS, PULL_SPEED, PULL_TIME = 2.0, 0.1, 52.5
 PROPORTIONAL, DERIVATIVE, INTEGRAL, TARGET, LOOP_TIME = 3.0, 6.0, 4.0, 1.0, 300.0
 CREEP_SPEED = 1e-6
 TURNING_POINTS = (0.0, 0.7, -0.7, 0.4, -0.2, 0.4, -0.7, 0.7, -0.7, 0.7, 1.2)  # in z_max

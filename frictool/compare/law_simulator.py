@@ -20,23 +20,15 @@ from frictool.friction.law import DynamicKernels
 from frictool.friction.law_registry import LAWS
 from frictool.typing import Vector
 
-SLOW, SHORTEST_STICK = (
-    0.1,
-    0.1,
-)  # units of v_s and of time: speed below which a law without exact stick sticks; shortest stick
+SLOW = 0.1  # units of v_s, speed below which a law without exact stick sticks
+SHORTEST_STICK = 0.1  # units of time
 YIELD_FORCE, YIELD_SAMPLES, RETURNED = 0.25, 3001, 0.5
-SLOW_RATE, FAST_RATE, RAMP_END, RAMP_SAMPLES = (
-    0.1,
-    1.0,
-    1.15,
-    60_001,
-)  # units of force per unit of time: rates of the two ramps; end of a ramp in F_s; samples
-MOST_STEPS, LONGEST_STEP, LEAST_PRESLIDING, LEAST_SPEED = (
-    1e9,
-    0.1,
-    1e-7,
-    1e-6,
-)  # largest number of steps of a run; limits in units of time, length and speed
+SLOW_RATE, FAST_RATE = 0.1, 1.0  # units of force per unit of time, rates of the two ramps
+RAMP_END = 1.15  # units of F_s, end of a ramp
+RAMP_SAMPLES = 60_001
+MOST_STEPS = 1e9  # largest number of steps of a run
+# limits in units of time, length and speed
+LONGEST_STEP, LEAST_PRESLIDING, LEAST_SPEED = 0.1, 1e-7, 1e-6
 # upper limits in F_c, F_c and sqrt(m sigma_0)
 MOST_BREAKAWAY, MOST_EFFORT, MOST_DAMPING = 100.0, 1e4, 100.0
 SETTLED = 5.0  # s, time in the drift test from which the mass must stand still
@@ -267,10 +259,8 @@ class LawSimulator:
 
     def _breakaway(self, law: str, rate: float) -> float:
         """Return the largest friction under a force ramp before the speed exceeds 10 v_s."""
-        setting, growth = (
-            self._setting,
-            rate * self._setting.scales.force / self._setting.scales.time,
-        )
+        setting = self._setting
+        growth = rate * self._setting.scales.force / self._setting.scales.time
         ran = self.run(
             law, ((RAMP_END * setting.breakaway / growth, ramped(0.0, growth)),), RAMP_SAMPLES
         )

@@ -19,9 +19,8 @@ import numpy as np
 from frictool.compare.comparison_setting import ComparisonSetting
 from frictool.typing import Vector
 
-Follow = Callable[
-    [Vector, Vector], Vector
-]  # velocities (n,) [m/s], time steps (n,) [s] -> friction (n,) [N], from a fresh contact
+# velocities (n,) [m/s], time steps (n,) [s] -> friction (n,) [N], from a fresh contact
+Follow = Callable[[Vector, Vector], Vector]
 
 SLIDE = 40.0  # z_max, sliding distance to the steady state
 STEPS_PER_Z_MAX = 50
@@ -32,12 +31,8 @@ FAST = 1.0  # unit of speed, far above the Stribeck effect
 NOTICEABLE = 0.01
 MEMORY_MEAN, MEMORY_SWING, MEMORY_FREQUENCY = 3.0, 2.0, 10.0  # v_s, v_s, cycles per unit of time
 MEMORY_STEPS = 4000  # steps per cycle
-EULER_STEPS, EULER_STEP, EULER_SPEED, EULER_FORCE = (
-    20_000,
-    1e-4,
-    1e-2,
-    0.5,
-)  # in units of time, speed and force
+EULER_STEPS = 20_000
+EULER_STEP, EULER_SPEED, EULER_FORCE = 1e-4, 1e-2, 0.5  # units of time, speed and force
 
 
 def _noticeable(setting: ComparisonSetting) -> float:
@@ -110,12 +105,10 @@ def settles(law: Callable[[float, float], tuple[float, float]], setting: Compari
     that sticks only at v = 0.
     """
     scales = setting.scales
-    h, u, x, v = (
-        EULER_STEP * scales.time,
-        EULER_FORCE * scales.force,
-        0.0,
-        EULER_SPEED * scales.speed,
-    )
+    h = EULER_STEP * scales.time
+    u = EULER_FORCE * scales.force
+    x = 0.0
+    v = EULER_SPEED * scales.speed
     halfway = math.nan
     for k in range(EULER_STEPS):
         if k == EULER_STEPS // 2:

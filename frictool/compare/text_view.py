@@ -95,10 +95,8 @@ def scaling(found: Comparison) -> str:
     if reference is None:
         return said
     runs = reference.runs.values()
-    travel, speed = (
-        max(float(np.ptp(run.position)) for run in runs),
-        max(float(np.abs(run.velocity).max()) for run in runs),
-    )
+    travel = max(float(np.ptp(run.position)) for run in runs)
+    speed = max(float(np.abs(run.velocity).max()) for run in runs)
     return (
         f"{said}; the {REFERENCE} law travels {number(travel, 3)} {length} at up to "
         f"{number(speed, 3)} {length}/s"

@@ -89,9 +89,8 @@ def _picture(found: Comparison, number: str, test: str, laws: dict[str, LawResul
         window = next(iter(runs.values())).between(end - 2.0 * found.setting.scales.time, end)
         return _figure(number, title, draw_rows(label, "t [s]", over_time(runs, units, window)[:1]))
     rows = over_time(runs, units)
-    return _figure(
-        number, title, draw_rows(label, "t [s]", rows[:2] if test == "drift" else rows)
-    )  # force is left out: 200 waves would be a black bar
+    # force is left out: 200 waves would be a black bar
+    return _figure(number, title, draw_rows(label, "t [s]", rows[:2] if test == "drift" else rows))
 
 
 def _inputs(found: Comparison, number: str) -> PageFigure:

@@ -41,10 +41,7 @@ TABLE_2_1: dict[str, tuple[str, ...]] = {
 # other cells are as printed
 OTHER_PARAMETERS = "these parameters do it: with those of table 3.1 it is as printed"
 _SMOOTHED = {
-    (
-        "non_drift",
-        "+",
-    ): (
+    ("non_drift", "+"): (
         "the print is that of the smoothed sign(v); events are solved here, and a stick "
         "holds exactly"
     )
@@ -53,7 +50,7 @@ _SAME_BREAKAWAY = {
     (
         "rising_static_friction",
         "-",
-    ): "the breakaway changes by less than 1 % of F_c between forces that grow at 0.1 and 1 N/s",
+    ): "the breakaway changes by less than 1 % of F_c between forces that grow at 0.1 and 1 N/s"
 }
 REASONS: dict[str, dict[tuple[str, str], str]] = {
     "coulomb": _SMOOTHED,
@@ -63,10 +60,7 @@ REASONS: dict[str, dict[tuple[str, str], str]] = {
         ("parameters", "5"): "F_c, F_s, v_s, delta_s and sigma_0; the print counts one more",
     },
     "karnopp": {
-        (
-            "stribeck_effect",
-            "-",
-        ): (
+        ("stribeck_effect", "-"): (
             "2.4.2.4 says that the effect is not represented, and outside its band the "
             "friction only grows"
         ),

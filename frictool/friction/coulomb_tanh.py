@@ -16,7 +16,6 @@ from frictool.typing import Vector
 SMOOTHING_VELOCITY = LawParameter(  # v_r
     "smoothing_velocity",
     "m/s",
-    "rad/s",
     exclusive=True,
     simulation_only=True,
     comparison_value=lambda values: values["stribeck_velocity"],

@@ -17,7 +17,7 @@ from frictool.friction.status import NOT_FINITE, OK
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
-EXPONENT = LawParameter("exponent", "", "", exclusive=True, maximum=100.0, default=1.0)  # i
+EXPONENT = LawParameter("exponent", "", 0.0, 100.0, exclusive=True, default=1.0)  # i
 
 
 @kernel

@@ -26,7 +26,6 @@ from frictool.typing import Vector
 ELASTIC_LIMIT = LawParameter(  # z_ba
     "elastic_limit",
     "m",
-    "rad",
     comparison_value=lambda q: q["plastic_from"] * q["breakaway"] / q["stiffness"],
 )
 Z_BA = 7

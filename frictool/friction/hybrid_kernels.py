@@ -25,12 +25,12 @@ from frictool.typing import Vector
 
 STUCK, SLIPPING = 0, 1
 
-INERTIA = LawParameter("inertia", "kg", "kg m^2", exclusive=True, simulation_only=True)  # m
+INERTIA = LawParameter("inertia", "kg", exclusive=True, simulation_only=True)  # m
 CAPTURE_VELOCITY = LawParameter(  # Sigma
-    "capture_velocity", "m/s", "rad/s", exclusive=True, simulation_only=True
+    "capture_velocity", "m/s", exclusive=True, simulation_only=True
 )
 CONVERGENCE_RATE = LawParameter(  # p0 of version A
-    "convergence_rate", "1/s", "1/s", exclusive=True, simulation_only=True
+    "convergence_rate", "1/s", exclusive=True, simulation_only=True
 )
 HYBRID = (*STRIBECK, INERTIA, CAPTURE_VELOCITY)
 MASS, SIGMA = 5, 6  # indices in p

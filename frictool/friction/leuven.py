@@ -10,26 +10,21 @@ elements]; within a step the bank is evaluated from the last accepted z.
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
+from frictool.friction import dahl
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.maxwell_bank import bank_force, bank_move, parabolic_bank
-from frictool.friction.parameter import DAMPING, POSITIVE_STRIBECK, PRESLIDING_LIMIT, LawParameter
+from frictool.friction.parameter import DAMPING, POSITIVE_STRIBECK, PRESLIDING_LIMIT
 from frictool.friction.status import NOT_FINITE, OK
 from frictool.friction.stribeck import BREAKAWAY, VISCOUS, curve
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
-EXPONENT = LawParameter(  # i
-    "exponent",
-    "",
-    "",
-    exclusive=True,
-    maximum=100.0,
-    default=1.0,
-    comparison_value=lambda values: values["leuven_exponent"],
-)
+# i of (2.49)
+EXPONENT = replace(dahl.EXPONENT, comparison_value=lambda values: values["leuven_exponent"])
 LIMIT, SIGMA_1, POWER, FIXED = 5, 6, 7, 8
 Z, ACCEPTED, DEFLECTIONS = 0, 1, 2
 

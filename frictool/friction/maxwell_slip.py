@@ -27,10 +27,10 @@ from frictool.friction.stribeck import BREAKAWAY, VISCOUS, curve
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
-ATTRACTION = LawParameter(  # C; compared with a memory as fast as LuGre's at v_s
+# C; compared with a memory as fast as LuGre's at v_s
+ATTRACTION = LawParameter(
     "attraction",
     "N/s",
-    "N m/s",
     exclusive=True,
     comparison_value=lambda values: values["stiffness"] * values["stribeck_velocity"],
 )

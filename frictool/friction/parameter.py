@@ -1,12 +1,12 @@
 """Parameters of friction laws with their units and bounds, and those that several laws share.
 
-All values are in SI. Two units are written "linear | rotary": friction is a force on a linear axis
-and a torque on a rotary one.
+All values are in SI. Friction is a force on a linear axis and a torque on a rotary one.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -15,20 +15,23 @@ Axis = Literal["linear", "rotary"]
 Values = Mapping[str, float]  # SI values by the keys of compare/law_simulator.py `law_values`
 
 
+ROTARY = {"N": "N m", "m": "rad", "kg": "kg m^2"}  # unit on a linear axis -> on a rotary one
+
+
 @dataclass(frozen=True)
 class LawParameter:
-    """Name, units and bounds of one parameter.
+    """Name, unit and bounds of one parameter.
 
-    `exclusive`: the minimum itself is not allowed. `at_least`: name of another parameter that is a
-    lower bound of this one. `letters`: symbol in text and in LaTeX; by default the name.
-    `simulation_only`: the parameter belongs to the simulation and is not identified with the friction.
-    `comparison_value`: returns the value in `frictool compare` from those of a friction.yaml; by default
-    the value with the parameter's name, else `default`.
+    `linear_unit`: SI unit on a linear axis; empty if the parameter has none. `exclusive`: the
+    minimum itself is not allowed. `at_least`: name of another parameter that is a lower bound of
+    this one. `letters`: symbol in text and in LaTeX; by default the name. `simulation_only`: the
+    parameter belongs to the simulation and is not identified with the friction.
+    `comparison_value`: returns the value in `frictool compare` from those of a friction.yaml; by
+    default it is the value with the parameter's name, else `default`.
     """
 
     name: str
-    unit_linear: str
-    unit_rotary: str
+    linear_unit: str
     minimum: float = 0.0
     maximum: float = math.inf
     exclusive: bool = False
@@ -40,7 +43,9 @@ class LawParameter:
 
     def unit(self, axis: Axis) -> str:
         """Return the SI unit for this kind of axis; empty if the parameter has no unit."""
-        return self.unit_linear if axis == "linear" else self.unit_rotary
+        if axis == "linear":
+            return self.linear_unit
+        return re.sub("[A-Za-z]+", lambda unit: ROTARY.get(unit[0], unit[0]), self.linear_unit)
 
     def checked(self, value: float, axis: Axis) -> float:
         """Return the value; raise ValueError with the allowed range if it is outside."""
@@ -53,29 +58,19 @@ class LawParameter:
         raise ValueError(f"{self.name} is {value:g}{unit}; allowed: a finite number {lower}{upper}")
 
 
-COULOMB = LawParameter("coulomb", "N", "N m", letters=("Fc", "F_c"))
-BREAKAWAY = LawParameter("breakaway", "N", "N m", at_least="coulomb", letters=("Fs", "F_s"))
-VISCOUS = LawParameter(  # sigma_0 in (2.31)-(2.36)
-    "viscous", "N s/m", "N m s/rad", letters=("sigma_v", r"\sigma_v")
-)
-STRIBECK_VELOCITY = LawParameter(
-    "stribeck_velocity", "m/s", "rad/s", exclusive=True, letters=("v_s", "v_s")
-)
+COULOMB = LawParameter("coulomb", "N", letters=("Fc", "F_c"))
+BREAKAWAY = LawParameter("breakaway", "N", at_least="coulomb", letters=("Fs", "F_s"))
+# sigma_0 in (2.31)-(2.36)
+VISCOUS = LawParameter("viscous", "N s/m", letters=("sigma_v", r"\sigma_v"))
+STRIBECK_VELOCITY = LawParameter("stribeck_velocity", "m/s", exclusive=True, letters=("v_s", "v_s"))
 STRIBECK_EXPONENT = LawParameter(
-    "stribeck_exponent",
-    "",
-    "",
-    exclusive=True,
-    maximum=100.0,
-    default=2.0,
-    letters=("delta", r"\delta"),
+    "stribeck_exponent", "", 0.0, 100.0, exclusive=True, default=2.0, letters=("delta", r"\delta")
 )
 POSITIVE_COULOMB = replace(COULOMB, exclusive=True)  # of laws that divide by it
-STIFFNESS = LawParameter(  # of the dynamic laws
-    "stiffness", "N/m", "N m/rad", exclusive=True, letters=("sigma_0", r"\sigma_0")
-)
-DAMPING = LawParameter("damping", "N s/m", "N m s/rad", letters=("sigma_1", r"\sigma_1"))
-PRESLIDING_LIMIT = LawParameter("presliding_limit", "m", "rad", exclusive=True)  # z_max
+# of the dynamic laws
+STIFFNESS = LawParameter("stiffness", "N/m", exclusive=True, letters=("sigma_0", r"\sigma_0"))
+DAMPING = LawParameter("damping", "N s/m", letters=("sigma_1", r"\sigma_1"))
+PRESLIDING_LIMIT = LawParameter("presliding_limit", "m", exclusive=True)  # z_max
 
 # parameters of Stribeck's curve, in the order of friction/stribeck.py
 STRIBECK = (COULOMB, BREAKAWAY, STRIBECK_VELOCITY, STRIBECK_EXPONENT, VISCOUS)

@@ -69,9 +69,8 @@ def _zeros(b: list[float]) -> list[float]:
     inside = half * half - a * c
     if inside < 0.0:
         return []
-    q = -(
-        half + math.copysign(math.sqrt(inside), half)
-    )  # avoids cancellation: both zeros have full precision
+    # avoids cancellation: both zeros have full precision
+    q = -(half + math.copysign(math.sqrt(inside), half))
     return [one / other for one, other in ((q, a), (c, q)) if other != 0.0]
 
 

@@ -12,7 +12,7 @@ from frictool.friction.svc import slip_force
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
-BAND = LawParameter("band", "m/s", "rad/s", exclusive=True)  # dv
+BAND = LawParameter("band", "m/s", exclusive=True)  # dv
 
 
 @kernel

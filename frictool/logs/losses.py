@@ -76,10 +76,8 @@ def as_rows(losses: list[DataLoss]) -> list[dict[str, Any]]:
 def loss_count_text(losses: list[DataLoss]) -> str:
     """Return the number of lost samples and of losses as text."""
     samples = sum(loss.samples or 0 for loss in losses)
-    known, places = (
-        f"{samples} sample{'s' * (samples != 1)}",
-        f"in {len(losses)} place{'s' * (len(losses) != 1)}",
-    )
+    known = f"{samples} sample{'s' * (samples != 1)}"
+    places = f"in {len(losses)} place{'s' * (len(losses) != 1)}"
     if all(loss.samples is not None for loss in losses):
         return f"{known} {places}"
     return (

@@ -18,9 +18,8 @@ from datetime import UTC, datetime
 from frictool.logs.canonical.mcap_layout import DATE, EPOCH_KEY, KIND, NS, TIME, UNIT
 from frictool.logs.log import Log
 
-EARLIEST = (
-    946_684_800 * NS
-)  # ns, start of the year 2000: an earlier clock counts from power-on and gives no date
+# ns, start of the year 2000: an earlier clock counts from power-on and gives no date
+EARLIEST = 946_684_800 * NS
 DIGITS = {8: "%Y%m%d", 10: "%Y%m%d%H", 12: "%Y%m%d%H%M", 14: "%Y%m%d%H%M%S"}
 
 

@@ -21,9 +21,8 @@ from numpy.typing import NDArray
 from frictool.errors import LogError
 from frictool.typing import Vector
 
-BLOCK_ROWS = (
-    1 << 16
-)  # maximum rows of a block; a file's own larger blocks (chunks, records) are split
+# maximum rows of a block; a file's own larger blocks (chunks, records) are split
+BLOCK_ROWS = 1 << 16
 MOST_NAMES_SHOWN = 12
 LONGEST_LIST = 200  # maximum number of characters of a list of names in a message
 LAYOUT = "layout"  # metadata record: file -> description of its detected layout
@@ -118,6 +117,28 @@ class RawTable(Protocol):
     def line(self, row: int) -> int | None:
         """Return the line of a row in the file, or None if the file has no lines."""
         ...
+
+
+class DerivedTable:
+    """Table (a RawTable) made from `table`: its source, columns and lines; a subclass has `blocks`.
+
+    names, units: may have further columns in a subclass.
+    """
+
+    def __init__(self, table: RawTable) -> None:
+        self._table = table
+        self.source = table.source
+        self.topic = table.topic
+        self.size = table.size
+        self.clock = table.clock
+        self.names = table.names
+        self.units: Mapping[str, str | None] = table.units
+
+    def find(self, wanted: str | int) -> str | None:
+        return self._table.find(wanted)
+
+    def line(self, row: int) -> int | None:
+        return self._table.line(row)
 
 
 @runtime_checkable

@@ -27,9 +27,8 @@ from numpy.typing import NDArray
 
 from frictool.plant.axis_friction_laws import PLAIN_SIZE, AxisFrictionLevels, AxisLaws
 
-BACKLASH_BREAKAWAY_RATIO = (
-    1.1  # beta of table 4.8: breakaway over Coulomb friction inside the backlash
-)
+# beta of table 4.8: breakaway over Coulomb friction inside the backlash
+BACKLASH_BREAKAWAY_RATIO = 1.1
 
 # indices of the parameters in the kernels' array: the order of AxisParameters
 INERTIA, VISCOUS, COULOMB, BREAKAWAY, OFFSET, CONSTANT = 0, 1, 2, 3, 4, 5
@@ -37,15 +36,8 @@ LAG, DRIVE_LIMIT, BACKLASH, BACKLASH_COULOMB, BACKLASH_BREAKAWAY, ENCODER_STEP =
 RESISTANCE, SUPPLY = 12, 13
 
 # indices in the kernels' state
-POSITION, VELOCITY, DRIVE, GAP, LOAD_POSITION, MODE, RESTED = (
-    0,
-    1,
-    2,
-    3,
-    4,
-    5,
-    6,
-)  # RESTED: time at rest [s], kept while the axis slips
+# RESTED: time at rest [s], kept while the axis slips
+POSITION, VELOCITY, DRIVE, GAP, LOAD_POSITION, MODE, RESTED = range(7)
 STATE_SIZE = 7
 
 # values of MODE, for readers of a state; kernels derive it from velocity, gap and effort

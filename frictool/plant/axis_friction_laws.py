@@ -35,9 +35,8 @@ VISCOUS_PAIR, COULOMB_PAIR, BREAKAWAY_PAIR, STOP_PAIR = range(PLAIN_SIZE, PLAIN_
 RESTITUTION, STRIBECK_VELOCITY, STRIBECK_EXPONENT, LAYER, FRESH, RISE_TIME = range(
     PLAIN_SIZE + 8, PLAIN_SIZE + 14
 )
-MAPPED, MAP_LOW, MAP_HIGH, REGIMES = range(
-    PLAIN_SIZE + 14, PLAIN_SIZE + 18
-)  # a regime: knee, viscous backward, viscous forward
+# a regime: knee, viscous backward, viscous forward
+MAPPED, MAP_LOW, MAP_HIGH, REGIMES = range(PLAIN_SIZE + 14, PLAIN_SIZE + 18)
 COULOMB_MAPS = REGIMES + 3 * MAX_REGIMES
 BREAKAWAY_MAPS = COULOMB_MAPS + 2 * MAX_TERMS
 EXTENDED_SIZE = BREAKAWAY_MAPS + 2 * MAX_TERMS
@@ -107,10 +106,8 @@ class AxisLaws(NamedTuple):
         ):
             out[base], out[base + 1] = (getattr(side, values) for side in sides)
         out[STOP_PAIR], out[STOP_PAIR + 1], out[RESTITUTION] = *self.stops, self.restitution
-        out[STRIBECK_VELOCITY], out[STRIBECK_EXPONENT] = (
-            self.stribeck_velocity,
-            self.stribeck_exponent,
-        )
+        out[STRIBECK_VELOCITY] = self.stribeck_velocity
+        out[STRIBECK_EXPONENT] = self.stribeck_exponent
         out[LAYER] = straight_from(self.stribeck_velocity, self.stribeck_exponent)
         out[FRESH], out[RISE_TIME] = self.fresh, self.rise_time
         out[REGIMES:COULOMB_MAPS:REGIME_SIZE] = math.inf

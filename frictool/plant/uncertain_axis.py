@@ -218,11 +218,12 @@ def _sampled(box: Box, lag: float, period: float, levels: int) -> _AxisRows:
         moments[j] = _sum((1.0, change), (period**j / math.factorial(j), {"v": 1.0}))
     table["v+"] = moments[0]
     table["e+"] = _sum((1.0, {"e": 1.0, "speed_reference": period}), (-1.0, moments[1]))
+    # empty for a box of one plant
     rest = (
         [FullBlock("rest", 1, len(signals))]
         if any(high[name] != low[name] for name in signals)
         else []
-    )  # empty for a box of one plant
+    )
     blocks: tuple[Uncertain, ...] = (*(RealBlock(name, levels) for name in DYNAMIC), *rest)
     return _AxisRows(("i", "v", "e") if lag > 0.0 else ("v", "e"), table, blocks)
 
@@ -250,10 +251,8 @@ def _last_moment(box: Box, lag: float, period: float, levels: int) -> tuple[Row,
     """
     j = box["inertia"]
     rate = {name: (box[name][0] / j[1], box[name][1] / j[0]) for name in ("constant", "viscous")}
-    least, most = (
-        _coefficients(rate["viscous"][1], lag, period, levels),
-        _coefficients(rate["viscous"][0], lag, period, levels),
-    )
+    least = _coefficients(rate["viscous"][1], lag, period, levels)
+    most = _coefficients(rate["viscous"][0], lag, period, levels)
     scale = {
         "v": (1.0, 1.0),
         "i": rate["constant"],

@@ -224,7 +224,7 @@ def _drifting(
     for place, row in enumerate(packed.frictions.law.tolist()):
         first = int(whole[LAW_VALUES]) + int(packed.frictions.law_start[place])
         for index, parameter in enumerate(ROWS[row].parameters):
-            if parameter.name == "viscous" or parameter.unit_linear.startswith("N"):
+            if parameter.name == "viscous" or parameter.linear_unit.startswith("N"):
                 places.append(first + index)
                 columns.append(VISCOUS_FACTOR if parameter.name == "viscous" else FRICTION)
     for place in range(packed.pressings.block.size):

@@ -66,11 +66,11 @@ UNITS = {  # linear: rotary, dimension in documents
 @pytest.mark.parametrize("name", NAMES)
 def test_units_are_those_of_the_documents(name: str) -> None:
     for parameter in LAWS[name].parameters:
-        rotary, dimension = UNITS[parameter.unit_linear]
-        assert parameter.unit_rotary == rotary
+        rotary, dimension = UNITS[parameter.linear_unit]
+        assert parameter.unit("rotary") == rotary
         if dimension is not None:
-            assert factor_to_si(parameter.unit_linear, dimension, "linear") == 1.0
-            assert factor_to_si(parameter.unit_rotary, dimension, "rotary") == 1.0
+            assert factor_to_si(parameter.linear_unit, dimension, "linear") == 1.0
+            assert factor_to_si(parameter.unit("rotary"), dimension, "rotary") == 1.0
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -138,10 +138,8 @@ class ArrayTable:
         """
         chosen = {name: self.columns[name] for name in wanted}
         every = {**({} if self.dated is None else {str(self.clock): self.dated}), **chosen}
-        rows, read = (
-            common_rows(self.source, {name: column.rows for name, column in every.items()}),
-            0,
-        )
+        rows = common_rows(self.source, {name: column.rows for name, column in every.items()})
+        read = 0
         if self.damage is not None and losses is None:
             raise LogError(self.source, f"is damaged: {self.damage}")
         check_rows(self.source, self.size, rows, len(every))

@@ -45,9 +45,8 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
         damage = str(error)
     except OSError as error:
         raise LogError(path, f"cannot be read: {error.strerror or error}") from None
-    found = [
-        array for array in found if array.name
-    ]  # arrays without a name are the bytes of MATLAB's objects
+    # arrays without a name are the bytes of MATLAB's objects
+    found = [array for array in found if array.name]
     columns = {name: column for array in found for name, column in array.columns()}
     if not columns and damage is not None:
         raise LogError(path, f"is damaged or no MATLAB file: {damage}")

@@ -76,9 +76,8 @@ class NpyArray:
             yield from self._fields()
         elif len(self.shape) == 2 and min(self.shape) <= MOST_COLUMNS and not self.dtype.names:
             high, wide = self.shape
-            to_row, to_column = (
-                (1, high) if self.by_columns else (wide, 1)
-            )  # distance to the next row and to the next column, in numbers
+            # distance to the next row and to the next column, in numbers
+            to_row, to_column = (1, high) if self.by_columns else (wide, 1)
             for k in range(min(self.shape)):
                 if high >= wide:
                     yield f"{self.name}[:, {k}]", self._line(k * to_column, high, to_row)

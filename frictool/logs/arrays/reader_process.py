@@ -205,9 +205,8 @@ def _child(
     # not every context has Process
     process = context.Process(target=_run, args=(theirs, path, work, arguments), daemon=True)  # type: ignore[attr-defined]
     with warnings.catch_warnings():
-        warnings.simplefilter(
-            "ignore", DeprecationWarning
-        )  # fork with threads running: the child uses none of them
+        # fork with threads running: the child uses none of them
+        warnings.simplefilter("ignore", DeprecationWarning)
         process.start()
     theirs.close()
     patience = WAIT_S + path.stat().st_size / SLOWEST
@@ -269,9 +268,8 @@ def _run(
     connection: Connection, path: Path, work: Callable[..., None], arguments: tuple[Any, ...]
 ) -> None:
     """Run `work` in the child without output, and report any failure."""
-    signal.signal(
-        signal.SIGTERM, signal.SIG_DFL
-    )  # the handler of the command line would wait for a hanging library
+    # the handler of the command line would wait for a hanging library
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
     _silence()
     _limit_memory()
     try:

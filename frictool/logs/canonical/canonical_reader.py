@@ -46,12 +46,10 @@ class CanonicalReader:
         lost: list[CanonicalLoss] | None = None,
         only: frozenset[int] | None = None,
     ) -> None:
-        self.path, self.size, self.done, self._only = (
-            path,
-            os.fstat(stream.fileno()).st_size,
-            0,
-            only,
-        )
+        self.path = path
+        self.size = os.fstat(stream.fileno()).st_size
+        self.done = 0
+        self._only = only
         self._records = FileRecords(stream, self.size)
         self._declarations = McapDeclarations()
         self.channels: dict[int, DeclaredStream] = {}

@@ -10,9 +10,8 @@ import zstandard
 
 LARGEST = 256_000_000  # bytes, maximum plain size of a chunk; frictool writes at most 4 million
 PIECE = 1 << 16  # bytes decompressed at once
-_FIXED = struct.Struct(
-    "<QQQII"
-)  # start, end, uncompressed size, CRC, length of the compression's name
+# start, end, uncompressed size, CRC, length of the compression's name
+_FIXED = struct.Struct("<QQQII")
 _U64 = struct.Struct("<Q")
 
 

@@ -35,10 +35,8 @@ SHIFT_KEY = "shift_ns"
 # key of the record `time`: clock time in ns at 0 of the log; the record also holds TOPIC -> clock
 EPOCH_KEY = "epoch_ns"
 KIND = "log"  # metadata record: kind of the log
-UNIT, DATE = (
-    "unit",
-    "date",
-)  # optional keys of the record KIND: actuator and date (ISO 8601) of the log
+UNIT = "unit"  # optional key of the record KIND: actuator
+DATE = "date"  # optional key of the record KIND: date of the log (ISO 8601)
 COLUMNS = "columns"  # metadata record: MESSAGE PATH -> raw column from which the signal was made
 
 RECORD_HEAD = 9  # bytes of a record's head: opcode (1), length (8)

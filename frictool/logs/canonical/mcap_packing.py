@@ -27,12 +27,10 @@ ZSTD = b"zstd"
 COMPRESSION = zstandard.ZstdCompressionParameters.from_level(-3, min_match=7)
 
 # fixed parts of the two frequent records; the variable part after each has its length in front
-_CHUNK = struct.Struct(
-    "<BQ QQQI I4s Q"
-)  # start, end, plain size, CRC, name of the compression, packed size
-_CHUNK_INDEX = struct.Struct(
-    "<BQ QQQQ IHQ Q I4s QQ"
-)  # start, end, offset, length, {channel: its index}, all indexes, name, packed, plain
+# start, end, plain size, CRC, name of the compression, packed size
+_CHUNK = struct.Struct("<BQ QQQI I4s Q")
+# start, end, offset, length, {channel: its index}, all indexes, name, packed, plain
+_CHUNK_INDEX = struct.Struct("<BQ QQQQ IHQ Q I4s QQ")
 _CHANNEL_OFFSET = struct.Struct("<HQ")
 _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
 
@@ -87,11 +85,9 @@ class ChunkPacker:
         records["log_time"] = records["publish_time"] = time
         for column, vector in enumerate(chunk.values):
             records["values"][:, column] = vector
-        packed, plain, span = (
-            self._compressor.compress(records.data),
-            records.nbytes,
-            (int(time[0]), int(time[-1])),
-        )
+        packed = self._compressor.compress(records.data)
+        plain = records.nbytes
+        span = (int(time[0]), int(time[-1]))
         length = _CHUNK.size - RECORD_HEAD + len(packed)
         head = _CHUNK.pack(
             Opcode.CHUNK,
@@ -117,10 +113,8 @@ def _blank(stream: int, head: StreamHeader) -> tuple[np.dtype[np.void], bytes]:
     """Return the dtype of a stream's messages, and one message with the constant fields set."""
     dtype = message_dtype(len(head.fields))
     record = np.zeros(1, dtype)
-    record["opcode"], record["length"], record["channel"] = (
-        MESSAGE_OPCODE,
-        dtype.itemsize - RECORD_HEAD,
-        stream + 1,
-    )
+    record["opcode"] = MESSAGE_OPCODE
+    record["length"] = dtype.itemsize - RECORD_HEAD
+    record["channel"] = stream + 1
     record["cdr"] = CDR_HEAD
     return dtype, record.tobytes()

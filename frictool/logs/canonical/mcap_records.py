@@ -27,17 +27,14 @@ LONGEST_REST = 64_000_000  # bytes, largest truncated chunk at the end of the fi
 PEEKED = 64  # first bytes of a body, which contain its lengths
 # bytes of a message's head: channel (2), sequence (4), log time (8), publish time (8)
 MESSAGE_HEAD = 22
-FRAMED = (
-    Opcode.CHUNK,
-    Opcode.MESSAGE_INDEX,
-)  # records with inner lengths, which confirm the record's length
+# records with inner lengths, which confirm the record's length
+FRAMED = (Opcode.CHUNK, Opcode.MESSAGE_INDEX)
 FOOTER_LENGTH = 20  # bytes
 CHECKED = (Opcode.DATA_END, Opcode.FOOTER)  # records with a CRC of the bytes before them
 _HEAD = struct.Struct("<BQ")
 _LENGTH = struct.Struct("<Q")
-_CHUNK = struct.Struct(
-    "<QQQII"
-)  # start, end, uncompressed size, CRC, length of the compression's name
+# start, end, uncompressed size, CRC, length of the compression's name
+_CHUNK = struct.Struct("<QQQII")
 _INDEX = struct.Struct("<HI")  # channel, bytes of entries
 _CANDIDATE = re.compile(rb"[\x01-\x0f].{5}\0\0\0", re.DOTALL)  # an opcode and a length below 1 TB
 _COMPRESSIONS = (b"", b"lz4", b"zstd")

@@ -52,9 +52,8 @@ class FileSection:
     whole: bool = False
     empty: bool = False
     packed: bytes = b""  # compressed content of a chunk, or its beginning, before decompression
-    joined: list[FileSection] = field(
-        default_factory=list
-    )  # consecutive chunks whose data is joined in `data`
+    # consecutive chunks whose data is joined in `data`
+    joined: list[FileSection] = field(default_factory=list)
     # bodies of the message indexes after the chunk
     indexes: list[bytes] = field(default_factory=list)
 

@@ -52,12 +52,10 @@ class DeclaredStream:
             }
         )
         head = np.zeros(1, self.dtype)
-        head["opcode"], head["length"], head["channel"], head["cdr"] = (
-            MESSAGE_OPCODE,
-            size - RECORD_HEAD,
-            self.number,
-            CDR_HEAD,
-        )
+        head["opcode"] = MESSAGE_OPCODE
+        head["length"] = size - RECORD_HEAD
+        head["channel"] = self.number
+        head["cdr"] = CDR_HEAD
         self._head = head.view(self._heads)[0]
 
     def are_mine(self, records: Records) -> bool:

@@ -27,16 +27,12 @@ def chunked(pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
     for piece in pieces:
         low, size = 0, piece.time.size
         if start is None:
-            start, rows = (
-                int(piece.time[0]),
-                max(1, CHUNK_BYTES // message_dtype(len(piece.values)).itemsize),
-            )
+            start = int(piece.time[0])
+            rows = max(1, CHUNK_BYTES // message_dtype(len(piece.values)).itemsize)
         while low < size:
             if not held:
-                left, end = (
-                    rows,
-                    start + ((int(piece.time[low]) - start) // CHUNK_NS + 1) * CHUNK_NS,
-                )
+                left = rows
+                end = start + ((int(piece.time[low]) - start) // CHUNK_NS + 1) * CHUNK_NS
             high = min(int(piece.time.searchsorted(end)), low + left)
             if high > low:
                 held.append(piece.part(low, high))

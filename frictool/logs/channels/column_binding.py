@@ -17,9 +17,8 @@ from frictool.logs.log import MAIN_TOPIC
 from frictool.logs.table import DataLoss, LostColumnError, RawTable, listed, pick
 from frictool.logs.text.units import ISO_8601
 
-ChannelColumns = dict[
-    str, tuple[Column, str]
-]  # channel -> column of the bench, and its name in the table
+# channel -> column of the bench, and its name in the table
+ChannelColumns = dict[str, tuple[Column, str]]
 
 
 def bind(

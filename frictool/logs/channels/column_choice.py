@@ -39,10 +39,8 @@ CHANNELS = (
 DRIVES = ("current", "voltage")
 MOST_NAMES = 8  # maximum number of column names in a question
 COUNTS = (COUNT, "counts", "ticks", "inc", "increments")
-SECONDS = (
-    1e-5,
-    0.02,
-)  # s, range of the steps of a time without unit that is in seconds; in ms, no logger is so fast
+# s, range of the steps of a time without unit that is in seconds; in ms, no logger is so fast
+SECONDS = (1e-5, 0.02)
 CANDIDATES: dict[str, tuple[str, str]] = {  # dimension -> candidate units, rotary and linear
     TIME: ("s, ms, us", "s, ms, us"),
     "position": ("rad, deg, turn, count", "m, mm, count"),
@@ -118,9 +116,8 @@ def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoi
     for one in offered:
         found, rank = _channels(one, axis)
         for channel in found:
-            dated = (
-                channel == TIME and one.table.time_ns is not None
-            )  # the file itself dates its rows, and more exactly
+            # the file itself dates its rows, and more exactly
+            dated = channel == TIME and one.table.time_ns is not None
             if not dated:
                 fitting.setdefault(channel, []).append((rank, one))
     chosen: dict[str, ColumnChoice] = {}

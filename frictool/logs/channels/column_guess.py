@@ -144,9 +144,8 @@ def read_start(tables: Sequence[RawTable]) -> list[MemoryTable]:
     if not found:
         for table in tables:
             if table.names:
-                next(
-                    iter(table.blocks(table.names)), None
-                )  # raises LogError if the rows are refused or damaged
+                # raises LogError if the rows are refused or damaged
+                next(iter(table.blocks(table.names)), None)
         raise LogError(
             tables[0].source, "has no column of numbers with a finite one in its first rows"
         )

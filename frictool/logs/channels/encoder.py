@@ -21,11 +21,7 @@ from frictool.logs.quality.jumps import PositionJumps, allowance, lone
 from frictool.typing import Vector
 
 # bits of the registers to which a negative count may be sign-extended before it is read as unsigned
-EXTENDED = (
-    16,
-    24,
-    32,
-)
+EXTENDED = (16, 24, 32)
 
 
 def outside(raw: Vector, bits: int) -> int | None:
@@ -59,11 +55,9 @@ class EncoderCounter:
     """
 
     def __init__(self, bench: Bench) -> None:
-        self._bits, self._signed, self._index_reset = (
-            bench.encoder.wrap_bits,
-            bench.encoder.signed,
-            bench.encoder.index_reset,
-        )
+        self._bits = bench.encoder.wrap_bits
+        self._signed = bench.encoder.signed
+        self._index_reset = bench.encoder.index_reset
         self._revolution = bench.encoder.counts_per_revolution
         self._resolution, self._period = bench.encoder.resolution, bench.sample_period_s
         self._top_speed = (
@@ -73,11 +67,9 @@ class EncoderCounter:
         self._time = self._counts = self._step = 0.0
         self._index: float | None = None  # counter value set by index pulses
         self._start: float | None = None  # counts minus counter value at the last pulse
-        self.jumps, self.resets, self.lost = (
-            PositionJumps(unwrapped=bench.encoder.period is not None),
-            0,
-            0.0,
-        )
+        self.jumps = PositionJumps(unwrapped=bench.encoder.period is not None)
+        self.resets = 0
+        self.lost = 0.0
 
     def follow(self, time: Vector, raw: Vector) -> Vector:
         """Return the counts (n,) of the next samples.
@@ -100,12 +92,10 @@ class EncoderCounter:
             long = self._reset(steps, raw, limit, long)
         self.jumps.take(time[long], steps[long], raw[long], float(limit.max()))
         counts: Vector = self._counts + np.cumsum(steps)
-        self._raw, self._time, self._counts, self._step = (
-            float(raw[-1]),
-            float(time[-1]),
-            float(counts[-1]),
-            float(steps[-1]),
-        )
+        self._raw = float(raw[-1])
+        self._time = float(time[-1])
+        self._counts = float(counts[-1])
+        self._step = float(steps[-1])
         return counts
 
     def _too_long(self, steps: Vector, intervals: Vector) -> tuple[Vector, NDArray[np.bool_]]:

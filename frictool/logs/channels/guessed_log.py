@@ -41,9 +41,8 @@ def guess_log(path: Path) -> GuessedLog:
     """
     (parts,) = sources([path])
     tables = read_start(open_tables(parts))
-    axis: Axis = (
-        kind_of_axis(tables) or "rotary"
-    )  # default if neither units nor names decide; no unit here depends on the kind of axis
+    # default if neither units nor names decide; no unit here depends on the kind of axis
+    axis: Axis = kind_of_axis(tables) or "rotary"
     found = guess(tables, axis)
     named = {channel: column for channel, (column, _) in found.columns.items() if column != OPEN}
     home = named.get(

@@ -11,29 +11,20 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from frictool.errors import LogError
-from frictool.logs.table import BLOCK_ROWS, DataLoss, Nanoseconds, RawTable, RowBlock
+from frictool.logs.table import BLOCK_ROWS, DataLoss, DerivedTable, Nanoseconds, RawTable, RowBlock
 
 NS = 1e9  # ns per s
 
 
-class LatchedTable:
-    """Table (a RawTable) whose rows are `period_ns` apart, from its first row on.
+class LatchedTable(DerivedTable):
+    """Table whose rows are `period_ns` apart, from its first row on.
 
     time: column that dates the rows, and its unit in s; None if the table itself dates them.
     """
 
     def __init__(self, table: RawTable, period_ns: int, time: tuple[str, float] | None) -> None:
-        self._table, self._period, self._time = table, period_ns, time
-        self.source, self.topic, self.size, self.clock = (
-            table.source,
-            table.topic,
-            table.size,
-            table.clock,
-        )
-        self.names, self.units = table.names, table.units
-
-    def find(self, wanted: str | int) -> str | None:
-        return self._table.find(wanted)
+        super().__init__(table)
+        self._period, self._time = period_ns, time
 
     def line(self, row: int) -> int | None:
         """Return None, because the rows are not lines of the file."""
@@ -43,10 +34,10 @@ class LatchedTable:
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
         """Yield the rows (see RawTable); raise LogError if time decreases."""
-        asked = wanted if self._time is None else tuple(dict.fromkeys([*wanted, self._time[0]]))
+        read = wanted if self._time is None else tuple(dict.fromkeys([*wanted, self._time[0]]))
         start = row = 0
         last: dict[str, float] | None = None
-        for block, done in self._table.blocks(asked, losses):
+        for block, done in self._table.blocks(read, losses):
             time = row_times(block, self._time)
             if last is None:
                 start = int(time[0])

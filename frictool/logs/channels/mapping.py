@@ -117,11 +117,9 @@ class ChannelMapper:
     def _begin(self) -> None:
         """Reset the state for a new reading."""
         self.done, self.losses, self.warnings = 0, LossList(), ()
-        self._counter, self._intervals, self._opening = (
-            EncoderCounter(self._bench),
-            SampleIntervals(),
-            OpeningSamples(self.head),
-        )
+        self._counter = EncoderCounter(self._bench)
+        self._intervals = SampleIntervals()
+        self._opening = OpeningSamples(self.head)
         count = next(
             (one.factor * one.column.scale for one in self._sources if _in_counts(one)), None
         )
@@ -290,10 +288,8 @@ class ChannelMapper:
         """Return the counts of the encoder without wraps and resets of its counter."""
         bits = self._bench.encoder.wrap_bits
         if bits is None:
-            allowed, bad = (
-                "at most 2^53 counts",
-                next(iter(np.flatnonzero(np.abs(raw) > MOST_COUNTS).tolist()), None),
-            )
+            allowed = "at most 2^53 counts"
+            bad = next(iter(np.flatnonzero(np.abs(raw) > MOST_COUNTS).tolist()), None)
         else:
             allowed, bad = f"a counter of encoder.wrap_bits = {bits}", outside(raw, bits)
         if bad is not None:
@@ -308,11 +304,9 @@ def _in_counts(source: ChannelSource) -> bool:
 
 def _factor(table: RawTable, bench: Bench, channel: str, name: str, column: Column) -> float:
     """Return the factor from a channel's scaled numbers to SI, after a check of the file's unit."""
-    unit, given, dimension = (
-        column.unit,
-        table.units.get(name),
-        CHANNEL_DIMENSIONS.get(channel, TIME),
-    )
+    unit = column.unit
+    given = table.units.get(name)
+    dimension = CHANNEL_DIMENSIONS.get(channel, TIME)
     key = f"columns.{channel}.unit of bench {bench.name!r}"
     if given == ISO_8601:
         dates = "holds dates and dates the rows by itself; leave it out of columns"

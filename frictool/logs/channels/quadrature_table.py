@@ -10,22 +10,16 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from frictool.documents.bench import Quadrature
-from frictool.logs.table import DataLoss, RawTable, RowBlock, pick
+from frictool.logs.table import DataLoss, DerivedTable, RawTable, RowBlock, pick
 
 
-class QuadratureTable:
-    """Table (a RawTable) with an additional column of counts for each of `encoders`."""
+class QuadratureTable(DerivedTable):
+    """Table with an additional column of counts for each of `encoders`."""
 
     def __init__(self, table: RawTable, encoders: Mapping[str, Quadrature]) -> None:
-        self._table = table
-        self.source, self.topic, self.size, self.clock = (
-            table.source,
-            table.topic,
-            table.size,
-            table.clock,
-        )
+        super().__init__(table)
         self.names = (*table.names, *encoders)
-        self.units: Mapping[str, str | None] = {**table.units, **dict.fromkeys(encoders, "count")}
+        self.units = {**table.units, **dict.fromkeys(encoders, "count")}
         self._channels = {
             name: (self._found(one.a), self._found(one.b), one) for name, one in encoders.items()
         }
@@ -36,14 +30,9 @@ class QuadratureTable:
         return pick(self._table.names, wanted, self.source) if found is None else found
 
     def find(self, wanted: str | int) -> str | None:
-        return (
-            wanted
-            if isinstance(wanted, str) and wanted in self._channels
-            else self._table.find(wanted)
-        )
-
-    def line(self, row: int) -> int | None:
-        return self._table.line(row)
+        if isinstance(wanted, str) and wanted in self._channels:
+            return wanted
+        return super().find(wanted)
 
     def findings(self) -> tuple[str, ...]:
         """Return a message about the illegal transitions of each encoder that had any."""

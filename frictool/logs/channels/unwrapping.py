@@ -44,10 +44,8 @@ class PeriodicSignal:
             return shown
         steps = np.diff(shown, prepend=shown[0] if self._last is None else self._last)
         turns = self._turns + np.cumsum(np.rint(steps / self._period))
-        self._low, self._high = (
-            min(self._low, float(shown.min())),
-            max(self._high, float(shown.max())),
-        )
+        self._low = min(self._low, float(shown.min()))
+        self._high = max(self._high, float(shown.max()))
         if turns.any() and self._high - self._low > (1.0 + SLACK) * self._period:
             raise ValueError(
                 f"found {self._low:.6g} and {self._high:.6g}, "

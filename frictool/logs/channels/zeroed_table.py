@@ -13,30 +13,18 @@ import numpy as np
 
 from frictool.documents.bench import Channel, Column
 from frictool.errors import LogError
-from frictool.logs.table import DataLoss, LostColumnError, RawTable, RowBlock
+from frictool.logs.table import DataLoss, DerivedTable, LostColumnError, RawTable, RowBlock
 
 
-class ZeroedTable:
-    """Table (a RawTable) whose columns in `counts` have their zero subtracted.
+class ZeroedTable(DerivedTable):
+    """Table whose columns in `counts` have their zero subtracted.
 
     counts: column -> number of first finite values whose mean is the zero.
     """
 
     def __init__(self, table: RawTable, counts: Mapping[str, int]) -> None:
-        self._table, self._counts = table, counts
-        self.source, self.topic, self.size, self.clock = (
-            table.source,
-            table.topic,
-            table.size,
-            table.clock,
-        )
-        self.names, self.units = table.names, table.units
-
-    def find(self, wanted: str | int) -> str | None:
-        return self._table.find(wanted)
-
-    def line(self, row: int) -> int | None:
-        return self._table.line(row)
+        super().__init__(table)
+        self._counts = counts
 
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None

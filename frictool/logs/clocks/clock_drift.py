@@ -67,10 +67,8 @@ def of_messages(sent: Nanoseconds, received: Nanoseconds) -> ClockDrift | None:
 
     sent, received: (n,) in ns, in the order of the messages.
     """
-    middle, first = (
-        int((int(sent[0]) + int(sent[-1])) // 2) if sent.size else 0,
-        int(received[0] - sent[0]) if sent.size else 0,
-    )
+    middle = int((int(sent[0]) + int(sent[-1])) // 2) if sent.size else 0
+    first = int(received[0] - sent[0]) if sent.size else 0
     x, y = (sent - middle).astype(np.float64), (received - sent - first).astype(np.float64)
     hull: list[int] = []
     for k in np.lexsort((y, x)).tolist():
@@ -162,9 +160,8 @@ def _line(
     `theirs` (n,) was sampled `ahead` (n,) s after the times `grid` (n,) of `ours` (n,).
     """
     period, rows = float(grid[1] - grid[0]), max(FEWEST_SAMPLES, grid.size // WINDOWS)
-    mean = np.full(
-        max(1, rows // SMOOTH), 1.0 / max(1, rows // SMOOTH)
-    )  # noise filter; the same for both signals, so that it shifts neither
+    # noise filter; the same for both signals, so that it shifts neither
+    mean = np.full(max(1, rows // SMOOTH), 1.0 / max(1, rows // SMOOTH))
     ours, theirs = np.convolve(ours, mean, "same"), np.convolve(theirs, mean, "same")
     used = []
     for start in range(0, grid.size - rows + 1, rows):

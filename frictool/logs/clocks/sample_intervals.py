@@ -62,9 +62,10 @@ class SampleIntervals:
         if self.samples < 2:
             return TimeBase(self.samples, math.nan, math.nan, 0, 0.0, 0.0)
         upto = np.cumsum(self._counts)
+        # an even number of intervals has two medians
         middle = np.searchsorted(
             upto, [(self.samples - 2) // 2, (self.samples - 1) // 2], side="right"
-        )  # an even number of intervals has two medians
+        )
         period = (self._reference + float((self._sums[middle] / self._counts[middle]).mean())) / NS
         regular = slice(0, int(math.log(GAP * period * NS) / WIDTH) + 1)
         count = float(self._counts[regular].sum())

@@ -22,17 +22,12 @@ from numpy.typing import NDArray
 
 from frictool.runtime.kernels import inner_kernel, kernel
 
-NUMBER, UNDECIDED, NO_NUMBER = (
-    0,
-    1,
-    2,
-)  # status: exact value; number that Python has to round; no number
+# status: exact value; number that Python has to round; no number
+NUMBER, UNDECIDED, NO_NUMBER = range(3)
 
 MOST_DIGITS = 19  # maximum number of digits: 10^19 < 2^64
-LOWEST, HIGHEST = (
-    -300,
-    288,
-)  # powers of ten without underflow or overflow for any 19 digits
+# powers of ten without underflow or overflow for any 19 digits
+LOWEST, HIGHEST = -300, 288
 LARGEST_EXPONENT = 100_000  # limit at which an exponent is clamped; Python then gives 0 or inf
 
 TENS = np.array([10.0**power for power in range(23)])

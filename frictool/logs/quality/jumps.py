@@ -83,10 +83,8 @@ class PositionJumps:
             self.first_s, self.first_counts = float(time[0]), float(abs(steps[0]))
         self.count += int(steps.size)
         size = np.abs(steps)
-        self.shortest, self.longest = (
-            min(self.shortest, float(size.min())),
-            max(self.longest, float(size.max())),
-        )
+        self.shortest = min(self.shortest, float(size.min()))
+        self.longest = max(self.longest, float(size.max()))
         self.lowest_landing = min(self.lowest_landing, float(landings.min()))
         self.highest_landing = max(self.highest_landing, float(landings.max()))
         self.slack = max(self.slack, slack)

@@ -26,10 +26,8 @@ from frictool.logs.quality.time_base import encoder_step
 from frictool.typing import Vector
 
 Kind = Literal["rest", "steps", "ramp", "sines", "stroke", "free"]  # keys of KINDS (log_kinds.py)
-STILL_COUNTS, STILL_SHARE = (
-    1.5,
-    1e-3,
-)  # largest motion at rest: counts, or share of the range (noise of the encoder)
+STILL_COUNTS = 1.5  # counts, largest motion at rest
+STILL_SHARE = 1e-3  # largest motion at rest, relative to the range (noise of the encoder)
 FEW_JUMPS = 0.02  # largest number of reference jumps relative to the number of samples
 LINES, PURE = 12, 0.9  # number of spectral lines, and their least share of the power
 LOBE = 2  # bins on each side of a line that a Hann window fills

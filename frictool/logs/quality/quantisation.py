@@ -7,9 +7,8 @@ import numpy as np
 from frictool.logs.quality.time_base import encoder_step, levels
 from frictool.typing import Vector
 
-MOST = (
-    1 << 17
-)  # distinct values after which no more are collected: these suffice to show any relevant step
+# distinct values after which no more are collected: these suffice to show any relevant step
+MOST = 1 << 17
 
 
 class DistinctValues:

@@ -98,20 +98,16 @@ class RepeatedJumps:
         self._position: Vector = np.empty(0)
         self._first = 0  # index in the log of the first sample kept
         self._judged = 0  # number of steps already judged, from the first sample kept
-        self._ends: Matrix = np.empty(
-            (0, 5)
-        )  # of each long step: time before and after, position before and after, index
-        self._around: Matrix = np.empty(
-            (0, 2 * WINDOW)
-        )  # steps around each long step; NaN outside of the log
+        # of each long step: time before and after, position before and after, index
+        self._ends: Matrix = np.empty((0, 5))
+        # steps around each long step; NaN outside of the log
+        self._around: Matrix = np.empty((0, 2 * WINDOW))
 
     def take(self, time: Vector, position: Vector) -> None:
         """Add samples (n,) that follow the previous ones: time in s, position in rad or m."""
         if position.size:
-            self._time, self._position = (
-                np.append(self._time, time),
-                np.append(self._position, position),
-            )
+            self._time = np.append(self._time, time)
+            self._position = np.append(self._position, position)
             self._judge(self._position.size - 1 - WINDOW)
 
     def finish(self) -> None:
@@ -222,10 +218,8 @@ class RepeatedJumps:
         inside = self._position[start + 1 : end + 1][~back]
         if math.isinf(self._low):
             inside = np.append(self._position[start], inside)
-        self._low, self._high = (
-            float(inside.min(initial=self._low)),
-            float(inside.max(initial=self._high)),
-        )
+        self._low = float(inside.min(initial=self._low))
+        self._high = float(inside.max(initial=self._high))
 
     def _can_move(self, ends: Matrix) -> bool:
         """Return whether the drive can move the axis by any of these jumps in one sample.

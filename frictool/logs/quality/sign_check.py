@@ -133,12 +133,10 @@ def _brakes(position: Vector, effort: Vector) -> bool:
     speed = np.sign(position[window:] - position[:-window])
     moving = np.flatnonzero(speed)
     turns = moving[1:][np.diff(speed[moving]) != 0.0]
-    least, direction, mean, length = (
-        LEAST_STROKE * float(np.ptp(position)),
-        list[float](),
-        list[float](),
-        list[float](),
-    )
+    least = LEAST_STROKE * float(np.ptp(position))
+    direction = list[float]()
+    mean = list[float]()
+    length = list[float]()
     for first, end in itertools.pairwise([0, *(turns + window // 2).tolist(), position.size]):
         changes = first + np.flatnonzero(np.diff(position[first:end]))
         if changes.size < 2:
@@ -152,9 +150,10 @@ def _brakes(position: Vector, effort: Vector) -> bool:
     if not signs.size:
         return False
     if (signs > 0.0).any() and (signs < 0.0).any():
+        # remove the offset of the effort
         efforts = efforts - 0.5 * (
             np.median(efforts[signs > 0.0]) + np.median(efforts[signs < 0.0])
-        )  # remove the offset of the effort
+        )
     along = signs * efforts
     average = float(np.average(along, weights=weights))
     spread = math.sqrt(float(np.average((along - average) ** 2, weights=weights)) / signs.size)

@@ -30,10 +30,8 @@ from frictool.logs.table import BLOCK_ROWS
 from frictool.typing import Vector
 
 POSITION, REFERENCE = "position", "reference"
-UNSATURATED = (
-    POSITION,
-    REFERENCE,
-)  # not checked for flat tops: both stand still at the ends of a stroke
+# not checked for flat tops: both stand still at the ends of a stroke
+UNSATURATED = (POSITION, REFERENCE)
 AT_LIMIT = 0.98  # share of the limit that counts as reached, because measurements have noise
 Pieces = Callable[[], Iterator[SampleBlock]]
 
@@ -90,21 +88,17 @@ def survey(head: StreamHeader, pieces: Pieces, limits: Mapping[str, float]) -> S
     signals = {
         name: SignalSurvey(name, unit) for name, unit in zip(head.fields, head.units, strict=True)
     }
-    intervals, levels, held = (
-        SampleIntervals(),
-        {name: DistinctValues() for name in signals},
-        {name: HoldDetector() for name in signals},
-    )
+    intervals = SampleIntervals()
+    levels = {name: DistinctValues() for name in signals}
+    held = {name: HoldDetector() for name in signals}
     opening = OpeningSamples(head)
     for piece in _blocks(pieces()):
         opening.take(piece)
         intervals.add(piece.time)
         for name, values in zip(head.fields, piece.values, strict=True):
             one = signals[name]
-            one.low, one.high = (
-                min(one.low, float(values.min())),
-                max(one.high, float(values.max())),
-            )
+            one.low = min(one.low, float(values.min()))
+            one.high = max(one.high, float(values.max()))
             levels[name].take(values)
             held[name].take(values)
     for name, one in signals.items():

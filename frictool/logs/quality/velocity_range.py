@@ -26,10 +26,8 @@ class VelocityRange:
         """Add samples (n,) that follow the previous ones: time in s, position in rad or m."""
         before = self._time.size
         self._samples += time.size
-        time, position = (
-            np.concatenate((self._time, time)),
-            np.concatenate((self._position, position)),
-        )
+        time = np.concatenate((self._time, time))
+        position = np.concatenate((self._position, position))
         for window in WINDOWS:
             first = max(before - window, 0)
             way = position[first + window :] - position[first:-window]

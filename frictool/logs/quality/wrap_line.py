@@ -25,11 +25,9 @@ class WrapLine:
     """
 
     def __init__(self, bench: Bench, counted: bool) -> None:
-        self._rotary, self._resolution, self.counted = (
-            bench.axis == "rotary",
-            bench.encoder.resolution,
-            counted,
-        )
+        self._rotary = bench.axis == "rotary"
+        self._resolution = bench.encoder.resolution
+        self.counted = counted
         self._unit = si_unit("position", bench.axis)
         column = bench.columns.get("position")
         if column is not None and column.unit != COUNT:

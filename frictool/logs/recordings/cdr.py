@@ -30,12 +30,8 @@ MOST_STEPS = 200_000  # maximum number of fields and nested messages in one mess
 MOST_LAYOUTS = 64  # maximum number of layouts per batch; further messages are read one by one
 PADDING = 7  # maximum number of bytes after a message
 KEPT_LAYOUTS = 16  # layouts remembered from batch to batch
-ORDER = {
-    0: ">",
-    1: "<",
-    6: ">",
-    7: "<",
-}  # second byte of CDR -> byte order; plain CDR of versions 1 and 2
+# second byte of CDR -> byte order; plain CDR of versions 1 and 2
+ORDER = {0: ">", 1: "<", 6: ">", 7: "<"}
 LARGEST_ALIGNMENT = {0: 8, 1: 8, 6: 4, 7: 4}
 
 

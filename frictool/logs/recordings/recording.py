@@ -31,12 +31,8 @@ STAMP_PARTS = (("sec", "nanosec"), ("sec", "nsec"), ("seconds", "nanos"))
 FARTHEST_APART = 3600.0  # s, largest difference of two clocks that are meant to show the same time
 SAMPLED = 20  # number of messages of a topic that are read to list its numbers
 PART_BYTES = 8_000_000  # bytes of messages decoded at once
-HOUSEKEEPING = (
-    "rcl_interfaces/",
-    "rosgraph_msgs/",
-    "bond/",
-    "diagnostic_msgs/",
-)  # types that describe the software and not the rig
+# types that describe the software and not the rig
+HOUSEKEEPING = ("rcl_interfaces/", "rosgraph_msgs/", "bond/", "diagnostic_msgs/")
 
 
 class MessageGap(NamedTuple):
@@ -138,9 +134,8 @@ class TopicTable:
         )
         self._container, self._topic, self._stamp = container, topic, stamp[1]
         self.source, self.size, self.topic = container.source, container.size, topic.name
-        parts = (
-            topic.stamp[1] if topic.stamp is not None else ()
-        )  # these date the rows and are not signals
+        # these date the rows and are not signals
+        parts = topic.stamp[1] if topic.stamp is not None else ()
         self.names = tuple(
             f"{topic.name}.{path}" for path in _listed(topic.paths) if path not in parts
         )

@@ -47,9 +47,8 @@ class Db3Recording:
         bag = sqlite3.connect(f"{self._path.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
         bag.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_MESSAGE)
         bag.execute("PRAGMA trusted_schema = OFF")
-        bag.execute(
-            "PRAGMA writable_schema = ON"
-        )  # otherwise SQLite refuses a truncated file before it reads a row; nothing is written
+        # otherwise SQLite refuses a truncated file before it reads a row; nothing is written
+        bag.execute("PRAGMA writable_schema = ON")
         bag.text_factory = lambda data: data.decode("utf-8", "replace")
         return bag
 
@@ -58,9 +57,8 @@ class Db3Recording:
         with open_log(self._path) as stream:
             head = stream.read(100)
         page = int.from_bytes(head[16:18], "big")
-        known = (
-            head[24:28] == head[92:96]
-        )  # otherwise an old library wrote the file last, and the number of pages is invalid
+        # otherwise an old library wrote the file last, and the number of pages is invalid
+        known = head[24:28] == head[92:96]
         return (
             max(0, (65536 if page == 1 else page) * int.from_bytes(head[28:32], "big") - self.size)
             if known

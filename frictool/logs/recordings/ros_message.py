@@ -63,9 +63,8 @@ class MessageField(NamedTuple):
     size: int = 0
 
 
-Definitions = dict[
-    str, list[tuple[str, str, Repeat, int]]
-]  # message -> (name, kind, repeat, size) of each field
+# message -> (name, kind, repeat, size) of each field
+Definitions = dict[str, list[tuple[str, str, Repeat, int]]]
 
 
 def parse_message(name: str, text: str) -> MessageType:

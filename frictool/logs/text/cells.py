@@ -87,9 +87,8 @@ def dialect(lines: Sequence[str], layout: Layout) -> tuple[str, str]:
                 number(cell, tried[1], THOUSANDS[layout.thousands]) is not None or is_stamp(cell)
                 for cell in cells
             )
-            total += (
-                found**2 / len(cells) if cells else 0.0
-            )  # number of numeric cells, times their share
+            # number of numeric cells, times their share
+            total += found**2 / len(cells) if cells else 0.0
         return total
 
     delimiter, mark = DELIMITERS.get(layout.delimiter or ""), MARKS.get(layout.decimal or "")

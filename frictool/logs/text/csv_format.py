@@ -174,9 +174,8 @@ class CsvTable:
                 continue
             message = self._message(issue, cell)
             if losses is None:
-                one = issue.kind == ROW or message.endswith(
-                    "allowed: a number"
-                )  # a single damaged value, and not the notation of the whole file
+                # a single damaged value, and not the notation of the whole file
+                one = issue.kind == ROW or message.endswith("allowed: a number")
                 raise LogError(
                     self.source, f"{message}; {SALVAGE}" if one else message, line=issue.line
                 )

@@ -51,10 +51,8 @@ CHANNEL_KEYS = (  # first cells of the lines about channels in an export of Twin
     ),
 )
 FEWEST_KEYS = 3  # least number of lines that begin with a key
-START, INCREMENT = (
-    "start",
-    "increment",
-)  # columns of an oscilloscope's export with a number in the line below the names only
+# columns of an oscilloscope's export with a number in the line below the names only
+START, INCREMENT = "start", "increment"
 
 
 def trimmed(row: Sequence[str]) -> Sequence[str]:
@@ -76,9 +74,8 @@ def first_row(rows: Rows, is_number: IsNumber) -> int | None:
         return None
     width = Counter(len(row) for _, row in numeric).most_common(1)[0][0]
     full = [(index, row) for index, row in numeric if len(row) == width]
-    later = [
-        row for _, row in full[len(full) // 2 :]
-    ]  # the second half is less likely to include lines above the numbers
+    # the second half is less likely to include lines above the numbers
+    later = [row for _, row in full[len(full) // 2 :]]
     usual = [
         column
         for column in range(width)

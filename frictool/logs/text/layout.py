@@ -108,12 +108,10 @@ def find_layout(
     units = tuple(ISO_8601 if place == stamps else one for place, one in enumerate(found.units))
     clock, period, start = found.clock, found.period_ns, found.start_ns
     if layout.period_s is not None:
-        clock, stamps, period, start = (
-            "layout.period_s",
-            None,
-            layout.period_s * 1e9,
-            (layout.start_s or 0.0) * 1e9,
-        )
+        clock = "layout.period_s"
+        stamps = None
+        period = layout.period_s * 1e9
+        start = (layout.start_s or 0.0) * 1e9
     elif stamps is not None:
         clock, period, start = found.names[stamps], None, 0.0
     return TextLayout(

@@ -151,10 +151,8 @@ def _pushed(*numbers: bytes) -> PiecewiseCubic:
     Plants that differ in a mass or a friction share their cams.
     """
     breaks_of, cubic_of, breaks_at, cubic_at = (np.frombuffer(one) for one in numbers)
-    force, angle = (
-        PiecewiseCubic(breaks_of, cubic_of.reshape(-1, 4)),
-        PiecewiseCubic(breaks_at, cubic_at.reshape(-1, 4)),
-    )
+    force = PiecewiseCubic(breaks_of, cubic_of.reshape(-1, 4))
+    angle = PiecewiseCubic(breaks_at, cubic_at.reshape(-1, 4))
     breaks = np.unique(np.concatenate([force.breaks, angle.breaks]))
 
     def value(x: Vector) -> Vector:

@@ -13,10 +13,8 @@ from frictool.typing import Vector
 
 SLOWEST, FASTEST = 1e-12, 1e12  # ratio of the speeds of two blocks tied by links
 RISE_S = 0.01  # s, time in which the largest effort of the sources reaches the typical speed
-DEFAULT: dict[Axis, float] = {
-    "rotary": 1.0,
-    "linear": 0.1,
-}  # rad/s, m/s: typical speed if neither a top speed nor a limit is known
+# rad/s, m/s: typical speed if neither a top speed nor a limit is known
+DEFAULT: dict[Axis, float] = {"rotary": 1.0, "linear": 0.1}
 
 
 def speed_scale(
