@@ -64,7 +64,7 @@ class LawOption(click.Option):
     "parameters",
     type=existing,
     required=False,
-    help="Parameters (friction.yaml) or an actuator's model (model.yaml). By default: built-in set.",
+    help="Parameters (friction.yaml) or an actuator's model (model.yaml). Default: built-in set.",
 )
 @click.option(
     "--law",

@@ -53,7 +53,8 @@ def violations(
 ) -> list[str]:
     """Return the inequalities that the settings violate, one line each with its numbers.
 
-    The list is empty for a law that is no hybrid version. Raises ValueError if a value is not finite or out of range.
+    The list is empty for a law that is no hybrid version. Raises ValueError if a value is not
+    finite or out of range.
     """
     if CAPTURE_VELOCITY not in law.parameters:
         return []

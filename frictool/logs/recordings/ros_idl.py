@@ -21,7 +21,9 @@ from frictool.logs.recordings.ros_message import (
 )
 
 _TOKENS = re.compile(
-    r"""//[^\n]*|/\*.*?\*/|^[ \t]*\#[^\n]*|^=+[ \t\r]*$|^IDL:[^\n]*   # comments, directives, what parts the files of a recording
+    r"""
+    # comments, directives, separators of the files of a recording
+    //[^\n]*|/\*.*?\*/|^[ \t]*\#[^\n]*|^=+[ \t\r]*$|^IDL:[^\n]*
     |(?P<token>@[\w.:]+|"(?:\\.|[^"\\])*"|'(?:\\.|[^'\\])*'|[\w.+-]+(?:::\w+)*|[^\s\w])""",
     re.VERBOSE | re.MULTILINE | re.DOTALL,
 )
