@@ -13,7 +13,6 @@ pointers.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -30,7 +29,6 @@ from frictool.engine.trajectory import ROOM_FOR_EVENTS, Trajectory, segment_arra
 from frictool.friction import kernel_signatures as s
 from frictool.friction.extension import FrictionExtension, pack_plain_law
 from frictool.friction.law import DynamicKernels, HybridKernels, Law, StaticKernels
-from frictool.friction.stribeck import straight_from
 from frictool.runtime.kernels import function_pointer
 from frictool.typing import Vector
 
@@ -50,17 +48,11 @@ def body_of(
     kernels = law.kernels
     if not isinstance(kernels, StaticKernels) or kernels.band(p) > 0.0:
         raise ValueError(f"{law.name} has no exact form: it is simulated as it is printed")
-    names = [parameter.name for parameter in law.parameters]
-    values = dict(zip(names, p.tolist(), strict=False))
-    straight, scale = 0.0, 1.0
-    if "smoothing_velocity" in values:
-        straight, scale = math.inf, values["smoothing_velocity"]
-    elif "stribeck_velocity" in values:
-        scale = values["stribeck_velocity"]
-        straight = straight_from(scale, values["stribeck_exponent"])
+    straight, scale = law.slip_scales(p)
     packed = extension.pack(law, p) if extension is not None and not extension.plain else None
     back = p if packed is None else packed.backward
-    viscous = law.index("viscous") if "viscous" in values else None
+    names = [parameter.name for parameter in law.parameters]
+    viscous = names.index("viscous") if "viscous" in names else None
     return FrictionBody(
         mass,
         kernels.slip_force,

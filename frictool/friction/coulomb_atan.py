@@ -28,4 +28,5 @@ LAW = Law(
     (COULOMB, SMOOTHING_VELOCITY),
     StaticKernels(slip_force, never_sticks, no_band, true_velocity),
     approximation=True,
+    slip_scales=lambda p: (math.inf, float(p[1])),
 )

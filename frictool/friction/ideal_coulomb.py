@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from frictool.friction import coulomb_viscous
-from frictool.friction.law import Law, StaticKernels
+from frictool.friction.law import Law, StaticKernels, straight_slip
 from frictool.friction.parameter import COULOMB
 from frictool.friction.static_kernels import coulomb_breakaway, no_band, true_velocity
 from frictool.runtime.kernels import kernel
@@ -22,5 +22,6 @@ LAW = Law(
     "(2.30)",
     (COULOMB,),
     StaticKernels(slip_force, coulomb_breakaway, no_band, true_velocity),
+    slip_scales=straight_slip,
     slip_terms=("coulomb",),
 )

@@ -16,6 +16,7 @@ law; p[1] is the breakaway in every law that has one.
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
@@ -28,6 +29,16 @@ from frictool.typing import Vector
 Kernel = Callable[..., Any]
 # coulomb sign(v), (breakaway - coulomb) exp(-|v/v_s|^delta) sign(v), viscous v
 SlipTerm = Literal["coulomb", "stribeck", "viscous"]
+
+
+def curved_slip(p: Vector) -> tuple[float, float]:
+    """Return the scales of a slip force that is nowhere known to be a straight line."""
+    return math.inf, 1.0
+
+
+def straight_slip(p: Vector) -> tuple[float, float]:
+    """Return the scales of a slip force that is a straight line at any speed."""
+    return 0.0, 1.0
 
 
 class StaticKernels(NamedTuple):
@@ -75,7 +86,9 @@ class Law:
 
     `equations` are equation numbers of the thesis. `approximation` marks a regularised law, which
     never sticks. `slip_terms`: terms of the slip force in `frictool equations`; without them the
-    law appears there by its name. `tail` returns the values behind the fixed parameters in p, for
+    law appears there by its name. `slip_scales` of a static law returns two speeds [m/s | rad/s] for
+    the exact engine: above the first the slip force is the line p[0] + viscous |v|, and tolerances
+    are relative to the second. `tail` returns the values behind the fixed parameters in p, for
     the values of a friction.yaml or, from an empty mapping, by default; it is None if p holds the
     fixed parameters only. `tail_parameters` returns the number of parameters to identify in a tail
     of the given size.
@@ -88,6 +101,7 @@ class Law:
     kernels: StaticKernels | DynamicKernels | HybridKernels
     approximation: bool = False
     slip_terms: tuple[SlipTerm, ...] = ()
+    slip_scales: Callable[[Vector], tuple[float, float]] = curved_slip
     tail: Callable[[Values], Vector] | None = None
     tail_parameters: Callable[[int], int] = int
 

@@ -67,11 +67,17 @@ def slip_slope(v: float, direction: float, p: Vector) -> float:
     )
 
 
+def _scales(p: Vector) -> tuple[float, float]:
+    velocity, exponent = float(p[STRIBECK_VELOCITY]), float(p[STRIBECK_EXPONENT])
+    return straight_from(velocity, exponent), velocity
+
+
 LAW = Law(
     "stribeck",
     "Stribeck",
     "(2.33)-(2.34)",
     STRIBECK,
     StaticKernels(slip_force, breakaway_level, no_band, true_velocity),
+    slip_scales=_scales,
     slip_terms=("coulomb", "stribeck", "viscous"),
 )

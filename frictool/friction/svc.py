@@ -6,7 +6,7 @@ In slip F = F_c sign(v) + sigma_v v, at rest F = u up to F_s.
 from __future__ import annotations
 
 from frictool.friction import coulomb_viscous
-from frictool.friction.law import Law, StaticKernels
+from frictool.friction.law import Law, StaticKernels, straight_slip
 from frictool.friction.parameter import BREAKAWAY, COULOMB, VISCOUS
 from frictool.friction.static_kernels import breakaway_level, no_band, true_velocity
 from frictool.runtime.kernels import kernel
@@ -25,5 +25,6 @@ LAW = Law(
     "(2.31)",
     (COULOMB, BREAKAWAY, VISCOUS),
     StaticKernels(slip_force, breakaway_level, no_band, true_velocity),
+    slip_scales=straight_slip,
     slip_terms=("coulomb", "viscous"),
 )

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from frictool.engine.drive import held
+from frictool.engine.law_simulation import run_law
 from frictool.logs import read_log
 from tests.support.recipes import follow, frictool
 
@@ -63,6 +66,20 @@ def test_a_mechanism_with_the_law_moves_as_its_equation_says(overlay: Path) -> N
     )
 
 
+def test_a_body_under_the_law_alone_moves_alike(overlay: Path) -> None:
+    """In the engine of one body, which is exact where it knows the slip force as a line."""
+    file = overlay / "frictool/friction/coulomb_drag.py"
+    spec = spec_from_file_location("coulomb_drag", file)
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    law, times = module.LAW, np.linspace(0.0, 1.0, 21)
+    p = law.pack({"coulomb": 1.0, "drag": 2.0})
+    run = run_law(law, p, 1.0, [(1.0, held(3.0))], times)
+    np.testing.assert_allclose(run.samples[:, 1], np.tanh(2.0 * times), atol=1e-6)
+
+
 def test_schema_help_messages_and_equations_know_the_law(overlay: Path) -> None:
     described = json.loads(frictool(overlay, "schema", "mechanism").stdout)["$defs"]
     assert described["FrictionOf"]["properties"]["law"]["enum"][-1] == "coulomb_drag"
@@ -81,4 +98,4 @@ def test_the_law_is_compared(overlay: Path) -> None:
     done = frictool(overlay, "compare", "--law", "coulomb", "--law", "coulomb_drag", "--json")
     assert done.returncode == 0, done.stderr
     laws = json.loads(done.stdout)["laws"]
-    assert laws["coulomb_drag"]["drift"] == laws["coulomb"]["drift"]
+    assert laws["coulomb_drag"]["drift"] == pytest.approx(laws["coulomb"]["drift"], abs=1e-9)
