@@ -92,11 +92,12 @@ def judged(spec: Spec, log: Log) -> list[Plant]:
         if undecided:
             raise ValueError(f"{log.source} {stream.topic}: cannot tell {', '.join(undecided)}")
         met = {name: bool(one.met) for name, one in requirements.items()}
-        values = (
+        response, overshoot, error, rest = (
             requirements[name].value
             for name in ("response_time_95", "overshoot", "static_error", "rest")
         )
-        found.append(Plant(stream.topic, met, *values, energy=_energies(log, stream.topic)))
+        spent = _energies(log, stream.topic)
+        found.append(Plant(stream.topic, met, response, overshoot, error, rest, spent))
     return found
 
 
@@ -116,7 +117,9 @@ def counted(spec: Spec, controller: Controller, logs: Iterable[Log]) -> Counted:
     """The plants of all logs together: vertices by the controller's names for them, the rest drawn
     at random."""
     names = {f"{MAIN_TOPIC}/{vertex.name}" for vertex in controller.verified.vertices}
-    nominal, vertices, plants = [], [], []
+    nominal: list[Plant] = []
+    vertices: list[Plant] = []
+    plants: list[Plant] = []
     for log in logs:
         for plant in judged(spec, log):
             (

@@ -34,7 +34,7 @@ from frictool.observe.motion_block import MotionBlock
 from frictool.observe.observer_run import ObserverOutput, run_along
 from frictool.observe.velocity import VelocityEstimator
 from frictool.observe.wear.estimator import WearEstimator
-from frictool.typing import Vector
+from frictool.typing import IntVector, Vector
 from studies.rigs.clutch_fleet import Loop, Run, Unit, believed, clutch, run, steps
 
 Found = tuple[float, float, float]  # wear, error of the velocity [rad/s], of the friction [%]
@@ -118,7 +118,7 @@ def _judged(
     log: Run,
     piece: MotionBlock,
     found: ObserverOutput,
-    wear: Callable[[ObserverOutput, Vector, Vector], float],
+    wear: Callable[[ObserverOutput, Vector, IntVector], float],
 ) -> Found:
     true = truth(log, piece)
     both = (
@@ -135,12 +135,12 @@ def _judged(
     )
 
 
-def _alpha(found: ObserverOutput, of: Vector, last: Vector) -> float:
+def _alpha(found: ObserverOutput, of: Vector, last: IntVector) -> float:
     assert found.wear is not None
     return float(np.mean(found.wear[found.time >= found.time[-1] - LAST]))
 
 
-def _ratio(found: ObserverOutput, of: Vector, last: Vector) -> float:
+def _ratio(found: ObserverOutput, of: Vector, last: IntVector) -> float:
     return float(np.sum(found.friction[last] * of[last]) / np.sum(of[last] ** 2))
 
 

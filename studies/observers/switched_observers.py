@@ -222,7 +222,7 @@ def figures(folder: Path, test: str, loop: str, name: str) -> First | Second:
 
 def table(folder: Path, test: str) -> list[str]:
     """Every observer of a test in every loop."""
-    rows = [("loop", "observer", *HEADS[test])]
+    rows: list[tuple[str, ...]] = [("loop", "observer", *HEADS[test])]
     for loop in sorted(path.parent.name for path in (folder / test).glob("*/run.mcap")):
         names = sorted(
             path.stem for path in (folder / test / loop).glob("*.mcap") if path.name != "run.mcap"

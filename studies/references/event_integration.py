@@ -118,7 +118,8 @@ def event_integration(
         def end_stop(_: float, y: Vector, d: float = direction, place: float = wall) -> float:
             return d * (place - float(y[0])) if math.isfinite(place) else 1.0
 
-        for event in (stop, contact, end_stop):
+        events: tuple[Any, ...] = (stop, contact, end_stop)
+        for event in events:
             event.terminal, event.direction = True, -1
         scale = np.array([1e-3, max(abs(v), 1.0), max(abs(u), 1.0)])
         absolute = 0.1 * options["rtol"] * scale
@@ -126,7 +127,7 @@ def event_integration(
             field,
             (t, duration),
             [x, v, drive],
-            events=(stop, contact, end_stop),
+            events=events,
             atol=absolute,
             **options,
         )

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.integrate import solve_ivp
@@ -76,9 +77,10 @@ class Slow:
                 (v - w) / lag if lag else 0.0,
             ]
 
-        def stop(_: float, now: Vector) -> float:
+        def speed(_: float, now: Vector) -> float:
             return direction * float(now[1])
 
+        stop: Any = speed
         stop.terminal, stop.direction = True, -1
         run = solve_ivp(
             field,

@@ -76,17 +76,19 @@ def slicot(plant: GeneralisedPlant, timeout: float, first: float = FIRST_GAMMA) 
         return Slicot(
             None, None, f"ended with code {ended.returncode}: {ended.stderr.decode()[-200:]}"
         )
-    told = json.loads(ended.stdout)
-    if told["info"] != 0:
-        return Slicot(
-            None, None, f"info {told['info']}{SAYS.get(told['info'], '')}", told["seconds"]
-        )
+    answer = json.loads(ended.stdout)
+    info, seconds = answer["info"], answer["seconds"]
+    if info != 0:
+        return Slicot(None, None, f"info {info}{SAYS.get(info, '')}", seconds)
     n = len(plant.a)
-    parts = (
-        np.array(told[key]).reshape(shape)
-        for key, shape in (("a", (n, n)), ("b", (n, -1)), ("c", (-1, n)), ("d", d[:1, :1].shape))
+    controller = Lti(
+        np.array(answer["a"]).reshape(n, n),
+        np.array(answer["b"]).reshape(n, -1),
+        np.array(answer["c"]).reshape(-1, n),
+        np.array(answer["d"]).reshape(d[:1, :1].shape),
+        0.0,
     )
-    return Slicot(told["gamma"], Lti(*parts, 0.0), "", told["seconds"])
+    return Slicot(answer["gamma"], controller, "", seconds)
 
 
 def main() -> None:

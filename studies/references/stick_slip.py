@@ -22,7 +22,8 @@ LAYER = 6.4 * STRIBECK_SPEED  # exp(-(0.98 * 6.4)^2) = 8e-18
 @kernel
 def stribeck(v: float, direction: float, p: Vector) -> float:
     """(2.34); p: F_c, F_s, v_s, delta, sigma_v."""
-    return direction * (p[0] + (p[1] - p[0]) * math.exp(-(abs(v / p[2]) ** p[3]))) + p[4] * v
+    dry = p[0] + (p[1] - p[0]) * math.exp(-(abs(v / p[2]) ** p[3]))
+    return float(direction * dry + p[4] * v)
 
 
 def table31(**changes: Any) -> FrictionBody:
@@ -80,14 +81,16 @@ def _slip(
             now[0] - drive.target - drive.target_speed * at,
         ]
 
-    def stop(_: float, now: Vector) -> float:
+    def speed(_: float, now: Vector) -> float:
         return direction * float(now[1])
 
     edge = 0.99 * body.straight_from if fast else body.straight_from
 
-    def layer(_: float, now: Vector) -> float:
+    def above_edge(_: float, now: Vector) -> float:
         return direction * float(now[1]) - edge
 
+    stop: Any = speed
+    layer: Any = above_edge
     stop.terminal, stop.direction = True, -1
     layer.terminal, layer.direction = True, -1 if fast else 1
     longest = 0.05 if fast else 0.1 * body.straight_from / (abs(field(t, y)[1]) + 0.05)

@@ -4,6 +4,7 @@ and what varies."""
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
@@ -55,7 +56,8 @@ SLOW_WEAR = Drifts(friction=(DriftPoint(0.0, 1.0), DriftPoint(0.5, 1.2)))
 
 def played(spread: Spread | None = None, **fields: object) -> Scenario:
     """One step of 0.6 s with noise."""
-    return scenario(40.0, **{"spread": spread, "drive_noise": 0.05, "seed": 3, **fields})
+    settings: dict[str, Any] = {"spread": spread, "drive_noise": 0.05, "seed": 3, **fields}
+    return scenario(40.0, **settings)
 
 
 def trial(spread: Spread | None = EVERYTHING, seed: int = 3, **fields: object) -> TrialPlayer:

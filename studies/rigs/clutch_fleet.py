@@ -21,7 +21,7 @@ import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import msgspec
 import numpy as np
@@ -155,7 +155,7 @@ def with_encoder(model: Model, counts: float | None) -> Model:
     )
 
 
-def spread(seed: int, **fields: float) -> Unit:
+def spread(seed: int, **fields: Any) -> Unit:
     """A unit of the spread of numbers.md 9: viscous +-50 %, friction in the gap +-40 %, its width
     and the inertia +-20 %."""
     draw = np.random.Generator(np.random.PCG64([seed, UNITS_STREAM])).uniform(-1.0, 1.0, 4)
@@ -339,7 +339,7 @@ def _one(
     )
     effort: Vector = bench.actuator.constant.value * drive
     position, velocity = record[:, MEASURED].copy(), record[:, TRUE_VELOCITY].copy()
-    time: Vector = period * np.arange(reference.size)
+    time = period * np.arange(reference.size, dtype=np.float64)
     return Run(
         unit, (MotionBlock(time, position, effort, follows=False, velocity=velocity),), velocity
     )

@@ -38,7 +38,7 @@ def mass_sines(seed: int, step: float = MASS.encoder_step) -> list[MotionRecord]
     )
     logs = []
     for speed in SPEEDS:
-        time = np.arange(SETTLE + PERIODS * 1000) * MASS_PERIOD
+        time = np.arange(SETTLE + PERIODS * 1000, dtype=np.float64) * MASS_PERIOD
         reference = (
             -speed
             / (2.0 * np.pi)

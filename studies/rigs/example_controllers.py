@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -42,11 +43,16 @@ BRAKE_LAW = PositionLaw(
 )
 
 
+def _discrete(continuous: tuple[Any, ...], period: float) -> LinearController:
+    a, b, c, d, _ = signal.cont2discrete(continuous, period, "bilinear")
+    return stored_forms(Lti(a, b, c, d, period))
+
+
 def speed_controller(period: float = 1e-3) -> LinearController:
     """Order 2, stable; its direct term asks for some 8 A per encoder count."""
     gain = GAIN / CONSTANT * POLES[0] * POLES[1]
     continuous = signal.zpk2ss([-ZERO], [-p for p in POLES], gain)
-    return stored_forms(Lti(*signal.cont2discrete(continuous, period, "bilinear")[:4], period))
+    return _discrete(continuous, period)
 
 
 def clutch_controller(
@@ -103,7 +109,7 @@ def emps_controller() -> Controller:
     """A controller of the EMPS carriage: encoder of 50 nm, 1 ms, 10 V; crosses over at some 80
     rad/s, and brakes with virtual friction."""
     continuous = signal.zpk2ss([-20.0], [-1500.0, -2500.0], 210.0 * 1500.0 * 2500.0)
-    linear = stored_forms(Lti(*signal.cont2discrete(continuous, 1e-3, "bilinear")[:4], 1e-3))
+    linear = _discrete(continuous, 1e-3)
     law = PositionLaw(
         gain=1.45,
         formula="sqrt(2F/J)",

@@ -27,10 +27,11 @@ def clutch() -> Bench:
 
 def record(log: Recording, truth: AxisParameters = TRUTH, name: str = "log") -> MotionRecord:
     """Return the record that a bench with the encoder of `truth` makes of a log."""
+    position = log.encoder.astype(np.float64) * truth.encoder_step
     return make_record(
         name,
         log.time,
-        log.encoder * truth.encoder_step,
+        position,
         log.current * truth.constant,
         resolution=truth.encoder_step,
         lag=truth.lag,
@@ -114,7 +115,7 @@ def mass_sine(seed: int, top_speed: float = MASS_SPEED) -> MotionRecord:
             3.0 * MASS_POLE * MASS.inertia - MASS.viscous,
         ]
     )
-    time = np.arange(MASS_SETTLE + MASS_SAMPLES) * MASS_PERIOD
+    time = np.arange(MASS_SETTLE + MASS_SAMPLES, dtype=np.float64) * MASS_PERIOD
     x, u = np.empty(time.size), np.empty(time.size)
     state = np.asarray(rest(reference[0] + MASS.encoder_step * generator.random()))
     assert (

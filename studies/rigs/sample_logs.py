@@ -22,11 +22,11 @@ import math
 from pathlib import Path
 from typing import NamedTuple
 
-import numba
 import numpy as np
 
 from frictool.engine.axis_motion import advance
 from frictool.plant.axis import AxisParameters, rest
+from frictool.runtime.kernels import kernel
 from frictool.typing import IntVector, Vector
 
 TRUTH = AxisParameters(
@@ -77,8 +77,7 @@ class Recording(NamedTuple):
     current: Vector
 
 
-# not cached on disk: this module runs under two names, as `__main__` and as itself
-@numba.njit
+@kernel
 def _servo(
     state: Vector,
     reference: Vector,
@@ -105,13 +104,13 @@ def _servo(
         last = encoder[k]
         status = advance(state, command, p, servo[3])
         if status != 0:
-            return status
+            return int(status)
         error = reference[k, 0] - encoder[k] * step
         command = servo[0] * error + servo[1] * (reference[k, 1] - filtered) + feedforward[k]
     return 0
 
 
-@numba.njit
+@kernel
 def _ramp(
     state: Vector,
     ramp: Vector,
@@ -130,7 +129,7 @@ def _ramp(
         drive[k] = state[2]
         status = advance(state, command, p, ramp[3])
         if status != 0:
-            return -status
+            return -int(status)
         if pause > 0.0:
             pause -= 1.0
             last = encoder[k]
@@ -142,7 +141,7 @@ def _ramp(
                 return k + 1
         else:
             command += direction * ramp[0]
-    return encoder.shape[0]
+    return int(encoder.shape[0])
 
 
 def _check(status: int) -> None:
@@ -157,12 +156,10 @@ def _start(generator: np.random.Generator, position: float, truth: AxisParameter
 
 
 def _recording(encoder: IntVector, drive: Vector, generator: np.random.Generator) -> Recording:
-    time = np.arange(encoder.size) * PERIOD
-    return Recording(
-        time,
-        encoder,
-        np.round(drive + NOISE * generator.standard_normal(drive.size), CURRENT_DIGITS),
-    )
+    time = np.arange(encoder.size, dtype=np.float64) * PERIOD
+    noise = NOISE * generator.standard_normal(drive.size)
+    current: Vector = np.round(drive + noise, CURRENT_DIGITS)
+    return Recording(time, encoder, current)
 
 
 def play_reference(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -62,12 +63,12 @@ def stream(
     """Second-order answers to a sequence of (reference, duration), through an encoder that rounds
     down; drive 0 once settled."""
     counts = [round(duration / PERIOD) for _, duration in references]
-    time = np.arange(sum(counts)) * PERIOD
+    time = np.arange(sum(counts), dtype=np.float64) * PERIOD
     reference = np.repeat([target for target, _ in references], counts)
     position, command, begin, origin = np.empty_like(time), np.zeros_like(time), 0, start
     for (target, _), count in zip(references, counts, strict=True):
         part = slice(begin, begin + count)
-        local = np.arange(count) * PERIOD
+        local = np.arange(count, dtype=np.float64) * PERIOD
         position[part] = origin + (target - origin) * second_order(local, damping, frequency)
         command[part] = np.where(
             local < 0.5,
@@ -88,9 +89,9 @@ def stream(
     return Stream(topic, time, kept, {name: UNITS[name] for name in kept})
 
 
-def clutch_log(variants: int = 0, **options: object) -> Log:
+def clutch_log(variants: int = 0, **options: Any) -> Log:
     """A log with the nominal stream and `variants` more, each a little slower and less damped."""
-    slower = [
+    slower: list[dict[str, Any]] = [
         {"topic": f"/axis/v{k:02d}", "damping": 0.8 - 0.01 * k, "frequency": 25.0 - 0.3 * k}
         for k in range(variants)
     ]
@@ -116,7 +117,7 @@ def hostile_log() -> Log:
 
 def smooth_log() -> Log:
     """A measured log with a smooth reference: no hold, no step."""
-    time = np.arange(4000) * PERIOD
+    time = np.arange(4000, dtype=np.float64) * PERIOD
     reference: Vector = 10.0 * np.sin(2.0 * time)
     signals = {
         "position": np.round(reference / 0.1) * 0.1,

@@ -37,13 +37,13 @@ def pid_output(memory: Vector, error: float) -> float:
     low-pass to the next sample."""
     steepness = DERIVATIVE_TIME / LAG * (error - memory[1])
     memory[1] = error + math.exp(-PERIOD / LAG) * (memory[1] - error)
-    return GAIN * (error + memory[0] / INTEGRAL_TIME + steepness)
+    return float(GAIN * (error + memory[0] / INTEGRAL_TIME + steepness))
 
 
 @kernel
 def pi_output(memory: Vector, error: float) -> float:
     """The speed controller before its limit [N]; memory[0] = integral of the speed error [m]."""
-    return SPEED_GAIN * (error + memory[0] / SPEED_INTEGRAL_TIME)
+    return float(SPEED_GAIN * (error + memory[0] / SPEED_INTEGRAL_TIME))
 
 
 @kernel
