@@ -217,16 +217,7 @@ def command(
     if each is None:
         _alone(
             IdentifyCommand(
-                logs,
-                ramp,
-                loops,
-                bench,
-                document,
-                request,
-                shown,
-                plot,
-                output,
-                as_json,
+                logs, ramp, loops, bench, document, request, shown, plot, output, as_json
             )
         )
         return
@@ -235,16 +226,7 @@ def command(
 
     patterns = NamePatterns(checked_pattern("--unit", unit), checked_pattern("--date", date))
     line = IdentifyEachCommand(
-        each,
-        bench,
-        document,
-        request,
-        patterns,
-        shown,
-        output,
-        as_json,
-        cores,
-        cluster,
+        each, bench, document, request, patterns, shown, output, as_json, cores, cluster
     )
     click.get_current_context().exit(identify_each(line, logs))
 
@@ -276,11 +258,9 @@ def _alone(line: IdentifyCommand) -> None:
     from frictool.identify.identification import NothingIdentified
     from frictool.logs.reading import read_log
 
-    inputs, document, output = (
-        [*line.logs, *line.ramp, *line.loops, line.bench],
-        line.document,
-        line.output,
-    )
+    inputs = [*line.logs, *line.ramp, *line.loops, line.bench]
+    document = line.document
+    output = line.output
     shown = {
         "logs": line.logs,
         "--bench": line.bench,
@@ -310,9 +290,7 @@ def _alone(line: IdentifyCommand) -> None:
         from frictool.identify.picture import picture_of
 
         save_text(
-            line.plot,
-            picture_of(found.model, found.result, found.records, document) + "\n",
-            inputs,
+            line.plot, picture_of(found.model, found.result, found.records, document) + "\n", inputs
         )
     _tell(found.result, document, line.as_json, output, found.model)
     if not line.as_json:

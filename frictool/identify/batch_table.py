@@ -131,10 +131,8 @@ def batch_populations(batch: Sequence[BatchResult], confidence: float) -> dict[s
 def headline(batch: Sequence[BatchResult]) -> str:
     """Return a one-line summary: number of models and units, and groups without a model."""
     units = len({one.origin.unit for one in batch if one.origin.unit is not None})
-    lost, empty = (
-        sum(one.lost for one in batch),
-        sum(one.model is None and not one.lost for one in batch),
-    )
+    lost = sum(one.lost for one in batch)
+    empty = sum(one.model is None and not one.lost for one in batch)
     models = sum(one.model is not None for one in batch)
     line = f"{models} model{'s' * (models != 1)}" + (
         f" of {units} unit{'s' * (units != 1)}" if units else ""

@@ -78,10 +78,8 @@ def without_constant_effort(
         if not lost:
             kept.append(record)
             continue
-        first, unit = (
-            min(stretches, key=lambda stretch: stretch.start),
-            si_unit("effort", bench.axis),
-        )
+        first = min(stretches, key=lambda stretch: stretch.start)
+        unit = si_unit("effort", bench.axis)
         found = (
             f"{Path(record.name).name}: the effort stays near {first.level:.4g} {unit} for "
             f"{100.0 * lost / moving:.0f} % of the motion, "

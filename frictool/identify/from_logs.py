@@ -14,11 +14,7 @@ from frictool.documents.provenance import Provenance, provenance_of_call
 from frictool.identify.axis_logs import SLIDING_LOG
 from frictool.identify.duplicate_logs import refuse_duplicates
 from frictool.identify.fit_result import UnusableLogs
-from frictool.identify.identification import (
-    Identification,
-    NothingIdentified,
-    identify_records,
-)
+from frictool.identify.identification import Identification, NothingIdentified, identify_records
 from frictool.identify.measurement.bench_measurement import measurement
 from frictool.identify.methods import IdentificationRequest
 from frictool.identify.model_document import bench_model, model_of

@@ -106,11 +106,9 @@ def _fastest(model: Model, rows: StrokeRows | None) -> float:
 
 
 def _over_speed(ax: Axes, model: Model, rows: StrokeRows | None, ramp: Breakaway | None) -> None:
-    speed, effort, velocity = (
-        np.linspace(0.0, _fastest(model, rows), POINTS),
-        si_unit("effort", model.axis),
-        si_unit("velocity", model.axis),
-    )
+    speed = np.linspace(0.0, _fastest(model, rows), POINTS)
+    effort = si_unit("effort", model.axis)
+    velocity = si_unit("velocity", model.axis)
     for side, colour, name in SIDES:
         ax.plot(
             speed, friction_over_speed(model, speed, side), color=colour, linewidth=1.2, label=name
@@ -166,11 +164,9 @@ def _over_position(ax: Axes, model: Model, ramp: Breakaway) -> None:
             label=f"breakaways {name}",
         )
         if law is None:
-            level, curve, x = (
-                ramp.interval,
-                np.ones(2),
-                np.array([ramp.position.min(), ramp.position.max()]),
-            )
+            level = ramp.interval
+            curve = np.ones(2)
+            x = np.array([ramp.position.min(), ramp.position.max()])
             curve = level.value * curve
         else:
             level, x = (law.forward, law.backward)[index], np.linspace(law.low, law.high, POINTS)

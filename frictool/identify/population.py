@@ -229,6 +229,5 @@ def _drift(
     error = birge / math.sqrt(reach)
     half = float(student.ppf(0.5 * (1.0 + confidence), free)) * error
     return ParameterDrift(
-        Interval.around(slope, half),
-        2.0 * float(student.sf(abs(slope) / error, free)),
+        Interval.around(slope, half), 2.0 * float(student.sf(abs(slope) / error, free))
     )

@@ -33,11 +33,9 @@ QUANTILE = float(ndtri(0.5 + 0.5 * CONFIDENCE))
 SINES_COUNTS = 20.0  # least counts of a stroke past the backlash, to detect its reversals
 # methods of identify that a verdict proposes
 DIFFERENTIATION, WEAK_FORM, STROKE_MEANS = "least-squares", "weak", "sines"
-SINES, RAMPS, LOOPS = (
-    "excite --kind sines",
-    "excite --kind breakaway",
-    "slow effort up and down below the breakaway",
-)
+SINES = "excite --kind sines"
+RAMPS = "excite --kind breakaway"
+LOOPS = "slow effort up and down below the breakaway"
 
 
 @dataclass(frozen=True)
@@ -198,10 +196,10 @@ def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identif
         else f"least squares is expected to reach {percent(precision)}"
     )
     if not facts.axis.loads.plain:
-        fine, why = (
-            precision <= wanted,
+        fine = precision <= wanted
+        why = (
             f"{refusal}; least squares over windows, since the method of sines does not know "
-            "load.terms",
+            "load.terms"
         )
         return Identifiability(
             fine, DIFFERENTIATION if fine else None, SINES, precision, bound, why

@@ -118,10 +118,8 @@ def _onset(
     before = np.where(changed > 0, seen[changed - 1], 0.0)
     distance = 0.5 * (before + seen[changed] - record.resolution)
     level += rate * record.period * _above(record)
-    place, rested = (
-        float(record.position[start]) + 0.5 * record.resolution,
-        float(record.time[end] - record.time[start]),
-    )
+    place = float(record.position[start]) + 0.5 * record.resolution
+    rested = float(record.time[end] - record.time[start])
     time = after[changed] - 0.5 * record.period
     return BreakawayOnset(
         direction,

@@ -23,11 +23,7 @@ from frictool.identify.breakaway.onset_detection import (
     BreakawayOnset,
     find_onsets,
 )
-from frictool.identify.breakaway.position_law import (
-    FOLLOWING,
-    BreakawayPositions,
-    PolynomialOrders,
-)
+from frictool.identify.breakaway.position_law import FOLLOWING, BreakawayPositions, PolynomialOrders
 from frictool.identify.breakaway.stribeck_velocity import StribeckVelocityRange, allowed_fall
 from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.motion_record import MotionRecord
@@ -180,10 +176,8 @@ def onset_data(records: list[MotionRecord], bench: Bench) -> OnsetData:
             f"at least {FEWEST_ONSETS} in one direction "
             "are needed"
         )
-    position, direction = (
-        np.array([o.position for o in used]),
-        np.array([o.direction for o in used]),
-    )
+    position = np.array([o.position for o in used])
+    direction = np.array([o.direction for o in used])
     places = BreakawayPositions(position, direction, float(position.min()), float(position.max()))
     known = bench.mechanics.offset
     one_way = abs(float(np.sum(direction))) == direction.size

@@ -59,10 +59,8 @@ def auto(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
         return _differentiated(records, bench, settings, droppable)
     bench = with_found_loads(records, bench, settings)
     facts = recorded_facts(records, bench)
-    inertia, friction = (
-        decide_identifiability("inertia", facts),
-        decide_identifiability("viscous", facts),
-    )
+    inertia = decide_identifiability("inertia", facts)
+    friction = decide_identifiability("viscous", facts)
     weak = _weak(records, bench, settings) if inertia.method == WEAK_FORM else None
     if friction.method == STROKE_MEANS and bench.load in (None, ONLY_OFFSET):
         try:

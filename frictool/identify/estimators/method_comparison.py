@@ -182,10 +182,8 @@ def _why(
         else "simulated on the logs themselves, which are too short for halves"
     )
     told = "; ".join(score.shown(unit) for score in scores)
-    smallest, best = (
-        min(scores, key=lambda score: score.force),
-        min(scores, key=lambda score: score.position),
-    )
+    smallest = min(scores, key=lambda score: score.force)
+    best = min(scores, key=lambda score: score.position)
     lost = (
         f" ({best.name} is not allowed: its force error is above {MOST_FORCE:g} times that of "
         f"{smallest.name})"

@@ -119,10 +119,8 @@ def _squares(means: StrokeMeans, knees: tuple[float, ...]) -> float:
 
 def _criterion(means: StrokeMeans, knees: tuple[float, ...]) -> float:
     """Return Schwarz's criterion; smaller is better."""
-    count, parameters = (
-        int(np.unique(means.cluster).size),
-        means.columns.shape[1] + 1 + 2 * len(knees),
-    )
+    count = int(np.unique(means.cluster).size)
+    parameters = means.columns.shape[1] + 1 + 2 * len(knees)
     floor = (np.finfo(np.float64).eps * float(np.linalg.norm(means.effort * means.weight))) ** 2
     return float(
         count * np.log((_squares(means, knees) + floor) / count) + parameters * np.log(count)

@@ -194,10 +194,8 @@ def stroke_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
     if not records:
         raise UnusableLogs("no log of sliding motion was given")
     parts = [_gated(record, backlash) for record in records]
-    samples, position = (
-        joined([part for part, _ in parts]),
-        np.concatenate([place for _, place in parts]),
-    )
+    samples = joined([part for part, _ in parts])
+    position = np.concatenate([place for _, place in parts])
     if samples.velocity.size == 0:
         raise UnusableLogs("no stroke is long enough to see the middle of it slip")
     starts = np.flatnonzero(np.diff(samples.stroke, prepend=-1))

@@ -105,10 +105,8 @@ def _fitted(
     runs: ConstantSpeedRuns, velocity: float, exponent: float, confidence: float
 ) -> SlidingFit:
     """Return the fit of a curve with this Stribeck velocity and exponent; a line if it is 0."""
-    design, names = (
-        runs.design(velocity, exponent),
-        [name for name in NAMES if velocity > 0.0 or name != "fall"],
-    )
+    design = runs.design(velocity, exponent)
+    names = [name for name in NAMES if velocity > 0.0 or name != "fall"]
     weight, cluster = np.sqrt(runs.samples), np.arange(runs.speed.size)
     value = np.linalg.lstsq(design * weight[:, None], runs.effort * weight, rcond=None)[0]
     columns = design

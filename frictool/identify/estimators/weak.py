@@ -96,10 +96,8 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     found = _identified(found, structure, bench, settings.fixed)
     if "inertia" in settings.fixed:
         return found
-    precision, known = (
-        QUANTILE * float(deviation[0]) / axis.inertia,
-        facts.known.get("inertia", 1.0),
-    )
+    precision = QUANTILE * float(deviation[0]) / axis.inertia
+    known = facts.known.get("inertia", 1.0)
     if precision >= known:
         kept = {name: interval for name, interval in found.parameters.items() if name != "inertia"}
         reason = (

@@ -180,11 +180,9 @@ def _checked(bench: Bench, limits: BenchLimits, ramp: Ramp, which: int) -> Simul
     Raises NoSolutionError if the axis moves too far, too fast, or not at all.
     """
     played = _play(_axis(bench, which), ramp, bench.sample_period_s)
-    unit, hint = (
-        limits.unit,
-        "give a lower --rate"
-        if not ramp.open_loop
-        else "play it by its rules, without --open-loop",
+    unit = limits.unit
+    hint = (
+        "give a lower --rate" if not ramp.open_loop else "play it by its rules, without --open-loop"
     )
     travel, name = bench.mechanics.travel, NAMES[which]
     if not played.moved:

@@ -81,10 +81,7 @@ def info(
         If the log cannot be read.
     """
     # numbers near the largest double may overflow
-    with (
-        tempfile.TemporaryDirectory() as temporary,
-        np.errstate(over="ignore", invalid="ignore"),
-    ):
+    with tempfile.TemporaryDirectory() as temporary, np.errstate(over="ignore", invalid="ignore"):
         if isinstance(log, Log):
             path = Path(temporary, Path(log.source).name or "log.mcap")
             write_log(log, path)

@@ -187,10 +187,8 @@ def _backlash(
         raise UnusableLogs(
             "friction does not rise with the way after a reversal: no backlash shows"
         )
-    half, normal = (
-        float(_solved(rows, width).half_width(confidence)[-1]),
-        float(ndtri(0.5 + 0.5 * confidence)),
-    )
+    half = float(_solved(rows, width).half_width(confidence)[-1])
+    normal = float(ndtri(0.5 + 0.5 * confidence))
     if not np.isfinite(half):
         raise UnusableLogs("too few reversals to tell how uncertain the backlash's width is")
     reach = half_width(confidence, half / normal, ranges)

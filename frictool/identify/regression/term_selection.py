@@ -97,10 +97,8 @@ def needless(
     finite = [k for k in candidates if np.isfinite(low[k]) and np.isfinite(high[k])]
     for k in sorted(finite, key=lambda k: float(abs(low[k] + high[k]) / (high[k] - low[k]))):
         without = [other for other in columns if other != k]
-        error, other_error = (
-            held_out_norm(plain, weighted, half, columns),
-            held_out_norm(plain, weighted, half, without),
-        )
+        error = held_out_norm(plain, weighted, half, columns)
+        other_error = held_out_norm(plain, weighted, half, without)
         if (
             error is not None
             and other_error is not None

@@ -157,11 +157,9 @@ def filter_blocks(
     """
     n, window = position.shape[0], c.shape[0]
     reach = (window - 1) // 2
-    x, v, u = (
-        np.empty(BLOCK + window - 1),
-        np.empty(BLOCK + window - 3),
-        np.empty(BLOCK + window - 3),
-    )
+    x = np.empty(BLOCK + window - 1)
+    v = np.empty(BLOCK + window - 3)
+    u = np.empty(BLOCK + window - 3)
     for first in range(reach, n - reach, BLOCK):
         rows = min(BLOCK, n - reach - first)
         origin = first - reach
@@ -174,11 +172,9 @@ def filter_blocks(
                 + held[1] * effort[origin + k + 1]
                 + held[2] * effort[origin + k + 2]
             )
-        acceleration, velocity, mean = (
-            out[0, first : first + rows],
-            out[1, first : first + rows],
-            out[2, first : first + rows],
-        )
+        acceleration = out[0, first : first + rows]
+        velocity = out[1, first : first + rows]
+        mean = out[2, first : first + rows]
         out[:, first : first + rows] = 0.0
         for j in range(window):
             for k in range(rows):

@@ -98,10 +98,8 @@ def find_strokes(record: MotionRecord) -> Strokes:
         for first, last in itertools.pairwise(edges)
     ]
     starts = np.sort(np.concatenate((edges[:-1], *turns)).astype(np.int64))
-    number, sign, advance = (
-        np.empty(position.size, dtype=np.int64),
-        np.empty(position.size),
-        np.empty(position.size),
-    )
+    number = np.empty(position.size, dtype=np.int64)
+    sign = np.empty(position.size)
+    advance = np.empty(position.size)
     fill_strokes(position, starts, np.isin(starts, edges), threshold, number, sign, advance)
     return Strokes(number, sign, advance)
