@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from frictool.documents.laws import Laws
+from frictool.documents.quantity import Axis, Estimate, si_unit
 from frictool.errors import EXIT_NO, FrictoolError
 
 # effort = inertia a + viscous v + coulomb sign(v) + offset
@@ -41,6 +42,11 @@ class Interval:
     def around(cls, value: float, half: float, least: float = -math.inf) -> Interval:
         """Return value +- half, its lower end at `least` or above."""
         return cls(float(value), float(max(value - half, least)), float(value + half))
+
+    def estimate(self, dimension: str, axis: Axis, least: float = -math.inf) -> Estimate:
+        """Return the document's estimate of this dimension, its lower end at `least` or above."""
+        unit = si_unit(dimension, axis)
+        return Estimate(self.value, max(self.low, least), self.high, unit, source="identified")
 
     @property
     def half_width(self) -> float:

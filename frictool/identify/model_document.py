@@ -63,9 +63,7 @@ def unit_of(name: str, bench: Bench) -> str:
 def _estimate(name: str, result: Identification, bench: Bench) -> Estimate:
     found = result.identified.get(name)
     if found is not None:
-        return Estimate(
-            found.value, found.low, found.high, unit_of(name, bench), source="identified"
-        )
+        return found.estimate(DIMENSIONS[name], bench.axis)
     known: Quantity | None = getattr(bench.mechanics, name)
     if known is None:
         # only the offset: the bench always has the others

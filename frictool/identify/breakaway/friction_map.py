@@ -22,7 +22,7 @@ import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Backward, Dwell, FrictionOverPosition, Laws, Polynomial
-from frictool.documents.quantity import Estimate, Span, si_unit
+from frictool.documents.quantity import Span, si_unit
 from frictool.identify.breakaway.breakaway import Breakaway, BreakawayOverPosition, breakaway
 from frictool.identify.estimators.sines import (
     StrokeRows,
@@ -118,7 +118,9 @@ def _fitted(
         found["offset"] = pair[2]
     levels = pair[1:2] if law.common else pair[1:]
     laws = Laws(
-        backward=None if law.common else Backward(coulomb=_estimate(levels[1], bench)),
+        backward=None
+        if law.common
+        else Backward(coulomb=levels[1].estimate("effort", bench.axis, 0.0)),
         regimes=regimes_of(pieces, half, bench),
     )
     error = float(np.linalg.norm(pieces.residual) / np.linalg.norm(means.effort))
@@ -155,7 +157,7 @@ def breakaway_laws(ramp: Breakaway, bench: Bench, sliding: Laws | None = None) -
     backward = laws.backward
     if not law.common:
         backward = msgspec.structs.replace(
-            backward or Backward(), breakaway=_estimate(law.backward, bench)
+            backward or Backward(), breakaway=law.backward.estimate("effort", bench.axis, 0.0)
         )
     own = [
         Polynomial(
@@ -168,13 +170,3 @@ def breakaway_laws(ramp: Breakaway, bench: Bench, sliding: Laws | None = None) -
     )
     position = FrictionOverPosition(span, own[0] if law.common else both)
     return msgspec.structs.replace(laws, backward=backward, position=position)
-
-
-def _estimate(interval: Interval, bench: Bench) -> Estimate:
-    return Estimate(
-        interval.value,
-        max(interval.low, 0.0),
-        interval.high,
-        si_unit("effort", bench.axis),
-        source="identified",
-    )

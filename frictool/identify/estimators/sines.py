@@ -26,7 +26,7 @@ from scipy.special import ndtri
 
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws, Regime
-from frictool.documents.quantity import Estimate, Quantity, si_unit
+from frictool.documents.quantity import Quantity, si_unit
 from frictool.identify.estimators.piecewise_friction import (
     PiecewiseFriction,
     StrokeMeans,
@@ -310,11 +310,5 @@ def regime(knee: float, reach: float, viscous: Interval, bench: Bench) -> Regime
 
     `knee` and its half width `reach` are in rad/s | m/s.
     """
-    slope = not_negative(viscous)
     above = Quantity(knee, max(knee - reach, 0.0), knee + reach, si_unit("velocity", bench.axis))
-    return Regime(
-        above,
-        Estimate(
-            slope.value, slope.low, slope.high, si_unit("viscous", bench.axis), source="identified"
-        ),
-    )
+    return Regime(above, not_negative(viscous).estimate("viscous", bench.axis))

@@ -6,7 +6,6 @@ from collections.abc import Callable
 
 from frictool.documents.bench import Bench
 from frictool.documents.measurement import Measurement
-from frictool.documents.quantity import Estimate, si_unit
 from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.measurement.loop_lag import loop_lag
 from frictool.identify.measurement.reversals import reversals
@@ -48,9 +47,7 @@ def measurement(
         "loop_time_constant": (lag, "time"),
     }
     estimates = {
-        name: Estimate(
-            one.value, one.low, one.high, si_unit(dimension, bench.axis), source="identified"
-        )
+        name: one.estimate(dimension, bench.axis)
         for name, (one, dimension) in found.items()
         if isinstance(one, Interval)
     }

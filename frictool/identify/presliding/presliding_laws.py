@@ -62,27 +62,27 @@ def presliding(
         )
     return Presliding(
         best,
-        _estimate(limit, "position", bench),
-        _estimate(stiffness, "stiffness", bench),
-        _estimate(breakaway, "effort", bench),
+        limit.estimate("position", bench.axis),
+        stiffness.estimate("stiffness", bench.axis),
+        breakaway.estimate("effort", bench.axis),
         refused=refused,
         **{name: LAWS[name].document(fit, inertia, bench) for name, fit in fits.items()},
     )
 
 
-def _checked(found: T) -> T:
+def _checked(fit: T) -> T:
     """Return the fit; raise UnusableLogs if it predicts badly or does not determine z_max."""
-    if isinstance(found, PreslidingFit | MaxwellFit) and found.held_out > LARGEST_ERROR:
+    if isinstance(fit, PreslidingFit | MaxwellFit) and fit.held_out > LARGEST_ERROR:
         raise UnusableLogs(
-            f"on branches not seen it is off by {100.0 * found.held_out:.3g} % of the breakaway "
+            f"on branches not seen it is off by {100.0 * fit.held_out:.3g} % of the breakaway "
             f"(allowed: {100 * LARGEST_ERROR:g} %)"
         )
-    if isinstance(found, MaxwellFit) and not (found.limit.low > 0.0 and found.stiffness.low > 0.0):
+    if isinstance(fit, MaxwellFit) and not (fit.limit.low > 0.0 and fit.stiffness.low > 0.0):
         raise UnusableLogs(
-            f"z_max is not told: its interval [{found.limit.low:.3g}, {found.limit.high:.3g}] "
+            f"z_max is not told: its interval [{fit.limit.low:.3g}, {fit.limit.high:.3g}] "
             "reaches zero"
         )
-    return found
+    return fit
 
 
 def _contact(fit: PreslidingFit, inertia: float, bench: Bench) -> Contact:
@@ -92,44 +92,40 @@ def _contact(fit: PreslidingFit, inertia: float, bench: Bench) -> Contact:
         unit=si_unit("viscous", bench.axis),
         source="assumed",
     )
-    elastic = _estimate(fit.parameters[1], "position", bench) if len(fit.parameters) > 1 else None
+    elastic = (
+        fit.parameters[1].estimate("position", bench.axis) if len(fit.parameters) > 1 else None
+    )
     return Contact(
-        _estimate(stiffness, "stiffness", bench), start, fit.force_error, fit.held_out, elastic
+        stiffness.estimate("stiffness", bench.axis), start, fit.force_error, fit.held_out, elastic
     )
 
 
-def _maxwell(found: MaxwellFit, inertia: float, bench: Bench) -> MaxwellSlip:
+def _maxwell(fit: MaxwellFit, inertia: float, bench: Bench) -> MaxwellSlip:
     force, low, high = (
-        tuple(getattr(one, name) for one in found.force) for name in ("value", "low", "high")
+        tuple(getattr(one, name) for one in fit.force) for name in ("value", "low", "high")
     )
-    displacement = tuple(float(d) for d in found.displacement)
+    displacement = tuple(float(d) for d in fit.displacement)
     return MaxwellSlip(
-        _estimate(found.stiffness, "stiffness", bench),
+        fit.stiffness.estimate("stiffness", bench.axis),
         displacement,
         force,
         low,
         high,
-        found.force_error,
-        found.held_out,
+        fit.force_error,
+        fit.held_out,
     )
 
 
-def _preisach(found: EverettTable, inertia: float, bench: Bench) -> Preisach:
+def _preisach(fit: EverettTable, inertia: float, bench: Bench) -> Preisach:
     table, half = (
         tuple(tuple(float(x) for x in row) for row in matrix)
-        for matrix in (found.everett, found.half_width)
+        for matrix in (fit.everett, fit.half_width)
     )
     return Preisach(
-        _estimate(found.limit, "position", bench),
-        _estimate(found.saturation, "effort", bench),
+        fit.limit.estimate("position", bench.axis),
+        fit.saturation.estimate("effort", bench.axis),
         table,
         half,
-    )
-
-
-def _estimate(found: Interval, dimension: str, bench: Bench) -> Estimate:
-    return Estimate(
-        found.value, found.low, found.high, si_unit(dimension, bench.axis), source="identified"
     )
 
 

@@ -15,6 +15,7 @@ considered.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -27,7 +28,7 @@ from frictool.documents.laws import Laws as LawsDocument
 from frictool.documents.laws import Load as LoadLaw
 from frictool.documents.laws import Ripple as RippleLaw
 from frictool.documents.load_terms import LoadTerms, Term
-from frictool.documents.quantity import Estimate, si_unit
+from frictool.documents.quantity import Estimate
 from frictool.engine.effort_replay import replay_parameters
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
 from frictool.identify.motion_record import MotionRecord
@@ -152,14 +153,8 @@ def laws_of(identified: Mapping[str, Interval], bench: Bench) -> LawsDocument | 
     """Return the laws of the model document for load parameters; None if there are none."""
 
     def known(name: str, dimension: str) -> Estimate:
-        low = max(identified[name].low, 0.0) if name in POSITIVE else identified[name].low
-        return Estimate(
-            identified[name].value,
-            low,
-            identified[name].high,
-            si_unit(dimension, bench.axis),
-            source="identified",
-        )
+        least = 0.0 if name in POSITIVE else -math.inf
+        return identified[name].estimate(dimension, bench.axis, least)
 
     backward = load = ripple = None
     if "viscous_backward" in identified or "coulomb_backward" in identified:
