@@ -12,6 +12,7 @@ from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
 from frictool.identify.interval_checks import contradicts
+from frictool.identify.methods import DEFAULT
 
 # force error or relative residual above which the effort is noisy or the model incomplete; the
 # intervals do not include either
@@ -79,7 +80,7 @@ def doubt_warnings(fit: SlidingFit, method: str) -> list[str]:
         return []
     advice = (
         "look at frictool validate"
-        if method == "auto"
+        if method == DEFAULT
         else "look at frictool validate, or use --method auto"
     )
     return [

@@ -29,7 +29,6 @@ from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs, int
 from frictool.identify.methods import IdentificationSettings, PublishedFilters
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.newey_west import newey_west
-from frictool.identify.regression.regression import SingularRegressors
 from frictool.identify.rows.regression_samples import (
     KNOWN_OFFSET,
     ONE_DIRECTION,
@@ -70,10 +69,7 @@ def friction_force(
     slope = rows.sign * value[2] * ratio * (ratio - 1.0) * np.exp(1.0 - ratio) / peak
     residual, reach = force - columns @ value, round(1.0 / (pipeline.cutoff_hz * records[0].period))
     with_slope = np.column_stack((_sums(columns), slope))
-    try:
-        deviation = newey_west(with_slope, residual, reach)
-    except SingularRegressors as error:
-        raise UnusableLogs(str(error)) from None
+    deviation = newey_west(with_slope, residual, reach)
     half = deviation * float(
         stdtrit(max(force.size / reach - with_slope.shape[1], 1.0), 0.5 + 0.5 * settings.confidence)
     )

@@ -37,7 +37,7 @@ from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs, int
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.clusters import clusters
-from frictool.identify.regression.regression import SingularRegressors, solve
+from frictool.identify.regression.regression import solve
 from frictool.identify.rows.regression_samples import RegressionSamples, joined
 from frictool.identify.rows.slip_mask import slip_mask
 from frictool.identify.rows.smoothing import choose_window, smoothed
@@ -158,10 +158,7 @@ def _coulomb_and_offset(
     if not free:
         raise UnusableLogs("every parameter of the friction's line is fixed")
     target = means.effort - bench.mechanics.inertia.value * rows.acceleration
-    try:
-        solution = solve(means.columns, target, means.weight, means.cluster)
-    except SingularRegressors as error:
-        raise UnusableLogs(str(error)) from None
+    solution = solve(means.columns, target, means.weight, means.cluster)
     half = _of_fixed(rows, means.columns, solution.half_width(confidence), fixed)
     found = intervals_around(free, solution.value, half)
     left = (target - means.columns @ solution.value) * means.weight
@@ -259,16 +256,13 @@ def _check(means: StrokeMeans) -> None:
 def fit_rows(rows: StrokeRows, bench: Bench, confidence: float) -> tuple[PiecewiseFriction, Vector]:
     """Return the pieces of friction over speed, and half widths (p,) with the inertia's share."""
     means, inertia = rows.means, bench.mechanics.inertia
-    try:
-        pieces = fit_pieces(
-            replace(
-                means,
-                effort=means.effort - inertia.value * rows.acceleration,
-                nuisance=rows.acceleration[:, None],
-            )
+    pieces = fit_pieces(
+        replace(
+            means,
+            effort=means.effort - inertia.value * rows.acceleration,
+            nuisance=rows.acceleration[:, None],
         )
-    except SingularRegressors as error:
-        raise UnusableLogs(str(error)) from None
+    )
     half = pieces.solution.half_width(confidence)
     return pieces, np.hypot(half, _of_inertia(rows, pieces, inertia.interval, confidence))
 

@@ -25,7 +25,7 @@ from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs, int
 from frictool.identify.interval_checks import below_coulomb, too_vague
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
-from frictool.identify.regression.regression import SingularRegressors, solve
+from frictool.identify.regression.regression import solve
 from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Matrix, Vector
 
@@ -113,10 +113,7 @@ def _fitted(
     if velocity > 0.0:
         ratio = (runs.speed / velocity) ** exponent
         columns = np.column_stack((design, value[1] * design[:, 1] * ratio * exponent / velocity))
-    try:
-        solution = solve(columns, runs.effort, weight, cluster)
-    except SingularRegressors as error:
-        raise UnusableLogs(str(error)) from None
+    solution = solve(columns, runs.effort, weight, cluster)
     half = solution.half_width(confidence)
     found = intervals_around(names, value, half)
     if velocity > 0.0:

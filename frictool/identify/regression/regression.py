@@ -14,13 +14,14 @@ import numpy as np
 from scipy.linalg import solve_triangular
 from scipy.special import stdtrit
 
+from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.regression.tsqr import Tensor, merged, triangles
 from frictool.typing import IntVector, Matrix, Vector
 
 SINGULAR = 1e-10  # smallest over largest singular value of the scaled regressors
 
 
-class SingularRegressors(ValueError):
+class SingularRegressors(UnusableLogs):
     """Error: the regressors do not determine the parameters."""
 
 

@@ -19,7 +19,6 @@ from frictool.identify.fit_result import (
 )
 from frictool.identify.regression.clusters import clusters
 from frictool.identify.regression.regression import (
-    SingularRegressors,
     least,
     residual_norm,
     solve_triangles,
@@ -158,39 +157,36 @@ def fit(
     unknown = indistinct_terms(plain, names, samples.velocity.size)
     refused |= unknown
     droppable = tuple(name for name in droppable if name in names and name not in samples.fixed)
-    try:
-        outside = OmittedParameters(names, weighted, samples.fixed, tuple(unknown))
-        outside.add_loads(samples.loads, samples.most, cluster, confidence)
-        names, plain, weighted = _without(
-            names,
-            [name for name in names if name in samples.fixed or name in unknown],
-            plain,
-            weighted,
+    outside = OmittedParameters(names, weighted, samples.fixed, tuple(unknown))
+    outside.add_loads(samples.loads, samples.most, cluster, confidence)
+    names, plain, weighted = _without(
+        names,
+        [name for name in names if name in samples.fixed or name in unknown],
+        plain,
+        weighted,
+    )
+    solution = solve_triangles(weighted, cluster)
+    width = outside.widened(names, solution.half_width(confidence))
+    low, high = solution.value - width, solution.value + width
+    dropped = [
+        names[k]
+        for k in needless(
+            plain, weighted, order, low, high, [names.index(name) for name in droppable]
         )
+    ]
+    found = {
+        name: Interval(0.0, float(low[names.index(name)]), float(high[names.index(name)]))
+        for name in dropped
+    }
+    kept, plain, weighted = _without(names, dropped, plain, weighted)
+    dropped_or_split = bool(dropped)
+    if ("viscous_backward" in kept and "viscous" in kept) or samples.split_coulomb:
+        kept, plain, weighted = by_direction(kept, samples.split_coulomb, plain, weighted)
+        refused |= {"offset": NO_OFFSET} if samples.split_coulomb else {}
+        dropped_or_split = True
+    if dropped_or_split:
         solution = solve_triangles(weighted, cluster)
-        width = outside.widened(names, solution.half_width(confidence))
-        low, high = solution.value - width, solution.value + width
-        dropped = [
-            names[k]
-            for k in needless(
-                plain, weighted, order, low, high, [names.index(name) for name in droppable]
-            )
-        ]
-        found = {
-            name: Interval(0.0, float(low[names.index(name)]), float(high[names.index(name)]))
-            for name in dropped
-        }
-        kept, plain, weighted = _without(names, dropped, plain, weighted)
-        dropped_or_split = bool(dropped)
-        if ("viscous_backward" in kept and "viscous" in kept) or samples.split_coulomb:
-            kept, plain, weighted = by_direction(kept, samples.split_coulomb, plain, weighted)
-            refused |= {"offset": NO_OFFSET} if samples.split_coulomb else {}
-            dropped_or_split = True
-        if dropped_or_split:
-            solution = solve_triangles(weighted, cluster)
-            width = outside.widened(kept, solution.half_width(confidence))
-    except SingularRegressors as error:
-        raise UnusableLogs(str(error)) from None
+        width = outside.widened(kept, solution.half_width(confidence))
     found |= intervals_around(kept, solution.value, width)
     # so far the excess of viscous friction backward over forward
     if "viscous_backward" in found and "viscous" in samples.fixed:
@@ -281,10 +277,7 @@ def residuals(samples: RegressionSamples, weight: Vector) -> Vector:
     _, free = free_columns(samples)
     columns = (*free, *samples.loads.values())
     starts = np.flatnonzero(np.diff(samples.stroke, prepend=-1))
-    try:
-        value = least(triangles((*columns, samples.effort), weight, starts))[0]
-    except SingularRegressors as error:
-        raise UnusableLogs(str(error)) from None
+    value = least(triangles((*columns, samples.effort), weight, starts))[0]
     return samples.effort - sum(
         (v * column for v, column in zip(value, columns, strict=True)), np.zeros(weight.size)
     )
