@@ -15,7 +15,7 @@ of a stroke they average. The weak form is judged by the remaining error.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 from scipy.special import ndtri
@@ -42,21 +42,21 @@ LOOPS = "slow effort up and down below the breakaway"
 class Identifiability:
     """Verdict on one parameter; precisions are relative to the a-priori value.
 
-    - method, test: proposed method and test, None without one
     - precision: half width of the expected 95 % interval, None if nothing can be expected
     - bound: worst case of quantisation by differentiation, behind the filter if there is one; for
       ramps the largest delay of an onset; for presliding one count. None if quantisation has no
       influence.
     - why: reason, as text
+    - method, test: proposed method and test, None without one
     - filter: time constant of the filter, s
     """
 
     identifiable: bool
-    method: str | None
-    test: str | None
     precision: float | None
     bound: float | None
     why: str
+    method: str | None = None
+    test: str | None = None
     filter: float | None = None
 
 
@@ -66,7 +66,7 @@ def verdict(parameter: str, facts: AssessmentInputs, wanted: float) -> Identifia
     `parameter` is inertia, viscous, coulomb, breakaway or presliding.
     """
     if facts.value(parameter) <= 0.0:
-        return Identifiability(False, None, None, None, None, "the bench says that it is 0")
+        return Identifiability(False, None, None, "the bench says that it is 0")
     return _JUDGES[parameter](facts, wanted)
 
 
@@ -80,7 +80,7 @@ def differentiation(
     raw = raw_bound(parameter, facts)
     precision = statistical(facts)[parameter]
     if max(raw, precision) <= wanted:
-        return Identifiability(True, DIFFERENTIATION, SINES, precision, raw, worst_case(raw))
+        return Identifiability(True, precision, raw, worst_case(raw), DIFFERENTIATION, SINES)
     if not facts.dynamics_known:
         return None
     slowest = noise_ratio(facts.fastest, facts.sensing.period)
@@ -89,7 +89,7 @@ def differentiation(
     tau = filter_for(min(max((wanted / raw) ** 2, slowest), LARGEST_RATIO), facts.sensing.period)
     bound = raw * math.sqrt(noise_ratio(tau, facts.sensing.period))
     why = f"{worst_case(raw)}, {up_to(bound)} behind a low-pass filter of {tau:.3g} s"
-    return Identifiability(True, DIFFERENTIATION, SINES, precision, bound, why, tau)
+    return Identifiability(True, precision, bound, why, DIFFERENTIATION, SINES, tau)
 
 
 def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
@@ -159,25 +159,17 @@ def _inertia(facts: AssessmentInputs, wanted: float) -> Identifiability:
     if found is not None:
         return found
     precision, refusal = statistical(facts)["inertia"], refusal_of_differentiation("inertia", facts)
+    bound = raw_bound("inertia", facts)
     if not facts.axis.loads.plain:
-        return Identifiability(
-            False,
-            None,
-            None,
-            precision,
-            raw_bound("inertia", facts),
-            f"{refusal}; the weak form does not know load.terms",
-        )
+        why = f"{refusal}; the weak form does not know load.terms"
+        return Identifiability(False, precision, bound, why)
     if precision <= wanted:
-        return Identifiability(
-            True, WEAK_FORM, SINES, precision, raw_bound("inertia", facts), f"{refusal} (weak form)"
-        )
+        why = f"{refusal} (weak form)"
+        return Identifiability(True, precision, bound, why, WEAK_FORM, SINES)
     unseen = (
         "" if math.isfinite(precision) else "; no stroke is longer than a window of the weak form"
     )
-    return Identifiability(
-        False, None, None, precision, raw_bound("inertia", facts), f"{refusal}{unseen}"
-    )
+    return Identifiability(False, precision, bound, f"{refusal}{unseen}")
 
 
 def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identifiability:
@@ -186,9 +178,7 @@ def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identif
     if found is not None and precision <= wanted:
         # the mean error of sign(v) is zero (4.2.1.1)
         bound = found.bound if parameter == "viscous" else None
-        return Identifiability(
-            True, DIFFERENTIATION, SINES, precision, bound, found.why, found.filter
-        )
+        return replace(found, precision=precision, bound=bound)
     bound = raw_bound("viscous", facts) if parameter == "viscous" else None
     refusal = (
         refusal_of_differentiation(parameter, facts)
@@ -201,19 +191,12 @@ def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identif
             f"{refusal}; least squares over windows, since the method of sines does not know "
             "load.terms"
         )
-        return Identifiability(
-            fine, DIFFERENTIATION if fine else None, SINES, precision, bound, why
-        )
+        method = DIFFERENTIATION if fine else None
+        return Identifiability(fine, precision, bound, why, method, SINES)
     way, need = facts.strokes[0].distance, facts.axis.backlash + SINES_COUNTS * facts.sensing.step
     if way < need:
-        return Identifiability(
-            False,
-            None,
-            None,
-            None,
-            bound,
-            f"{refusal}; sines need strokes of {need:.3g}, the travel has {way:.3g}",
-        )
+        why = f"{refusal}; sines need strokes of {need:.3g}, the travel has {way:.3g}"
+        return Identifiability(False, None, bound, why)
     by_sines = float(
         sines_half_width(facts, QUANTILE)[("viscous", "coulomb").index(parameter)]
     ) / facts.value(parameter)
@@ -222,7 +205,7 @@ def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identif
         "position loop that follows to 3 %"
     )
     fine = by_sines <= wanted
-    return Identifiability(fine, STROKE_MEANS if fine else None, SINES, by_sines, bound, why)
+    return Identifiability(fine, by_sines, bound, why, STROKE_MEANS if fine else None, SINES)
 
 
 def _breakaway(facts: AssessmentInputs, wanted: float) -> Identifiability:
@@ -235,16 +218,15 @@ def _breakaway(facts: AssessmentInputs, wanted: float) -> Identifiability:
         f"corrected over {facts.onsets:g} onsets"
     )
     fine = precision <= wanted
-    return Identifiability(fine, "ramps" if fine else None, RAMPS, precision, late, why)
+    return Identifiability(fine, precision, late, why, "ramps" if fine else None, RAMPS)
 
 
 def _presliding(facts: AssessmentInputs, wanted: float) -> Identifiability:
     counts = facts.presliding / facts.sensing.step
     fine = 1.0 / counts <= wanted
     why = f"an expected presliding distance of {facts.presliding:.3g} is {counts:.3g} counts"
-    return Identifiability(
-        fine, "loops" if fine else None, LOOPS if fine else None, 1.0 / counts, 1.0 / counts, why
-    )
+    proposed = ("loops", LOOPS) if fine else (None, None)
+    return Identifiability(fine, 1.0 / counts, 1.0 / counts, why, *proposed)
 
 
 def percent(part: float) -> str:
