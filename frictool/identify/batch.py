@@ -167,9 +167,8 @@ class IdentifyJob:
             return self._without(group, f"cannot be read: {error.strerror or error}", EXIT_INPUT)
         except Exception as error:  # a programming error with one log must not stop the other logs
             reason = (
-                f"could not be identified ({type(error).__name__}: {error}); identify it "
-                "alone "
-                "to see more"
+                f"could not be identified ({type(error).__name__}: {error}); identify it alone to "
+                "see more"
             )
             return self._without(group, _named(reason, paths, group), EXIT_INPUT)
 

@@ -17,10 +17,9 @@ from frictool.identify.orientation import opposite_signs
 from frictool.identify.outcome import Outcome, accept, bench_interval, sliding_intervals
 
 POSITION_HIDES_INERTIA = (
-    "friction varies with the position, which goes with the acceleration along a stroke: what "
-    "one does is taken for the other; "
-    "the bench's value is kept. The weak form (auto, weak) gives friction over the position "
-    "columns of its own where it shows in slip"
+    "friction varies with the position, which goes with the acceleration along a stroke: what one "
+    "does is taken for the other; the bench's value is kept. The weak form (auto, weak) gives "
+    "friction over the position columns of its own where it shows in slip"
 )
 
 

@@ -82,9 +82,8 @@ def without_constant_effort(
         unit = si_unit("effort", bench.axis)
         found = (
             f"{Path(record.name).name}: the effort stays near {first.level:.4g} {unit} for "
-            f"{100.0 * lost / moving:.0f} % of the motion, "
-            f"from {record.time[first.start]:.6g} s on, while the axis changes its speed: a "
-            "saturated measurement, or a command"
+            f"{100.0 * lost / moving:.0f} % of the motion, from {record.time[first.start]:.6g} s "
+            "on, while the axis changes its speed: a saturated measurement, or a command"
         )
         if lost > MOST * moving:
             raise UnusableLogs(

@@ -34,9 +34,8 @@ def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> 
             )
             out.append(
                 f"{name}: {shown} [{known.low:.4g}, {known.high:.4g}]; the log's value is used, "
-                "since the bench's does not explain the "
-                f"log: correct mechanics.{name} of the bench, or, if that is certain, leave out "
-                "the log: it is of another rig, or of a "
+                f"since the bench's does not explain the log: correct mechanics.{name} of the "
+                "bench, or, if that is certain, leave out the log: it is of another rig, or of a "
                 "motion that the model does not describe"
             )
     return out
@@ -65,9 +64,8 @@ def replacement_warnings(
     )
     return [
         f"the bench's values replace {values} of the log, and raise the force error from "
-        f"{100 * free.force_error:.3g} % to "
-        f"{100 * final.force_error:.3g} %; correct them in the bench, or record a log that tells "
-        "them"
+        f"{100 * free.force_error:.3g} % to {100 * final.force_error:.3g} %; correct them in the "
+        "bench, or record a log that tells them"
     ]
 
 
@@ -84,7 +82,6 @@ def doubt_warnings(fit: SlidingFit, method: str) -> list[str]:
         else "look at frictool validate, or use --method auto"
     )
     return [
-        f"{shown} {100 * left:.3g} %, above {100 * DOUBTFUL_FORCE_ERROR:g} %: the effort is "
-        "noisy, or something acts that is not in the "
-        f"model, and the intervals do not hold that; {advice}"
+        f"{shown} {100 * left:.3g} %, above {100 * DOUBTFUL_FORCE_ERROR:g} %: the effort is noisy, "
+        f"or something acts that is not in the model, and the intervals do not hold that; {advice}"
     ]

@@ -83,18 +83,16 @@ def slow_effort_warnings(
         if found is None or found.high < SLOW or found.effect < LEAST_EFFECT:
             continue
         rates = (
-            f"changes every {1e3 * found.hold * record.period:.3g} ms only, the position "
-            "every "
+            f"changes every {1e3 * found.hold * record.period:.3g} ms only, the position every "
             f"{1e3 * record.period:.3g} ms"
         )
         unit = si_unit("inertia", bench.axis)
         advice = "log the current as often as the position, and not a set point"
         if found.low > SLOW:
             raise UnusableLogs(
-                f"{Path(record.name).name}: the effort {rates}, and is not what acted in "
-                "between: the inertia would be "
-                f"{found.logged:.4g} {unit} instead of {found.interpolated:.4g} {unit} or so; "
-                f"{advice}"
+                f"{Path(record.name).name}: the effort {rates}, and is not what acted in between: "
+                f"the inertia would be {found.logged:.4g} {unit} instead of "
+                f"{found.interpolated:.4g} {unit} or so; {advice}"
             )
         warnings.append(
             f"{Path(record.name).name}: the effort {rates}; the log does not tell whether it "

@@ -49,9 +49,8 @@ def _refuse_saturated(record: MotionRecord, bench: Bench) -> None:
             unit = si_unit("effort", bench.axis)
             raise UnusableLogs(
                 f"{record.name}: the effort stays at {top.at:.4g} {unit} for {100 * share:.2g} % "
-                "of the samples (allowed: "
-                f"{100 * LARGEST_SATURATED_SHARE:g} %) though the actuator gives {most:.4g}: its "
-                "measurement is saturated; widen its range"
+                f"of the samples (allowed: {100 * LARGEST_SATURATED_SHARE:g} %) though the "
+                f"actuator gives {most:.4g}: its measurement is saturated; widen its range"
             )
 
 
@@ -73,9 +72,8 @@ def _refuse_clipped(record: MotionRecord, bench: Bench) -> None:
             if speed > MARGIN * brake * 0.5 * n * record.period + unseen:
                 raise UnusableLogs(
                     f"{record.name}: the position stops at its extreme, {extreme:.4g} {unit}, "
-                    f"within a sample at {record.time[at]:.6g} s, "
-                    f"from {speed:.3g} {unit}/s, which the effort does not brake: the encoder is "
-                    "clipped, or the axis hit a stop"
+                    f"within a sample at {record.time[at]:.6g} s, from {speed:.3g} {unit}/s, which "
+                    "the effort does not brake: the encoder is clipped, or the axis hit a stop"
                 )
 
 
@@ -87,11 +85,9 @@ def refuse_self_explained(fit: SlidingFit, records: list[MotionRecord]) -> None:
     size = _rms([record.effort for record in records])
     if abs(coulomb.value) < NO_FRICTION * size:
         raise UnusableLogs(
-            f"the motion alone explains the effort to {100 * fit.residual:.1g} %, with a "
-            f"friction of {coulomb.value:.2g} beside an "
-            f"effort of {size:.2g} (rms): it was computed from the encoder, by a controller or a "
-            "model, and not measured; "
-            "log the measured current"
+            f"the motion alone explains the effort to {100 * fit.residual:.1g} %, with a friction "
+            f"of {coulomb.value:.2g} beside an effort of {size:.2g} (rms): it was computed from "
+            "the encoder, by a controller or a model, and not measured; log the measured current"
         )
 
 

@@ -63,8 +63,7 @@ def negative_effort(records: Sequence[MotionRecord], bench: Bench, confidence: f
         work = net_work(record.position, record.effort)
         if friction is not None and friction.high < 0.0:
             shown = (
-                f"{friction.value:.4g} {si_unit('effort', bench.axis)} in "
-                f"[{friction.low:.4g}, "
+                f"{friction.value:.4g} {si_unit('effort', bench.axis)} in [{friction.low:.4g}, "
                 f"{friction.high:.4g}]"
             )
             return opposite_signs([record], f"the mean effort along its strokes is {shown}", bench)
@@ -112,9 +111,8 @@ def opposite_signs(records: Sequence[MotionRecord], shown: str, bench: Bench) ->
     direction = bench.encoder.direction
     return (
         f"{', '.join(Path(record.name).name for record in records)}: position and drive have "
-        f"opposite signs: {shown}; set "
-        f"encoder.direction: {-direction} in the bench (found: {direction}) and ingest the log "
-        "again"
+        f"opposite signs: {shown}; set encoder.direction: {-direction} in the bench (found: "
+        f"{direction}) and ingest the log again"
     )
 
 

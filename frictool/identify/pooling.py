@@ -67,8 +67,7 @@ def pooling_warnings(
             reason = "because the logs disagree" if apart else OTHERS_DIFFER
             out.append(
                 f"{name}: the interval from all logs is {ratio:.3g} times as wide as that of "
-                f"{best} alone, {reason} "
-                f"({values}); identify them one by one (--each log), or leave out the log of "
-                "another state of the machine"
+                f"{best} alone, {reason} ({values}); identify them one by one (--each log), or "
+                "leave out the log of another state of the machine"
             )
     return out

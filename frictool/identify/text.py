@@ -23,9 +23,8 @@ def law_lines(model: Model) -> list[str]:
     for regime in laws.regimes:
         speed, viscous = regime.above, regime.viscous
         lines.append(
-            f"from {speed.value:.4g} {speed.unit} [{speed.low:.4g}, {speed.high:.4g}] on, "
-            f"viscous is {viscous.value:.4g} {viscous.unit} "
-            f"[{viscous.low:.4g}, {viscous.high:.4g}]"
+            f"from {speed.value:.4g} {speed.unit} [{speed.low:.4g}, {speed.high:.4g}] on, viscous "
+            f"is {viscous.value:.4g} {viscous.unit} [{viscous.low:.4g}, {viscous.high:.4g}]"
         )
     if laws.position is not None:
         over, curve = laws.position.over, laws.position.coulomb

@@ -100,9 +100,8 @@ def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
         behind = f"{up_to(best)} behind the slowest low-pass filter, {facts.fastest:.3g} s"
     else:
         behind = (
-            f"inertia/viscous, {facts.fastest:.3g} to {facts.slowest:.3g} s, is too "
-            "uncertain "
-            "to choose a low-pass filter beforehand"
+            f"inertia/viscous, {facts.fastest:.3g} to {facts.slowest:.3g} s, is too uncertain to "
+            "choose a low-pass filter beforehand"
         )
     averaged = (
         f"; averaged over windows of {best_window(facts)} samples, {percent(precision)} is expected"

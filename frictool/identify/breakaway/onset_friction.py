@@ -172,9 +172,8 @@ def onset_data(records: list[MotionRecord], bench: Bench) -> OnsetData:
     ]
     if not used:
         raise UnusableLogs(
-            f"{len(found)} breakaways under an effort that rises from a low level along a line; "
-            f"at least {FEWEST_ONSETS} in one direction "
-            "are needed"
+            f"{len(found)} breakaways under an effort that rises from a low level along a line; at "
+            f"least {FEWEST_ONSETS} in one direction are needed"
         )
     position = np.array([o.position for o in used])
     direction = np.array([o.direction for o in used])

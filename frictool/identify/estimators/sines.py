@@ -46,8 +46,7 @@ from frictool.typing import Matrix, Vector
 
 COLUMNS = ("viscous", "coulomb", "offset")
 NO_INERTIA = (
-    "the method of sines does not look for it: the mean acceleration of a stroke's "
-    "middle is "
+    "the method of sines does not look for it: the mean acceleration of a stroke's middle is "
     "nearly zero"
 )
 GATE = 0.5  # speed relative to the stroke's largest, above which samples count
@@ -242,8 +241,7 @@ def _check(means: StrokeMeans) -> None:
     if min(np.sum(sign > 0.0), np.sum(sign < 0.0)) < FEWEST_STROKES // 2:
         raise UnusableLogs(
             f"{np.sum(sign > 0.0)} strokes forward and {np.sum(sign < 0.0)} backward are certain "
-            "to slip; "
-            f"at least {FEWEST_STROKES // 2} each way are needed"
+            f"to slip; at least {FEWEST_STROKES // 2} each way are needed"
         )
     speed = means.mean(means.speed)
     if speed.max() < SPREAD * speed.min():

@@ -101,8 +101,7 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     if precision >= known:
         kept = {name: interval for name, interval in found.parameters.items() if name != "inertia"}
         reason = (
-            f"the weak form over {window} samples reaches {percent(precision)}, and the "
-            "bench "
+            f"the weak form over {window} samples reaches {percent(precision)}, and the bench "
             f"knows it to {percent(known)}"
         )
         return replace(found, parameters=kept, refused={**found.refused, "inertia": reason})

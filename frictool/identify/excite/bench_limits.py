@@ -90,9 +90,8 @@ def limits_of(bench: Bench) -> BenchLimits:
         beside = " and the load take" if load else " takes"
         raise NoSolutionError(
             f"{bench.name}: the drive's limit gives {effort:.3g} {si_unit('effort', bench.axis)} "
-            f"at least, friction{beside} up to "
-            f"{coulomb + offset + load:.3g}: nothing moves for certain; raise actuator.limit or "
-            "narrow mechanics.coulomb"
+            f"at least, friction{beside} up to {coulomb + offset + load:.3g}: nothing moves for "
+            "certain; raise actuator.limit or narrow mechanics.coulomb"
         )
     if known.top_speed is None and viscous <= 0.0:
         raise NoSolutionError(f"{bench.name}: nothing limits the speed; give mechanics.top_speed")
@@ -184,16 +183,14 @@ def check_reference(
     if position.min() < limits.low - rounding or position.max() > limits.high + rounding:
         raise NoSolutionError(
             f"travel: the test goes from {position.min():.4g} to {position.max():.4g} {unit}; "
-            f"allowed (travel less {100 * MARGIN:g} % at "
-            f"either end): {limits.low:.4g} to {limits.high:.4g}; lower the amplitude or raise "
-            "the frequency"
+            f"allowed (travel less {100 * MARGIN:g} % at either end): {limits.low:.4g} to "
+            f"{limits.high:.4g}; lower the amplitude or raise the frequency"
         )
     fastest = float(np.abs(velocity).max())
     if fastest > limits.speed * (1.0 + ROUNDING):
         raise NoSolutionError(
             f"speed: the test reaches {fastest:.4g} {unit}/s; allowed (mechanics.top_speed): "
-            f"{limits.speed:.4g}; "
-            "lower the speed, the amplitude or the frequency"
+            f"{limits.speed:.4g}; lower the speed, the amplitude or the frequency"
         )
     inertial = limits.inertia * acceleration + limits.viscous * velocity
     needed = float(np.abs(inertial + np.sign(velocity) * limits.steady).max())
@@ -201,7 +198,6 @@ def check_reference(
         hardest = float(np.abs(acceleration).max())
         raise NoSolutionError(
             f"acceleration: up to {hardest:.4g} {unit}/s^2 needs "
-            f"{limits.drive_limit * needed / limits.effort:.3g} {drive} on the heaviest "
-            f"axis; allowed (actuator.limit): {limits.drive_limit:.3g}; lower the frequency or "
-            "the speed"
+            f"{limits.drive_limit * needed / limits.effort:.3g} {drive} on the heaviest axis; "
+            f"allowed (actuator.limit): {limits.drive_limit:.3g}; lower the frequency or the speed"
         )

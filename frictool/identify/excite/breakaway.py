@@ -120,9 +120,8 @@ def breakaway_ramps(
     unit = "A" if limits.drive == "current" else "V"
     if not needed <= top <= limits.drive_limit:
         raise NoSolutionError(
-            f"{limits.drive}: the ramps rise to {top:.4g} {unit}; allowed: {needed:.4g} (the "
-            "most that the breakaway may need) to "
-            f"{limits.drive_limit:.4g} (actuator.limit)"
+            f"{limits.drive}: the ramps rise to {top:.4g} {unit}; allowed: {needed:.4g} (the most "
+            f"that the breakaway may need) to {limits.drive_limit:.4g} (actuator.limit)"
         )
     travel = limits.travel if math.isfinite(limits.travel) else 2.0 * math.pi
     ramp = Ramp(
@@ -193,8 +192,7 @@ def _checked(bench: Bench, limits: BenchLimits, ramp: Ramp, which: int) -> Simul
     if travel is not None and (played.low < travel.low or played.high > travel.high):
         raise NoSolutionError(
             f"travel: the {name} axis goes from {played.low:.4g} to {played.high:.4g} {unit}; "
-            f"allowed: {travel.low:.4g} to "
-            f"{travel.high:.4g}; {hint}"
+            f"allowed: {travel.low:.4g} to {travel.high:.4g}; {hint}"
         )
     if played.speed > limits.speed:
         raise NoSolutionError(

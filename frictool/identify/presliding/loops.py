@@ -74,8 +74,7 @@ def find_loops(records: list[MotionRecord], breakaway: Interval) -> PreslidingLo
     if rows.max() < FEWEST_ROWS:
         raise UnusableLogs(
             f"the encoder sees {rows.max()} counts of the longest branch below the breakaway; at "
-            f"least {FEWEST_ROWS} are needed to tell "
-            "presliding, a count of "
+            f"least {FEWEST_ROWS} are needed to tell presliding, a count of "
             f"{records[0].resolution * max(int(rows.max()), 1) / FEWEST_ROWS:.2g} or less"
         )
     if above < FEWEST_BRANCHES:

@@ -45,8 +45,7 @@ def unresolved_inertia(
     if bound >= known:
         return (
             f"quantisation can move it by {_percent(bound, prior.value)} after smoothing "
-            f"{smoothing} "
-            f"({_percent(raw, 1.0)} without), and the bench knows it to "
+            f"{smoothing} ({_percent(raw, 1.0)} without), and the bench knows it to "
             f"{_percent(known, prior.value)}"
         )
     return None
