@@ -27,7 +27,7 @@ class IdentificationMethod:
 
     - what: what the method does, as help text
     - when: data that the method suits, as help text
-    - reads: keys of OPTIONS that it reads
+    - reads: names of the OPTIONS that it reads
     - velocity: it works with a measured velocity and no position
     - load: it fits the load terms of the bench
     - known_inertia: it uses the inertia of the bench for the others, and gives none

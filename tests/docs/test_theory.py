@@ -64,7 +64,7 @@ def test_a_page_opens_with_its_name_and_has_a_table_of_code_and_tests(page: Path
 
 
 # a file that a recipe makes
-MADE = re.compile(r"(?:its own file|file of its own|belongs? in),? `([\w./]+\.py)`")
+MADE = re.compile(r"(?:its own file|file of its own|belongs? in|Test it in),? `([\w./]+\.py)`")
 
 
 @pytest.mark.parametrize("page", PAGES, ids=name_of)

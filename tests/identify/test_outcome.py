@@ -1,0 +1,61 @@
+"""Outcomes are merged, not filled: a parameter is identified or refused, and the later one counts."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from frictool.identify.axis_logs import sort_logs
+from frictool.identify.breakaway_parameters import with_breakaway
+from frictool.identify.fit_result import PARAMETERS, Interval
+from frictool.identify.methods import DEFAULT, IdentificationSettings
+from frictool.identify.outcome import Outcome, accept
+from studies.rigs.identification_rigs import clutch, record
+from studies.rigs.sample_logs import TRUTH, ramp
+
+NAMES = st.sets(st.sampled_from(PARAMETERS))
+OUTCOMES = st.builds(
+    lambda identified, refused, level: Outcome(
+        {name: Interval.around(level, 1.0) for name in identified - refused},
+        dict.fromkeys(refused, f"reason {level}"),
+    ),
+    NAMES,
+    NAMES,
+    st.integers(0, 9),
+)
+
+
+@given(OUTCOMES, OUTCOMES, OUTCOMES)
+def test_a_parameter_is_identified_or_refused_and_the_later_outcome_counts(
+    first: Outcome, second: Outcome, third: Outcome
+) -> None:
+    before = (dict(first.identified), dict(first.refused))
+    both = first.merge(second)
+    assert not both.identified.keys() & both.refused.keys()
+    assert second.identified.items() <= both.identified.items()
+    assert second.refused.items() <= both.refused.items()
+    assert both.merge(third) == first.merge(second.merge(third))
+    assert first.merge(Outcome()) == Outcome().merge(first) == first
+    assert (dict(first.identified), dict(first.refused)) == before
+
+
+def test_an_interval_that_says_nothing_is_refused() -> None:
+    offered = {"inertia": Interval(1.3e-5, -1.0, 1.0), "coulomb": Interval.around(0.1, 1e-3)}
+    outcome = accept(offered, clutch(), {"viscous": "no"})
+    assert list(outcome.identified) == ["coulomb"]
+    assert "reaches zero" in outcome.refused["inertia"]
+    assert outcome.refused["viscous"] == "no"
+
+
+def test_a_breakaway_of_the_sliding_logs_outlives_ramps_that_say_less() -> None:
+    """A Stribeck curve gives a breakaway as well; ramps that are refused do not take it away."""
+    sliding = Outcome({"breakaway": Interval.around(0.11, 0.01)})
+    log = record(ramp(1))
+    logs = sort_logs([], [log], clutch(), DEFAULT, IdentificationSettings())
+    negated = replace(logs, ramps=[replace(log, effort=-log.effort)])
+    assert with_breakaway(negated, sliding).identified == sliding.identified
+    level = with_breakaway(logs, sliding).identified["breakaway"]
+    assert level.low <= TRUTH.breakaway <= level.high
+    assert level != sliding.identified["breakaway"]
