@@ -51,12 +51,16 @@ def observe_fleet(given: ObserveRequest, logs: Sequence[Path]) -> int:
                 tick=tick,
             )
         provenance = provenance_of_command(given.words, inputs)
-    table = rows(found, given.limit, reference)
+    table = rows(found, given.wear_limit, reference)
     _save(given, table, inputs, provenance)
     if given.as_json:
         print_json(
             "observe-fleet/1",
-            {"logs": [row.as_json() for row in table], "wear_limit": given.limit, **counts(table)},
+            {
+                "logs": [row.as_json() for row in table],
+                "wear_limit": given.wear_limit,
+                **counts(table),
+            },
             given.stdout,
         )
     else:
@@ -72,9 +76,9 @@ def _tell(table: list[FleetRow], given: ObserveRequest) -> None:
 
     odd = [row for row in table if row.alarm or row.outcome is None]
     if given.output is None or given.stdout is not None:
-        note(headline(table, given.limit))
+        note(headline(table, given.wear_limit))
         return
-    say(headline(table, given.limit))
+    say(headline(table, given.wear_limit))
     if odd:
         say("\n".join(text_table(odd).lines()))
 
@@ -97,10 +101,10 @@ def _save(
     elif given.output is not None or not given.as_json:
         save_text(given.output or STDOUT, as_csv(table), inputs)
     if given.plot is not None:
-        drawn = trend(table, given.limit)
+        drawn = trend(table, given.wear_limit)
         save_text(
             given.plot,
-            page_of_fleet(table, given.limit, drawn, provenance)
+            page_of_fleet(table, given.wear_limit, drawn, provenance)
             if is_page(given.plot)
             else drawn + "\n",
             inputs,

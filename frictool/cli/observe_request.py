@@ -26,15 +26,15 @@ class ObserveRequest:
     model: Path
     document: Model
     settings: ObservationSettings
-    limit: float | None
+    wear_limit: float | None
     commissioning: Path | None
     observer: Path | None
     plot: Path | None
     output: Path | None
     as_json: bool
-    cores: int | None = None
-    cluster: str | None = None
-    allow_undecided: bool = False
+    cores: int | None
+    cluster: str | None
+    allow_undecided: bool
 
     def answer_is_no(self, exceeded: bool | None) -> bool:
         """Return True if the exit code is 1; `exceeded` is None if the wear limit is undecided."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -134,12 +134,9 @@ be read or has lost data; else 0. The outputs are written in every case.
 @click.pass_context
 def command(
     ctx: click.Context,
+    /,
     model: Path,
     logs: tuple[Path, ...],
-    wear_limit: float | None,
-    commissioning: Path | None,
-    observer: Path | None,
-    plot: Path | None,
     confidence: float,
     start: float | None,
     end: float | None,
@@ -147,11 +144,7 @@ def command(
     unit: str | None,
     date: str | None,
     salvage: bool,
-    cores: int | None,
-    cluster: str | None,
-    output: Path | None,
-    allow_undecided: bool,
-    as_json: bool,
+    **kept: Any,
 ) -> None:
     ctx.with_resource(notifications.receiving(compiling=partial(note_compiling, everywhere=True)))
     from frictool.documents.model import Model
@@ -163,45 +156,26 @@ def command(
     named = {
         "model": model,
         "logs": logs,
-        "--wear-limit": wear_limit,
-        "--commissioning": commissioning,
-        "--observer": observer,
-    }
-    named |= {
+        "--wear-limit": kept["wear_limit"],
+        "--commissioning": kept["commissioning"],
+        "--observer": kept["observer"],
         "--confidence": confidence,
         "--from": start,
         "--to": end,
         "--stream": topic,
         "--unit": unit,
         "--date": date,
+        "--salvage": salvage,
     }
-    words = command_line("observe run", {**named, "--salvage": salvage})
-    settings = ObservationSettings(
-        window_of(start, end),
-        topic,
-        salvage,
-        confidence,
-        NamePatterns(checked_pattern("--unit", unit), checked_pattern("--date", date)),
-    )
-    given = ObserveRequest(
-        words,
-        model,
-        load(model, Model),
-        settings,
-        wear_limit,
-        commissioning,
-        observer,
-        plot,
-        output,
-        as_json,
-        cores,
-        cluster,
-        allow_undecided,
-    )
-    refuse_both(cores, cluster)
-    several = is_fleet(logs) or (output is not None and output.suffix.lower() in TABLES)
+    words = command_line("observe run", named)
+    patterns = NamePatterns(checked_pattern("--unit", unit), checked_pattern("--date", date))
+    settings = ObservationSettings(window_of(start, end), topic, salvage, confidence, patterns)
+    given = ObserveRequest(words, model, load(model, Model), settings, **kept)
+    refuse_both(given.cores, given.cluster)
+    table = given.output is not None and given.output.suffix.lower() in TABLES
+    several = is_fleet(logs) or table
     check_outputs(given, logs, several)
-    if not several and (cores is not None or cluster is not None):
+    if not several and (given.cores is not None or given.cluster is not None):
         raise click.UsageError("--cores and --cluster need several logs; this is one log.")
     if not several:
         ctx.exit(_single(given, logs[0]))
@@ -230,7 +204,7 @@ def _single(given: ObserveRequest, log: Path) -> int:
         provenance = provenance_of_command(given.words, [*given.inputs, path])
         with progress("observe") as tick:
             _run(given, one, picture, provenance, tick)
-        outcome = with_verdict(one.outcome(), given.limit, reference)
+        outcome = with_verdict(one.outcome(), given.wear_limit, reference)
     for warning in outcome.warnings:
         note(f"warning: {warning}")
     if picture is not None and given.plot is not None:
@@ -288,7 +262,7 @@ def _drawn(
     """Return the plot, or the page that contains it."""
     from frictool.observe.page import page_of_log
 
-    drawn = picture.drawn(Path(outcome.source).name, given.limit)
+    drawn = picture.drawn(Path(outcome.source).name, given.wear_limit)
     if given.plot is not None and is_page(given.plot):
         return page_of_log(outcome, given.document, drawn, provenance)
     return drawn + "\n"
