@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -27,6 +26,7 @@ from frictool.cli.output import (
     print_json,
     save_text,
     say,
+    use_colour,
 )
 from frictool.cli.workers_options import refuse_both, workers_options
 from frictool.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, OutputError
@@ -372,6 +372,5 @@ def _tell(found: Findings, options: CampaignOptions) -> None:
         print_json(FORMAT, as_json(found), options.output)
         return
     to_stdout = STDOUT in (options.output, options.table)
-    colour = (sys.stderr if to_stdout else sys.stdout).isatty() and not os.environ.get("NO_COLOR")
-    for line in lines(found, colour):
+    for line in lines(found, use_colour(to_stdout)):
         say(line, STDOUT if to_stdout else None)

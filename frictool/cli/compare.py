@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 import os
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -25,6 +24,7 @@ from frictool.cli.output import (
     save_text,
     say,
 )
+from frictool.cli.progress import note_compiling, show_count
 from frictool.errors import OutputError
 
 if TYPE_CHECKING:
@@ -222,16 +222,12 @@ def _progress(done: int, total: int) -> None:
 
     The worker processes cannot report the compilation themselves.
     """
-    from frictool.cli.progress import note_compiling
     from frictool.engine.stick_slip import run
     from frictool.runtime.kernels import is_compiled
 
     if done == 0 and not is_compiled(run):
         note_compiling(everywhere=True)
-    if total > 1 and sys.stderr.isatty():
-        click.echo(
-            f"\rcompared {done} of {total}" + ("\n" if done == total else ""), err=True, nl=False
-        )
+    show_count("compared", done, total)
 
 
 def _workers(laws: tuple[str, ...]) -> int:

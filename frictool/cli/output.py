@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import shlex
 import sys
 import tempfile
@@ -228,6 +229,11 @@ def note_changes(path: Path, controller: Controller) -> None:
 
     if words := changed_words(controller):
         note(f"warning: {path}: {words}")
+
+
+def use_colour(to_stderr: bool) -> bool:
+    """Return True if text may be coloured: on a terminal, unless NO_COLOR is set."""
+    return (sys.stderr if to_stderr else sys.stdout).isatty() and not os.environ.get("NO_COLOR")
 
 
 def print_json(form: str, value: dict[str, Any], output: Path | None = None) -> None:

@@ -33,6 +33,19 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
         yield told
 
 
+def note_step(step: str) -> None:
+    """Print the step that begins, on a terminal only."""
+    if sys.stderr.isatty():
+        note(f"{step} ...")
+
+
+def show_count(verb: str, done: int, total: int) -> None:
+    """Print `VERB 3 of 17` on a terminal, overwriting the line; nothing if there is one only."""
+    if total > 1 and sys.stderr.isatty():
+        end = "\n" if done == total else ""
+        click.echo(f"\r{verb} {done} of {total}{end}", err=True, nl=False)
+
+
 def note_compiling(everywhere: bool = False) -> None:
     """Print once that a kernel is being compiled, on a terminal or with `everywhere` on any stderr.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,6 +21,7 @@ from frictool.cli.output import (
     save_text,
     say,
 )
+from frictool.cli.progress import note_step
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
@@ -206,7 +206,7 @@ def _reduction(
     try:
         document = document if travel is None else _part(document, travel)
         asked = _bandwidth(document, bandwidth, controller, tolerance)
-        return reduction(document, asked, tolerance, _bench(bench), provenance(), _progress)
+        return reduction(document, asked, tolerance, _bench(bench), provenance(), note_step)
     except ElementError as wrong:
         raise mechanism_error(path, wrong) from None
 
@@ -231,7 +231,7 @@ def _in_loop(
         return None
     from frictool.cli.reduce_loop import compare_in_loop
 
-    _progress("playing the scenario to both")
+    note_step("playing the scenario to both")
     return compare_in_loop(
         path, found.model, controller, scenario, found.chain.one.play.width, found.checked.tolerance
     )
@@ -297,8 +297,3 @@ def _bench(path: Path | None) -> Bench | None:
     from frictool.documents.registry import load
 
     return None if path is None else load(path, Bench)
-
-
-def _progress(step: str) -> None:
-    if sys.stderr.isatty():
-        note(f"{step} ...")

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,6 +21,7 @@ from frictool.cli.output import (
     print_json,
     save_text,
     say,
+    use_colour,
 )
 from frictool.errors import EXIT_NO
 
@@ -250,7 +249,5 @@ def _tell(
     if as_json:
         print_json(FORMAT, machine_view(verdict, spec, transfers), stdout)
         return
-    stream = sys.stderr if stdout else sys.stdout
-    colour = stream.isatty() and not os.environ.get("NO_COLOR")
-    for line in lines(verdict, colour):
+    for line in lines(verdict, use_colour(stdout is not None)):
         say(line, stdout)

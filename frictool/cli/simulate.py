@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -25,7 +24,7 @@ from frictool.cli.output import (
     replacing,
     say,
 )
-from frictool.cli.progress import note_compiling
+from frictool.cli.progress import note_compiling, show_count
 from frictool.cli.simulate_inputs import compile_target, recorded_log, with_observer_option
 from frictool.cli.simulate_mechanism import (
     EventsOutput,
@@ -311,8 +310,5 @@ def _save(log: Log, output: Path, inputs: list[Path], events: EventsOutput | Non
 
 
 def _progress(done: int, total: int) -> None:
-    """Print `simulated 3 of 17` on a terminal, overwriting the line."""
-    if done > 0 and total > 1 and sys.stderr.isatty():
-        click.echo(
-            f"\rsimulated {done} of {total}" + ("\n" if done == total else ""), err=True, nl=False
-        )
+    if done > 0:
+        show_count("simulated", done, total)

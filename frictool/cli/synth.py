@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import sys
 from pathlib import Path
 
 import click
@@ -13,12 +12,12 @@ from frictool.cli.output import (
     command_line,
     existing,
     json_option,
-    note,
     output_option,
     print_json,
     save_text,
     say,
 )
+from frictool.cli.progress import note_step
 from frictool.documents.synthesis_methods import METHODS
 
 METHOD_ROWS = "\n".join(
@@ -114,7 +113,7 @@ def command(
             design_document,
             vertices_only=vertices_only,
             provenance=provenance,
-            progress=_progress,
+            progress=note_step,
         )
     except FrictoolError as error:
         raise in_file(error, {"model": model, "spec": spec, "design": design}) from None
@@ -128,8 +127,3 @@ def command(
         print_json("synth/1", json_view(result, found), output)
     else:
         say(text(result, found), output)
-
-
-def _progress(step: str) -> None:
-    if sys.stderr.isatty():
-        note(f"{step} ...")
