@@ -130,8 +130,8 @@ def test_a_kernel_that_two_processes_need_is_compiled_once(rig: Path) -> None:
 SOURCES = {
     "__init__.py": (
         "from frictool.runtime.lazy_exports import lazy_exports\n"
-        "from rig.near import near\n__getattr__, __dir__ = lazy_exports(__name__, {'far': "
-        "'rig.far'})\n"
+        "from rig.near import near\n"
+        "__getattr__, __dir__, __all__ = lazy_exports(__name__, {'far': ['far']})\n"
     ),
     "near.py": "near = 1\n",
     "far.py": "far = 1\n",

@@ -11,15 +11,11 @@ if TYPE_CHECKING:
     from frictool.campaign.statistics.findings import Findings as Findings
     from frictool.campaign.trials.worst_case import WorstCase as WorstCase
 else:
-    __getattr__, __dir__ = lazy_exports(
+    __getattr__, __dir__, __all__ = lazy_exports(
         __name__,
         {
-            "CampaignRequest": "frictool.campaign.campaign_run",
-            "CampaignResult": "frictool.campaign.campaign_run",
-            "Findings": "frictool.campaign.statistics.findings",
-            "WorstCase": "frictool.campaign.trials.worst_case",
-            "campaign": "frictool.campaign.campaign_run",
+            "campaign_run": ["CampaignRequest", "CampaignResult", "campaign"],
+            "statistics.findings": ["Findings"],
+            "trials.worst_case": ["WorstCase"],
         },
     )
-
-__all__ = ["CampaignRequest", "CampaignResult", "Findings", "WorstCase", "campaign"]

@@ -11,15 +11,11 @@ if TYPE_CHECKING:
     from frictool.compare.comparison_setting import table_3_1 as table_3_1
     from frictool.compare.law_simulator import LawSimulator as LawSimulator
 else:
-    __getattr__, __dir__ = lazy_exports(
+    __getattr__, __dir__, __all__ = lazy_exports(
         __name__,
         {
-            "Comparison": "frictool.compare.comparison",
-            "LawSimulator": "frictool.compare.law_simulator",
-            "ComparisonSetting": "frictool.compare.comparison_setting",
-            "compare": "frictool.compare.comparison",
-            "table_3_1": "frictool.compare.comparison_setting",
+            "comparison": ["Comparison", "compare"],
+            "comparison_setting": ["ComparisonSetting", "table_3_1"],
+            "law_simulator": ["LawSimulator"],
         },
     )
-
-__all__ = ["Comparison", "ComparisonSetting", "LawSimulator", "compare", "table_3_1"]

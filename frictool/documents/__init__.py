@@ -25,41 +25,20 @@ if TYPE_CHECKING:
     from frictool.documents.writing import save as save
     from frictool.documents.writing import to_yaml as to_yaml
 else:
-    __getattr__, __dir__ = lazy_exports(
+    __getattr__, __dir__, __all__ = lazy_exports(
         __name__,
         {
-            "Bench": "frictool.documents.bench",
-            "Controller": "frictool.documents.controller",
-            "DOCUMENTS": "frictool.documents.registry",
-            "Design": "frictool.documents.design",
-            "Friction": "frictool.documents.friction",
-            "Mechanism": "frictool.documents.mechanism",
-            "Model": "frictool.documents.model",
-            "Observer": "frictool.documents.observer",
-            "Provenance": "frictool.documents.provenance",
-            "Scenario": "frictool.documents.scenario",
-            "Spec": "frictool.documents.spec",
-            "json_schema": "frictool.documents.registry",
-            "load": "frictool.documents.registry",
-            "save": "frictool.documents.writing",
-            "to_yaml": "frictool.documents.writing",
+            "bench": ["Bench"],
+            "controller": ["Controller"],
+            "design": ["Design"],
+            "friction": ["Friction"],
+            "mechanism": ["Mechanism"],
+            "model": ["Model"],
+            "observer": ["Observer"],
+            "provenance": ["Provenance"],
+            "registry": ["DOCUMENTS", "json_schema", "load"],
+            "scenario": ["Scenario"],
+            "spec": ["Spec"],
+            "writing": ["save", "to_yaml"],
         },
     )
-
-__all__ = [
-    "DOCUMENTS",
-    "Bench",
-    "Controller",
-    "Design",
-    "Friction",
-    "Mechanism",
-    "Model",
-    "Observer",
-    "Provenance",
-    "Scenario",
-    "Spec",
-    "json_schema",
-    "load",
-    "save",
-    "to_yaml",
-]

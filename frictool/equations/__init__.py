@@ -8,12 +8,6 @@ if TYPE_CHECKING:
     from frictool.equations.mechanism_equations import Equations as Equations
     from frictool.equations.mechanism_equations import equations as equations
 else:
-    __getattr__, __dir__ = lazy_exports(
-        __name__,
-        {
-            "Equations": "frictool.equations.mechanism_equations",
-            "equations": "frictool.equations.mechanism_equations",
-        },
+    __getattr__, __dir__, __all__ = lazy_exports(
+        __name__, {"mechanism_equations": ["Equations", "equations"]}
     )
-
-__all__ = ["Equations", "equations"]

@@ -8,12 +8,6 @@ if TYPE_CHECKING:
     from frictool.export.export_result import ExportResult as ExportResult
     from frictool.export.export_result import export as export
 else:
-    __getattr__, __dir__ = lazy_exports(
-        __name__,
-        {
-            "ExportResult": "frictool.export.export_result",
-            "export": "frictool.export.export_result",
-        },
+    __getattr__, __dir__, __all__ = lazy_exports(
+        __name__, {"export_result": ["ExportResult", "export"]}
     )
-
-__all__ = ["ExportResult", "export"]

@@ -12,23 +12,11 @@ if TYPE_CHECKING:
     from frictool.identify.methods import IdentificationRequest as IdentificationRequest
     from frictool.identify.methods import IdentificationSettings as IdentificationSettings
 else:
-    __getattr__, __dir__ = lazy_exports(
+    __getattr__, __dir__, __all__ = lazy_exports(
         __name__,
         {
-            "IdentifiedModel": "frictool.identify.from_logs",
-            "METHODS": "frictool.identify.methods",
-            "NothingIdentified": "frictool.identify.identification",
-            "IdentificationRequest": "frictool.identify.methods",
-            "IdentificationSettings": "frictool.identify.methods",
-            "identify": "frictool.identify.from_logs",
+            "from_logs": ["IdentifiedModel", "identify"],
+            "identification": ["NothingIdentified"],
+            "methods": ["IdentificationRequest", "IdentificationSettings", "METHODS"],
         },
     )
-
-__all__ = [
-    "METHODS",
-    "IdentificationRequest",
-    "IdentificationSettings",
-    "IdentifiedModel",
-    "NothingIdentified",
-    "identify",
-]

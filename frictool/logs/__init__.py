@@ -11,15 +11,7 @@ if TYPE_CHECKING:
     from frictool.logs.log import Stream as Stream
     from frictool.logs.reading import read_log as read_log
 else:
-    __getattr__, __dir__ = lazy_exports(
+    __getattr__, __dir__, __all__ = lazy_exports(
         __name__,
-        {
-            "Log": "frictool.logs.log",
-            "Stream": "frictool.logs.log",
-            "log_of": "frictool.logs.in_memory",
-            "read_log": "frictool.logs.reading",
-            "write_log": "frictool.logs.in_memory",
-        },
+        {"in_memory": ["log_of", "write_log"], "log": ["Log", "Stream"], "reading": ["read_log"]},
     )
-
-__all__ = ["Log", "Stream", "log_of", "read_log", "write_log"]

@@ -10,14 +10,11 @@ if TYPE_CHECKING:
     from frictool.observe.observation import observe as observe
     from frictool.observe.observation_outcome import ObservationOutcome as ObservationOutcome
 else:
-    __getattr__, __dir__ = lazy_exports(
+    __getattr__, __dir__, __all__ = lazy_exports(
         __name__,
         {
-            "LogObservation": "frictool.observe.observation",
-            "ObservationOutcome": "frictool.observe.observation_outcome",
-            "design_observer": "frictool.observe.design.observer_design",
-            "observe": "frictool.observe.observation",
+            "design.observer_design": ["design_observer"],
+            "observation": ["LogObservation", "observe"],
+            "observation_outcome": ["ObservationOutcome"],
         },
     )
-
-__all__ = ["LogObservation", "ObservationOutcome", "design_observer", "observe"]

@@ -8,12 +8,4 @@ if TYPE_CHECKING:
     from frictool.reduce.reduction import Reduction as Reduction
     from frictool.reduce.reduction import reduce as reduce
 else:
-    __getattr__, __dir__ = lazy_exports(
-        __name__,
-        {
-            "Reduction": "frictool.reduce.reduction",
-            "reduce": "frictool.reduce.reduction",
-        },
-    )
-
-__all__ = ["Reduction", "reduce"]
+    __getattr__, __dir__, __all__ = lazy_exports(__name__, {"reduction": ["Reduction", "reduce"]})

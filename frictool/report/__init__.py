@@ -9,13 +9,6 @@ if TYPE_CHECKING:
     from frictool.report.requirement import Verdict as Verdict
     from frictool.report.verdict import judge as judge
 else:
-    __getattr__, __dir__ = lazy_exports(
-        __name__,
-        {
-            "Requirement": "frictool.report.requirement",
-            "Verdict": "frictool.report.requirement",
-            "judge": "frictool.report.verdict",
-        },
+    __getattr__, __dir__, __all__ = lazy_exports(
+        __name__, {"requirement": ["Requirement", "Verdict"], "verdict": ["judge"]}
     )
-
-__all__ = ["Requirement", "Verdict", "judge"]

@@ -169,16 +169,11 @@ class Sources:
             return frozenset({base})
         source = self._source(base) if self._path(base) else None
         if source is not None and name in source.table:
-            return (
-                frozenset({base, source.table[name]})
-                if self.holds(source.table[name])
-                else self.everything(top)
-            )
-        return (
-            frozenset({base})
-            if source is not None and name in source.names
-            else self.everything(top)
-        )
+            module = f"{base}.{source.table[name]}"
+            return frozenset({base, module}) if self.holds(module) else self.everything(top)
+        if source is not None and name in source.names:
+            return frozenset({base})
+        return self.everything(top)
 
     def _absolute(self, importer: str, level: int, module: str) -> str:
         if level == 0:

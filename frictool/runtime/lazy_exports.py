@@ -9,28 +9,30 @@ from typing import Any
 
 
 def lazy_exports(
-    package: str, where: dict[str, str]
-) -> tuple[Callable[[str], Any], Callable[[], list[str]]]:
-    """Return `__getattr__` and `__dir__` of a package that exports names of its modules.
+    package: str, modules: dict[str, list[str]]
+) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+    """Return `__getattr__`, `__dir__` and `__all__` of a package that exports names of its modules.
 
     Parameters
     ----------
-    package
+    package : str
         Full name of the package.
-    where
-        Full name of the module that defines each exported name.
+    modules : dict
+        Exported names of each module; modules are named relative to the package.
 
     Returns
     -------
     tuple
-        `__getattr__`, which imports the module and keeps the value in the package, and `__dir__`.
-        `__getattr__` raises AttributeError for any other name.
+        `__getattr__`, which imports the module and keeps the value in the package, `__dir__`, and
+        `__all__`. `__getattr__` raises AttributeError for any other name.
     """
+    where = {name: f"{package}.{module}" for module, names in modules.items() for name in names}
+    exported = sorted(where)
 
     def get(name: str) -> Any:
         if name not in where:
             raise AttributeError(
-                f"module {package!r} has no attribute {name!r}; it offers {', '.join(where)}"
+                f"module {package!r} has no attribute {name!r}; it offers {', '.join(exported)}"
             )
         found = getattr(importlib.import_module(where[name]), name)
         setattr(sys.modules[package], name, found)
@@ -39,4 +41,4 @@ def lazy_exports(
     def names() -> list[str]:
         return sorted({*vars(sys.modules[package]), *where})
 
-    return get, names
+    return get, names, exported

@@ -22,7 +22,7 @@ ANALYSIS = (
 class ModuleSource:
     """Digest of a module's syntax tree, its imports, and the names that it binds.
 
-    table: lazy exports, name -> module. is_open: the module imports by a computed name.
+    table: lazy exports, name -> module relative to the package. is_open: the module imports by a computed name.
     """
 
     digest: str
@@ -93,19 +93,18 @@ def _bound(tree: ast.Module) -> set[str]:
 
 
 def _table(tree: ast.Module) -> dict[str, str]:
-    """Return the literal dictionaries from names to modules that are passed to `lazy_exports`."""
+    """Return the exported names of `lazy_exports` with their modules, relative to the package."""
     calls = [
         node
         for node in ast.walk(tree)
         if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "lazy_exports"
     ]
-    found = {}
+    found: dict[str, str] = {}
     for node in (
         argument for call in calls for argument in call.args if isinstance(argument, ast.Dict)
     ):
-        for key, value in zip(node.keys, node.values, strict=True):
-            if isinstance(key, ast.Constant) and isinstance(value, ast.Constant):
-                found[str(key.value)] = str(value.value)
+        for module, names in ast.literal_eval(node).items():
+            found |= dict.fromkeys(names, module)
     return found
 
 

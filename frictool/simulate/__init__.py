@@ -9,13 +9,11 @@ if TYPE_CHECKING:
     from frictool.simulate.closed_loop import SimulationRequest as SimulationRequest
     from frictool.simulate.simulation import simulate as simulate
 else:
-    __getattr__, __dir__ = lazy_exports(
+    __getattr__, __dir__, __all__ = lazy_exports(
         __name__,
         {
-            "SimulationRequest": "frictool.simulate.closed_loop",
-            "play": "frictool.simulate.bench_experiment_api",
-            "simulate": "frictool.simulate.simulation",
+            "bench_experiment_api": ["play"],
+            "closed_loop": ["SimulationRequest"],
+            "simulation": ["simulate"],
         },
     )
-
-__all__ = ["SimulationRequest", "play", "simulate"]

@@ -9,13 +9,11 @@ if TYPE_CHECKING:
     from frictool.synth.external_design import external_controller as external_controller
     from frictool.synth.synthesis import synthesise as synthesise
 else:
-    __getattr__, __dir__ = lazy_exports(
+    __getattr__, __dir__, __all__ = lazy_exports(
         __name__,
         {
-            "SynthesisResult": "frictool.synth.design",
-            "external_controller": "frictool.synth.external_design",
-            "synthesise": "frictool.synth.synthesis",
+            "design": ["SynthesisResult"],
+            "external_design": ["external_controller"],
+            "synthesis": ["synthesise"],
         },
     )
-
-__all__ = ["SynthesisResult", "external_controller", "synthesise"]

@@ -12,16 +12,12 @@ if TYPE_CHECKING:
     from frictool.systems.python_control import to_control as to_control
     from frictool.systems.scipy_signal import to_scipy as to_scipy
 else:
-    __getattr__, __dir__ = lazy_exports(
+    __getattr__, __dir__, __all__ = lazy_exports(
         __name__,
         {
-            "as_lti": "frictool.systems.lti_conversion",
-            "controller_system": "frictool.systems.document_systems",
-            "loop_system": "frictool.systems.document_systems",
-            "plant_system": "frictool.systems.document_systems",
-            "to_control": "frictool.systems.python_control",
-            "to_scipy": "frictool.systems.scipy_signal",
+            "document_systems": ["controller_system", "loop_system", "plant_system"],
+            "lti_conversion": ["as_lti"],
+            "python_control": ["to_control"],
+            "scipy_signal": ["to_scipy"],
         },
     )
-
-__all__ = ["as_lti", "controller_system", "loop_system", "plant_system", "to_control", "to_scipy"]

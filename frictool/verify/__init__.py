@@ -8,12 +8,6 @@ if TYPE_CHECKING:
     from frictool.verify.observed_controller import with_observer as with_observer
     from frictool.verify.recheck import verify as verify
 else:
-    __getattr__, __dir__ = lazy_exports(
-        __name__,
-        {
-            "verify": "frictool.verify.recheck",
-            "with_observer": "frictool.verify.observed_controller",
-        },
+    __getattr__, __dir__, __all__ = lazy_exports(
+        __name__, {"observed_controller": ["with_observer"], "recheck": ["verify"]}
     )
-
-__all__ = ["verify", "with_observer"]

@@ -8,12 +8,4 @@ if TYPE_CHECKING:
     from frictool.identify.assess.assessment import Assessment as Assessment
     from frictool.identify.assess.assessment import assess as assess
 else:
-    __getattr__, __dir__ = lazy_exports(
-        __name__,
-        {
-            "Assessment": "frictool.identify.assess.assessment",
-            "assess": "frictool.identify.assess.assessment",
-        },
-    )
-
-__all__ = ["Assessment", "assess"]
+    __getattr__, __dir__, __all__ = lazy_exports(__name__, {"assessment": ["Assessment", "assess"]})

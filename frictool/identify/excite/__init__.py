@@ -11,13 +11,10 @@ if TYPE_CHECKING:
         ExcitationSequence as ExcitationSequence,
     )
 else:
-    __getattr__, __dir__ = lazy_exports(
+    __getattr__, __dir__, __all__ = lazy_exports(
         __name__,
         {
-            "ExcitationSequence": "frictool.identify.excite.excitation_sequence",
-            "ExcitationSettings": "frictool.identify.excite.excitation_kinds",
-            "excite": "frictool.identify.excite.excitation_kinds",
+            "excitation_kinds": ["ExcitationSettings", "excite"],
+            "excitation_sequence": ["ExcitationSequence"],
         },
     )
-
-__all__ = ["ExcitationSequence", "ExcitationSettings", "excite"]

@@ -8,12 +8,4 @@ if TYPE_CHECKING:
     from frictool.identify.info.information import Information as Information
     from frictool.identify.info.information import info as info
 else:
-    __getattr__, __dir__ = lazy_exports(
-        __name__,
-        {
-            "Information": "frictool.identify.info.information",
-            "info": "frictool.identify.info.information",
-        },
-    )
-
-__all__ = ["Information", "info"]
+    __getattr__, __dir__, __all__ = lazy_exports(__name__, {"information": ["Information", "info"]})

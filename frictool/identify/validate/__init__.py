@@ -8,12 +8,6 @@ if TYPE_CHECKING:
     from frictool.identify.validate.validation import Validation as Validation
     from frictool.identify.validate.validation import validate as validate
 else:
-    __getattr__, __dir__ = lazy_exports(
-        __name__,
-        {
-            "Validation": "frictool.identify.validate.validation",
-            "validate": "frictool.identify.validate.validation",
-        },
+    __getattr__, __dir__, __all__ = lazy_exports(
+        __name__, {"validation": ["Validation", "validate"]}
     )
-
-__all__ = ["Validation", "validate"]
