@@ -14,14 +14,20 @@ the duration is skipped.
 from __future__ import annotations
 
 import math
-from typing import Any
 
-from numba import types
-
+from frictool.engine.mechanism.address_calls import (
+    FLOAT,
+    INTEGER,
+    VECTOR,
+    call_by_address,
+    function_type,
+)
 from frictool.engine.mechanism.articulated_body import field
 from frictool.engine.mechanism.compiled_mechanism import (
+    ADVANCE,
     BLOCKS,
     INNER,
+    MACHINE,
     SOURCES,
     TIMED,
     CompiledMechanism,
@@ -29,11 +35,10 @@ from frictool.engine.mechanism.compiled_mechanism import (
 from frictool.engine.mechanism.dormand_prince8 import AFTER
 from frictool.engine.mechanism.event_handling import begin, handle_event, take_step
 from frictool.engine.mechanism.event_location import locate
-from frictool.engine.mechanism.events import EventRows
+from frictool.engine.mechanism.events import EVENTS, EventRows
 from frictool.engine.mechanism.fixed_step_laws import keep, switch
 from frictool.engine.mechanism.hysteresis_memory import first_reversal
 from frictool.engine.mechanism.integration_step import try_step
-from frictool.engine.mechanism.law_kernels import by_address, call_by_address
 from frictool.engine.mechanism.mode_guards import first_dip, is_any_broken
 from frictool.engine.mechanism.sources import is_steady, let_flow, longest_step, take_inputs
 from frictool.engine.mechanism.state import (
@@ -41,10 +46,10 @@ from frictool.engine.mechanism.state import (
     GUARD,
     INPUTS,
     SPENT,
+    STATE,
     TRIAL,
     MechanismState,
     RateEvaluation,
-    Workspace,
 )
 from frictool.engine.mechanism.weighted_sums import gained
 from frictool.engine.status import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL, TOO_MANY_EVENTS
@@ -191,29 +196,16 @@ def _in_law_steps(
 
 @kernel
 def held_command(
-    k: IntVector,
-    p: Vector,
-    laws: IntVector,
-    y: Vector,
-    drive: Vector,
-    modes: IntVector,
-    work: Vector,
-    pace: Vector,
-    w: Vector,
-    slopes: Vector,
-    powers: Vector,
-    lines: Vector,
-    places: IntVector,
+    machine: CompiledMechanism,
+    state: MechanismState,
     command: Vector,
     external: Vector,
     duration: float,
     tolerance: float,
-    rows: Vector,
-    count: IntVector,
+    told: EventRows,
 ) -> int:
-    """Advance as `advance`, with arguments one by one, as a call by address needs them."""
-    machine, told = CompiledMechanism(k, p, laws), EventRows(rows, count)
-    state = MechanismState(y, drive, modes, work, pace, Workspace(w, slopes, powers, lines, places))
+    """Advance as `advance`, which calls this kernel by its address."""
+    k, y = machine.whole, state.y
     n, total = k[BLOCKS], duration
     for i in range(y.shape[0]):
         total += y[i]
@@ -228,41 +220,8 @@ def held_command(
     return _in_law_steps(machine, state, command, external, duration, tolerance, told)
 
 
-_a: Any = types.float64[::1]
-_m: Any = types.float64[:, ::1]
-_i: Any = types.int64[::1]
-_j: Any = types.int64[:, ::1]
-_f: Any = types.float64
-ADVANCE: Any = types.FunctionType(
-    types.int64(_i, _a, _j, _a, _a, _i, _a, _a, _m, _m, _m, _m, _j, _a, _a, _f, _f, _m, _i)
-)
-
-
-@by_address
-def _by_address(
-    _: Any,
-    address: Any,
-    k: Any,
-    p: Any,
-    laws: Any,
-    y: Any,
-    drive: Any,
-    modes: Any,
-    work: Any,
-    pace: Any,
-    w: Any,
-    slopes: Any,
-    powers: Any,
-    lines: Any,
-    places: Any,
-    command: Any,
-    external: Any,
-    duration: Any,
-    tolerance: Any,
-    rows: Any,
-    count: Any,
-) -> Any:
-    return call_by_address(ADVANCE)
+HELD_COMMAND = function_type(INTEGER, MACHINE, STATE, VECTOR, VECTOR, FLOAT, FLOAT, EVENTS)
+_held_command = call_by_address(HELD_COMMAND)
 
 
 @inset_kernel
@@ -285,30 +244,8 @@ def advance(
     The kernel is called by its address, in the last row of `laws`, so that callers compile without
     it.
     """
-    k, p, laws = machine
-    y, drive, modes, work, pace, room = state
-    w, slopes, powers, lines, places = room
-    rows, count = told
-    status: int = _by_address(
-        laws[laws.shape[0] - 1, 0],
-        k,
-        p,
-        laws,
-        y,
-        drive,
-        modes,
-        work,
-        pace,
-        w,
-        slopes,
-        powers,
-        lines,
-        places,
-        command,
-        external,
-        duration,
-        tolerance,
-        rows,
-        count,
+    address = machine.laws[machine.laws.shape[0] - 1, ADVANCE]
+    status: int = _held_command(
+        address, machine, state, command, external, duration, tolerance, told
     )
     return status

@@ -17,14 +17,21 @@ guards of speeds and positions, and GROSS, unchanged.
 from __future__ import annotations
 
 import math
-from typing import Any
 
-from numba import types
-
+from frictool.engine.mechanism.address_calls import (
+    FLOAT,
+    INDICES,
+    INTEGER,
+    VECTOR,
+    call_by_address,
+    function_type,
+)
 from frictool.engine.mechanism.compiled_mechanism import (
     BLOCKS,
     COUPLINGS,
+    FIELD,
     JOINTS,
+    MACHINE,
     MASS,
     ORDER,
     OUTWARD,
@@ -49,8 +56,7 @@ from frictool.engine.mechanism.joint_losses import (
     range_at_load,
     slope_of,
 )
-from frictool.engine.mechanism.law_kernels import by_address, call_by_address
-from frictool.engine.mechanism.state import FREE, OPEN, RIGID, STUCK, RateEvaluation
+from frictool.engine.mechanism.state import EVALUATION, FREE, OPEN, RIGID, STUCK, RateEvaluation
 from frictool.engine.mechanism.workspace_rows import (
     ACCELERATION,
     DRIVEN,
@@ -268,28 +274,15 @@ def _rates(
 
 @kernel
 def rates_of_state(
-    k: IntVector,
-    p: Vector,
-    laws: IntVector,
+    machine: CompiledMechanism,
     t: float,
     y: Vector,
     modes: IntVector,
     inputs: Vector,
-    rates: Vector,
-    w: Vector,
-    guard: Vector,
-    power: Vector,
+    found: RateEvaluation,
 ) -> int:
-    """Evaluate `field`, with arguments one by one, as a call by address needs them."""
-    return _rates(
-        CompiledMechanism(k, p, laws),
-        t,
-        y,
-        modes,
-        inputs,
-        RateEvaluation(rates, w, guard, power),
-        True,
-    )
+    """Evaluate as `field`, which calls this kernel by its address."""
+    return _rates(machine, t, y, modes, inputs, found, True)
 
 
 @inset_kernel
@@ -305,30 +298,8 @@ def field_within(
     return _rates(machine, t, y, modes, inputs, found, False)
 
 
-_a: Any = types.float64[::1]
-_m: Any = types.float64[:, ::1]
-_i: Any = types.int64[::1]
-_j: Any = types.int64[:, ::1]
-FIELD: Any = types.FunctionType(types.int64(_i, _a, _j, types.float64, _a, _i, _a, _a, _m, _a, _a))
-
-
-@by_address
-def _by_address(
-    _: Any,
-    address: Any,
-    k: Any,
-    p: Any,
-    laws: Any,
-    t: Any,
-    y: Any,
-    modes: Any,
-    inputs: Any,
-    rates: Any,
-    w: Any,
-    guard: Any,
-    power: Any,
-) -> Any:
-    return call_by_address(FIELD)
+RATES_OF_STATE = function_type(INTEGER, MACHINE, FLOAT, VECTOR, INDICES, VECTOR, EVALUATION)
+_rates_of_state = call_by_address(RATES_OF_STATE)
 
 
 @inset_kernel
@@ -345,9 +316,6 @@ def field(
     t [s]: time since the command. The accelerations are NaN if a tree has no effective inertia. The
     kernel is called by its address, in the last row of `laws`, so that callers compile without it.
     """
-    k, p, laws = machine
-    rates, w, guard, power = found
-    status: int = _by_address(
-        laws[laws.shape[0] - 1, 1], k, p, laws, t, y, modes, inputs, rates, w, guard, power
-    )
+    address = machine.laws[machine.laws.shape[0] - 1, FIELD]
+    status: int = _rates_of_state(address, machine, t, y, modes, inputs, found)
     return status

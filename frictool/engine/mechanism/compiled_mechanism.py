@@ -20,6 +20,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.engine.mechanism.address_calls import INDEX_ROWS, INDICES, VECTOR, record_type
 from frictool.engine.mechanism.law_kernels import (
     HYBRID,
     addresses_of,
@@ -78,12 +79,19 @@ LOW, HIGH, THROW_BACK, STOP_WIDTH = 0, 1, 2, 3
 CONSTANT, LIMIT, LAG, RESISTANCE, SUPPLY, SOURCE_WIDTH = range(6)
 
 
+# columns of the last row of `laws`: kernels of the engine
+ADVANCE, FIELD, STEP_STAGES, SETTLE = range(4)
+
+
 class CompiledMechanism(NamedTuple):
     """Input of `advance`, made from a `PackedMechanism` by engine/mechanism/preparation.py."""
 
     whole: IntVector
     numbers: Vector
-    laws: IntVector
+    laws: IntVector  # (frictions + 1, 6): addresses of kernels; the last row: the engine's
+
+
+MACHINE = record_type(CompiledMechanism, INDICES, VECTOR, INDEX_ROWS)
 
 
 class JointForest(NamedTuple):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from frictool.engine.mechanism.address_calls import INDICES, MATRIX, record_type
 from frictool.engine.mechanism.compiled_mechanism import (
     BLOCKS,
     COUPLINGS,
@@ -64,6 +65,9 @@ class EventRows(NamedTuple):
 
     rows: Vector  # (m, EVENT_SIZE)
     happened: IntVector  # (1,): number of all events, including those beyond the last row
+
+
+EVENTS = record_type(EventRows, MATRIX, INDICES)
 
 
 @inset_kernel

@@ -4,24 +4,34 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.mechanism.articulated_body import field
+from frictool.engine.mechanism.address_calls import (
+    FLOAT,
+    INTEGER,
+    call_by_address,
+    function_type,
+)
+from frictool.engine.mechanism.articulated_body import field, field_within
 from frictool.engine.mechanism.compiled_mechanism import (
     BLOCKS,
     COUPLINGS,
     INNER,
     INNER_SIZE,
     JOINTS,
+    MACHINE,
     SPEED,
+    STEP_STAGES,
     CompiledMechanism,
 )
-from frictool.engine.mechanism.dormand_prince8 import AFTER, SLOPES, STAGES
-from frictool.engine.mechanism.mode_guards import is_forced
+from frictool.engine.mechanism.dormand_prince8 import AFTER, NODES, SLOPES, STAGES
+from frictool.engine.mechanism.mode_guards import BROKEN, is_forced
 from frictool.engine.mechanism.state import (
     END,
     ERRORS,
     GUARD,
     INPUTS,
     PATH,
+    POINT,
+    STATE,
     STUCK,
     THIRD,
     TRIAL,
@@ -30,13 +40,81 @@ from frictool.engine.mechanism.state import (
     RateEvaluation,
     Workspace,
 )
-from frictool.engine.mechanism.step_stages import stages
 from frictool.engine.mechanism.weighted_sums import on_path, path_of, stage_point, step_errors
-from frictool.runtime.kernels import inset_kernel, part_kernel
+from frictool.runtime.kernels import inset_kernel, kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
 SLOW = 0.1  # least reference speed of the tolerance, relative to the speed scale
 PLACE_TIME = 1e-2  # s, ratio of the tolerances of position and speed
+
+
+@inset_kernel
+def _stages(
+    machine: CompiledMechanism,
+    state: MechanismState,
+    t: float,
+    h: float,
+    first: int,
+    end: int,
+    watching: int,
+) -> float:
+    y, modes, room = state.y, state.modes, state.room
+    point, inputs, guard = room.lines[POINT], room.lines[INPUTS], room.lines[TRIAL]
+    failed, seen, watched = 0, 1.0, room.places[WATCHED]
+    for stage in range(first, end):
+        stage_point(stage, h, y, room.slopes, point)
+        failed += field_within(
+            machine,
+            t + NODES[stage] * h,
+            point,
+            modes,
+            inputs,
+            RateEvaluation(room.slopes[stage], room.w, guard, room.powers[stage]),
+        )
+        if NODES[stage] < seen:
+            for place in range(watching):
+                if guard[watched[place]] < BROKEN:
+                    seen = NODES[stage]
+    return seen if failed == 0 else -1.0
+
+
+@kernel
+def stages_of_step(
+    machine: CompiledMechanism,
+    state: MechanismState,
+    t: float,
+    h: float,
+    first: int,
+    end: int,
+    watching: int,
+) -> float:
+    """Evaluate as `stages`, which calls this kernel by its address."""
+    return _stages(machine, state, t, h, first, end, watching)
+
+
+STAGES_OF_STEP = function_type(FLOAT, MACHINE, STATE, FLOAT, FLOAT, INTEGER, INTEGER, INTEGER)
+_stages_of_step = call_by_address(STAGES_OF_STEP)
+
+
+@inset_kernel
+def stages(
+    machine: CompiledMechanism,
+    state: MechanismState,
+    t: float,
+    h: float,
+    first: int,
+    end: int,
+    watching: int,
+) -> float:
+    """Compute slopes and powers of the stages first .. end - 1 of a step of length h.
+
+    t [s]: time after the command. Returns the part of the step at which one of the first `watching`
+    guards of the row WATCHED is first seen broken, 1 if none is, -1 if a law fails. Called by
+    address, as `field` is.
+    """
+    address = machine.laws[machine.laws.shape[0] - 1, STEP_STAGES]
+    seen: float = _stages_of_step(address, machine, state, t, h, first, end, watching)
+    return seen
 
 
 @inset_kernel

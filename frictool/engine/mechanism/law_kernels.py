@@ -17,13 +17,12 @@ once for all laws.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from typing import Any, cast
+from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
-from numba import types
-from numba.extending import intrinsic
 
+from frictool.engine.mechanism.address_calls import call_by_address
 from frictool.friction import kernel_signatures as s
 from frictool.friction.law import DynamicKernels, HybridKernels, Law, StaticKernels
 from frictool.runtime.kernels import function_pointer
@@ -33,57 +32,21 @@ EXACT, SMOOTH, DYNAMIC, HYBRID, BANDED = range(5)
 PROBES = (0.0, 1e-6, 1e-3, 1.0, 1e3)  # speeds at which a law is tested for being a straight line
 
 
-def _by_address(kind: Any) -> Callable[..., Any]:
-    """Return a code generator that calls the function of this type at the address in argument 0."""
-
-    def code(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
-        called = builder.inttoptr(arguments[0], context.get_value_type(kind.ftype))
-        return builder.call(called, arguments[1:])
-
-    return code
-
-
-def call_by_address(kind: Any) -> Any:
-    """Return signature and code of an intrinsic that calls a function of type `kind` by address."""
-    return kind.signature.return_type(types.int64, *kind.signature.args), _by_address(kind)
-
-
-def by_address(function: Callable[..., Any]) -> Callable[..., Any]:
-    """Return an intrinsic for kernels that calls the function at its first argument, an address.
-
-    `function` returns the signature and code for the type of the called function.
-    """
-    return cast(Callable[..., Any], intrinsic(function))
-
-
-@by_address
-def slip_force(_: Any, address: Any, v: Any, direction: Any, p: Any) -> Any:
-    """Call slip_force of friction/law.py `StaticKernels` at an address."""
-    return call_by_address(s.SLIP_FORCE)
-
-
-@by_address
-def breakaway(_: Any, address: Any, direction: Any, p: Any) -> Any:
-    """Call breakaway of `StaticKernels`."""
-    return call_by_address(s.BREAKAWAY)
-
-
-@by_address
-def rate(_: Any, address: Any, z: Any, v: Any, p: Any, out: Any) -> Any:
-    """Call rate of `DynamicKernels`."""
-    return call_by_address(s.RATE)
-
-
-@by_address
-def force(_: Any, address: Any, z: Any, zdot: Any, v: Any, p: Any) -> Any:
-    """Call force of `DynamicKernels`."""
-    return call_by_address(s.FORCE)
-
-
-@by_address
-def commit(_: Any, address: Any, z: Any, v: Any, p: Any) -> Any:
-    """Call commit of `DynamicKernels`."""
-    return call_by_address(s.COMMIT)
+# calls of the kernels of friction/law.py `StaticKernels`, `DynamicKernels` and `HybridKernels`;
+# the first argument is the address
+slip_force = call_by_address(s.SLIP_FORCE)
+breakaway = call_by_address(s.BREAKAWAY)
+band = call_by_address(s.BAND)
+seen_velocity = call_by_address(s.SEEN_VELOCITY)
+rate = call_by_address(s.RATE)
+force = call_by_address(s.FORCE)
+commit = call_by_address(s.COMMIT)
+mode_after = call_by_address(s.MODE_AFTER)
+enter = call_by_address(s.ENTER)
+hybrid_force = call_by_address(s.HYBRID_FORCE)
+hybrid_acceleration = call_by_address(s.HYBRID_ACCELERATION)
+hybrid_rate = call_by_address(s.HYBRID_RATE)
+hybrid_commit = call_by_address(s.HYBRID_COMMIT)
 
 
 def kind_of(law: Law, p: Vector) -> int:
@@ -147,54 +110,6 @@ def sizes_of(law: Law, p: Vector) -> Vector:
     moving = rates != 0.0
     sizes[moving] = np.abs(rates[moving]) * p[0] / max(change, 1e-300)
     return sizes
-
-
-@by_address
-def band(_: Any, address: Any, p: Any) -> Any:
-    """Call band of `StaticKernels`."""
-    return call_by_address(s.BAND)
-
-
-@by_address
-def seen_velocity(_: Any, address: Any, v: Any, p: Any) -> Any:
-    """Call seen_velocity of `StaticKernels`."""
-    return call_by_address(s.SEEN_VELOCITY)
-
-
-@by_address
-def mode_after(_: Any, address: Any, mode: Any, v: Any, u: Any, z: Any, p: Any) -> Any:
-    """Call mode_after of `HybridKernels`."""
-    return call_by_address(s.MODE_AFTER)
-
-
-@by_address
-def enter(_: Any, address: Any, mode: Any, v: Any, u: Any, z: Any, p: Any) -> Any:
-    """Call enter of `HybridKernels`."""
-    return call_by_address(s.ENTER)
-
-
-@by_address
-def hybrid_force(_: Any, address: Any, mode: Any, v: Any, u: Any, z: Any, p: Any) -> Any:
-    """Call force of `HybridKernels`."""
-    return call_by_address(s.HYBRID_FORCE)
-
-
-@by_address
-def hybrid_acceleration(_: Any, address: Any, mode: Any, v: Any, u: Any, z: Any, p: Any) -> Any:
-    """Call acceleration of `HybridKernels`."""
-    return call_by_address(s.HYBRID_ACCELERATION)
-
-
-@by_address
-def hybrid_rate(_: Any, address: Any, mode: Any, v: Any, z: Any, p: Any, out: Any) -> Any:
-    """Call rate of `HybridKernels`."""
-    return call_by_address(s.HYBRID_RATE)
-
-
-@by_address
-def hybrid_commit(_: Any, address: Any, mode: Any, z: Any, p: Any) -> Any:
-    """Call commit of `HybridKernels`."""
-    return call_by_address(s.HYBRID_COMMIT)
 
 
 # (name in the law's kernels, its type) by kind, in the order of a law's addresses

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-from numba import types
-
+from frictool.engine.mechanism.address_calls import (
+    FLOAT,
+    INTEGER,
+    call_by_address,
+    function_type,
+)
 from frictool.engine.mechanism.articulated_body import field
 from frictool.engine.mechanism.compiled_mechanism import (
     BLOCKS,
     COUPLINGS,
     FRICTIONS,
     JOINTS,
+    MACHINE,
     MASS,
     ORDER,
     OUTWARD,
@@ -19,6 +22,7 @@ from frictool.engine.mechanism.compiled_mechanism import (
     PARENT_JOINT,
     PRESSINGS,
     RATIO,
+    SETTLE,
     SOURCES,
     SPAN,
     STOP_BLOCKS,
@@ -26,18 +30,17 @@ from frictool.engine.mechanism.compiled_mechanism import (
     CompiledMechanism,
 )
 from frictool.engine.mechanism.contact_resolution import resolve
-from frictool.engine.mechanism.events import JAMS, EventRows, write
+from frictool.engine.mechanism.events import EVENTS, JAMS, EventRows, write
 from frictool.engine.mechanism.joint_losses import joint_row
-from frictool.engine.mechanism.law_kernels import by_address, call_by_address
 from frictool.engine.mechanism.mode_guards import forces_hold
 from frictool.engine.mechanism.state import (
     FOUND,
     GUARD,
     INPUTS,
     OPEN,
+    STATE,
     MechanismState,
     RateEvaluation,
-    Workspace,
 )
 from frictool.engine.status import JAMMED, LAW_FAILED, OK, UNRESOLVED
 from frictool.runtime.kernels import inset_kernel, kernel
@@ -106,30 +109,10 @@ def _jam(
 
 @kernel
 def modes_at_instant(
-    k: IntVector,
-    p: Vector,
-    laws: IntVector,
-    y: Vector,
-    drive: Vector,
-    modes: IntVector,
-    work: Vector,
-    pace: Vector,
-    w: Vector,
-    slopes: Vector,
-    powers: Vector,
-    lines: Vector,
-    places: IntVector,
-    t: float,
-    rows: Vector,
-    count: IntVector,
+    machine: CompiledMechanism, state: MechanismState, t: float, told: EventRows
 ) -> int:
-    """Evaluate `settle`, with arguments one by one, as a call by address needs them."""
-    machine, room, told = (
-        CompiledMechanism(k, p, laws),
-        Workspace(w, slopes, powers, lines, places),
-        EventRows(rows, count),
-    )
-    state = MechanismState(y, drive, modes, work, pace, room)
+    """Determine the modes as `settle`, which calls this kernel by its address."""
+    k, p, room = machine.whole, machine.numbers, state.room
     found = RateEvaluation(room.slopes[0], room.w, room.lines[GUARD], room.powers[0])
     for _ in range(ATTEMPTS):
         status = resolve(machine, state, t, found)
@@ -146,37 +129,8 @@ def modes_at_instant(
     return UNRESOLVED
 
 
-_a: Any = types.float64[::1]
-_m: Any = types.float64[:, ::1]
-_i: Any = types.int64[::1]
-_j: Any = types.int64[:, ::1]
-MODES: Any = types.FunctionType(
-    types.int64(_i, _a, _j, _a, _a, _i, _a, _a, _m, _m, _m, _m, _j, types.float64, _m, _i)
-)
-
-
-@by_address
-def _by_address(
-    _: Any,
-    address: Any,
-    k: Any,
-    p: Any,
-    laws: Any,
-    y: Any,
-    drive: Any,
-    modes: Any,
-    work: Any,
-    pace: Any,
-    w: Any,
-    slopes: Any,
-    powers: Any,
-    lines: Any,
-    places: Any,
-    t: Any,
-    rows: Any,
-    count: Any,
-) -> Any:
-    return call_by_address(MODES)
+MODES_AT_INSTANT = function_type(INTEGER, MACHINE, STATE, FLOAT, EVENTS)
+_modes_at_instant = call_by_address(MODES_AT_INSTANT)
 
 
 @inset_kernel
@@ -186,28 +140,6 @@ def settle(machine: CompiledMechanism, state: MechanismState, t: float, told: Ev
     Fills the rows 0 of slopes and powers, and GUARD, for these modes. Called by address, as `field`
     is.
     """
-    k, p, laws = machine
-    y, drive, modes, work, pace, room = state
-    w, slopes, powers, lines, places = room
-    rows, count = told
-    address = laws[laws.shape[0] - 1, 3]
-    status: int = _by_address(
-        address,
-        k,
-        p,
-        laws,
-        y,
-        drive,
-        modes,
-        work,
-        pace,
-        w,
-        slopes,
-        powers,
-        lines,
-        places,
-        t,
-        rows,
-        count,
-    )
+    address = machine.laws[machine.laws.shape[0] - 1, SETTLE]
+    status: int = _modes_at_instant(address, machine, state, t, told)
     return status

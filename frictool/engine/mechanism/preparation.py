@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
-from frictool.engine.mechanism.advance import ADVANCE, held_command
-from frictool.engine.mechanism.articulated_body import FIELD, rates_of_state
-from frictool.engine.mechanism.compiled_mechanism import CompiledMechanism, compile_mechanism
-from frictool.engine.mechanism.mode_iteration import MODES, modes_at_instant
-from frictool.engine.mechanism.step_stages import STAGES_OF_STEP, stages_of_step
+from frictool.engine.mechanism.advance import HELD_COMMAND, held_command
+from frictool.engine.mechanism.articulated_body import RATES_OF_STATE, rates_of_state
+from frictool.engine.mechanism.compiled_mechanism import (
+    ADVANCE,
+    FIELD,
+    SETTLE,
+    STEP_STAGES,
+    CompiledMechanism,
+    compile_mechanism,
+)
+from frictool.engine.mechanism.integration_step import STAGES_OF_STEP, stages_of_step
+from frictool.engine.mechanism.mode_iteration import MODES_AT_INSTANT, modes_at_instant
 from frictool.plant.mechanism.packed_mechanism import PackedMechanism
 from frictool.runtime.kernels import function_pointer
 
@@ -17,8 +24,11 @@ def prepare(packed: PackedMechanism) -> CompiledMechanism:
     Raises ValueError if its joints have no solution, or a friction law is not in the registry.
     """
     machine = compile_mechanism(packed)
-    machine.laws[-1, 0] = function_pointer(held_command, ADVANCE).address
-    machine.laws[-1, 1] = function_pointer(rates_of_state, FIELD).address
-    machine.laws[-1, 2] = function_pointer(stages_of_step, STAGES_OF_STEP).address
-    machine.laws[-1, 3] = function_pointer(modes_at_instant, MODES).address
+    for column, compiled, kind in (
+        (ADVANCE, held_command, HELD_COMMAND),
+        (FIELD, rates_of_state, RATES_OF_STATE),
+        (STEP_STAGES, stages_of_step, STAGES_OF_STEP),
+        (SETTLE, modes_at_instant, MODES_AT_INSTANT),
+    ):
+        machine.laws[-1, column] = function_pointer(compiled, kind).address
     return machine

@@ -40,6 +40,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from frictool.engine.mechanism.address_calls import (
+    INDEX_ROWS,
+    INDICES,
+    MATRIX,
+    VECTOR,
+    record_type,
+)
 from frictool.engine.mechanism.compiled_mechanism import CompiledMechanism
 from frictool.engine.mechanism.dormand_prince8 import SLOPES
 from frictool.engine.mechanism.law_kernels import rest_of
@@ -104,6 +111,11 @@ class MechanismState(NamedTuple):
     # s: next step length, time of all calls, time since the last command, step of fixed-step laws
     pace: Vector
     room: Workspace
+
+
+WORKSPACE = record_type(Workspace, MATRIX, MATRIX, MATRIX, MATRIX, INDEX_ROWS)
+EVALUATION = record_type(RateEvaluation, VECTOR, MATRIX, VECTOR, VECTOR)
+STATE = record_type(MechanismState, VECTOR, VECTOR, INDICES, VECTOR, VECTOR, WORKSPACE)
 
 
 class WorkByElement(NamedTuple):

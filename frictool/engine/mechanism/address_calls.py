@@ -1,0 +1,49 @@
+"""Calls of kernels by their address, with wrappers that are made from the kernels' types.
+
+A caller that knows only an address and a type compiles without the called kernel. `docs/mechanism_kernels.md`
+describes this interface.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from inspect import Parameter, Signature
+from typing import Any, cast
+
+from numba import types
+from numba.extending import intrinsic
+
+FLOAT: Any = types.float64
+INTEGER: Any = types.int64
+VECTOR: Any = types.float64[::1]
+MATRIX: Any = types.float64[:, ::1]
+INDICES: Any = types.int64[::1]
+INDEX_ROWS: Any = types.int64[:, ::1]
+
+
+def record_type(record: type, *fields: Any) -> Any:
+    """Return the numba type of a NamedTuple class with fields of these numba types."""
+    return types.BaseTuple.from_types(fields, record)  # type: ignore[no-untyped-call]
+
+
+def function_type(result: Any, *arguments: Any) -> Any:
+    """Return the type of a kernel that Python or a compiled mechanism holds as an address."""
+    return types.FunctionType(result(*arguments))
+
+
+def call_by_address(kind: Any) -> Callable[..., Any]:
+    """Return an intrinsic f(address, *arguments) that calls a kernel of type `kind`."""
+    called = kind.signature
+
+    def code(context: Any, builder: Any, _: Any, arguments: Any) -> Any:
+        function = builder.inttoptr(arguments[0], context.get_value_type(kind.ftype))
+        return builder.call(function, arguments[1:])
+
+    def call(*_: Any) -> Any:
+        return called.return_type(types.int64, *called.args), code
+
+    names = ["context", "address", *(f"argument_{index}" for index in range(len(called.args)))]
+    cast(Any, call).__signature__ = Signature(
+        [Parameter(name, Parameter.POSITIONAL_OR_KEYWORD) for name in names]
+    )
+    return cast(Callable[..., Any], intrinsic(call))
