@@ -15,8 +15,8 @@ from frictool.engine.mechanism.closed_loop import (
     MechanismInputs,
     MechanismRecord,
 )
-from frictool.engine.mechanism.compiled_mechanism import CompiledMechanism
 from frictool.engine.mechanism.events import EVENT_SIZE
+from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import MechanismState, rest
 from frictool.errors import NoSolutionError

@@ -28,7 +28,9 @@ from frictool.engine.mechanism.closed_loop import (
     follow,
     run,
 )
-from frictool.engine.mechanism.compiled_mechanism import (
+from frictool.engine.mechanism.energy import EnergyBalance, balance
+from frictool.engine.mechanism.events import ELEMENTS, EVENT_SIZE, NAMES
+from frictool.engine.mechanism.layout import (
     BLOCKS,
     CONSTANT,
     LAW_VALUES,
@@ -38,8 +40,6 @@ from frictool.engine.mechanism.compiled_mechanism import (
     SOURCE_WIDTH,
     CompiledMechanism,
 )
-from frictool.engine.mechanism.energy import EnergyBalance, balance
-from frictool.engine.mechanism.events import ELEMENTS, EVENT_SIZE, NAMES
 from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import MechanismState, rest
 from frictool.engine.status import MESSAGES, OK

@@ -4,18 +4,9 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.mechanism.compiled_mechanism import (
-    BLOCKS,
-    MASS,
-    ORDER,
-    OUTWARD,
-    PARENT,
-    PARENT_JOINT,
-    RATIO,
-)
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.joint_losses import (
     is_lossy,
-    joint_row,
     kink_of,
     received,
     slope_of,
@@ -58,10 +49,10 @@ def evaluate(
     found (count,): positions of the members in the order of blocks. towards: direction of the root
     if it starts from rest, 0 if it moves.
     """
-    n = k[BLOCKS]
+    n = k[ly.BLOCKS]
     for m in range(count):
-        i = k[k[ORDER] + found[m]]
-        mass = p[k[MASS] + i]
+        i = ly.block_at(k, found[m])
+        mass = ly.mass_of(k, p, i)
         w[VALUE, i], w[SLOPE, i] = mass * w[ALONG, i] * x - w[FORCE, i], mass * w[ALONG, i]
         direction = towards * w[ALONG, i]
         if direction > 0.0:
@@ -73,10 +64,10 @@ def evaluate(
             if w[STOPPED_LOW, i] > 0.0:
                 w[VALUE, i] = -math.inf
     for m in range(count - 1, 0, -1):
-        i = k[k[ORDER] + found[m]]
-        joint, parent = k[k[PARENT_JOINT] + i], k[k[PARENT] + i]
-        row, contact = joint_row(k, joint), modes[n + joint]
-        outward, ratio = k[k[OUTWARD] + i] == 1, p[row + RATIO]
+        i = ly.block_at(k, found[m])
+        joint, parent = ly.joint_of(k, i), ly.parent_of(k, i)
+        row, contact = ly.joint_row(k, joint), modes[n + joint]
+        outward, ratio = ly.leads_out(k, i), p[row + ly.RATIO]
         a = parent if outward else i
         direction = math.copysign(1.0, towards * w[ALONG, a] if towards != 0.0 else y[n + a])
         force, slope = w[VALUE, i], w[SLOPE, i]
@@ -120,7 +111,7 @@ def solve(
 
     From rest, x * towards >= 0.
     """
-    root = k[k[ORDER] + found[0]]
+    root = ly.block_at(k, found[0])
     x, low, high = 0.0, -math.inf, math.inf
     if towards > 0.0:
         low = 0.0
@@ -168,14 +159,14 @@ def next_piece(
 
     A piece ends if a joint's force passes its kink or a flank's force passes 0.
     """
-    n, nearest = k[BLOCKS], math.inf
+    n, nearest = k[ly.BLOCKS], math.inf
     for m in range(1, count):
-        i = k[k[ORDER] + found[m]]
+        i = ly.block_at(k, found[m])
         value, slope = w[VALUE, i], w[SLOPE, i]
         if slope == 0.0 or not math.isfinite(value):
             continue
-        joint, outward = k[k[PARENT_JOINT] + i], k[k[OUTWARD] + i] == 1
-        row, a = joint_row(k, joint), k[k[PARENT] + i] if outward else i
+        joint, outward = ly.joint_of(k, i), ly.leads_out(k, i)
+        row, a = ly.joint_row(k, joint), ly.parent_of(k, i) if outward else i
         kink = kink_of(p, row, w[DRIVEN, a]) if is_lossy(p, row) else 0.0
         direction = math.copysign(1.0, towards * w[ALONG, a] if towards != 0.0 else y[n + a])
         rounding = FOUND * (w[GROSS, i] + abs(slope * x))
@@ -194,8 +185,8 @@ def total_inertia(k: IntVector, p: Vector, found: IntVector, count: int, w: Vect
     """Return the inertia of all members, reflected to the root without losses."""
     inertia = 0.0
     for m in range(count):
-        i = k[k[ORDER] + found[m]]
-        inertia += p[k[MASS] + i] * w[ALONG, i] * w[ALONG, i]
+        i = ly.block_at(k, found[m])
+        inertia += ly.mass_of(k, p, i) * w[ALONG, i] * w[ALONG, i]
     return inertia
 
 
@@ -218,7 +209,7 @@ def follow(
     therefore moves as -Lambda(x), to a zero at which the graph rises. A zero at which it falls is
     unstable.
     """
-    root, inertia = k[k[ORDER] + found[0]], total_inertia(k, p, found, count, w)
+    root, inertia = ly.block_at(k, found[0]), total_inertia(k, p, found, count, w)
     evaluate(k, p, modes, found, count, start, towards, y, w)
     # beyond the end of a piece, onto the piece to which x moves
     x = start - PASSED * w[VALUE, root] / inertia

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import math
 
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.address_calls import (
     FLOAT,
     INTEGER,
@@ -23,15 +24,6 @@ from frictool.engine.mechanism.address_calls import (
     function_type,
 )
 from frictool.engine.mechanism.articulated_body import field
-from frictool.engine.mechanism.compiled_mechanism import (
-    ADVANCE,
-    BLOCKS,
-    INNER,
-    MACHINE,
-    SOURCES,
-    TIMED,
-    CompiledMechanism,
-)
 from frictool.engine.mechanism.dormand_prince8 import AFTER
 from frictool.engine.mechanism.event_handling import begin, handle_event, take_step
 from frictool.engine.mechanism.event_location import locate
@@ -39,6 +31,7 @@ from frictool.engine.mechanism.events import EVENTS, EventRows
 from frictool.engine.mechanism.fixed_step_laws import keep, switch
 from frictool.engine.mechanism.hysteresis_memory import first_reversal
 from frictool.engine.mechanism.integration_step import try_step
+from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.mode_guards import first_dip, is_any_broken
 from frictool.engine.mechanism.sources import is_steady, let_flow, longest_step, take_inputs
 from frictool.engine.mechanism.state import (
@@ -68,8 +61,8 @@ SHORTEST = 1e-15  # shortest step, relative to the time reached, or in s
 @inset_kernel
 def _is_settled(k: IntVector, state: MechanismState) -> bool:
     """Return True if nothing moves and nothing will move until the command changes."""
-    n = k[BLOCKS]
-    if k[INNER] > 0 or k[TIMED] > 0 or not is_steady(k, state.room.lines[INPUTS]):
+    n = k[ly.BLOCKS]
+    if k[ly.INNER] > 0 or k[ly.TIMED] > 0 or not is_steady(k, state.room.lines[INPUTS]):
         return False
     moves = False
     for i in range(n, 2 * n):
@@ -126,7 +119,7 @@ def _through(
                 break
             h, looked = h * _change(error), False
             continue
-        sooner = first_reversal(k, p, h, y, room.lines[END]) if k[INNER] > 0 else h
+        sooner = first_reversal(k, p, h, y, room.lines[END]) if k[ly.INNER] > 0 else h
         if sooner < h:
             h = sooner
             continue
@@ -206,21 +199,21 @@ def held_command(
 ) -> int:
     """Advance as `advance`, which calls this kernel by its address."""
     k, y = machine.whole, state.y
-    n, total = k[BLOCKS], duration
+    n, total = k[ly.BLOCKS], duration
     for i in range(y.shape[0]):
         total += y[i]
-    for s in range(k[SOURCES]):
+    for s in range(k[ly.SOURCES]):
         total += command[s]
     for i in range(n):
         total += external[i]
     if not math.isfinite(total) or duration < 0.0:
         return NOT_FINITE
-    if k[TIMED] == 0:
+    if k[ly.TIMED] == 0:
         return _through(machine, state, command, external, duration, tolerance, told)
     return _in_law_steps(machine, state, command, external, duration, tolerance, told)
 
 
-HELD_COMMAND = function_type(INTEGER, MACHINE, STATE, VECTOR, VECTOR, FLOAT, FLOAT, EVENTS)
+HELD_COMMAND = function_type(INTEGER, ly.MACHINE, STATE, VECTOR, VECTOR, FLOAT, FLOAT, EVENTS)
 _held_command = call_by_address(HELD_COMMAND)
 
 
@@ -244,7 +237,7 @@ def advance(
     The kernel is called by its address, in the last row of `laws`, so that callers compile without
     it.
     """
-    address = machine.laws[machine.laws.shape[0] - 1, ADVANCE]
+    address = machine.laws[machine.laws.shape[0] - 1, ly.ADVANCE]
     status: int = _held_command(
         address, machine, state, command, external, duration, tolerance, told
     )

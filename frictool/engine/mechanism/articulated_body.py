@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import math
 
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.address_calls import (
     FLOAT,
     INDICES,
@@ -26,36 +27,17 @@ from frictool.engine.mechanism.address_calls import (
     call_by_address,
     function_type,
 )
-from frictool.engine.mechanism.compiled_mechanism import (
-    BLOCKS,
-    COUPLINGS,
-    FIELD,
-    JOINTS,
-    MACHINE,
-    MASS,
-    ORDER,
-    OUTWARD,
-    PARENT,
-    PARENT_JOINT,
-    RATIO,
-    SOURCES,
-    SPEED,
-    STOP_BLOCKS,
-    STOPS,
-    TIMED,
-    CompiledMechanism,
-)
 from frictool.engine.mechanism.efforts import efforts
 from frictool.engine.mechanism.fixed_step_laws import seen_speeds, timed_frictions
 from frictool.engine.mechanism.guard_tolerances import SLACK, SPEED_SLACK, place_guards, slack_at
 from frictool.engine.mechanism.joint_losses import (
     is_lossy,
-    joint_row,
     kink_of,
     range_at_driver,
     range_at_load,
     slope_of,
 )
+from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.state import EVALUATION, FREE, OPEN, RIGID, STUCK, RateEvaluation
 from frictool.engine.mechanism.workspace_rows import (
     ACCELERATION,
@@ -76,16 +58,16 @@ from frictool.typing import IntVector, Vector
 @inset_kernel
 def _begin(k: IntVector, p: Vector, modes: IntVector, w: Vector) -> None:
     """Fill the rows with inertia and needed force of each block alone."""
-    n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
-    mass = k[MASS]
+    n, stops = k[ly.BLOCKS], k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
+    mass = k[ly.MASS]
     for i in range(n):
         w[NEED, i], w[NEED_HIGH, i] = -w[FORCE, i], -w[FORCE, i]
         w[INERTIA, i] = p[mass + i]
         if modes[i] == STUCK:
             w[NEED, i] += w[HOLD_LOW, i]
             w[NEED_HIGH, i] += w[HOLD_HIGH, i]
-    for s in range(k[STOPS]):
-        block = k[k[STOP_BLOCKS] + s]
+    for s in range(k[ly.STOPS]):
+        block = ly.stop_block(k, s)
         if modes[stops + s] < 0:
             w[NEED, block] = -math.inf
         elif modes[stops + s] > 0:
@@ -97,10 +79,10 @@ def _hand_over_rest(
     k: IntVector, p: Vector, i: int, contact: int, w: Vector, guard: Vector, whole: bool
 ) -> None:
     """Add to the parent the force interval that a block at rest needs through their joint."""
-    n, joint, parent = k[BLOCKS], k[k[PARENT_JOINT] + i], k[k[PARENT] + i]
-    row, slack = joint_row(k, joint), slack_at(k, p, w, i)
-    ratio, low, high = p[row + RATIO], w[NEED, i], w[NEED_HIGH, i]
-    if k[k[OUTWARD] + i] == 1:
+    n, joint, parent = k[ly.BLOCKS], ly.joint_of(k, i), ly.parent_of(k, i)
+    row, slack = ly.joint_row(k, joint), slack_at(k, p, w, i)
+    ratio, low, high = p[row + ly.RATIO], w[NEED, i], w[NEED_HIGH, i]
+    if ly.leads_out(k, i):
         if whole:
             w[GROSS, parent] += abs(ratio) * w[GROSS, i]
         if contact == -1:
@@ -143,14 +125,14 @@ def _hand_over(
 
     It is linear in the acceleration on the current side of the joint's kink.
     """
-    n, joint, parent = k[BLOCKS], k[k[PARENT_JOINT] + i], k[k[PARENT] + i]
-    row = joint_row(k, joint)
-    ratio = slope = p[row + RATIO]
+    n, joint, parent = k[ly.BLOCKS], ly.joint_of(k, i), ly.parent_of(k, i)
+    row = ly.joint_row(k, joint)
+    ratio = slope = p[row + ly.RATIO]
     kink = 0.0
-    outward = k[k[OUTWARD] + i] == 1
+    outward = ly.leads_out(k, i)
     if is_lossy(p, row):
         a = parent if outward else i
-        slope = slope_of(p, row, direction_of(modes, y, n, a), modes[n + k[JOINTS] + joint] > 0)
+        slope = slope_of(p, row, direction_of(modes, y, n, a), modes[n + k[ly.JOINTS] + joint] > 0)
         kink = kink_of(p, row, w[DRIVEN, a])
     if outward:
         if whole:
@@ -169,8 +151,8 @@ def _gather(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, guard: Vector, whole: bool
 ) -> bool:
     """Sweep from the leaves to the roots; return False if a tree has no effective inertia left."""
-    n, sound = k[BLOCKS], True
-    order, joints, speeds = k[ORDER], k[PARENT_JOINT], k[SPEED]
+    n, sound = k[ly.BLOCKS], True
+    order, joints, speeds = k[ly.ORDER], k[ly.PARENT_JOINT], k[ly.SPEED]
     for place in range(n - 1, -1, -1):
         i = k[order + place]
         joint = k[joints + i]
@@ -196,23 +178,23 @@ def _hand_out(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, guard: Vector, power: Vector
 ) -> None:
     """Sweep from the roots to the leaves: accelerations, forces and losses of the joints."""
-    n, j = k[BLOCKS], k[JOINTS]
-    losses = k[SOURCES] + n
+    n, j = k[ly.BLOCKS], k[ly.JOINTS]
+    losses = k[ly.SOURCES] + n
     for joint in range(j):
         power[losses + joint] = 0.0
         w[LAMBDA, joint] = 0.0
     if j == 0:
         return
     for place in range(n):
-        i = k[k[ORDER] + place]
-        joint = k[k[PARENT_JOINT] + i]
+        i = ly.block_at(k, place)
+        joint = ly.joint_of(k, i)
         if joint < 0 or modes[n + joint] == OPEN:
             continue
         if modes[i] == STUCK:
             w[ACCELERATION, i] = 0.0
             continue
-        parent, row = k[k[PARENT] + i], joint_row(k, joint)
-        outward, ratio = k[k[OUTWARD] + i] == 1, p[row + RATIO]
+        parent, row = ly.parent_of(k, i), ly.joint_row(k, joint)
+        outward, ratio = ly.leads_out(k, i), p[row + ly.RATIO]
         w[ACCELERATION, i] = w[ACCELERATION, parent] * (ratio if outward else 1.0 / ratio)
         inertial = w[INERTIA, i] * w[ACCELERATION, i]
         force = inertial + w[NEED, i]
@@ -250,7 +232,7 @@ def _rates(
     """Evaluate `field`, or `field_within` if not `whole`."""
     k, p, _ = machine
     rates, w, guard, power = found
-    n = k[BLOCKS]
+    n = k[ly.BLOCKS]
     if whole:
         for index in range(guard.shape[0]):
             guard[index] = math.inf
@@ -259,7 +241,7 @@ def _rates(
         place_guards(k, p, y, modes, guard)
     _begin(k, p, modes, w)
     sound = _gather(k, p, y, modes, w, guard, whole)
-    if k[TIMED] > 0:
+    if k[ly.TIMED] > 0:
         status += timed_frictions(machine, y, modes, found, whole)
         _begin(k, p, modes, w)
         sound = _gather(k, p, y, modes, w, guard, False)
@@ -267,7 +249,7 @@ def _rates(
     for i in range(n):
         rates[i] = y[n + i]
         rates[n + i] = w[ACCELERATION, i] if sound else math.nan
-    if k[TIMED] > 0:
+    if k[ly.TIMED] > 0:
         seen_speeds(machine, y, modes, rates)
     return status
 
@@ -298,7 +280,7 @@ def field_within(
     return _rates(machine, t, y, modes, inputs, found, False)
 
 
-RATES_OF_STATE = function_type(INTEGER, MACHINE, FLOAT, VECTOR, INDICES, VECTOR, EVALUATION)
+RATES_OF_STATE = function_type(INTEGER, ly.MACHINE, FLOAT, VECTOR, INDICES, VECTOR, EVALUATION)
 _rates_of_state = call_by_address(RATES_OF_STATE)
 
 
@@ -316,6 +298,6 @@ def field(
     t [s]: time since the command. The accelerations are NaN if a tree has no effective inertia. The
     kernel is called by its address, in the last row of `laws`, so that callers compile without it.
     """
-    address = machine.laws[machine.laws.shape[0] - 1, FIELD]
+    address = machine.laws[machine.laws.shape[0] - 1, ly.FIELD]
     status: int = _rates_of_state(address, machine, t, y, modes, inputs, found)
     return status

@@ -6,6 +6,7 @@ import numpy as np
 
 from frictool.engine.bench_experiment import RampProgress, ServoMemory, next_place, servo_effort
 from frictool.engine.closed_loop import MEASURED, TRUE_DRIVE, measure
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.closed_loop import (
     ControlPorts,
     DriftedNumbers,
@@ -13,12 +14,7 @@ from frictool.engine.mechanism.closed_loop import (
     MechanismRecord,
     advance_controlled_sample,
 )
-from frictool.engine.mechanism.compiled_mechanism import (
-    CONSTANT,
-    SOURCE,
-    SOURCE_WIDTH,
-    CompiledMechanism,
-)
+from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.state import MechanismState
 from frictool.engine.status import OK
 from frictool.runtime.kernels import kernel
@@ -45,7 +41,9 @@ def play_reference(
     servo (5,): `PositionServo` in effort. inputs, drifting, out: engine/mechanism/closed_loop.py,
     without signals and drifts. Returns a status of engine/status.py.
     """
-    constant = machine.numbers[machine.whole[SOURCE] + sight.source * SOURCE_WIDTH + CONSTANT]
+    constant = machine.numbers[
+        machine.whole[ly.SOURCE] + sight.source * ly.SOURCE_WIDTH + ly.CONSTANT
+    ]
     waiting, memory = (
         np.zeros(delay + 1),
         ServoMemory(measure(state.y[sight.sensor], sight.step), reference[0], 0.0),

@@ -30,17 +30,10 @@ from frictool.engine.closed_loop import (
     measure,
 )
 from frictool.engine.conditions import faulty, true_command
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.advance import TOLERANCE, advance
-from frictool.engine.mechanism.compiled_mechanism import (
-    BLOCKS,
-    LAG,
-    RESISTANCE,
-    SOURCE,
-    SOURCE_WIDTH,
-    SOURCES,
-    CompiledMechanism,
-)
 from frictool.engine.mechanism.events import EventRows
+from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.sources import source_limits
 from frictool.engine.mechanism.state import MechanismState
 from frictool.engine.status import OK
@@ -125,9 +118,7 @@ def flowing(
     return float(
         min(
             max(
-                state.drive[source]
-                if p[k[SOURCE] + source * SOURCE_WIDTH + LAG] > 0.0
-                else command,
+                state.drive[source] if p[ly.source_row(k, source) + ly.LAG] > 0.0 else command,
                 low,
             ),
             high,
@@ -156,7 +147,7 @@ def _write(
     out: MechanismRecord,
 ) -> None:
     """Fill the sample's motion and modes, and the true values of the record."""
-    n, u = machine.whole[BLOCKS], machine.whole[SOURCES]
+    n, u = machine.whole[ly.BLOCKS], machine.whole[ly.SOURCES]
     for i in range(2 * n):
         out.motion[k, i] = state.y[i]
     for s in range(u):
@@ -186,10 +177,10 @@ def moved(
 
     closed: if True, `acting` is the command of the controlled source.
     """
-    n, u = machine.whole[BLOCKS], machine.whole[SOURCES]
+    n, u = machine.whole[ly.BLOCKS], machine.whole[ly.SOURCES]
     asked, external, cuts = np.zeros(u), np.zeros(n), 1
     for s in range(u):
-        if machine.numbers[machine.whole[SOURCE] + s * SOURCE_WIDTH + RESISTANCE] > 0.0:
+        if machine.numbers[machine.whole[ly.SOURCE] + s * ly.SOURCE_WIDTH + ly.RESISTANCE] > 0.0:
             cuts = PARTS
     if drifting.conditions.shape[0] > 0:
         for i in range(drifting.places.shape[0]):
@@ -247,7 +238,7 @@ def advance_controlled_sample(
     acting = waiting[(k + 1) % places]
     out.record[k, MEASURED], out.record[k, COMMAND] = measured, command
     status = moved(machine, state, sight, k, True, acting, inputs, drifting, out)
-    out.record[k, TRUE_DRIVE] = out.motion[k, 2 * machine.whole[BLOCKS] + sight.source]
+    out.record[k, TRUE_DRIVE] = out.motion[k, 2 * machine.whole[ly.BLOCKS] + sight.source]
     return int(status)
 
 
@@ -275,7 +266,7 @@ def run(
     for k in range(begin, end):
         shown[0] = encoder_reading(sight, state, shown[0], drifting.conditions, k)
         command = control_step(
-            controller, reference[k], shown[0], state.y[machine.whole[BLOCKS] + sight.sensor]
+            controller, reference[k], shown[0], state.y[machine.whole[ly.BLOCKS] + sight.sensor]
         )
         status = advance_controlled_sample(
             machine, state, sight, waiting, k, shown[0], command, inputs, drifting, out
@@ -306,7 +297,7 @@ def follow(
             out.record[k, COMMAND] = (
                 inputs.drives[inputs.first[k], sight.source] if inputs.drives.shape[0] > 0 else 0.0
             )
-            out.record[k, TRUE_DRIVE] = out.motion[k, 2 * machine.whole[BLOCKS] + sight.source]
+            out.record[k, TRUE_DRIVE] = out.motion[k, 2 * machine.whole[ly.BLOCKS] + sight.source]
         if status != OK:
             return int(status), k
     return OK, end

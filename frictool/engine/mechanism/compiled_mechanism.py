@@ -1,16 +1,8 @@
-"""A mechanism in the form that the kernels of this folder read.
+"""Conversion of a `PackedMechanism` to the sections that kernels read (layout.py).
 
-It consists of one array of integers (`whole`), one of floats (`numbers`), both in sections, and the
-addresses of the laws' kernels. A kernel with `PackedMechanism`'s fifty arrays as arguments would be
-slow to compile and to call. `whole` begins with HEADER entries: the counts of blocks, joints and so
-on, and the index at which each section begins. In section X with WIDTH columns, row r, column c is
-at whole[X] + r * WIDTH + c.
-
-Joints form no loop, so that they form trees. Each tree has one root; blocks are in preorder
-(`ORDER`), a block's parent before it. Forces are gathered in reverse order and accelerations
-distributed in order, in O(n). A self-locking link must be traversed from its driving side: the root
-is chosen so that this holds for all links of its tree. Blocks that rigid joints connect form a
-group.
+Forces are gathered in reverse order and accelerations distributed in order, in O(n). A self-locking
+link must be traversed from its driving side: the root of a tree is chosen so that this holds for
+all of its links.
 """
 
 from __future__ import annotations
@@ -20,7 +12,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.mechanism.address_calls import INDEX_ROWS, INDICES, VECTOR, record_type
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.law_kernels import (
     HYBRID,
     addresses_of,
@@ -29,69 +21,10 @@ from frictool.engine.mechanism.law_kernels import (
     sizes_of,
     straight_of,
 )
+from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.friction.law_registry import ROWS
 from frictool.plant.mechanism.packed_mechanism import PackedMechanism
 from frictool.typing import IntVector, Vector
-
-# indices of the counts
-BLOCKS, JOINTS, COUPLINGS, FRICTIONS, PRESSINGS, PUSHES, STOPS, SOURCES, INNER = range(9)
-TIMED = 38  # index of the number of frictions whose law has its own step
-# sections of integers
-(
-    JOINT_ENDS,
-    COUPLING_ENDS,
-    FRICTION_PLACES,
-    PRESSING_PLACES,
-    PUSH_PLACES,
-    STOP_BLOCKS,
-    SOURCE_BLOCKS,
-    CURVE_START,
-) = range(9, 17)
-ORDER, PARENT, PARENT_JOINT, OUTWARD, GROUP, DRY, SPAN = range(17, 24)
-# sections of floats
-(
-    MASS,
-    SPEED,
-    JOINT,
-    COUPLING,
-    LAW_VALUES,
-    PRESSING,
-    PUSH,
-    STOP,
-    SOURCE,
-    BREAKS,
-    CUBIC,
-    GROUP_RATIO,
-    GROUP_MASS,
-    INNER_SIZE,
-) = range(24, 38)
-HEADER = 40
-
-# columns of JOINT and of COUPLING
-RATIO, OFFSET, GAP, RESTITUTION, DRIVE_LOSS, BACK_LOSS, THREAD, THESIS_SCREW, JOINT_WIDTH = range(9)
-STIFFNESS, DAMPING, COUPLING_WIDTH = 6, 7, 8
-# columns of FRICTION_PLACES
-BLOCK, LAW, KIND, VALUES, VALUES_END, LEVEL, FIRST_INNER, INNER_END, STRAIGHT, FRICTION_WIDTH = (
-    range(10)
-)
-COEFFICIENT, BREAKAWAY_RATIO = 0, 1
-LOW, HIGH, THROW_BACK, STOP_WIDTH = 0, 1, 2, 3
-CONSTANT, LIMIT, LAG, RESISTANCE, SUPPLY, SOURCE_WIDTH = range(6)
-
-
-# columns of the last row of `laws`: kernels of the engine
-ADVANCE, FIELD, STEP_STAGES, SETTLE = range(4)
-
-
-class CompiledMechanism(NamedTuple):
-    """Input of `advance`, made from a `PackedMechanism` by engine/mechanism/preparation.py."""
-
-    whole: IntVector
-    numbers: Vector
-    laws: IntVector  # (frictions + 1, 6): addresses of kernels; the last row: the engine's
-
-
-MACHINE = record_type(CompiledMechanism, INDICES, VECTOR, INDEX_ROWS)
 
 
 class JointForest(NamedTuple):
@@ -111,10 +44,10 @@ class _SectionWriter:
     """Writer of a mechanism's sections into one array of integers and one of floats."""
 
     def __init__(self) -> None:
-        self.header = np.zeros(HEADER, dtype=np.int64)
+        self.header = np.zeros(ly.HEADER, dtype=np.int64)
         self.whole: list[IntVector] = [self.header]
         self.numbers: list[Vector] = [np.zeros(1)]
-        self.places = HEADER
+        self.places = ly.HEADER
         self.size = 1
 
     def put_whole(self, section: int, *columns: Any) -> None:
@@ -281,13 +214,13 @@ def compile_mechanism(packed: PackedMechanism) -> CompiledMechanism:
         packed.sources.block,
     )
     out.header[: len(sizes)] = [array.size for array in sizes]
-    out.header[INNER] = ends[-1]
-    out.header[TIMED] = sum(kind >= HYBRID for kind in kinds)
-    out.put_whole(JOINT_ENDS, j.a, j.b)
-    out.put_whole(COUPLING_ENDS, c.a, c.b, c.curve)
+    out.header[ly.INNER] = ends[-1]
+    out.header[ly.TIMED] = sum(kind >= HYBRID for kind in kinds)
+    out.put_whole(ly.JOINT_ENDS, j.a, j.b)
+    out.put_whole(ly.COUPLING_ENDS, c.a, c.b, c.curve)
     straight = [straight_of(ROWS[row], p) for row, p in zip(f.law.tolist(), values, strict=True)]
     out.put_whole(
-        FRICTION_PLACES,
+        ly.FRICTION_PLACES,
         f.block,
         f.law,
         kinds,
@@ -298,24 +231,28 @@ def compile_mechanism(packed: PackedMechanism) -> CompiledMechanism:
         ends[1:],
         straight,
     )
-    out.put_whole(PRESSING_PLACES, packed.pressings.block, packed.pressings.force)
-    out.put_whole(PUSH_PLACES, packed.pushes.block, packed.pushes.curve)
-    out.put_whole(STOP_BLOCKS, packed.stops.block)
-    out.put_whole(SOURCE_BLOCKS, packed.sources.block)
-    out.put_whole(CURVE_START, packed.curves.start)
+    out.put_whole(ly.PRESSING_PLACES, packed.pressings.block, packed.pressings.force)
+    out.put_whole(ly.PUSH_PLACES, packed.pushes.block, packed.pushes.curve)
+    out.put_whole(ly.STOP_BLOCKS, packed.stops.block)
+    out.put_whole(ly.SOURCE_BLOCKS, packed.sources.block)
+    out.put_whole(ly.CURVE_START, packed.curves.start)
     for section, column in (
-        (ORDER, forest.order),
-        (PARENT, forest.parent),
-        (PARENT_JOINT, forest.joint),
-        (OUTWARD, forest.outward),
+        (ly.ORDER, forest.order),
+        (ly.PARENT, forest.parent),
+        (ly.PARENT_JOINT, forest.joint),
+        (ly.OUTWARD, forest.outward),
     ):
         out.put_whole(section, column)
-    for section, places in ((GROUP, group), (DRY, _dry(packed, kinds)), (SPAN, _spans(forest))):
+    for section, places in (
+        (ly.GROUP, group),
+        (ly.DRY, _dry(packed, kinds)),
+        (ly.SPAN, _spans(forest)),
+    ):
         out.put_whole(section, places)
-    out.put(MASS, packed.inertia)
-    out.put(SPEED, packed.scale)
+    out.put(ly.MASS, packed.inertia)
+    out.put(ly.SPEED, packed.scale)
     out.put(
-        JOINT,
+        ly.JOINT,
         j.ratio,
         j.offset,
         j.gap,
@@ -326,7 +263,7 @@ def compile_mechanism(packed: PackedMechanism) -> CompiledMechanism:
         j.thesis_screw,
     )
     out.put(
-        COUPLING,
+        ly.COUPLING,
         c.ratio,
         c.offset,
         c.gap,
@@ -336,17 +273,17 @@ def compile_mechanism(packed: PackedMechanism) -> CompiledMechanism:
         c.stiffness,
         c.damping,
     )
-    out.put(LAW_VALUES, f.law_values)
-    out.put(PRESSING, packed.pressings.coefficient, packed.pressings.breakaway_ratio)
-    out.put(PUSH, packed.pushes.constant)
-    out.put(STOP, packed.stops.low, packed.stops.high, packed.stops.restitution)
+    out.put(ly.LAW_VALUES, f.law_values)
+    out.put(ly.PRESSING, packed.pressings.coefficient, packed.pressings.breakaway_ratio)
+    out.put(ly.PUSH, packed.pushes.constant)
+    out.put(ly.STOP, packed.stops.low, packed.stops.high, packed.stops.restitution)
     s = packed.sources
-    out.put(SOURCE, s.constant, s.limit, s.lag, s.resistance, s.supply)
-    out.put(BREAKS, packed.curves.breaks)
-    out.put(CUBIC, packed.curves.cubic.ravel())
-    out.put(GROUP_RATIO, ratio)
-    out.put(GROUP_MASS, mass)
-    out.put(INNER_SIZE, _inner_sizes(f.law.tolist(), values))
+    out.put(ly.SOURCE, s.constant, s.limit, s.lag, s.resistance, s.supply)
+    out.put(ly.BREAKS, packed.curves.breaks)
+    out.put(ly.CUBIC, packed.curves.cubic.ravel())
+    out.put(ly.GROUP_RATIO, ratio)
+    out.put(ly.GROUP_MASS, mass)
+    out.put(ly.INNER_SIZE, _inner_sizes(f.law.tolist(), values))
     return CompiledMechanism(
         np.concatenate(out.whole),
         np.concatenate(out.numbers),

@@ -5,37 +5,11 @@ The solver of a tree is tree_solver.py.
 
 from __future__ import annotations
 
-from frictool.engine.mechanism.compiled_mechanism import (
-    BLOCK,
-    BLOCKS,
-    COEFFICIENT,
-    COUPLING,
-    COUPLING_WIDTH,
-    COUPLINGS,
-    FRICTION_PLACES,
-    FRICTION_WIDTH,
-    FRICTIONS,
-    GAP,
-    JOINTS,
-    KIND,
-    LAW_VALUES,
-    LEVEL,
-    ORDER,
-    PARENT_JOINT,
-    PRESSING,
-    PRESSING_PLACES,
-    PRESSINGS,
-    SOURCES,
-    STIFFNESS,
-    STOP_BLOCKS,
-    STOPS,
-    VALUES,
-    VALUES_END,
-    CompiledMechanism,
-)
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.curves import curve_value
 from frictool.engine.mechanism.efforts import all_efforts, coupling_stretch
 from frictool.engine.mechanism.law_kernels import EXACT, breakaway, slip_force
+from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.state import (
     FOUND,
     INPUTS,
@@ -62,28 +36,30 @@ from frictool.typing import IntVector, Vector
 def _starting_friction(machine: CompiledMechanism, y: Vector, w: Vector) -> None:
     """Fill AHEAD and BEHIND with the friction at the start of a slip, without joint losses."""
     k, p, laws = machine
-    n = k[BLOCKS]
+    n = k[ly.BLOCKS]
     for i in range(n):
         w[AHEAD, i], w[BEHIND, i] = w[HOLD_HIGH, i], -w[HOLD_LOW, i]
-    for f in range(k[FRICTIONS]):
-        row = k[FRICTION_PLACES] + f * FRICTION_WIDTH
-        block = k[row + BLOCK]
-        if k[row + KIND] != EXACT or y[n + block] != 0.0:
+    for f in range(k[ly.FRICTIONS]):
+        row = ly.friction_row(k, f)
+        block = k[row + ly.BLOCK]
+        if k[row + ly.KIND] != EXACT or y[n + block] != 0.0:
             continue
-        values = p[k[LAW_VALUES] + k[row + VALUES] : k[LAW_VALUES] + k[row + VALUES_END]]
-        level = 1.0 if k[row + LEVEL] < 0 else curve_value(k, p, k[row + LEVEL], y[block])
+        values = p[
+            k[ly.LAW_VALUES] + k[row + ly.VALUES] : k[ly.LAW_VALUES] + k[row + ly.VALUES_END]
+        ]
+        level = 1.0 if k[row + ly.LEVEL] < 0 else curve_value(k, p, k[row + ly.LEVEL], y[block])
         w[AHEAD, block] += level * (
             slip_force(laws[f, 0], 0.0, 1.0, values) - breakaway(laws[f, 1], 1.0, values)
         )
         w[BEHIND, block] -= level * (
             slip_force(laws[f, 0], 0.0, -1.0, values) + breakaway(laws[f, 1], -1.0, values)
         )
-    for s in range(k[PRESSINGS]):
-        block = k[k[PRESSING_PLACES] + 2 * s]
-        row = k[PRESSING] + 2 * s
+    for s in range(k[ly.PRESSINGS]):
+        block = k[k[ly.PRESSING_PLACES] + 2 * s]
+        row = k[ly.PRESSING] + 2 * s
         if y[n + block] == 0.0:
-            force = max(0.0, curve_value(k, p, k[k[PRESSING_PLACES] + 2 * s + 1], y[block]))
-            excess = p[row + COEFFICIENT] * (p[row + 1] - 1.0) * force
+            force = max(0.0, curve_value(k, p, k[k[ly.PRESSING_PLACES] + 2 * s + 1], y[block]))
+            excess = p[row + ly.COEFFICIENT] * (p[row + 1] - 1.0) * force
             w[AHEAD, block] -= excess
             w[BEHIND, block] -= excess
 
@@ -97,13 +73,13 @@ def _flanks(
     A flank that separates while still strained relaxes by itself: its damping takes the energy of
     its stiffness, (1/2) k s^2.
     """
-    first, at = k[BLOCKS] + 2 * k[JOINTS], k[SOURCES] + k[BLOCKS] + k[JOINTS]
-    for c in range(k[COUPLINGS]):
+    first, at = k[ly.BLOCKS] + 2 * k[ly.JOINTS], k[ly.SOURCES] + k[ly.BLOCKS] + k[ly.JOINTS]
+    for c in range(k[ly.COUPLINGS]):
         if guard[first + c] < -1.0:
             e, _ = coupling_stretch(k, p, c, y)
-            row = k[COUPLING] + c * COUPLING_WIDTH
-            beyond = abs(e) - p[row + GAP]
-            held = 0.5 * p[row + STIFFNESS] * beyond * beyond if beyond > 0.0 else 0.0
+            row = ly.coupling_row(k, c)
+            beyond = abs(e) - p[row + ly.GAP]
+            held = 0.5 * p[row + ly.STIFFNESS] * beyond * beyond if beyond > 0.0 else 0.0
             if modes[first + c] == OPEN:
                 modes[first + c] = -1 if e < 0.0 else 1
                 work[at + c] -= held
@@ -115,14 +91,14 @@ def _flanks(
 @inset_kernel
 def _ready(k: IntVector, y: Vector, modes: IntVector, w: Vector) -> None:
     """Set the motions for which the efforts are evaluated, and mark blocks at their stops."""
-    n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
+    n, stops = k[ly.BLOCKS], k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     for i in range(n):
         v = y[n + i]
         modes[i] = STUCK if v == 0.0 else (1 if v > 0.0 else -1)
         w[STOPPED_LOW, i], w[STOPPED_HIGH, i] = 0.0, 0.0
-    for s in range(k[STOPS]):
+    for s in range(k[ly.STOPS]):
         if modes[stops + s] != OPEN:
-            block = k[k[STOP_BLOCKS] + s]
+            block = ly.stop_block(k, s)
             w[STOPPED_LOW if modes[stops + s] < 0 else STOPPED_HIGH, block] = 1.0
 
 
@@ -138,21 +114,25 @@ def resolve(
     """
     k, p, _ = machine
     y, modes, room, w = state.y, state.modes, state.room, found.w
-    n, stops, places = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS], room.places[FOUND]
+    n, stops, places = (
+        k[ly.BLOCKS],
+        k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS],
+        room.places[FOUND],
+    )
     _flanks(k, p, y, modes, found.guard, state.work)
     _ready(k, y, modes, w)
     if all_efforts(machine, t, y, modes, room.lines[INPUTS], found) != 0:
         return LAW_FAILED
     _starting_friction(machine, y, w)
     for place in range(n):
-        i = k[k[ORDER] + place]
-        joint = k[k[PARENT_JOINT] + i]
+        i = ly.block_at(k, place)
+        joint = ly.joint_of(k, i)
         if joint >= 0 and modes[n + joint] != OPEN:
             continue
         status = solve_tree(k, p, modes, place, places, y, w)
         if status != OK:
             return status
-    for s in range(k[STOPS]):
-        if modes[stops + s] != OPEN and modes[k[k[STOP_BLOCKS] + s]] != STUCK:
+    for s in range(k[ly.STOPS]):
+        if modes[stops + s] != OPEN and modes[ly.stop_block(k, s)] != STUCK:
             modes[stops + s] = OPEN
     return OK

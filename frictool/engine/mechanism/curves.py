@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from frictool.engine.mechanism.compiled_mechanism import BREAKS, CUBIC, CURVE_START
+from frictool.engine.mechanism import layout as ly
 from frictool.runtime.kernels import inset_kernel
 from frictool.typing import IntVector, Vector
 
@@ -10,8 +10,8 @@ from frictool.typing import IntVector, Vector
 @inset_kernel
 def _piece(k: IntVector, p: Vector, curve: int, x: float) -> tuple[int, float]:
     """Return the piece of a curve that contains x, and x limited to the curve's range."""
-    first, last = k[k[CURVE_START] + curve], k[k[CURVE_START] + curve + 1]
-    breaks = k[BREAKS] + curve
+    first, last = k[k[ly.CURVE_START] + curve], k[k[ly.CURVE_START] + curve + 1]
+    breaks = k[ly.BREAKS] + curve
     x = min(max(x, p[breaks + first]), p[breaks + last])
     low, high = first, last - 1
     while low < high:
@@ -27,18 +27,18 @@ def _piece(k: IntVector, p: Vector, curve: int, x: float) -> tuple[int, float]:
 def curve_value(k: IntVector, p: Vector, curve: int, x: float) -> float:
     """Return the value of a curve at x."""
     piece, at = _piece(k, p, curve, x)
-    s, c = at - p[k[BREAKS] + curve + piece], k[CUBIC] + 4 * piece
+    s, c = at - p[k[ly.BREAKS] + curve + piece], k[ly.CUBIC] + 4 * piece
     return float(p[c] + s * (p[c + 1] + s * (p[c + 2] + s * p[c + 3])))
 
 
 @inset_kernel
 def curve_integral(k: IntVector, p: Vector, curve: int, x: float) -> float:
     """Return the integral of a curve from its first break to x."""
-    first, breaks = k[k[CURVE_START] + curve], k[BREAKS] + curve
+    first, breaks = k[k[ly.CURVE_START] + curve], k[ly.BREAKS] + curve
     piece, at = _piece(k, p, curve, x)
     total = 0.0
     for i in range(first, piece + 1):
         s = (at if i == piece else p[breaks + i + 1]) - p[breaks + i]
-        c = k[CUBIC] + 4 * i
+        c = k[ly.CUBIC] + 4 * i
         total += s * (p[c] + s * (p[c + 1] / 2.0 + s * (p[c + 2] / 3.0 + s * p[c + 3] / 4.0)))
     return total + (x - at) * curve_value(k, p, curve, x)

@@ -14,47 +14,7 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.mechanism.compiled_mechanism import (
-    BACK_LOSS,
-    BLOCK,
-    BLOCKS,
-    BREAKAWAY_RATIO,
-    COEFFICIENT,
-    CONSTANT,
-    COUPLING,
-    COUPLING_ENDS,
-    COUPLING_WIDTH,
-    COUPLINGS,
-    DAMPING,
-    DRIVE_LOSS,
-    FIRST_INNER,
-    FRICTION_PLACES,
-    FRICTION_WIDTH,
-    FRICTIONS,
-    GAP,
-    INNER_END,
-    JOINTS,
-    KIND,
-    LAW_VALUES,
-    LEVEL,
-    OFFSET,
-    PRESSING,
-    PRESSING_PLACES,
-    PRESSINGS,
-    PUSH,
-    PUSH_PLACES,
-    PUSHES,
-    RATIO,
-    SOURCE,
-    SOURCE_BLOCKS,
-    SOURCE_WIDTH,
-    SOURCES,
-    STIFFNESS,
-    STRAIGHT,
-    VALUES,
-    VALUES_END,
-    CompiledMechanism,
-)
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.curves import curve_value
 from frictool.engine.mechanism.law_kernels import (
     DYNAMIC,
@@ -65,6 +25,7 @@ from frictool.engine.mechanism.law_kernels import (
     slip_force,
 )
 from frictool.engine.mechanism.law_kernels import force as force_of
+from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.sources import flowing_at
 from frictool.engine.mechanism.state import OPEN, STUCK, RateEvaluation
 from frictool.engine.mechanism.workspace_rows import DRIVEN, FORCE, GROSS, HOLD_HIGH, HOLD_LOW
@@ -81,7 +42,7 @@ def _driving(
 ) -> None:
     """Set the rows to the efforts of sources, pushes and held efforts."""
     w, power = found.w, found.power
-    n, u = k[BLOCKS], k[SOURCES]
+    n, u = k[ly.BLOCKS], k[ly.SOURCES]
     for i in range(n):
         held = inputs[2 * u + i]
         w[FORCE, i] = held
@@ -90,16 +51,16 @@ def _driving(
         w[HOLD_LOW, i], w[HOLD_HIGH, i], w[DRIVEN, i] = 0.0, 0.0, 0.0
         power[u + i] = held * y[n + i]
     for s in range(u):
-        block = k[k[SOURCE_BLOCKS] + s]
-        effort = p[k[SOURCE] + s * SOURCE_WIDTH + CONSTANT] * flowing_at(k, p, s, t, inputs)
+        block = k[k[ly.SOURCE_BLOCKS] + s]
+        effort = p[ly.source_row(k, s) + ly.CONSTANT] * flowing_at(k, p, s, t, inputs)
         w[FORCE, block] += effort
         if whole:
             w[GROSS, block] += abs(effort)
         w[DRIVEN, block] += effort
         power[s] = effort * y[n + block]
-    for q in range(k[PUSHES]):
-        block, curve = k[k[PUSH_PLACES] + 2 * q], k[k[PUSH_PLACES] + 2 * q + 1]
-        effort = p[k[PUSH] + q]
+    for q in range(k[ly.PUSHES]):
+        block, curve = k[k[ly.PUSH_PLACES] + 2 * q], k[k[ly.PUSH_PLACES] + 2 * q + 1]
+        effort = p[k[ly.PUSH] + q]
         if curve >= 0:
             effort += curve_value(k, p, curve, y[block])
         w[FORCE, block] += effort
@@ -111,15 +72,15 @@ def _driving(
 def coupling_stretch(k: IntVector, p: Vector, coupling: int, y: Vector) -> tuple[float, float]:
     """Return e = q_b - ratio q_a - offset, and e'."""
     n, row, ends = (
-        k[BLOCKS],
-        k[COUPLING] + coupling * COUPLING_WIDTH,
-        k[COUPLING_ENDS] + 3 * coupling,
+        k[ly.BLOCKS],
+        ly.coupling_row(k, coupling),
+        k[ly.COUPLING_ENDS] + 3 * coupling,
     )
     a, b = k[ends], k[ends + 1]
-    e, rate = y[b] - p[row + OFFSET], y[n + b]
+    e, rate = y[b] - p[row + ly.OFFSET], y[n + b]
     if a >= 0:
-        e -= p[row + RATIO] * y[a]
-        rate -= p[row + RATIO] * y[n + a]
+        e -= p[row + ly.RATIO] * y[a]
+        rate -= p[row + ly.RATIO] * y[n + a]
     return e, rate
 
 
@@ -157,19 +118,19 @@ def _couplings(
     The guard of a link with a gap is above -1 while its flanks are as their mode says.
     """
     w, guard, power = found.w, found.guard, found.power
-    n, flanks = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS]
-    at, row, ends = k[SOURCES] + n + k[JOINTS], k[COUPLING], k[COUPLING_ENDS]
-    for c in range(k[COUPLINGS]):
+    n, flanks = k[ly.BLOCKS], k[ly.BLOCKS] + 2 * k[ly.JOINTS]
+    at, row, ends = k[ly.SOURCES] + n + k[ly.JOINTS], k[ly.COUPLING], k[ly.COUPLING_ENDS]
+    for c in range(k[ly.COUPLINGS]):
         a, b, curve = k[ends], k[ends + 1], k[ends + 2]
         ratio, gap, stiffness, damping = (
-            p[row + RATIO],
-            p[row + GAP],
-            p[row + STIFFNESS],
-            p[row + DAMPING],
+            p[row + ly.RATIO],
+            p[row + ly.GAP],
+            p[row + ly.STIFFNESS],
+            p[row + ly.DAMPING],
         )
-        drive, back = p[row + DRIVE_LOSS], p[row + BACK_LOSS]
-        e, rate = y[b] - p[row + OFFSET], y[n + b]
-        row, ends = row + COUPLING_WIDTH, ends + 3
+        drive, back = p[row + ly.DRIVE_LOSS], p[row + ly.BACK_LOSS]
+        e, rate = y[b] - p[row + ly.OFFSET], y[n + b]
+        row, ends = row + ly.COUPLING_WIDTH, ends + 3
         if a >= 0:
             e -= ratio * y[a]
             rate -= ratio * y[n + a]
@@ -212,15 +173,15 @@ def _frictions(
     """Add the friction of each law; fill the rates of inner states; return friction/status.py."""
     k, p, laws = machine
     out, w, power = found.rates, found.w, found.power
-    n, status = k[BLOCKS], OK
+    n, status = k[ly.BLOCKS], OK
     at, row, first_value = (
-        k[SOURCES] + n + k[JOINTS] + k[COUPLINGS],
-        k[FRICTION_PLACES],
-        k[LAW_VALUES],
+        k[ly.SOURCES] + n + k[ly.JOINTS] + k[ly.COUPLINGS],
+        k[ly.FRICTION_PLACES],
+        k[ly.LAW_VALUES],
     )
-    for f in range(k[FRICTIONS]):
-        block, kind, curve = k[row + BLOCK], k[row + KIND], k[row + LEVEL]
-        values = p[first_value + k[row + VALUES] : first_value + k[row + VALUES_END]]
+    for f in range(k[ly.FRICTIONS]):
+        block, kind, curve = k[row + ly.BLOCK], k[row + ly.KIND], k[row + ly.LEVEL]
+        values = p[first_value + k[row + ly.VALUES] : first_value + k[row + ly.VALUES_END]]
         v, motion, force, level = y[n + block], modes[block], 0.0, 1.0
         if curve >= 0:
             level = curve_value(k, p, curve, y[block])
@@ -230,17 +191,17 @@ def _frictions(
             w[HOLD_LOW, block] -= level * breakaway(laws[f, 1], -1.0, values)
             if whole:
                 w[GROSS, block] += held
-        elif kind == EXACT and k[row + STRAIGHT] > 0:
-            force = level * (motion * values[0] + values[k[row + STRAIGHT]] * v)
+        elif kind == EXACT and k[row + ly.STRAIGHT] > 0:
+            force = level * (motion * values[0] + values[k[row + ly.STRAIGHT]] * v)
         elif kind == EXACT:
             force = level * slip_force(laws[f, 0], v, float(motion), values)
         elif kind == DYNAMIC:
-            first, end = 2 * n + k[row + FIRST_INNER], 2 * n + k[row + INNER_END]
+            first, end = 2 * n + k[row + ly.FIRST_INNER], 2 * n + k[row + ly.INNER_END]
             status += rate(laws[f, 0], y[first:end], v, values, out[first:end])
             force = level * force_of(laws[f, 1], y[first:end], out[first:end], v, values)
         elif kind == SMOOTH:
             force = level * slip_force(laws[f, 0], v, math.copysign(1.0, v), values)
-        row += FRICTION_WIDTH
+        row += ly.FRICTION_WIDTH
         w[FORCE, block] -= force
         if whole:
             w[GROSS, block] += abs(force)
@@ -254,17 +215,20 @@ def _pressings(
 ) -> None:
     """Add the friction that each pressing causes on its block."""
     w, power = found.w, found.power
-    n, at = k[BLOCKS], k[SOURCES] + k[BLOCKS] + k[JOINTS] + k[COUPLINGS] + k[FRICTIONS]
-    for s in range(k[PRESSINGS]):
-        block = k[k[PRESSING_PLACES] + 2 * s]
-        row, motion = k[PRESSING] + 2 * s, modes[block]
-        friction = p[row + COEFFICIENT] * max(
-            0.0, curve_value(k, p, k[k[PRESSING_PLACES] + 2 * s + 1], y[block])
+    n, at = (
+        k[ly.BLOCKS],
+        k[ly.SOURCES] + k[ly.BLOCKS] + k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.FRICTIONS],
+    )
+    for s in range(k[ly.PRESSINGS]):
+        block = k[k[ly.PRESSING_PLACES] + 2 * s]
+        row, motion = k[ly.PRESSING] + 2 * s, modes[block]
+        friction = p[row + ly.COEFFICIENT] * max(
+            0.0, curve_value(k, p, k[k[ly.PRESSING_PLACES] + 2 * s + 1], y[block])
         )
         power[at + s] = 0.0
         if motion == STUCK:
-            w[HOLD_HIGH, block] += p[row + BREAKAWAY_RATIO] * friction
-            w[HOLD_LOW, block] -= p[row + BREAKAWAY_RATIO] * friction
+            w[HOLD_HIGH, block] += p[row + ly.BREAKAWAY_RATIO] * friction
+            w[HOLD_LOW, block] -= p[row + ly.BREAKAWAY_RATIO] * friction
         else:
             w[FORCE, block] -= motion * friction
             power[at + s] = motion * friction * y[n + block]

@@ -10,23 +10,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from frictool.engine.mechanism.compiled_mechanism import (
-    BLOCKS,
-    COUPLING,
-    COUPLING_ENDS,
-    COUPLING_WIDTH,
-    COUPLINGS,
-    GAP,
-    JOINTS,
-    MASS,
-    PUSH,
-    PUSH_PLACES,
-    PUSHES,
-    STIFFNESS,
-    CompiledMechanism,
-)
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.curves import curve_integral
 from frictool.engine.mechanism.efforts import coupling_stretch
+from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.state import OPEN, MechanismState, WorkByElement, work_by_element
 from frictool.runtime.kernels import kernel
 from frictool.typing import IntVector, Vector
@@ -52,24 +39,24 @@ class EnergyBalance(NamedTuple):
 @kernel
 def _held(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> tuple[float, float]:
     """Return kinetic and stored energy [J]."""
-    n, kinetic, stored = k[BLOCKS], 0.0, 0.0
+    n, kinetic, stored = k[ly.BLOCKS], 0.0, 0.0
     for i in range(n):
-        kinetic += 0.5 * p[k[MASS] + i] * y[n + i] ** 2
-    for c in range(k[COUPLINGS]):
-        row = k[COUPLING] + c * COUPLING_WIDTH
+        kinetic += 0.5 * ly.mass_of(k, p, i) * y[n + i] ** 2
+    for c in range(k[ly.COUPLINGS]):
+        row = ly.coupling_row(k, c)
         s, _ = coupling_stretch(k, p, c, y)
-        if p[row + GAP] > 0.0:
-            mode = modes[n + 2 * k[JOINTS] + c]
+        if p[row + ly.GAP] > 0.0:
+            mode = modes[n + 2 * k[ly.JOINTS] + c]
             if mode == OPEN:
                 continue
-            s = s - mode * p[row + GAP]
-        stored += 0.5 * p[row + STIFFNESS] * s * s
-        curve = k[k[COUPLING_ENDS] + 3 * c + 2]
+            s = s - mode * p[row + ly.GAP]
+        stored += 0.5 * p[row + ly.STIFFNESS] * s * s
+        curve = k[k[ly.COUPLING_ENDS] + 3 * c + 2]
         if curve >= 0:
             stored += curve_integral(k, p, curve, s)
-    for q in range(k[PUSHES]):
-        block, curve = k[k[PUSH_PLACES] + 2 * q], k[k[PUSH_PLACES] + 2 * q + 1]
-        stored -= p[k[PUSH] + q] * y[block]
+    for q in range(k[ly.PUSHES]):
+        block, curve = k[k[ly.PUSH_PLACES] + 2 * q], k[k[ly.PUSH_PLACES] + 2 * q + 1]
+        stored -= p[k[ly.PUSH] + q] * y[block]
         if curve >= 0:
             stored -= curve_integral(k, p, curve, y[block])
     return kinetic, stored

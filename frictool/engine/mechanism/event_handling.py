@@ -4,20 +4,13 @@ from __future__ import annotations
 
 import math
 
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.articulated_body import field
-from frictool.engine.mechanism.compiled_mechanism import (
-    BLOCKS,
-    COUPLINGS,
-    INNER,
-    JOINTS,
-    ORDER,
-    STOPS,
-    CompiledMechanism,
-)
 from frictool.engine.mechanism.dormand_prince8 import AFTER
 from frictool.engine.mechanism.events import STRIKES, TOUCHES, EventRows, write, write_changes
 from frictool.engine.mechanism.hysteresis_memory import remember
 from frictool.engine.mechanism.impacts import impacts
+from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.mode_guards import distance_to_guard, forces_hold
 from frictool.engine.mechanism.mode_iteration import align, settle, stop_tree
 from frictool.engine.mechanism.state import (
@@ -45,8 +38,8 @@ def _note(k: IntVector, state: MechanismState) -> None:
     """Store modes and speeds before an event, to record its changes."""
     for i in range(state.modes.shape[0]):
         state.room.places[BEFORE, i] = state.modes[i]
-    for i in range(k[BLOCKS]):
-        state.room.lines[SPEEDS, i] = state.y[k[BLOCKS] + i]
+    for i in range(k[ly.BLOCKS]):
+        state.room.lines[SPEEDS, i] = state.y[k[ly.BLOCKS] + i]
 
 
 @inset_kernel
@@ -110,7 +103,7 @@ def take_step(machine: CompiledMechanism, state: MechanismState, t: float) -> in
     spent = room.lines[SPENT]
     for e in range(work.shape[0]):
         work[e] += spent[e]
-    if machine.whole[INNER] > 0:
+    if machine.whole[ly.INNER] > 0:
         failed, changed = remember(machine, y, room.lines[END])
         if changed:
             failed += _evaluate(machine, state, t)
@@ -124,7 +117,7 @@ def _meet_or_halt(
     k: IntVector, p: Vector, now: float, state: MechanismState, told: EventRows
 ) -> bool:
     """Stop all trees whose root has reached speed 0; return True if flanks or stops collide."""
-    n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
+    n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     y, modes, guard, meet = state.y, state.modes, state.room.lines[GUARD], False
     for joint in range(j):
         if modes[n + joint] == OPEN and guard[n + joint] <= 0.0:
@@ -132,14 +125,14 @@ def _meet_or_halt(
             if rate < 0.0:
                 write(told, now, TOUCHES, joint, -rate)
                 meet = True
-    for s in range(k[STOPS]):
+    for s in range(k[ly.STOPS]):
         if modes[n + 2 * j + c + s] == OPEN and guard[n + 2 * j + c + s] <= 0.0:
             _, rate = distance_to_guard(k, p, n + 2 * j + c + s, y, y, modes)
             if rate < 0.0:
                 write(told, now, STRIKES, s, -rate)
                 meet = True
     for place in range(n):
-        i = k[k[ORDER] + place]
+        i = ly.block_at(k, place)
         if guard[i] <= 0.0 and modes[i] != STUCK and y[n + i] != 0.0:
             stop_tree(k, place, p, y, modes)
     return meet

@@ -4,15 +4,10 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.mechanism.compiled_mechanism import (
-    BLOCKS,
-    COUPLINGS,
-    JOINTS,
-    STOPS,
-    CompiledMechanism,
-)
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.dormand_prince8 import AFTER
 from frictool.engine.mechanism.integration_step import look, trace
+from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.mode_guards import (
     BROKEN,
     distance_to_guard,
@@ -67,7 +62,7 @@ def _is_there(
     else:
         if not BROKEN <= guard[index] <= 0.0:
             return False
-        if index >= k[BLOCKS] and distance_to_guard(k, p, index, y, y, modes)[1] >= 0.0:
+        if index >= k[ly.BLOCKS] and distance_to_guard(k, p, index, y, y, modes)[1] >= 0.0:
             return False
     for other in range(count):
         if guard[other] < (FAR if is_forced(k, modes, other) else BROKEN) and is_broken(
@@ -112,7 +107,7 @@ def _has_rate(k: IntVector, modes: IntVector, index: int) -> bool:
 
     It is for guards of a speed, a position, or a flank of a compliant coupling.
     """
-    return not is_forced(k, modes, index) or index >= k[BLOCKS] + 2 * k[JOINTS]
+    return not is_forced(k, modes, index) or index >= k[ly.BLOCKS] + 2 * k[ly.JOINTS]
 
 
 @inset_kernel
@@ -179,7 +174,7 @@ def _first(
     Only guards passed at `high` are candidates. weights: Illinois weights of the guard `lead`.
     """
     at, leader, at_low, at_high = high, -1, room.lines[AT_LOW], room.lines[AT_HIGH]
-    for index in range(k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS] + k[STOPS]):
+    for index in range(k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.STOPS]):
         if not is_broken(k, p, index, room.lines[Y_HIGH], modes, at_high, room.lines[GUARD]):
             continue
         if _has_rate(k, modes, index):
@@ -212,7 +207,7 @@ def locate(
     """
     k, p, _ = machine
     y, modes, room = state.y, state.modes, state.room
-    count = k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS] + k[STOPS]
+    count = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.STOPS]
     end, after, trial = room.lines[END], room.slopes[AFTER], room.lines[TRIAL]
     low, high, lead, weights, kept = 0.0, h, -1, (1.0, 1.0), 0
     _keep_low(count, y, room.slopes[0], room.lines[GUARD], room)

@@ -4,16 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.address_calls import INDICES, MATRIX, record_type
-from frictool.engine.mechanism.compiled_mechanism import (
-    BLOCKS,
-    COUPLINGS,
-    GROUP,
-    JOINTS,
-    STOPS,
-    CompiledMechanism,
-)
-from frictool.engine.mechanism.joint_losses import is_lossy, joint_row
+from frictool.engine.mechanism.joint_losses import is_lossy
+from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.state import OPEN, STUCK
 from frictool.runtime.kernels import inset_kernel, part_kernel
 from frictool.typing import IntVector, Vector
@@ -99,9 +93,9 @@ def write_changes(
     otherwise its two sides are the same.
     """
     k, p, _ = machine
-    n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
+    n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     for i in range(n):
-        if before[i] != modes[i] and k[k[GROUP] + i] == i:
+        if before[i] != modes[i] and ly.group_of(k, i) == i:
             kind = STICKS if modes[i] == STUCK else BREAKS_AWAY if before[i] == STUCK else REVERSES
             write(told, t, kind, i, speeds[i])
     for joint in range(j):
@@ -113,14 +107,14 @@ def write_changes(
         if (
             before[n + j + joint] not in (0, modes[n + j + joint])
             and modes[n + j + joint] != 0
-            and is_lossy(p, joint_row(k, joint))
+            and is_lossy(p, ly.joint_row(k, joint))
         ):
             write(told, t, POWER_TURNS, joint, 0.0)
     for i in range(c):
         was, now = before[n + 2 * j + i], modes[n + 2 * j + i]
         if was != now:
             write(told, t, FLANK_LETS_GO if now == OPEN else FLANK_MEETS, i, 0.0)
-    for s in range(k[STOPS]):
+    for s in range(k[ly.STOPS]):
         was, now = before[n + 2 * j + c + s], modes[n + 2 * j + c + s]
         if was != OPEN and now == OPEN:
             write(told, t, LEAVES_STOP, s, 0.0)

@@ -11,31 +11,8 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.mechanism.compiled_mechanism import (
-    BLOCK,
-    BLOCKS,
-    COUPLINGS,
-    FIRST_INNER,
-    FRICTION_PLACES,
-    FRICTION_WIDTH,
-    FRICTIONS,
-    INNER_END,
-    JOINTS,
-    KIND,
-    LAW_VALUES,
-    LEVEL,
-    OUTWARD,
-    PARENT,
-    PARENT_JOINT,
-    RATIO,
-    SOURCES,
-    STOPS,
-    VALUES,
-    VALUES_END,
-    CompiledMechanism,
-)
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.curves import curve_value
-from frictool.engine.mechanism.joint_losses import joint_row
 from frictool.engine.mechanism.law_kernels import (
     BANDED,
     HYBRID,
@@ -50,6 +27,7 @@ from frictool.engine.mechanism.law_kernels import (
     seen_velocity,
     slip_force,
 )
+from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.state import OPEN, STUCK, MechanismState, RateEvaluation
 from frictool.engine.mechanism.workspace_rows import FORCE, GROSS, INERTIA, NEED, ON_BLOCK
 from frictool.friction.static_kernels import sticking_force
@@ -63,18 +41,18 @@ HELD, SLIPS = 0, 1  # modes of a law
 @inset_kernel
 def _root_of(k: IntVector, p: Vector, modes: IntVector, block: int) -> tuple[int, float]:
     """Return the root of the tree that moves with a block, and the block's relative speed."""
-    n, i, along = k[BLOCKS], block, 1.0
-    while k[k[PARENT_JOINT] + i] >= 0 and modes[n + k[k[PARENT_JOINT] + i]] != OPEN:
-        ratio = p[joint_row(k, k[k[PARENT_JOINT] + i]) + RATIO]
-        along *= ratio if k[k[OUTWARD] + i] == 1 else 1.0 / ratio
-        i = k[k[PARENT] + i]
+    n, i, along = k[ly.BLOCKS], block, 1.0
+    while ly.joint_of(k, i) >= 0 and modes[n + ly.joint_of(k, i)] != OPEN:
+        ratio = p[ly.joint_row(k, ly.joint_of(k, i)) + ly.RATIO]
+        along *= ratio if ly.leads_out(k, i) else 1.0 / ratio
+        i = ly.parent_of(k, i)
     return i, along
 
 
 @inset_kernel
 def _first_mode(k: IntVector) -> int:
     """Return the index of the first law's mode."""
-    return int(k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS] + k[STOPS])
+    return int(k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.STOPS])
 
 
 @part_kernel
@@ -88,16 +66,18 @@ def timed_frictions(
     """
     k, p, laws = machine
     out, w, power = found.rates, found.w, found.power
-    n, status, first = k[BLOCKS], OK, _first_mode(k)
-    at = k[SOURCES] + n + k[JOINTS] + k[COUPLINGS]
-    for f in range(k[FRICTIONS]):
-        row = k[FRICTION_PLACES] + f * FRICTION_WIDTH
-        kind, block, mode = k[row + KIND], k[row + BLOCK], modes[first + f]
+    n, status, first = k[ly.BLOCKS], OK, _first_mode(k)
+    at = k[ly.SOURCES] + n + k[ly.JOINTS] + k[ly.COUPLINGS]
+    for f in range(k[ly.FRICTIONS]):
+        row = ly.friction_row(k, f)
+        kind, block, mode = k[row + ly.KIND], k[row + ly.BLOCK], modes[first + f]
         if kind < HYBRID:
             continue
-        values = p[k[LAW_VALUES] + k[row + VALUES] : k[LAW_VALUES] + k[row + VALUES_END]]
-        begin, end = 2 * n + k[row + FIRST_INNER], 2 * n + k[row + INNER_END]
-        level = 1.0 if k[row + LEVEL] < 0 else curve_value(k, p, k[row + LEVEL], y[block])
+        values = p[
+            k[ly.LAW_VALUES] + k[row + ly.VALUES] : k[ly.LAW_VALUES] + k[row + ly.VALUES_END]
+        ]
+        begin, end = 2 * n + k[row + ly.FIRST_INNER], 2 * n + k[row + ly.INNER_END]
+        level = 1.0 if k[row + ly.LEVEL] < 0 else curve_value(k, p, k[row + ly.LEVEL], y[block])
         root, along = _root_of(k, p, modes, block)
         v, u, mass, friction = (
             y[n + block],
@@ -136,16 +116,18 @@ def seen_speeds(machine: CompiledMechanism, y: Vector, modes: IntVector, rates: 
     This applies to all blocks of the tree that moves with the law's block.
     """
     k, p, laws = machine
-    n = k[BLOCKS]
-    for f in range(k[FRICTIONS]):
-        row = k[FRICTION_PLACES] + f * FRICTION_WIDTH
-        if k[row + KIND] != BANDED:
+    n = k[ly.BLOCKS]
+    for f in range(k[ly.FRICTIONS]):
+        row = ly.friction_row(k, f)
+        if k[row + ly.KIND] != BANDED:
             continue
-        values = p[k[LAW_VALUES] + k[row + VALUES] : k[LAW_VALUES] + k[row + VALUES_END]]
-        v = y[n + k[row + BLOCK]]
+        values = p[
+            k[ly.LAW_VALUES] + k[row + ly.VALUES] : k[ly.LAW_VALUES] + k[row + ly.VALUES_END]
+        ]
+        v = y[n + k[row + ly.BLOCK]]
         if seen_velocity(laws[f, 3], v, values) == v:
             continue
-        root, _ = _root_of(k, p, modes, k[row + BLOCK])
+        root, _ = _root_of(k, p, modes, k[row + ly.BLOCK])
         for i in range(n):
             if _root_of(k, p, modes, i)[0] == root:
                 rates[i] = 0.0
@@ -159,16 +141,18 @@ def switch(machine: CompiledMechanism, state: MechanismState) -> int:
     """
     k, p, laws = machine
     y, modes, w = state.y, state.modes, state.room.w
-    n, status, first = k[BLOCKS], OK, _first_mode(k)
-    for f in range(k[FRICTIONS]):
-        row = k[FRICTION_PLACES] + f * FRICTION_WIDTH
-        kind, block, mode = k[row + KIND], k[row + BLOCK], modes[first + f]
-        values = p[k[LAW_VALUES] + k[row + VALUES] : k[LAW_VALUES] + k[row + VALUES_END]]
+    n, status, first = k[ly.BLOCKS], OK, _first_mode(k)
+    for f in range(k[ly.FRICTIONS]):
+        row = ly.friction_row(k, f)
+        kind, block, mode = k[row + ly.KIND], k[row + ly.BLOCK], modes[first + f]
+        values = p[
+            k[ly.LAW_VALUES] + k[row + ly.VALUES] : k[ly.LAW_VALUES] + k[row + ly.VALUES_END]
+        ]
         v, u = y[n + block], w[ON_BLOCK, block]
         if kind == BANDED:
             modes[first + f] = HELD if abs(v) <= band(laws[f, 2], values) else SLIPS
         elif kind == HYBRID:
-            z = y[2 * n + k[row + FIRST_INNER] : 2 * n + k[row + INNER_END]]
+            z = y[2 * n + k[row + ly.FIRST_INNER] : 2 * n + k[row + ly.INNER_END]]
             after = mode_after(laws[f, 0], mode, v, u, z, values)
             if after != mode:
                 modes[first + f] = after
@@ -181,11 +165,13 @@ def keep(machine: CompiledMechanism, state: MechanismState) -> int:
     """Update the memories of hybrid laws after a step; return a status of friction/status.py."""
     k, p, laws = machine
     y, modes = state.y, state.modes
-    n, status, first = k[BLOCKS], OK, _first_mode(k)
-    for f in range(k[FRICTIONS]):
-        row = k[FRICTION_PLACES] + f * FRICTION_WIDTH
-        if k[row + KIND] == HYBRID:
-            values = p[k[LAW_VALUES] + k[row + VALUES] : k[LAW_VALUES] + k[row + VALUES_END]]
-            z = y[2 * n + k[row + FIRST_INNER] : 2 * n + k[row + INNER_END]]
+    n, status, first = k[ly.BLOCKS], OK, _first_mode(k)
+    for f in range(k[ly.FRICTIONS]):
+        row = ly.friction_row(k, f)
+        if k[row + ly.KIND] == HYBRID:
+            values = p[
+                k[ly.LAW_VALUES] + k[row + ly.VALUES] : k[ly.LAW_VALUES] + k[row + ly.VALUES_END]
+            ]
+            z = y[2 * n + k[row + ly.FIRST_INNER] : 2 * n + k[row + ly.INNER_END]]
             status += hybrid_commit(laws[f, 5], modes[first + f], z, values)
     return status

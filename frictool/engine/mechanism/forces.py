@@ -11,19 +11,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.articulated_body import field
-from frictool.engine.mechanism.compiled_mechanism import (
-    BLOCKS,
-    JOINTS,
-    ORDER,
-    OUTWARD,
-    PARENT,
-    PARENT_JOINT,
-    RATIO,
-    CompiledMechanism,
-)
 from frictool.engine.mechanism.dormand_prince8 import AFTER
-from frictool.engine.mechanism.joint_losses import joint_row
+from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.state import (
     INPUTS,
     OPEN,
@@ -66,9 +57,9 @@ def _range_of(k: IntVector, p: Vector, i: int, contact: int, w: Vector) -> tuple
 
     It leaves out what the joint's own friction could add.
     """
-    ratio = p[joint_row(k, k[k[PARENT_JOINT] + i]) + RATIO]
+    ratio = p[ly.joint_row(k, ly.joint_of(k, i)) + ly.RATIO]
     low, high = w[NEED, i], w[NEED_HIGH, i]
-    if k[k[OUTWARD] + i] == 0:
+    if not ly.leads_out(k, i):
         low, high = -high / ratio, -low / ratio
         if ratio < 0.0:
             low, high = high, low
@@ -84,32 +75,32 @@ def _at_rest(
     k: IntVector, p: Vector, modes: IntVector, w: Vector, links: Vector, holds: Vector
 ) -> None:
     """Fill links and holds of all blocks at rest."""
-    n = k[BLOCKS]
+    n = k[ly.BLOCKS]
     for i in range(n):
         w[REST, i], w[HELD, i], w[GIVEN, i] = 0.0, 0.0, 0.0
         holds[i] = 0.0
     for place in range(n - 1, -1, -1):
-        i = k[k[ORDER] + place]
-        joint = k[k[PARENT_JOINT] + i]
+        i = ly.block_at(k, place)
+        joint = ly.joint_of(k, i)
         if modes[i] == STUCK and joint >= 0 and modes[n + joint] != OPEN:
             low, high = _range_of(k, p, i, modes[n + joint], w)
             w[LEAST, i] = min(max(0.0, low), high)
-            w[REST, k[k[PARENT] + i]] -= w[LEAST, i] * (
-                p[joint_row(k, joint) + RATIO] if k[k[OUTWARD] + i] == 1 else -1.0
+            w[REST, ly.parent_of(k, i)] -= w[LEAST, i] * (
+                p[ly.joint_row(k, joint) + ly.RATIO] if ly.leads_out(k, i) else -1.0
             )
     for place in range(n):
-        i = k[k[ORDER] + place]
-        joint = k[k[PARENT_JOINT] + i]
+        i = ly.block_at(k, place)
+        joint = ly.joint_of(k, i)
         if modes[i] != STUCK:
             continue
         if joint >= 0 and modes[n + joint] != OPEN:
-            parent, ratio = k[k[PARENT] + i], p[joint_row(k, joint) + RATIO]
+            parent, ratio = ly.parent_of(k, i), p[ly.joint_row(k, joint) + ly.RATIO]
             low, high = _range_of(k, p, i, modes[n + joint], w)
-            share = ratio if k[k[OUTWARD] + i] == 1 else -1.0
+            share = ratio if ly.leads_out(k, i) else -1.0
             link = min(max(w[LEAST, i] + w[REST, parent] / share, low), high)
             w[REST, parent] -= (link - w[LEAST, i]) * share
             links[joint] = link
-            w[GIVEN, i] = link if k[k[OUTWARD] + i] == 1 else -ratio * link
+            w[GIVEN, i] = link if ly.leads_out(k, i) else -ratio * link
         w[REST, i] += w[GIVEN, i] + w[FORCE, i]
         holds[i] = min(max(w[REST, i], w[HOLD_LOW, i]), w[HOLD_HIGH, i])
         w[REST, i] -= holds[i]
@@ -122,7 +113,7 @@ def _now(machine: CompiledMechanism, state: MechanismState, links: Vector, holds
     room = state.room
     found = RateEvaluation(room.slopes[AFTER], room.w, room.lines[TRIAL], room.powers[AFTER])
     field(machine, state.pace[2], state.y, state.modes, room.lines[INPUTS], found)
-    for joint in range(k[JOINTS]):
+    for joint in range(k[ly.JOINTS]):
         links[joint] = room.w[LAMBDA, joint]
     _at_rest(k, p, state.modes, room.w, links, holds)
 

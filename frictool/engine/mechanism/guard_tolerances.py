@@ -4,24 +4,7 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.mechanism.compiled_mechanism import (
-    BLOCKS,
-    COUPLINGS,
-    GAP,
-    HIGH,
-    JOINT_ENDS,
-    JOINTS,
-    LOW,
-    MASS,
-    OFFSET,
-    RATIO,
-    SPEED,
-    STOP,
-    STOP_BLOCKS,
-    STOP_WIDTH,
-    STOPS,
-)
-from frictool.engine.mechanism.joint_losses import joint_row
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.state import OPEN
 from frictool.engine.mechanism.workspace_rows import GROSS
 from frictool.runtime.kernels import inset_kernel
@@ -39,7 +22,9 @@ def slack_at(k: IntVector, p: Vector, w: Vector, block: int) -> float:
     """Return the force at a block below which a force counts as zero [N | N m]."""
     least = 1e-300  # N | N m, for a block without mass and without efforts
     return float(
-        SLACK * w[GROSS, block] + LEAST_RATE * p[k[MASS] + block] * p[k[SPEED] + block] + least
+        SLACK * w[GROSS, block]
+        + LEAST_RATE * ly.mass_of(k, p, block) * ly.speed_scale(k, p, block)
+        + least
     )
 
 
@@ -49,17 +34,18 @@ def joint_gap(k: IntVector, p: Vector, joint: int, y: Vector) -> tuple[float, fl
 
     e is in the coordinate of block b, and 0 in the middle of the gap.
     """
-    n, row = k[BLOCKS], joint_row(k, joint)
-    a, b, ratio = k[k[JOINT_ENDS] + 2 * joint], k[k[JOINT_ENDS] + 2 * joint + 1], p[row + RATIO]
-    e = y[b] - ratio * y[a] - p[row + OFFSET]
-    size = abs(y[b]) + abs(ratio * y[a]) + abs(p[row + OFFSET])
-    return e, y[n + b] - ratio * y[n + a], PLACE_SLACK * p[row + GAP] + ROUNDING * size
+    n, row = k[ly.BLOCKS], ly.joint_row(k, joint)
+    ratio = p[row + ly.RATIO]
+    a, b = ly.joint_ends(k, joint)
+    e = y[b] - ratio * y[a] - p[row + ly.OFFSET]
+    size = abs(y[b]) + abs(ratio * y[a]) + abs(p[row + ly.OFFSET])
+    return e, y[n + b] - ratio * y[n + a], PLACE_SLACK * p[row + ly.GAP] + ROUNDING * size
 
 
 @inset_kernel
 def stop_slack(p: Vector, row: int) -> float:
     """Return the tolerance of the distance to a stop [rad | m]."""
-    low, high = p[row + LOW], p[row + HIGH]
+    low, high = p[row + ly.LOW], p[row + ly.HIGH]
     span = high - low
     if span == math.inf:
         span = abs(low) if low > -math.inf else abs(high)
@@ -69,14 +55,16 @@ def stop_slack(p: Vector, row: int) -> float:
 @inset_kernel
 def place_guards(k: IntVector, p: Vector, y: Vector, modes: IntVector, guard: Vector) -> None:
     """Set the guards of open flanks and stops: their distances in units of the tolerance."""
-    n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
+    n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     for joint in range(j):
         if modes[n + joint] == OPEN:
             e, _, slack = joint_gap(k, p, joint, y)
-            gap = p[joint_row(k, joint) + GAP]
+            gap = p[ly.joint_row(k, joint) + ly.GAP]
             guard[n + joint] = min(e + gap, gap - e) / slack
-    for s in range(k[STOPS]):
+    for s in range(k[ly.STOPS]):
         at = n + 2 * j + c + s
         if modes[at] == OPEN:
-            block, row = k[k[STOP_BLOCKS] + s], k[STOP] + s * STOP_WIDTH
-            guard[at] = min(y[block] - p[row + LOW], p[row + HIGH] - y[block]) / stop_slack(p, row)
+            block, row = ly.stop_block(k, s), ly.stop_row(k, s)
+            guard[at] = min(y[block] - p[row + ly.LOW], p[row + ly.HIGH] - y[block]) / stop_slack(
+                p, row
+            )

@@ -5,22 +5,9 @@ The memory has to register each reversal.
 
 from __future__ import annotations
 
-from frictool.engine.mechanism.compiled_mechanism import (
-    BLOCK,
-    BLOCKS,
-    FIRST_INNER,
-    FRICTION_PLACES,
-    FRICTION_WIDTH,
-    FRICTIONS,
-    INNER_END,
-    KIND,
-    LAW_VALUES,
-    SPEED,
-    VALUES,
-    VALUES_END,
-    CompiledMechanism,
-)
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.law_kernels import DYNAMIC, commit
+from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.friction.status import OK
 from frictool.runtime.kernels import part_kernel
 from frictool.typing import IntVector, Vector
@@ -31,13 +18,13 @@ AT_REVERSAL = 1e-3  # speed below which a step may pass 0, relative to the speed
 @part_kernel
 def first_reversal(k: IntVector, p: Vector, h: float, y: Vector, end: Vector) -> float:
     """Return the step length, shortened to the first reversal of a block with a dynamic law."""
-    n, shortest = k[BLOCKS], h
-    for f in range(k[FRICTIONS]):
-        row = k[FRICTION_PLACES] + f * FRICTION_WIDTH
-        if k[row + KIND] == DYNAMIC:
-            block = k[row + BLOCK]
+    n, shortest = k[ly.BLOCKS], h
+    for f in range(k[ly.FRICTIONS]):
+        row = ly.friction_row(k, f)
+        if k[row + ly.KIND] == DYNAMIC:
+            block = k[row + ly.BLOCK]
             v0, v1 = y[n + block], end[n + block]
-            if v0 * v1 < 0.0 and min(abs(v0), abs(v1)) > AT_REVERSAL * p[k[SPEED] + block]:
+            if v0 * v1 < 0.0 and min(abs(v0), abs(v1)) > AT_REVERSAL * ly.speed_scale(k, p, block):
                 shortest = min(shortest, h * v0 / (v0 - v1))
     return shortest
 
@@ -49,13 +36,15 @@ def remember(machine: CompiledMechanism, y: Vector, before: Vector) -> tuple[int
     Returns a status of friction/status.py, and True if anything differs from `before`.
     """
     k, p, laws = machine
-    n, status, changed = k[BLOCKS], OK, False
-    for f in range(k[FRICTIONS]):
-        row = k[FRICTION_PLACES] + f * FRICTION_WIDTH
-        if k[row + KIND] == DYNAMIC:
-            first, end = 2 * n + k[row + FIRST_INNER], 2 * n + k[row + INNER_END]
-            values = p[k[LAW_VALUES] + k[row + VALUES] : k[LAW_VALUES] + k[row + VALUES_END]]
-            status += commit(laws[f, 2], y[first:end], y[n + k[row + BLOCK]], values)
+    n, status, changed = k[ly.BLOCKS], OK, False
+    for f in range(k[ly.FRICTIONS]):
+        row = ly.friction_row(k, f)
+        if k[row + ly.KIND] == DYNAMIC:
+            first, end = 2 * n + k[row + ly.FIRST_INNER], 2 * n + k[row + ly.INNER_END]
+            values = p[
+                k[ly.LAW_VALUES] + k[row + ly.VALUES] : k[ly.LAW_VALUES] + k[row + ly.VALUES_END]
+            ]
+            status += commit(laws[f, 2], y[first:end], y[n + k[row + ly.BLOCK]], values)
             for i in range(first, end):
                 changed = changed or y[i] != before[i]
     return status, changed

@@ -15,31 +15,8 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.mechanism.compiled_mechanism import (
-    BLOCKS,
-    COUPLINGS,
-    FRICTIONS,
-    GAP,
-    GROUP,
-    GROUP_MASS,
-    GROUP_RATIO,
-    HIGH,
-    JOINT_ENDS,
-    JOINTS,
-    LOW,
-    PRESSINGS,
-    RATIO,
-    RESTITUTION,
-    SOURCES,
-    SPEED,
-    STOP,
-    STOP_BLOCKS,
-    STOP_WIDTH,
-    STOPS,
-    THROW_BACK,
-)
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.guard_tolerances import joint_gap, stop_slack
-from frictool.engine.mechanism.joint_losses import joint_row
 from frictool.engine.mechanism.lossy_impulses import is_group_lossy, yielding
 from frictool.engine.mechanism.state import OPEN, RIGID
 from frictool.engine.status import OK, UNRESOLVED
@@ -57,20 +34,20 @@ TOUCHING = 4.0  # largest distance of flanks that touch, in tolerances of positi
 @inset_kernel
 def _approach(k: IntVector, p: Vector, joint: int, side: int, y: Vector) -> float:
     """Return the approach speed of a joint's flanks on side +-1, in the coordinate of block b."""
-    n, row = k[BLOCKS], joint_row(k, joint)
-    a, b = k[k[JOINT_ENDS] + 2 * joint], k[k[JOINT_ENDS] + 2 * joint + 1]
-    return float(side * (y[n + b] - p[row + RATIO] * y[n + a]))
+    n, row = k[ly.BLOCKS], ly.joint_row(k, joint)
+    a, b = ly.joint_ends(k, joint)
+    return float(side * (y[n + b] - p[row + ly.RATIO] * y[n + a]))
 
 
 @inset_kernel
 def _set_group(k: IntVector, p: Vector, group: int, speed: float, y: Vector) -> float:
     """Set a group's speed, `speed` for its first block; return the kinetic energy lost [J]."""
-    n = k[BLOCKS]
+    n = k[ly.BLOCKS]
     before = y[n + group]
     for i in range(n):
-        if k[k[GROUP] + i] == group:
-            y[n + i] = p[k[GROUP_RATIO] + i] * speed
-    return float(0.5 * p[k[GROUP_MASS] + group] * (before - speed) * (before + speed))
+        if ly.group_of(k, i) == group:
+            y[n + i] = ly.group_ratio(k, p, i) * speed
+    return float(0.5 * p[k[ly.GROUP_MASS] + group] * (before - speed) * (before + speed))
 
 
 @inset_kernel
@@ -96,16 +73,17 @@ def _meet(
 
     The impulse grows in pieces, between the instants at which one of the groups comes to rest.
     """
-    n, row = k[BLOCKS], joint_row(k, joint)
-    a, b, ratio = k[k[JOINT_ENDS] + 2 * joint], k[k[JOINT_ENDS] + 2 * joint + 1], p[row + RATIO]
-    group_a, group_b = k[k[GROUP] + a], k[k[GROUP] + b]
-    along_a, along_b = ratio * p[k[GROUP_RATIO] + a], p[k[GROUP_RATIO] + b]
+    n, row = k[ly.BLOCKS], ly.joint_row(k, joint)
+    ratio = p[row + ly.RATIO]
+    a, b = ly.joint_ends(k, joint)
+    group_a, group_b = ly.group_of(k, a), ly.group_of(k, b)
+    along_a, along_b = ratio * ly.group_ratio(k, p, a), ly.group_ratio(k, p, b)
     lossy_a, lossy_b = is_group_lossy(k, p, group_a), is_group_lossy(k, p, group_b)
     s = _approach(k, p, joint, side, y)
     # flanks that separate, but are to move together, are pulled
     towards = side * math.copysign(1.0, s)
     s = abs(s)
-    least = -s * (p[row + RESTITUTION] if s > BOUNCE * p[k[SPEED] + b] else 0.0)
+    least = -s * (p[row + ly.RESTITUTION] if s > BOUNCE * ly.speed_scale(k, p, b) else 0.0)
     v_a, v_b, given = y[n + group_a], y[n + group_b], 0.0
     for _ in range(MAX_PIECES):
         x_a = yielding(k, p, group_a, a, row, -towards, v_a, lossy_a, w)
@@ -134,7 +112,7 @@ def _meet(
         v_a = 0.0
     elif s == 0.0:
         v_b = along_a * v_a / along_b
-    at = k[SOURCES] + n + k[JOINTS] + k[COUPLINGS] + k[FRICTIONS] + k[PRESSINGS]
+    at = k[ly.SOURCES] + n + k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.FRICTIONS] + k[ly.PRESSINGS]
     work[at + joint] += _set_group(k, p, group_a, v_a, y) + _set_group(k, p, group_b, v_b, y)
 
 
@@ -143,57 +121,57 @@ def _strike(
     k: IntVector, p: Vector, stop: int, side: int, y: Vector, w: Vector, work: Vector
 ) -> None:
     """Resolve one impact of a group at an end stop."""
-    n, row, block = k[BLOCKS], k[STOP] + stop * STOP_WIDTH, k[k[STOP_BLOCKS] + stop]
-    group, speed = k[k[GROUP] + block], side * y[n + block]
-    thrown = p[row + THROW_BACK] if speed > BOUNCE * p[k[SPEED] + block] else 0.0
+    n, row, block = k[ly.BLOCKS], ly.stop_row(k, stop), ly.stop_block(k, stop)
+    group, speed = ly.group_of(k, block), side * y[n + block]
+    thrown = p[row + ly.THROW_BACK] if speed > BOUNCE * ly.speed_scale(k, p, block) else 0.0
     if thrown > 0.0 and is_group_lossy(k, p, group):
         stopping = yielding(k, p, group, block, -1, -side, y[n + group], True, w)
         leaving = yielding(k, p, group, block, -1, -side, 0.0, True, w)
         thrown = 0.0 if math.isnan(stopping) else min(thrown, math.sqrt(leaving / stopping))
     after = -thrown * y[n + group] if thrown > 0.0 else 0.0
-    at = k[SOURCES] + n + 2 * k[JOINTS] + k[COUPLINGS] + k[FRICTIONS] + k[PRESSINGS]
+    at = k[ly.SOURCES] + n + 2 * k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.FRICTIONS] + k[ly.PRESSINGS]
     work[at + stop] += _set_group(k, p, group, after, y)
 
 
 @inset_kernel
 def _mark(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
     """Set the modes of open joints and stops that touch to the side (+-1) of their contact."""
-    n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
-    for joint in range(k[JOINTS]):
+    n, stops = k[ly.BLOCKS], k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
+    for joint in range(k[ly.JOINTS]):
         if modes[n + joint] == OPEN:
             e, _, slack = joint_gap(k, p, joint, y)
-            gap = p[joint_row(k, joint) + GAP]
+            gap = p[ly.joint_row(k, joint) + ly.GAP]
             if abs(e) >= gap - TOUCHING * slack:
                 modes[n + joint] = -1 if e < 0.0 else 1
-    for s in range(k[STOPS]):
-        block, row = k[k[STOP_BLOCKS] + s], k[STOP] + s * STOP_WIDTH
+    for s in range(k[ly.STOPS]):
+        block, row = ly.stop_block(k, s), ly.stop_row(k, s)
         if modes[stops + s] == OPEN:
             slack = TOUCHING * stop_slack(p, row)
-            if y[block] <= p[row + LOW] + slack:
+            if y[block] <= p[row + ly.LOW] + slack:
                 modes[stops + s] = -1
-            elif y[block] >= p[row + HIGH] - slack:
+            elif y[block] >= p[row + ly.HIGH] - slack:
                 modes[stops + s] = 1
 
 
 @inset_kernel
 def _let_go(k: IntVector, p: Vector, y: Vector, modes: IntVector, speed: float) -> None:
     """Open the joint contacts that separate faster than `speed`, relative to the speed scale."""
-    n = k[BLOCKS]
-    for joint in range(k[JOINTS]):
+    n = k[ly.BLOCKS]
+    for joint in range(k[ly.JOINTS]):
         if modes[n + joint] not in (OPEN, RIGID):
-            b = k[k[JOINT_ENDS] + 2 * joint + 1]
-            if _approach(k, p, joint, modes[n + joint], y) < -speed * p[k[SPEED] + b]:
+            b = ly.joint_ends(k, joint)[1]
+            if _approach(k, p, joint, modes[n + joint], y) < -speed * ly.speed_scale(k, p, b):
                 modes[n + joint] = OPEN
 
 
 @inset_kernel
 def _part(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
     """Open the contacts that separate, and the stops whose block moves."""
-    n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
+    n, stops = k[ly.BLOCKS], k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     _let_go(k, p, y, modes, TOGETHER)
-    for s in range(k[STOPS]):
-        block = k[k[STOP_BLOCKS] + s]
-        if modes[stops + s] != OPEN and abs(y[n + block]) > STANDING * p[k[SPEED] + block]:
+    for s in range(k[ly.STOPS]):
+        block = ly.stop_block(k, s)
+        if modes[stops + s] != OPEN and abs(y[n + block]) > STANDING * ly.speed_scale(k, p, block):
             modes[stops + s] = OPEN
 
 
@@ -205,21 +183,23 @@ def _fastest(k: IntVector, p: Vector, y: Vector, modes: IntVector, soft: bool) -
     number of joints plus the index of the stop; it is -1 if no contact approaches. If `soft` is
     True, the separation speed of touching flanks counts as an approach speed.
     """
-    n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
+    n, stops = k[ly.BLOCKS], k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     worst, which = TOGETHER, -1
-    for joint in range(k[JOINTS]):
+    for joint in range(k[ly.JOINTS]):
         side = modes[n + joint]
         if side not in (OPEN, RIGID):
-            speed = _approach(k, p, joint, side, y) / p[k[SPEED] + k[k[JOINT_ENDS] + 2 * joint + 1]]
+            speed = _approach(k, p, joint, side, y) / ly.speed_scale(
+                k, p, ly.joint_ends(k, joint)[1]
+            )
             speed = abs(speed) if soft else speed
             if speed > worst:
                 worst, which = speed, joint
-    for s in range(k[STOPS]):
+    for s in range(k[ly.STOPS]):
         if modes[stops + s] != OPEN:
-            block = k[k[STOP_BLOCKS] + s]
-            speed = modes[stops + s] * y[n + block] / p[k[SPEED] + block]
+            block = ly.stop_block(k, s)
+            speed = modes[stops + s] * y[n + block] / ly.speed_scale(k, p, block)
             if speed > worst:
-                worst, which = speed, k[JOINTS] + s
+                worst, which = speed, k[ly.JOINTS] + s
     return worst, which
 
 
@@ -232,7 +212,7 @@ def impacts(k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, wor
     which contacts stay closed. Without this rule, two parts that alternately push a third could
     cause an endless series of impacts.
     """
-    n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
+    n, stops = k[ly.BLOCKS], k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     _mark(k, p, y, modes)
     worst, _ = _fastest(k, p, y, modes, False)
     soft = worst < BOUNCE
@@ -243,8 +223,8 @@ def impacts(k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, wor
         if which < 0:
             _part(k, p, y, modes)
             return OK
-        if which < k[JOINTS]:
+        if which < k[ly.JOINTS]:
             _meet(k, p, which, modes[n + which], y, w, work)
         else:
-            _strike(k, p, which - k[JOINTS], modes[stops + which - k[JOINTS]], y, w, work)
+            _strike(k, p, which - k[ly.JOINTS], modes[stops + which - k[ly.JOINTS]], y, w, work)
     return UNRESOLVED

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.address_calls import (
     FLOAT,
     INTEGER,
@@ -11,18 +12,8 @@ from frictool.engine.mechanism.address_calls import (
     function_type,
 )
 from frictool.engine.mechanism.articulated_body import field, field_within
-from frictool.engine.mechanism.compiled_mechanism import (
-    BLOCKS,
-    COUPLINGS,
-    INNER,
-    INNER_SIZE,
-    JOINTS,
-    MACHINE,
-    SPEED,
-    STEP_STAGES,
-    CompiledMechanism,
-)
 from frictool.engine.mechanism.dormand_prince8 import AFTER, NODES, SLOPES, STAGES
+from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.mode_guards import BROKEN, is_forced
 from frictool.engine.mechanism.state import (
     END,
@@ -92,7 +83,7 @@ def stages_of_step(
     return _stages(machine, state, t, h, first, end, watching)
 
 
-STAGES_OF_STEP = function_type(FLOAT, MACHINE, STATE, FLOAT, FLOAT, INTEGER, INTEGER, INTEGER)
+STAGES_OF_STEP = function_type(FLOAT, ly.MACHINE, STATE, FLOAT, FLOAT, INTEGER, INTEGER, INTEGER)
 _stages_of_step = call_by_address(STAGES_OF_STEP)
 
 
@@ -112,7 +103,7 @@ def stages(
     guards of the row WATCHED is first seen broken, 1 if none is, -1 if a law fails. Called by
     address, as `field` is.
     """
-    address = machine.laws[machine.laws.shape[0] - 1, STEP_STAGES]
+    address = machine.laws[machine.laws.shape[0] - 1, ly.STEP_STAGES]
     seen: float = _stages_of_step(address, machine, state, t, h, first, end, watching)
     return seen
 
@@ -121,7 +112,7 @@ def stages(
 def _watch(k: IntVector, modes: IntVector, guard: Vector, watched: IntVector) -> int:
     """List the active guards of forces; return their number."""
     count = 0
-    for index in range(k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]):
+    for index in range(k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]):
         if guard[index] < math.inf and is_forced(k, modes, index):
             watched[count] = index
             count += 1
@@ -131,14 +122,14 @@ def _watch(k: IntVector, modes: IntVector, guard: Vector, watched: IntVector) ->
 @inset_kernel
 def _error(k: IntVector, p: Vector, h: float, modes: IntVector, room: Workspace) -> float:
     """Return the largest error of a state, relative to the state's size."""
-    n, worst, errors, end = k[BLOCKS], 0.0, room.lines[ERRORS], room.lines[END]
+    n, worst, errors, end = k[ly.BLOCKS], 0.0, room.lines[ERRORS], room.lines[END]
     step_errors(h, room.slopes, errors, room.lines[THIRD])
     for i in range(n):
         if modes[i] != STUCK:
-            size = max(SLOW * p[k[SPEED] + i], abs(end[n + i]))
+            size = max(SLOW * ly.speed_scale(k, p, i), abs(end[n + i]))
             worst = max(worst, max(errors[i], errors[n + i] * PLACE_TIME) / (size * PLACE_TIME))
-    for i in range(k[INNER]):
-        worst = max(worst, errors[2 * n + i] / p[k[INNER_SIZE] + i])
+    for i in range(k[ly.INNER]):
+        worst = max(worst, errors[2 * n + i] / p[k[ly.INNER_SIZE] + i])
     return worst
 
 

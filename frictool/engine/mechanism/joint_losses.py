@@ -14,35 +14,23 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.mechanism.compiled_mechanism import (
-    BACK_LOSS,
-    DRIVE_LOSS,
-    JOINT,
-    JOINT_WIDTH,
-    RATIO,
-    THESIS_SCREW,
-    THREAD,
-)
+from frictool.engine.mechanism import layout as ly
 from frictool.runtime.kernels import inset_kernel
-from frictool.typing import IntVector, Vector
-
-
-@inset_kernel
-def joint_row(k: IntVector, joint: int) -> int:
-    """Return the index in p of a joint's first parameter."""
-    return int(k[JOINT] + joint * JOINT_WIDTH)
+from frictool.typing import Vector
 
 
 @inset_kernel
 def is_lossy(p: Vector, row: int) -> bool:
     """Return True if the joint has losses."""
-    return bool(p[row + DRIVE_LOSS] != 0.0 or p[row + BACK_LOSS] != 0.0 or p[row + THREAD] != 0.0)
+    return bool(
+        p[row + ly.DRIVE_LOSS] != 0.0 or p[row + ly.BACK_LOSS] != 0.0 or p[row + ly.THREAD] != 0.0
+    )
 
 
 @inset_kernel
 def is_self_locking(p: Vector, row: int) -> bool:
     """Return True if end b cannot drive end a, because g falls on one side of its kink."""
-    return bool(max(p[row + BACK_LOSS], p[row + THREAD]) > abs(p[row + RATIO]))
+    return bool(max(p[row + ly.BACK_LOSS], p[row + ly.THREAD]) > abs(p[row + ly.RATIO]))
 
 
 @inset_kernel
@@ -51,15 +39,17 @@ def kink_of(p: Vector, row: int, driven: float) -> float:
 
     `driven` is the effort of the sources on block a.
     """
-    return p[row + THESIS_SCREW] * driven / p[row + THREAD] if p[row + THREAD] > 0.0 else 0.0
+    return (
+        p[row + ly.THESIS_SCREW] * driven / p[row + ly.THREAD] if p[row + ly.THREAD] > 0.0 else 0.0
+    )
 
 
 @inset_kernel
 def slope_of(p: Vector, row: int, direction: float, above: bool) -> float:
     """Return the slope of g on one side of its kink while a moves in `direction`."""
-    ratio, drive, back = p[row + RATIO], p[row + DRIVE_LOSS], p[row + BACK_LOSS]
-    if p[row + THREAD] > 0.0:
-        return float(ratio + (direction if above else -direction) * p[row + THREAD])
+    ratio, drive, back = p[row + ly.RATIO], p[row + ly.DRIVE_LOSS], p[row + ly.BACK_LOSS]
+    if p[row + ly.THREAD] > 0.0:
+        return float(ratio + (direction if above else -direction) * p[row + ly.THREAD])
     if (ratio * direction > 0.0) == above:
         return float(ratio + (direction if above else -direction) * drive)
     return float(ratio + (direction if above else -direction) * back)
@@ -70,14 +60,14 @@ def transmitted(p: Vector, row: int, kink: float, direction: float, force: float
     """Return the force g(force) at end a for a force at end b, while a moves in `direction`."""
     slope = slope_of(p, row, direction, force > kink)
     if force == kink or slope == 0.0:
-        return float(p[row + RATIO] * kink)
-    return float(p[row + RATIO] * kink + (force - kink) * slope)
+        return float(p[row + ly.RATIO] * kink)
+    return float(p[row + ly.RATIO] * kink + (force - kink) * slope)
 
 
 @inset_kernel
 def received(p: Vector, row: int, kink: float, direction: float, effort: float) -> float:
     """Return the force at end b for a force `effort` at end a; the inverse of `transmitted`."""
-    ratio = p[row + RATIO]
+    ratio = p[row + ly.RATIO]
     beyond = effort - ratio * kink
     if beyond == 0.0:
         return kink
@@ -104,7 +94,7 @@ def range_at_driver(
                 g = (
                     transmitted(p, row, kink, direction, force)
                     if math.isfinite(force)
-                    else p[row + RATIO] * force
+                    else p[row + ly.RATIO] * force
                 )
                 least, most = min(least, g), max(most, g)
     return least, most
@@ -122,12 +112,12 @@ def range_at_load(p: Vector, row: int, kink: float, low: float, high: float) -> 
     for side in range(2):
         direction = 2.0 * side - 1.0
         for point in range(3):
-            effort = low if point == 0 else high if point == 1 else p[row + RATIO] * kink
+            effort = low if point == 0 else high if point == 1 else p[row + ly.RATIO] * kink
             if low <= effort <= high:
                 force = (
                     received(p, row, kink, direction, effort)
                     if math.isfinite(effort)
-                    else effort * p[row + RATIO]
+                    else effort * p[row + ly.RATIO]
                 )
                 least, most = min(least, force), max(most, force)
     return least, most

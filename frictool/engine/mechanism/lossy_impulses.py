@@ -12,26 +12,8 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.mechanism.compiled_mechanism import (
-    BLOCKS,
-    GROUP,
-    GROUP_MASS,
-    GROUP_RATIO,
-    JOINT_ENDS,
-    JOINTS,
-    MASS,
-    ORDER,
-    OUTWARD,
-    PARENT,
-    PARENT_JOINT,
-)
-from frictool.engine.mechanism.joint_losses import (
-    is_lossy,
-    joint_row,
-    received,
-    slope_of,
-    transmitted,
-)
+from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism.joint_losses import is_lossy, received, slope_of, transmitted
 from frictool.engine.mechanism.workspace_rows import SLOPE, VALUE
 from frictool.runtime.kernels import inset_kernel, part_kernel
 from frictool.typing import IntVector, Vector
@@ -43,11 +25,11 @@ FOUND = 1e-14  # tolerance of a zero, relative to the impulse
 @inset_kernel
 def is_group_lossy(k: IntVector, p: Vector, group: int) -> bool:
     """Return True if a rigid joint inside the group has losses."""
-    for joint in range(k[JOINTS]):
-        row = joint_row(k, joint)
+    for joint in range(k[ly.JOINTS]):
+        row = ly.joint_row(k, joint)
         if is_lossy(p, row):
-            a, b = k[k[JOINT_ENDS] + 2 * joint], k[k[JOINT_ENDS] + 2 * joint + 1]
-            if k[k[GROUP] + a] == group and k[k[GROUP] + b] == group:
+            a, b = ly.joint_ends(k, joint)
+            if ly.group_of(k, a) == group and ly.group_of(k, b) == group:
                 return True
     return False
 
@@ -68,24 +50,24 @@ def _need(
     VALUE is the impulse that the first block needs in addition to `impulse` on `block`. SLOPE is
     the derivative of VALUE by x.
     """
-    n = k[BLOCKS]
+    n = k[ly.BLOCKS]
     for i in range(n):
-        if k[k[GROUP] + i] == group:
-            along = p[k[GROUP_RATIO] + i] * p[k[MASS] + i]
+        if ly.group_of(k, i) == group:
+            along = ly.group_ratio(k, p, i) * ly.mass_of(k, p, i)
             w[VALUE, i], w[SLOPE, i] = along * x, along
     w[VALUE, block] -= impulse
     for place in range(n - 1, -1, -1):
-        i = k[k[ORDER] + place]
-        if k[k[GROUP] + i] != group or i == group:
+        i = ly.block_at(k, place)
+        if ly.group_of(k, i) != group or i == group:
             continue
-        parent, row = k[k[PARENT] + i], joint_row(k, k[k[PARENT_JOINT] + i])
-        if k[k[OUTWARD] + i] == 1:
-            direction = math.copysign(1.0, towards * p[k[GROUP_RATIO] + parent])
+        parent, row = ly.parent_of(k, i), ly.joint_row(k, ly.joint_of(k, i))
+        if ly.leads_out(k, i):
+            direction = math.copysign(1.0, towards * ly.group_ratio(k, p, parent))
             force = w[VALUE, i]
             w[SLOPE, parent] += w[SLOPE, i] * slope_of(p, row, direction, force > 0.0)
             w[VALUE, parent] += transmitted(p, row, 0.0, direction, force)
         else:
-            direction = math.copysign(1.0, towards * p[k[GROUP_RATIO] + i])
+            direction = math.copysign(1.0, towards * ly.group_ratio(k, p, i))
             force = received(p, row, 0.0, direction, -w[VALUE, i])
             w[SLOPE, parent] += w[SLOPE, i] / slope_of(p, row, direction, force > 0.0)
             w[VALUE, parent] -= force
@@ -107,7 +89,7 @@ def _search(
     for _ in range(MAX_PIECES):
         _need(k, p, group, block, impulse, towards, x, w)
         value, slope = w[VALUE, group], w[SLOPE, group]
-        if abs(value) <= FOUND * abs(impulse * p[k[GROUP_RATIO] + block]):
+        if abs(value) <= FOUND * abs(impulse * ly.group_ratio(k, p, block)):
             return x if slope > 0.0 else math.nan
         if value > 0.0:
             high = min(high, x)
@@ -142,9 +124,9 @@ def _by_direction(
     """
     impulse = force
     if row >= 0:
-        direction = math.copysign(1.0, towards * p[k[GROUP_RATIO] + block])
+        direction = math.copysign(1.0, towards * ly.group_ratio(k, p, block))
         impulse = -force * slope_of(p, row, direction, force > 0.0)
-    free = impulse * p[k[GROUP_RATIO] + block] / p[k[GROUP_MASS] + group]
+    free = impulse * ly.group_ratio(k, p, block) / p[k[ly.GROUP_MASS] + group]
     if not lossy or impulse == 0.0:
         return float(free)
     x = _search(k, p, group, block, impulse, towards, free, w)

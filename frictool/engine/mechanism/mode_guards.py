@@ -4,27 +4,7 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.mechanism.compiled_mechanism import (
-    BLOCKS,
-    COUPLING,
-    COUPLING_ENDS,
-    COUPLING_WIDTH,
-    COUPLINGS,
-    DAMPING,
-    GAP,
-    HIGH,
-    JOINT_ENDS,
-    JOINTS,
-    LOW,
-    OFFSET,
-    RATIO,
-    STIFFNESS,
-    STOP,
-    STOP_BLOCKS,
-    STOP_WIDTH,
-    STOPS,
-)
-from frictool.engine.mechanism.joint_losses import joint_row
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.state import FREE, OPEN, STUCK
 from frictool.runtime.kernels import inset_kernel, part_kernel
 from frictool.typing import IntVector, Vector
@@ -40,7 +20,7 @@ def forces_hold(k: IntVector, modes: IntVector, guard: Vector) -> bool:
 
     These are sticking blocks, closed contacts, sides of kinks, and compliant flanks.
     """
-    n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
+    n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     for i in range(n):
         if guard[i] < BROKEN and modes[i] == STUCK:
             return False
@@ -56,7 +36,7 @@ def forces_hold(k: IntVector, modes: IntVector, guard: Vector) -> bool:
 @inset_kernel
 def is_forced(k: IntVector, modes: IntVector, index: int) -> bool:
     """Return True if the guard at `index` watches a force, False if a speed or a position."""
-    n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
+    n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     if index < n:
         return bool(modes[index] == STUCK)
     if index < n + j:
@@ -73,29 +53,29 @@ def _flank_left(
     The distance is expressed as a force.
     """
     n, row, ends = (
-        k[BLOCKS],
-        k[COUPLING] + coupling * COUPLING_WIDTH,
-        k[COUPLING_ENDS] + 3 * coupling,
+        k[ly.BLOCKS],
+        ly.coupling_row(k, coupling),
+        k[ly.COUPLING_ENDS] + 3 * coupling,
     )
     a, b = k[ends], k[ends + 1]
-    e, rate, change = y[b] - p[row + OFFSET], y[n + b], rates[n + b]
+    e, rate, change = y[b] - p[row + ly.OFFSET], y[n + b], rates[n + b]
     if a >= 0:
         e, rate, change = (
-            e - p[row + RATIO] * y[a],
-            rate - p[row + RATIO] * y[n + a],
-            change - p[row + RATIO] * rates[n + a],
+            e - p[row + ly.RATIO] * y[a],
+            rate - p[row + ly.RATIO] * y[n + a],
+            change - p[row + ly.RATIO] * rates[n + a],
         )
     side = -1.0 if e < 0.0 else 1.0
     if mode != OPEN:
         side = float(mode)
-    beyond = side * e - p[row + GAP]
-    pressed = p[row + STIFFNESS] * beyond + side * p[row + DAMPING] * rate
-    gained = side * (p[row + STIFFNESS] * rate + p[row + DAMPING] * change)
+    beyond = side * e - p[row + ly.GAP]
+    pressed = p[row + ly.STIFFNESS] * beyond + side * p[row + ly.DAMPING] * rate
+    gained = side * (p[row + ly.STIFFNESS] * rate + p[row + ly.DAMPING] * change)
     if mode != OPEN:
         return pressed, gained
-    if pressed < p[row + STIFFNESS] * beyond:
+    if pressed < p[row + ly.STIFFNESS] * beyond:
         return -pressed, -gained
-    return -p[row + STIFFNESS] * beyond, -p[row + STIFFNESS] * side * rate
+    return -p[row + ly.STIFFNESS] * beyond, -p[row + ly.STIFFNESS] * side * rate
 
 
 @part_kernel
@@ -107,26 +87,23 @@ def distance_to_guard(
     For a speed it is the speed itself in its direction; for a compliant flank see `_flank_left`.
     rates (y,): y'.
     """
-    n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
+    n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     if index < n:
         return modes[index] * y[n + index], modes[index] * rates[n + index]
     if n + 2 * j <= index < n + 2 * j + c:
         return _flank_left(k, p, index - n - 2 * j, y, rates, modes[index])
     if index < n + j:
         joint = index - n
-        row, a, b = (
-            joint_row(k, joint),
-            k[k[JOINT_ENDS] + 2 * joint],
-            k[k[JOINT_ENDS] + 2 * joint + 1],
-        )
+        row = ly.joint_row(k, joint)
+        a, b = ly.joint_ends(k, joint)
         e, rate = (
-            y[b] - p[row + RATIO] * y[a] - p[row + OFFSET],
-            y[n + b] - p[row + RATIO] * y[n + a],
+            y[b] - p[row + ly.RATIO] * y[a] - p[row + ly.OFFSET],
+            y[n + b] - p[row + ly.RATIO] * y[n + a],
         )
-        return (p[row + GAP] + e, rate) if e < 0.0 else (p[row + GAP] - e, -rate)
+        return (p[row + ly.GAP] + e, rate) if e < 0.0 else (p[row + ly.GAP] - e, -rate)
     stop = index - n - 2 * j - c
-    block, row = k[k[STOP_BLOCKS] + stop], k[STOP] + stop * STOP_WIDTH
-    below, above = y[block] - p[row + LOW], p[row + HIGH] - y[block]
+    block, row = ly.stop_block(k, stop), ly.stop_row(k, stop)
+    below, above = y[block] - p[row + ly.LOW], p[row + ly.HIGH] - y[block]
     return (below, y[n + block]) if below < above else (above, -y[n + block])
 
 
@@ -142,7 +119,7 @@ def is_broken(
     """
     if guard[index] >= BROKEN:
         return False
-    if index < k[BLOCKS] or is_forced(k, modes, index) or begin[index] >= 0.0:
+    if index < k[ly.BLOCKS] or is_forced(k, modes, index) or begin[index] >= 0.0:
         return True
     _, rate = distance_to_guard(k, p, index, y, y, modes)
     return bool(rate < 0.0)
@@ -154,7 +131,7 @@ def is_any_broken(
 ) -> bool:
     """Return True if any guard has been passed."""
     broken = False
-    for index in range(k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS] + k[STOPS]):
+    for index in range(k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.STOPS]):
         broken = broken or is_broken(k, p, index, y, modes, guard, begin)
     return broken
 
@@ -206,7 +183,7 @@ def first_dip(
 
     It applies to speeds, open flanks and stops. Without such a time, the result is h.
     """
-    n, j, c = k[BLOCKS], k[JOINTS], k[COUPLINGS]
+    n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     shortest = h
     for i in range(n):
         if guard[i] < math.inf and modes[i] not in (STUCK, FREE):
@@ -221,36 +198,32 @@ def first_dip(
     for joint in range(j):
         if modes[n + joint] != OPEN:
             continue
-        row = joint_row(k, joint)
-        a, b, ratio, gap = (
-            k[k[JOINT_ENDS] + 2 * joint],
-            k[k[JOINT_ENDS] + 2 * joint + 1],
-            p[row + RATIO],
-            p[row + GAP],
-        )
-        e0 = y[b] - ratio * y[a] - p[row + OFFSET]
-        e1 = end[b] - ratio * end[a] - p[row + OFFSET]
+        row = ly.joint_row(k, joint)
+        a, b = ly.joint_ends(k, joint)
+        ratio, gap = p[row + ly.RATIO], p[row + ly.GAP]
+        e0 = y[b] - ratio * y[a] - p[row + ly.OFFSET]
+        e1 = end[b] - ratio * end[a] - p[row + ly.OFFSET]
         r0, r1 = y[n + b] - ratio * y[n + a], end[n + b] - ratio * end[n + a]
         shortest = _dip(e0 + gap, r0, e1 + gap, r1, h, shortest)
         shortest = _dip(gap - e0, -r0, gap - e1, -r1, h, shortest)
-    for s in range(k[STOPS]):
+    for s in range(k[ly.STOPS]):
         if modes[n + 2 * j + c + s] != OPEN:
             continue
-        block, row = k[k[STOP_BLOCKS] + s], k[STOP] + s * STOP_WIDTH
-        if p[row + LOW] > -math.inf:
+        block, row = ly.stop_block(k, s), ly.stop_row(k, s)
+        if p[row + ly.LOW] > -math.inf:
             shortest = _dip(
-                y[block] - p[row + LOW],
+                y[block] - p[row + ly.LOW],
                 y[n + block],
-                end[block] - p[row + LOW],
+                end[block] - p[row + ly.LOW],
                 end[n + block],
                 h,
                 shortest,
             )
-        if p[row + HIGH] < math.inf:
+        if p[row + ly.HIGH] < math.inf:
             shortest = _dip(
-                p[row + HIGH] - y[block],
+                p[row + ly.HIGH] - y[block],
                 -y[n + block],
-                p[row + HIGH] - end[block],
+                p[row + ly.HIGH] - end[block],
                 -end[n + block],
                 h,
                 shortest,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.address_calls import (
     FLOAT,
     INTEGER,
@@ -9,29 +10,9 @@ from frictool.engine.mechanism.address_calls import (
     function_type,
 )
 from frictool.engine.mechanism.articulated_body import field
-from frictool.engine.mechanism.compiled_mechanism import (
-    BLOCKS,
-    COUPLINGS,
-    FRICTIONS,
-    JOINTS,
-    MACHINE,
-    MASS,
-    ORDER,
-    OUTWARD,
-    PARENT,
-    PARENT_JOINT,
-    PRESSINGS,
-    RATIO,
-    SETTLE,
-    SOURCES,
-    SPAN,
-    STOP_BLOCKS,
-    STOPS,
-    CompiledMechanism,
-)
 from frictool.engine.mechanism.contact_resolution import resolve
 from frictool.engine.mechanism.events import EVENTS, JAMS, EventRows, write
-from frictool.engine.mechanism.joint_losses import joint_row
+from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.mode_guards import forces_hold
 from frictool.engine.mechanism.state import (
     FOUND,
@@ -52,14 +33,14 @@ ATTEMPTS = 50  # iterations
 @inset_kernel
 def stop_tree(k: IntVector, place: int, p: Vector, y: Vector, modes: IntVector) -> float:
     """Stop the tree with the root at `place` in the order; return its kinetic energy [J]."""
-    n, energy = k[BLOCKS], 0.0
-    at, end = place, place + k[k[SPAN] + k[k[ORDER] + place]]
+    n, energy = k[ly.BLOCKS], 0.0
+    at, end = place, place + ly.span_of(k, ly.block_at(k, place))
     while at < end:
-        i = k[k[ORDER] + at]
-        if at > place and modes[n + k[k[PARENT_JOINT] + i]] == OPEN:
-            at += k[k[SPAN] + i]
+        i = ly.block_at(k, at)
+        if at > place and modes[n + ly.joint_of(k, i)] == OPEN:
+            at += ly.span_of(k, i)
             continue
-        energy += 0.5 * p[k[MASS] + i] * y[n + i] * y[n + i]
+        energy += 0.5 * ly.mass_of(k, p, i) * y[n + i] * y[n + i]
         y[n + i] = 0.0
         at += 1
     return energy
@@ -71,19 +52,19 @@ def align(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
 
     This keeps rounding errors from growing in the speeds between them.
     """
-    n, stops = k[BLOCKS], k[BLOCKS] + 2 * k[JOINTS] + k[COUPLINGS]
-    for s in range(k[STOPS]):
+    n, stops = k[ly.BLOCKS], k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
+    for s in range(k[ly.STOPS]):
         if modes[stops + s] != OPEN:
-            i = k[k[STOP_BLOCKS] + s]
-            while k[k[PARENT_JOINT] + i] >= 0 and modes[n + k[k[PARENT_JOINT] + i]] != OPEN:
-                i = k[k[PARENT] + i]
+            i = ly.stop_block(k, s)
+            while ly.joint_of(k, i) >= 0 and modes[n + ly.joint_of(k, i)] != OPEN:
+                i = ly.parent_of(k, i)
             y[n + i] = 0.0
     for place in range(n):
-        i = k[k[ORDER] + place]
-        joint = k[k[PARENT_JOINT] + i]
+        i = ly.block_at(k, place)
+        joint = ly.joint_of(k, i)
         if joint >= 0 and modes[n + joint] != OPEN:
-            ratio = p[joint_row(k, joint) + RATIO]
-            y[n + i] = y[n + k[k[PARENT] + i]] * (ratio if k[k[OUTWARD] + i] == 1 else 1.0 / ratio)
+            ratio = p[ly.joint_row(k, joint) + ly.RATIO]
+            y[n + i] = y[n + ly.parent_of(k, i)] * (ratio if ly.leads_out(k, i) else 1.0 / ratio)
 
 
 @inset_kernel
@@ -94,15 +75,21 @@ def _jam(
 
     Returns False if it is already at rest.
     """
-    n, root = k[BLOCKS], k[k[ORDER] + place]
+    n, root = k[ly.BLOCKS], ly.block_at(k, place)
     speed, energy = state.y[n + root], stop_tree(k, place, p, state.y, state.modes)
     if energy == 0.0:
         return False
     # work of the joint that leads to the root's first child
-    first = k[k[PARENT_JOINT] + k[k[ORDER] + place + 1]]
-    state.work[k[SOURCES] + n + k[JOINTS] + k[COUPLINGS] + k[FRICTIONS] + k[PRESSINGS] + first] += (
-        energy
-    )
+    first = ly.joint_of(k, ly.block_at(k, place + 1))
+    state.work[
+        k[ly.SOURCES]
+        + n
+        + k[ly.JOINTS]
+        + k[ly.COUPLINGS]
+        + k[ly.FRICTIONS]
+        + k[ly.PRESSINGS]
+        + first
+    ] += energy
     write(told, now, JAMS, root, speed)
     return True
 
@@ -129,7 +116,7 @@ def modes_at_instant(
     return UNRESOLVED
 
 
-MODES_AT_INSTANT = function_type(INTEGER, MACHINE, STATE, FLOAT, EVENTS)
+MODES_AT_INSTANT = function_type(INTEGER, ly.MACHINE, STATE, FLOAT, EVENTS)
 _modes_at_instant = call_by_address(MODES_AT_INSTANT)
 
 
@@ -140,6 +127,6 @@ def settle(machine: CompiledMechanism, state: MechanismState, t: float, told: Ev
     Fills the rows 0 of slopes and powers, and GUARD, for these modes. Called by address, as `field`
     is.
     """
-    address = machine.laws[machine.laws.shape[0] - 1, SETTLE]
+    address = machine.laws[machine.laws.shape[0] - 1, ly.SETTLE]
     status: int = _modes_at_instant(address, machine, state, t, told)
     return status

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from frictool.engine.mechanism.advance import TOLERANCE, advance
-from frictool.engine.mechanism.compiled_mechanism import CompiledMechanism
 from frictool.engine.mechanism.events import EVENT_SIZE, EventRows
+from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.state import MechanismState, counts
 from frictool.engine.status import OK
 from frictool.runtime.kernels import kernel

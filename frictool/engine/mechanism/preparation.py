@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.advance import HELD_COMMAND, held_command
 from frictool.engine.mechanism.articulated_body import RATES_OF_STATE, rates_of_state
-from frictool.engine.mechanism.compiled_mechanism import (
-    ADVANCE,
-    FIELD,
-    SETTLE,
-    STEP_STAGES,
-    CompiledMechanism,
-    compile_mechanism,
-)
+from frictool.engine.mechanism.compiled_mechanism import compile_mechanism
 from frictool.engine.mechanism.integration_step import STAGES_OF_STEP, stages_of_step
+from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.mode_iteration import MODES_AT_INSTANT, modes_at_instant
 from frictool.plant.mechanism.packed_mechanism import PackedMechanism
 from frictool.runtime.kernels import function_pointer
@@ -25,10 +20,10 @@ def prepare(packed: PackedMechanism) -> CompiledMechanism:
     """
     machine = compile_mechanism(packed)
     for column, compiled, kind in (
-        (ADVANCE, held_command, HELD_COMMAND),
-        (FIELD, rates_of_state, RATES_OF_STATE),
-        (STEP_STAGES, stages_of_step, STAGES_OF_STEP),
-        (SETTLE, modes_at_instant, MODES_AT_INSTANT),
+        (ly.ADVANCE, held_command, HELD_COMMAND),
+        (ly.FIELD, rates_of_state, RATES_OF_STATE),
+        (ly.STEP_STAGES, stages_of_step, STAGES_OF_STEP),
+        (ly.SETTLE, modes_at_instant, MODES_AT_INSTANT),
     ):
         machine.laws[-1, column] = function_pointer(compiled, kind).address
     return machine

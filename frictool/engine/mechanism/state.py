@@ -47,9 +47,9 @@ from frictool.engine.mechanism.address_calls import (
     VECTOR,
     record_type,
 )
-from frictool.engine.mechanism.compiled_mechanism import CompiledMechanism
 from frictool.engine.mechanism.dormand_prince8 import SLOPES
 from frictool.engine.mechanism.law_kernels import rest_of
+from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.weighted_sums import BUMPS
 from frictool.engine.mechanism.workspace_rows import WORK_ROWS
 from frictool.friction.law_registry import ROWS

@@ -7,19 +7,10 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.mechanism.compiled_mechanism import (
-    BLOCKS,
-    JOINTS,
-    ORDER,
-    OUTWARD,
-    PARENT,
-    PARENT_JOINT,
-    RATIO,
-)
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.guard_tolerances import slack_at
 from frictool.engine.mechanism.joint_losses import (
     is_self_locking,
-    joint_row,
     kink_of,
     range_at_driver,
     range_at_load,
@@ -56,20 +47,20 @@ def gather_rest(
     of branch 0 are at their kinks, or loaded on the side on which they drive while the root moves
     `towards`.
     """
-    n, branches, exists = k[BLOCKS], k[BLOCKS] + k[JOINTS], True
+    n, branches, exists = k[ly.BLOCKS], k[ly.BLOCKS] + k[ly.JOINTS], True
     for m in range(count):
-        i = k[k[ORDER] + found[m]]
+        i = ly.block_at(k, found[m])
         w[NEED, i], w[NEED_HIGH, i] = -w[FORCE, i] + w[HOLD_LOW, i], -w[FORCE, i] + w[HOLD_HIGH, i]
         if w[STOPPED_LOW, i] > 0.0:
             w[NEED, i] = -math.inf
         if w[STOPPED_HIGH, i] > 0.0:
             w[NEED_HIGH, i] = math.inf
     for m in range(count - 1, 0, -1):
-        i = k[k[ORDER] + found[m]]
-        joint, parent = k[k[PARENT_JOINT] + i], k[k[PARENT] + i]
-        row, contact = joint_row(k, joint), modes[n + joint]
+        i = ly.block_at(k, found[m])
+        joint, parent = ly.joint_of(k, i), ly.parent_of(k, i)
+        row, contact = ly.joint_row(k, joint), modes[n + joint]
         low, high = w[NEED, i], w[NEED_HIGH, i]
-        outward = k[k[OUTWARD] + i] == 1
+        outward = ly.leads_out(k, i)
         if not outward:
             low, high = range_at_load(p, row, kink_of(p, row, w[DRIVEN, i]), -high, -low)
         if contact == -1:
@@ -81,7 +72,7 @@ def gather_rest(
             if sided and is_self_locking(p, row):
                 side = modes[branches + joint]
                 if side == 0 and towards != 0.0:
-                    side = 1 if p[row + RATIO] * w[ALONG, parent] * towards > 0.0 else -1
+                    side = 1 if p[row + ly.RATIO] * w[ALONG, parent] * towards > 0.0 else -1
                 slack = slack_at(k, p, w, i)
                 exists = (
                     exists
@@ -103,9 +94,9 @@ def gather_rest(
 @inset_kernel
 def force_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> tuple[float, float, float]:
     """Return the range of force that a member at rest needs from its joint, and the tolerance."""
-    ratio = p[joint_row(k, k[k[PARENT_JOINT] + i]) + RATIO]
+    ratio = p[ly.joint_row(k, ly.joint_of(k, i)) + ly.RATIO]
     low, high, slack = w[NEED, i], w[NEED_HIGH, i], slack_at(k, p, w, i)
-    if k[k[OUTWARD] + i] == 0:
+    if not ly.leads_out(k, i):
         low, high, slack = -high / ratio, -low / ratio, slack / abs(ratio)
         if ratio < 0.0:
             low, high = high, low
@@ -119,8 +110,8 @@ def side_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> int:
     The result is 0 if friction beyond the joint may take the load.
     """
     low, high, slack = force_at_rest(k, p, i, w)
-    row = joint_row(k, k[k[PARENT_JOINT] + i])
-    kink = kink_of(p, row, w[DRIVEN, k[k[PARENT] + i] if k[k[OUTWARD] + i] == 1 else i])
+    row = ly.joint_row(k, ly.joint_of(k, i))
+    kink = kink_of(p, row, w[DRIVEN, ly.parent_of(k, i) if ly.leads_out(k, i) else i])
     return 1 if low > kink + slack else -1 if high < kink - slack else 0
 
 
@@ -144,11 +135,11 @@ def unload(
 
     Returns True if there are self-locking joints.
     """
-    n, j, any_locks = k[BLOCKS], k[JOINTS], False
+    n, j, any_locks = k[ly.BLOCKS], k[ly.JOINTS], False
     for m in range(1, count):
-        i = k[k[ORDER] + found[m]]
-        joint = k[k[PARENT_JOINT] + i]
-        if is_self_locking(p, joint_row(k, joint)):
+        i = ly.block_at(k, found[m])
+        joint = ly.joint_of(k, i)
+        if is_self_locking(p, ly.joint_row(k, joint)):
             any_locks = True
             if side_at_rest(k, p, i, w) != modes[n + j + joint]:
                 modes[n + j + joint] = 0
@@ -170,4 +161,4 @@ def stays_loaded(
     See `gather_rest`.
     """
     exists = gather_rest(k, p, modes, found, count, True, towards, w)
-    return exists and breakaway_at_rest(k, p, k[k[ORDER] + found[0]], w) == 0.0
+    return exists and breakaway_at_rest(k, p, ly.block_at(k, found[0]), w) == 0.0

@@ -24,6 +24,7 @@ from __future__ import annotations
 
 import math
 
+from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.acceleration_graph import (
     FOUND,
     MAX_PIECES,
@@ -34,19 +35,8 @@ from frictool.engine.mechanism.acceleration_graph import (
     solve,
     total_inertia,
 )
-from frictool.engine.mechanism.compiled_mechanism import (
-    BLOCKS,
-    DRY,
-    JOINTS,
-    ORDER,
-    OUTWARD,
-    PARENT,
-    PARENT_JOINT,
-    RATIO,
-    SPAN,
-)
 from frictool.engine.mechanism.guard_tolerances import SLACK, slack_at
-from frictool.engine.mechanism.joint_losses import is_self_locking, joint_row, kink_of, received
+from frictool.engine.mechanism.joint_losses import is_self_locking, kink_of, received
 from frictool.engine.mechanism.state import FREE, OPEN, STUCK
 from frictool.engine.mechanism.static_forces import (
     breakaway_at_rest,
@@ -78,13 +68,13 @@ def _members(k: IntVector, modes: IntVector, place: int, found: IntVector) -> in
     Each block is listed by its position in the order. Rigid joints and closed contacts connect; the
     root is at `place`.
     """
-    n, count = k[BLOCKS], 0
-    at, end = place, place + k[k[SPAN] + k[k[ORDER] + place]]
+    n, count = k[ly.BLOCKS], 0
+    at, end = place, place + ly.span_of(k, ly.block_at(k, place))
     while at < end:
-        i = k[k[ORDER] + at]
-        joint = k[k[PARENT_JOINT] + i]
+        i = ly.block_at(k, at)
+        joint = ly.joint_of(k, i)
         if at > place and modes[n + joint] == OPEN:
-            at += k[k[SPAN] + i]
+            at += ly.span_of(k, i)
             continue
         found[count] = at
         count += 1
@@ -96,14 +86,12 @@ def _members(k: IntVector, modes: IntVector, place: int, found: IntVector) -> in
 def _spread_ratios(k: IntVector, p: Vector, found: IntVector, count: int, w: Vector) -> None:
     """Fill ALONG with each block's speed per unit of the root's."""
     for m in range(count):
-        i = k[k[ORDER] + found[m]]
+        i = ly.block_at(k, found[m])
         if m == 0:
             w[ALONG, i] = 1.0
             continue
-        ratio = p[joint_row(k, k[k[PARENT_JOINT] + i]) + RATIO]
-        w[ALONG, i] = w[ALONG, k[k[PARENT] + i]] * (
-            ratio if k[k[OUTWARD] + i] == 1 else 1.0 / ratio
-        )
+        ratio = p[ly.joint_row(k, ly.joint_of(k, i)) + ly.RATIO]
+        w[ALONG, i] = w[ALONG, ly.parent_of(k, i)] * (ratio if ly.leads_out(k, i) else 1.0 / ratio)
 
 
 @inset_kernel
@@ -130,7 +118,7 @@ def _leaves_unloaded(
     if not unload(k, p, modes, found, count, w):
         return False, 0.0, 0.0
     gather_rest(k, p, modes, found, count, True, 0.0, w)
-    towards = breakaway_at_rest(k, p, k[k[ORDER] + found[0]], w)
+    towards = breakaway_at_rest(k, p, ly.block_at(k, found[0]), w)
     if towards == 0.0 or stays_loaded(k, p, modes, found, count, towards, w):
         return False, 0.0, 0.0
     x = towards * PASSED * gross / total_inertia(k, p, found, count, w)
@@ -150,10 +138,10 @@ def _jammed(k: IntVector, modes: IntVector, found: IntVector, count: int, w: Vec
 
     Contacts that would pull are open. The inertia is the effective one, including losses.
     """
-    n = k[BLOCKS]
+    n = k[ly.BLOCKS]
     for m in range(count - 1, 0, -1):
-        i = k[k[ORDER] + found[m]]
-        if modes[n + k[k[PARENT_JOINT] + i]] == OPEN and w[SLOPE, i] * w[ALONG, i] <= 0.0:
+        i = ly.block_at(k, found[m])
+        if modes[n + ly.joint_of(k, i)] == OPEN and w[SLOPE, i] * w[ALONG, i] <= 0.0:
             return int(found[m])
     return int(found[0])
 
@@ -163,14 +151,14 @@ def _force_in_motion(
     k: IntVector, p: Vector, i: int, x: float, towards: float, y: Vector, w: Vector
 ) -> tuple[float, float, float]:
     """Return lambda of a moving member's joint, the kink of that joint, and the tolerance."""
-    n, row, outward = k[BLOCKS], joint_row(k, k[k[PARENT_JOINT] + i]), k[k[OUTWARD] + i] == 1
-    a = k[k[PARENT] + i] if outward else i
+    n, row, outward = k[ly.BLOCKS], ly.joint_row(k, ly.joint_of(k, i)), ly.leads_out(k, i)
+    a = ly.parent_of(k, i) if outward else i
     direction = math.copysign(1.0, towards * w[ALONG, a] if towards != 0.0 else y[n + a])
     kink, force = kink_of(p, row, w[DRIVEN, a]), w[VALUE, i]
     if not outward:
         force = received(p, row, kink, direction, -force)
     slack = slack_at(k, p, w, i) + SLACK * abs(w[SLOPE, i] * x)
-    return force, kink, slack if outward else slack / abs(p[row + RATIO])
+    return force, kink, slack if outward else slack / abs(p[row + ly.RATIO])
 
 
 @inset_kernel
@@ -186,10 +174,10 @@ def _bind(
     w: Vector,
 ) -> None:
     """Set the side of its kink on which a member's joint is, and open a flank that would pull."""
-    n, j, joint = k[BLOCKS], k[JOINTS], k[k[PARENT_JOINT] + i]
+    n, j, joint = k[ly.BLOCKS], k[ly.JOINTS], ly.joint_of(k, i)
     if rests:
         low, high, slack = force_at_rest(k, p, i, w)
-        if is_self_locking(p, joint_row(k, joint)):
+        if is_self_locking(p, ly.joint_row(k, joint)):
             side = side_at_rest(k, p, i, w)
             modes[n + j + joint] = side if side != 0 else modes[n + j + joint]
     else:
@@ -214,17 +202,17 @@ def _set_motions(
     w: Vector,
 ) -> None:
     """Open flanks that would pull; set sides of kinks, motions and accelerations of the members."""
-    n, dry, left = k[BLOCKS], False, 0
+    n, dry, left = k[ly.BLOCKS], False, 0
     for m in range(count):
-        dry = dry or k[k[DRY] + k[k[ORDER] + found[m]]] == 1
+        dry = dry or ly.can_stick(k, ly.block_at(k, found[m]))
     for m in range(count):
-        i = k[k[ORDER] + found[m]]
+        i = ly.block_at(k, found[m])
         if found[m] < left:
             continue
         if m > 0:
             _bind(k, p, modes, i, x, towards, rests, y, w)
-            if modes[n + k[k[PARENT_JOINT] + i]] == OPEN:
-                left = found[m] + k[k[SPAN] + i]
+            if modes[n + ly.joint_of(k, i)] == OPEN:
+                left = found[m] + ly.span_of(k, i)
                 continue
         along = w[ALONG, i]
         w[ACCELERATION, i] = along * x
@@ -247,19 +235,19 @@ def solve_tree(
     Returns a status of engine/status.py. If the tree jams, contacts that would pull are open, and
     the last entry of `found` is the position in the order of the first block of the jammed part.
     """
-    n = k[BLOCKS]
+    n = k[ly.BLOCKS]
     count = _members(k, modes, place, found)
     _spread_ratios(k, p, found, count, w)
-    root = k[k[ORDER] + place]
+    root = ly.block_at(k, place)
     dry, gross = False, 0.0
     for m in range(count):
-        i = k[k[ORDER] + found[m]]
-        dry = dry or k[k[DRY] + i] == 1 or w[STOPPED_LOW, i] > 0.0 or w[STOPPED_HIGH, i] > 0.0
+        i = ly.block_at(k, found[m])
+        dry = dry or ly.can_stick(k, i) or w[STOPPED_LOW, i] > 0.0 or w[STOPPED_HIGH, i] > 0.0
     for m in range(count - 1, -1, -1):
-        i = k[k[ORDER] + found[m]]
+        i = ly.block_at(k, found[m])
         if m > 0:
-            w[GROSS, k[k[PARENT] + i]] += w[GROSS, i] * abs(
-                w[ALONG, i] / w[ALONG, k[k[PARENT] + i]]
+            w[GROSS, ly.parent_of(k, i)] += w[GROSS, i] * abs(
+                w[ALONG, i] / w[ALONG, ly.parent_of(k, i)]
             )
         else:
             gross = w[GROSS, i]
