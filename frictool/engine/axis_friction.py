@@ -11,36 +11,8 @@ import math
 
 from frictool.friction.position_polynomial import polynomial
 from frictool.friction.rising_breakaway import dwell_factor
-from frictool.plant.axis import (
-    BACKLASH,
-    BACKLASH_BREAKAWAY,
-    BACKLASH_COULOMB,
-    BREAKAWAY,
-    COULOMB,
-    GAP,
-    POSITION,
-    RESTED,
-    VELOCITY,
-    VISCOUS,
-)
-from frictool.plant.axis_friction_laws import (
-    BREAKAWAY_MAPS,
-    BREAKAWAY_PAIR,
-    COULOMB_MAPS,
-    COULOMB_PAIR,
-    FRESH,
-    LAYER,
-    MAP_HIGH,
-    MAP_LOW,
-    MAPPED,
-    MAX_TERMS,
-    REGIME_SIZE,
-    REGIMES,
-    RISE_TIME,
-    STOP_PAIR,
-    STRIBECK_VELOCITY,
-    VISCOUS_PAIR,
-)
+from frictool.plant import axis as ax
+from frictool.plant import axis_friction_laws as al
 from frictool.runtime.kernels import inner_kernel, kernel
 from frictool.typing import Vector
 
@@ -61,17 +33,17 @@ def _side(direction: float) -> int:
 @kernel
 def _mapped(p: Vector, maps: int, direction: float, x: float) -> float:
     """Return the position polynomial of one direction at x; constant beyond its range."""
-    first = maps + MAX_TERMS * _side(direction)
-    return polynomial(p[first : first + MAX_TERMS], min(max(x, p[MAP_LOW]), p[MAP_HIGH]))
+    first = maps + al.MAX_TERMS * _side(direction)
+    return polynomial(p[first : first + al.MAX_TERMS], min(max(x, p[al.MAP_LOW]), p[al.MAP_HIGH]))
 
 
 @kernel
 def coulomb_at(p: Vector, direction: float, x: float) -> float:
     """Return F_c of an extended axis [N m | N] at x [rad | m]."""
     return (
-        _mapped(p, COULOMB_MAPS, direction, x)
-        if p[MAPPED] > 0.0
-        else p[COULOMB_PAIR + _side(direction)]
+        _mapped(p, al.COULOMB_MAPS, direction, x)
+        if p[al.MAPPED] > 0.0
+        else p[al.COULOMB_PAIR + _side(direction)]
     )
 
 
@@ -79,9 +51,9 @@ def coulomb_at(p: Vector, direction: float, x: float) -> float:
 def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
     """Return F_s of an extended axis after a long rest [N m | N] at x [rad | m]."""
     return (
-        _mapped(p, BREAKAWAY_MAPS, direction, x)
-        if p[MAPPED] > 0.0
-        else p[BREAKAWAY_PAIR + _side(direction)]
+        _mapped(p, al.BREAKAWAY_MAPS, direction, x)
+        if p[al.MAPPED] > 0.0
+        else p[al.BREAKAWAY_PAIR + _side(direction)]
     )
 
 
@@ -92,7 +64,7 @@ def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
     The share is large enough for F_s to be at least F_c.
     """
     full = _rested_breakaway(p, direction, x)
-    fresh = max(p[FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0
+    fresh = max(p[al.FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0
     return full, fresh
 
 
@@ -100,13 +72,13 @@ def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
 def breakaway_at(p: Vector, direction: float, x: float, rested: float) -> float:
     """Return F_s of an extended axis after `rested` [s] at rest [N m | N]."""
     full, fresh = strength(p, direction, x)
-    return full * dwell_factor(rested, fresh, p[RISE_TIME])
+    return full * dwell_factor(rested, fresh, p[al.RISE_TIME])
 
 
 @inner_kernel
 def at_edge(state: Vector, p: Vector, direction: float) -> bool:
     """Return True if the motor carries the load along in this direction."""
-    return bool(direction * state[GAP] >= 0.5 * p[BACKLASH])
+    return bool(direction * state[ax.GAP] >= 0.5 * p[ax.BACKLASH])
 
 
 @inner_kernel
@@ -115,19 +87,19 @@ def threshold(state: Vector, p: Vector, laws: Laws, direction: float) -> float:
 
     It is inf at an end stop.
     """
-    if laws is not None and distance_to_stop(laws, state[POSITION], direction) <= 0.0:
+    if laws is not None and distance_to_stop(laws, state[ax.POSITION], direction) <= 0.0:
         return math.inf
     if not at_edge(state, p, direction):
-        return float(p[BACKLASH_BREAKAWAY])
+        return float(p[ax.BACKLASH_BREAKAWAY])
     if laws is not None:
-        return breakaway_at(laws, direction, state[POSITION], state[RESTED])
-    return float(p[BREAKAWAY])
+        return breakaway_at(laws, direction, state[ax.POSITION], state[ax.RESTED])
+    return float(p[ax.BREAKAWAY])
 
 
 @kernel
 def distance_to_stop(p: Vector, x: float, direction: float) -> float:
     """Return the distance to the end stop in this direction [rad | m]."""
-    return float(direction * (p[STOP_PAIR + _side(direction)] - x))
+    return float(direction * (p[al.STOP_PAIR + _side(direction)] - x))
 
 
 @kernel
@@ -137,8 +109,10 @@ def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
     The kind is MAP_EDGE, an end of the range of the position polynomials, or END_STOP.
     """
     length, kind = distance_to_stop(p, x, direction), END_STOP
-    if p[MAPPED] > 0.0:
-        near, far = (p[MAP_LOW], p[MAP_HIGH]) if direction > 0.0 else (p[MAP_HIGH], p[MAP_LOW])
+    if p[al.MAPPED] > 0.0:
+        near, far = (
+            (p[al.MAP_LOW], p[al.MAP_HIGH]) if direction > 0.0 else (p[al.MAP_HIGH], p[al.MAP_LOW])
+        )
         edge = direction * ((near if direction * (near - x) > 0.0 else far) - x)
         if 0.0 < edge < length:
             length, kind = edge, MAP_EDGE
@@ -151,19 +125,19 @@ def is_curved(state: Vector, p: Vector, direction: float) -> bool:
 
     The axis is extended and its motor carries the load.
     """
-    if abs(state[VELOCITY]) < p[LAYER]:
+    if abs(state[ax.VELOCITY]) < p[al.LAYER]:
         return True
-    low, high = direction * p[MAP_LOW], direction * p[MAP_HIGH]
-    if p[MAPPED] == 0.0:
+    low, high = direction * p[al.MAP_LOW], direction * p[al.MAP_HIGH]
+    if p[al.MAPPED] == 0.0:
         return False
-    return bool(min(low, high) <= direction * state[POSITION] < max(low, high))
+    return bool(min(low, high) <= direction * state[ax.POSITION] < max(low, high))
 
 
 @kernel
 def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
     """Return (added, viscous) of the friction F_c + added + viscous w, without Stribeck curve."""
-    added, viscous = 0.0, p[VISCOUS_PAIR + _side(direction)]
-    for row in range(REGIMES, COULOMB_MAPS, REGIME_SIZE):
+    added, viscous = 0.0, p[al.VISCOUS_PAIR + _side(direction)]
+    for row in range(al.REGIMES, al.COULOMB_MAPS, al.REGIME_SIZE):
         if w < p[row]:
             break
         beyond = p[row + 1 + _side(direction)]
@@ -176,14 +150,14 @@ def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
 def speed_band(p: Vector, w: float) -> tuple[float, float]:
     """Return the lowest and highest speed of the piece of the law at w, for an extended axis."""
     lower, upper = 0.0, math.inf
-    for row in range(REGIMES, COULOMB_MAPS, REGIME_SIZE):
+    for row in range(al.REGIMES, al.COULOMB_MAPS, al.REGIME_SIZE):
         if w < p[row]:
             upper = p[row]
             break
         lower = BELOW_KNEE * p[row]
-    if w < p[LAYER]:
-        return lower, min(upper, p[LAYER])
-    return max(lower, BELOW_LAYER * p[LAYER]), upper
+    if w < p[al.LAYER]:
+        return lower, min(upper, p[al.LAYER])
+    return max(lower, BELOW_LAYER * p[al.LAYER]), upper
 
 
 @inner_kernel
@@ -195,14 +169,14 @@ def slip_line(
     driving: the motor carries the load.
     """
     if not driving:
-        return p[BACKLASH_COULOMB], 0.0
+        return p[ax.BACKLASH_COULOMB], 0.0
     if laws is not None:
-        added, viscous = straight_line(laws, direction, abs(state[VELOCITY]))
-        return coulomb_at(laws, direction, state[POSITION]) + added, viscous
-    return p[COULOMB], p[VISCOUS]
+        added, viscous = straight_line(laws, direction, abs(state[ax.VELOCITY]))
+        return coulomb_at(laws, direction, state[ax.POSITION]) + added, viscous
+    return p[ax.COULOMB], p[ax.VISCOUS]
 
 
 @kernel
 def has_stribeck(p: Vector) -> bool:
     """Return True if the friction falls with speed."""
-    return bool(p[STRIBECK_VELOCITY] > 0.0)
+    return bool(p[al.STRIBECK_VELOCITY] > 0.0)

@@ -51,35 +51,8 @@ from frictool.engine.slip_integration import (
 )
 from frictool.engine.status import NOT_FINITE, OK, STEP_TOO_SMALL, TOO_MANY_EVENTS
 from frictool.friction.coulomb_viscous import breakaway_direction, slip_force
-from frictool.plant.axis import (
-    BACKLASH,
-    CONSTANT,
-    DRIVE,
-    DRIVE_LIMIT,
-    GAP,
-    INERTIA,
-    LAG,
-    LOAD_POSITION,
-    LOOSE,
-    MODE,
-    OFFSET,
-    POSITION,
-    RESISTANCE,
-    RESTED,
-    SLIPPING,
-    STATE_SIZE,
-    STUCK,
-    SUPPLY,
-    VELOCITY,
-)
-from frictool.plant.axis_friction_laws import (
-    MAP_HIGH,
-    MAP_LOW,
-    PLAIN_SIZE,
-    RESTITUTION,
-    RISE_TIME,
-    STOP_PAIR,
-)
+from frictool.plant import axis as ax
+from frictool.plant import axis_friction_laws as al
 from frictool.plant.position_load import is_loaded, opposing_effort
 from frictool.runtime.kernels import inner_kernel, kernel
 from frictool.typing import Vector
@@ -93,7 +66,7 @@ SHORTEST_FLIGHT = 1e-6  # s, shortest flight of a rebound; a shorter one ends at
 @inner_kernel
 def _opposing(p: Vector, laws: Laws, x: float) -> float:
     """Return the offset, with laws plus the load, at x [N m | N]."""
-    return float(p[OFFSET]) if laws is None else opposing_effort(laws, x)
+    return float(p[ax.OFFSET]) if laws is None else opposing_effort(laws, x)
 
 
 @inner_kernel
@@ -106,34 +79,34 @@ def _rest(
     which a slip has just failed to start; its effort is on the threshold to rounding and does not
     rise.
     """
-    lag, drive, opposing = p[LAG], state[DRIVE], _opposing(p, laws, state[POSITION])
+    lag, drive, opposing = p[ax.LAG], state[ax.DRIVE], _opposing(p, laws, state[ax.POSITION])
     forward, backward = threshold(state, p, laws, 1.0), threshold(state, p, laws, -1.0)
-    direction = breakaway_direction(p[CONSTANT] * drive - opposing, forward, backward)
+    direction = breakaway_direction(p[ax.CONSTANT] * drive - opposing, forward, backward)
     if direction not in (0.0, refused):
         return 0.0, direction
-    direction = breakaway_direction(p[CONSTANT] * command - opposing, forward, backward)
+    direction = breakaway_direction(p[ax.CONSTANT] * command - opposing, forward, backward)
     if direction not in (0.0, refused) and lag > 0.0:
-        if laws is not None and p[RISE_TIME] > 0.0 and at_edge(state, p, direction):
+        if laws is not None and p[al.RISE_TIME] > 0.0 and at_edge(state, p, direction):
             wait = _wait(state, command, p, direction, remaining)
             loosening = lagged_drive(drive, command, lag, max(wait, 0.0))
         else:
-            loosening = ((forward if direction > 0.0 else -backward) + opposing) / p[CONSTANT]
+            loosening = ((forward if direction > 0.0 else -backward) + opposing) / p[ax.CONSTANT]
             wait = max(0.0, -lag * math.log1p((loosening - drive) / (drive - command)))
         if wait != NEVER and wait < remaining:
-            state[DRIVE] = loosening
+            state[ax.DRIVE] = loosening
             return wait, direction
-    state[DRIVE] = lagged_drive(drive, command, lag, remaining)
+    state[ax.DRIVE] = lagged_drive(drive, command, lag, remaining)
     return remaining, 0.0
 
 
 @kernel
 def _wait(state: Vector, command: float, p: Vector, direction: float, remaining: float) -> float:
     """Return the time until the drive outgrows the rising breakaway, or NEVER."""
-    full, fresh = strength(p, direction, state[POSITION])
-    settled = direction * (p[CONSTANT] * command - opposing_effort(p, state[POSITION]))
-    losing = direction * p[CONSTANT] * (command - state[DRIVE])
+    full, fresh = strength(p, direction, state[ax.POSITION])
+    settled = direction * (p[ax.CONSTANT] * command - opposing_effort(p, state[ax.POSITION]))
+    losing = direction * p[ax.CONSTANT] * (command - state[ax.DRIVE])
     return outgrowing_time(
-        full, fresh, p[RISE_TIME], state[RESTED], settled, losing, p[LAG], remaining
+        full, fresh, p[al.RISE_TIME], state[ax.RESTED], settled, losing, p[ax.LAG], remaining
     )
 
 
@@ -146,24 +119,27 @@ def _phase(
     If the breakaway equals the Coulomb friction, slip begins without acceleration. Its rounding
     error is removed; otherwise the axis would stop and break away again at the same instant.
     """
-    settled = direction * (p[CONSTANT] * command - p[OFFSET]) - slip_force(
+    settled = direction * (p[ax.CONSTANT] * command - p[ax.OFFSET]) - slip_force(
         0.0, 1.0, coulomb, viscous
     )
-    transient = direction * p[CONSTANT] * (state[DRIVE] - command)
-    if state[VELOCITY] == 0.0:
+    transient = direction * p[ax.CONSTANT] * (state[ax.DRIVE] - command)
+    if state[ax.VELOCITY] == 0.0:
         gross = (
-            abs(p[CONSTANT] * state[DRIVE]) + abs(p[CONSTANT] * command) + abs(p[OFFSET]) + coulomb
+            abs(p[ax.CONSTANT] * state[ax.DRIVE])
+            + abs(p[ax.CONSTANT] * command)
+            + abs(p[ax.OFFSET])
+            + coulomb
         )
         if abs(settled + transient) <= ROUNDING * gross:
             # without a lag the effort does not change either
-            settled = settled if p[LAG] > 0.0 else 0.0
+            settled = settled if p[ax.LAG] > 0.0 else 0.0
             transient = -settled
-    rate = 1.0 / p[LAG] if p[LAG] > 0.0 else 0.0
+    rate = 1.0 / p[ax.LAG] if p[ax.LAG] > 0.0 else 0.0
     return (
-        direction * state[VELOCITY],
-        settled / p[INERTIA],
-        transient / p[INERTIA],
-        viscous / p[INERTIA],
+        direction * state[ax.VELOCITY],
+        settled / p[ax.INERTIA],
+        transient / p[ax.INERTIA],
+        viscous / p[ax.INERTIA],
         rate,
     )
 
@@ -190,8 +166,8 @@ def _straight_slip(
         length = to_edge
     if laws is not None:
         if driving:
-            lower, upper = speed_band(p, abs(state[VELOCITY]))
-        ahead, _ = next_place(p, state[POSITION], direction)
+            lower, upper = speed_band(p, abs(state[ax.VELOCITY]))
+        ahead, _ = next_place(p, state[ax.POSITION], direction)
         if ahead < length:
             length, place = ahead, PLACE
         if length <= 0.0:
@@ -224,18 +200,22 @@ def _arrive(state: Vector, p: Vector, direction: float, start: float) -> float:
     """
     _, place = next_place(p, start, direction)
     if place == MAP_EDGE:
-        low, high = p[MAP_LOW], p[MAP_HIGH]
-        state[POSITION] = low if abs(state[POSITION] - low) < abs(state[POSITION] - high) else high
+        low, high = p[al.MAP_LOW], p[al.MAP_HIGH]
+        state[ax.POSITION] = (
+            low if abs(state[ax.POSITION] - low) < abs(state[ax.POSITION] - high) else high
+        )
         return direction
-    wall = p[STOP_PAIR + (1 if direction > 0.0 else 0)]
+    wall = p[al.STOP_PAIR + (1 if direction > 0.0 else 0)]
     if direction * (wall - start) > 0.0:  # an axis that starts beyond its stop stays there
-        state[POSITION] = wall
-    state[VELOCITY] *= -p[RESTITUTION]
+        state[ax.POSITION] = wall
+    state[ax.VELOCITY] *= -p[al.RESTITUTION]
     outwards = (
-        direction * (p[CONSTANT] * state[DRIVE] - opposing_effort(p, state[POSITION])) / p[INERTIA]
+        direction
+        * (p[ax.CONSTANT] * state[ax.DRIVE] - opposing_effort(p, state[ax.POSITION]))
+        / p[ax.INERTIA]
     )
-    if 2.0 * abs(state[VELOCITY]) <= outwards * SHORTEST_FLIGHT:
-        state[VELOCITY] = 0.0
+    if 2.0 * abs(state[ax.VELOCITY]) <= outwards * SHORTEST_FLIGHT:
+        state[ax.VELOCITY] = 0.0
     return -direction
 
 
@@ -248,55 +228,57 @@ def _slip(
     Returns the duration, the direction of the further motion (0 after a stop), and how the slip
     ended.
     """
-    to_edge = 0.5 * p[BACKLASH] - direction * state[GAP]
+    to_edge = 0.5 * p[ax.BACKLASH] - direction * state[ax.GAP]
     driving = to_edge <= 0.0
-    w, x = direction * state[VELOCITY], state[POSITION]
+    w, x = direction * state[ax.VELOCITY], state[ax.POSITION]
     if laws is not None and (is_loaded(laws) or (driving and is_curved(state, laws, direction))):
         spent, moved, after, kind = curved_slip(state, command, laws, direction, remaining, to_edge)
     else:
         spent, moved, after, kind = _straight_slip(
             state, command, p, laws, direction, remaining, driving, to_edge
         )
-    state[POSITION] += direction * moved
+    state[ax.POSITION] += direction * moved
     if driving:
-        state[LOAD_POSITION] += direction * moved
+        state[ax.LOAD_POSITION] += direction * moved
     else:
-        state[GAP] = (
-            direction * 0.5 * p[BACKLASH] if kind == CONTACT else state[GAP] + direction * moved
+        state[ax.GAP] = (
+            direction * 0.5 * p[ax.BACKLASH]
+            if kind == CONTACT
+            else state[ax.GAP] + direction * moved
         )
-    state[DRIVE] = lagged_drive(state[DRIVE], command, p[LAG], spent)
+    state[ax.DRIVE] = lagged_drive(state[ax.DRIVE], command, p[ax.LAG], spent)
     if laws is not None and kind in (SLOWER, FASTER):
         lower, upper = speed_band(p, w)
         after = upper if kind == FASTER else lower if driving else 0.0
-    state[VELOCITY] = direction * after if after > 0.0 else 0.0
+    state[ax.VELOCITY] = direction * after if after > 0.0 else 0.0
     if laws is not None and kind == PLACE:
         direction = _arrive(state, laws, direction, x)
-    return spent, 0.0 if state[VELOCITY] == 0.0 and kind in (SLOWER, PLACE) else direction, kind
+    return spent, 0.0 if state[ax.VELOCITY] == 0.0 and kind in (SLOWER, PLACE) else direction, kind
 
 
 @inner_kernel
 def _advance(state: Vector, command: float, p: Vector, laws: Laws, duration: float) -> int:
-    direction = math.copysign(1.0, state[VELOCITY]) if state[VELOCITY] != 0.0 else 0.0
+    direction = math.copysign(1.0, state[ax.VELOCITY]) if state[ax.VELOCITY] != 0.0 else 0.0
     remaining, refused = duration, 0.0
     for _ in range(MAX_EVENTS if laws is None else MAX_REBOUNDS):
         if direction == 0.0:
             spent, direction = _rest(state, command, p, laws, remaining, refused)
             if laws is not None:
-                state[RESTED] += spent
+                state[ax.RESTED] += spent
         else:
-            attempted = direction if state[VELOCITY] == 0.0 else 0.0
+            attempted = direction if state[ax.VELOCITY] == 0.0 else 0.0
             spent, direction, kind = _slip(state, command, p, laws, direction, remaining)
             refused = attempted if spent == 0.0 else 0.0
             if laws is not None:
                 if kind == FAILED:
                     return STEP_TOO_SMALL
                 if direction == 0.0 and spent > 0.0:
-                    state[RESTED] = 0.0
+                    state[ax.RESTED] = 0.0
         remaining -= spent
         if remaining <= 0.0:
-            driving = direction * state[GAP] >= 0.5 * p[BACKLASH]
-            state[MODE] = (
-                STUCK if direction == 0.0 else direction * (SLIPPING if driving else LOOSE)
+            driving = direction * state[ax.GAP] >= 0.5 * p[ax.BACKLASH]
+            state[ax.MODE] = (
+                ax.STUCK if direction == 0.0 else direction * (ax.SLIPPING if driving else ax.LOOSE)
             )
             return OK
     return TOO_MANY_EVENTS
@@ -305,12 +287,12 @@ def _advance(state: Vector, command: float, p: Vector, laws: Laws, duration: flo
 @kernel
 def drive_range(p: Vector, velocity: float) -> tuple[float, float]:
     """Return the lowest and highest drive [A | V] at a speed, by drive limit and winding."""
-    low, high = -p[DRIVE_LIMIT], p[DRIVE_LIMIT]
-    if p[RESISTANCE] > 0.0:
-        back = p[CONSTANT] * velocity
+    low, high = -p[ax.DRIVE_LIMIT], p[ax.DRIVE_LIMIT]
+    if p[ax.RESISTANCE] > 0.0:
+        back = p[ax.CONSTANT] * velocity
         low, high = (
-            max(low, (-p[SUPPLY] - back) / p[RESISTANCE]),
-            min(high, (p[SUPPLY] - back) / p[RESISTANCE]),
+            max(low, (-p[ax.SUPPLY] - back) / p[ax.RESISTANCE]),
+            min(high, (p[ax.SUPPLY] - back) / p[ax.RESISTANCE]),
         )
     return low, high
 
@@ -321,8 +303,8 @@ def drive_from_now(state: Vector, command: float, p: Vector) -> float:
 
     With a lag it is the state of the drive, without a lag the command.
     """
-    low, high = drive_range(p, state[VELOCITY])
-    return float(min(max(state[DRIVE] if p[LAG] > 0.0 else command, low), high))
+    low, high = drive_range(p, state[ax.VELOCITY])
+    return float(min(max(state[ax.DRIVE] if p[ax.LAG] > 0.0 else command, low), high))
 
 
 @kernel
@@ -334,17 +316,20 @@ def advance(state: Vector, command: float, parameters: Vector, duration: float) 
     engine/status.py.
     """
     total = command * 0.0 + duration
-    for index in range(STATE_SIZE):
+    for index in range(ax.STATE_SIZE):
         total += state[index]
     if not math.isfinite(total) or duration < 0.0:
         return NOT_FINITE
-    limit = parameters[DRIVE_LIMIT]
+    limit = parameters[ax.DRIVE_LIMIT]
     command = min(max(command, -limit), limit)
-    if parameters[RESISTANCE] > 0.0:
-        low, high = drive_range(parameters, state[VELOCITY])
-        command, state[DRIVE] = min(max(command, low), high), min(max(state[DRIVE], low), high)
-    if parameters[LAG] == 0.0:
-        state[DRIVE] = command
-    if parameters.shape[0] > PLAIN_SIZE:
+    if parameters[ax.RESISTANCE] > 0.0:
+        low, high = drive_range(parameters, state[ax.VELOCITY])
+        command, state[ax.DRIVE] = (
+            min(max(command, low), high),
+            min(max(state[ax.DRIVE], low), high),
+        )
+    if parameters[ax.LAG] == 0.0:
+        state[ax.DRIVE] = command
+    if parameters.shape[0] > al.PLAIN_SIZE:
         return _advance(state, command, parameters, parameters, duration)
     return _advance(state, command, parameters, None, duration)

@@ -25,15 +25,7 @@ from frictool.control.compiled_program import CompiledProgram, control_step
 from frictool.engine.axis_motion import advance, drive_from_now
 from frictool.engine.conditions import faulty, impose, true_command
 from frictool.engine.status import OK
-from frictool.plant.axis import (
-    DRIVE_LIMIT,
-    ENCODER_STEP,
-    LOAD_POSITION,
-    MODE,
-    POSITION,
-    RESISTANCE,
-    VELOCITY,
-)
+from frictool.plant import axis as ax
 from frictool.plant.position_load import with_load
 from frictool.runtime.kernels import inner_kernel, kernel
 from frictool.typing import Vector
@@ -74,10 +66,10 @@ def run(
     """
     axis = with_load(axis, load)
     p, waiting = axis.copy(), np.zeros(delay_samples + 1)
-    measured = measure(state[POSITION], axis[ENCODER_STEP])
+    measured = measure(state[ax.POSITION], axis[ax.ENCODER_STEP])
     for k in range(reference.shape[0]):
         measured = encoder_reading(axis, state, measured, conditions, k)
-        command = control_step(controller, reference[k], measured, state[VELOCITY])
+        command = control_step(controller, reference[k], measured, state[ax.VELOCITY])
         status = advance_sample(
             axis, state, p, waiting, k, measured, command, period, record[k], conditions
         )
@@ -89,9 +81,9 @@ def run(
 @inner_kernel
 def encoder_reading(axis: Vector, state: Vector, last: float, conditions: Vector, k: int) -> float:
     """Return the encoder's reading at sample k [rad | m]; `last`: reading at the sample before."""
-    reported = measure(state[POSITION], axis[ENCODER_STEP])
+    reported = measure(state[ax.POSITION], axis[ax.ENCODER_STEP])
     return (
-        faulty(reported, axis[ENCODER_STEP], last, conditions[k])
+        faulty(reported, axis[ax.ENCODER_STEP], last, conditions[k])
         if conditions.shape[0] > 0
         else reported
     )
@@ -117,20 +109,20 @@ def advance_sample(
     do not act yet. The loop passes p and waiting from sample to sample. Returns a status of
     engine/status.py.
     """
-    changing, parts = conditions.shape[0] > 0, PARTS if axis[RESISTANCE] > 0.0 else 1
+    changing, parts = conditions.shape[0] > 0, PARTS if axis[ax.RESISTANCE] > 0.0 else 1
     part, places = period / parts, waiting.shape[0]
     waiting[k % places] = command
     acting = waiting[(k + 1) % places]
     if changing:
         impose(axis, p, conditions[k])
-        acting = true_command(acting, axis[DRIVE_LIMIT], conditions[k])
+        acting = true_command(acting, axis[ax.DRIVE_LIMIT], conditions[k])
     row[MEASURED] = measured
-    row[TRUE_POSITION] = state[POSITION]
-    row[TRUE_VELOCITY] = state[VELOCITY]
-    row[LOAD] = state[LOAD_POSITION]
+    row[TRUE_POSITION] = state[ax.POSITION]
+    row[TRUE_VELOCITY] = state[ax.VELOCITY]
+    row[LOAD] = state[ax.LOAD_POSITION]
     row[COMMAND] = command
     row[TRUE_DRIVE] = drive_from_now(state, acting, p)
-    row[TRUE_MODE] = state[MODE]
+    row[TRUE_MODE] = state[ax.MODE]
     for _ in range(parts):
         status = advance(state, acting, p, part)
         if status != OK:

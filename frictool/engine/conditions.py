@@ -26,26 +26,8 @@ import math
 
 import numpy as np
 
-from frictool.plant.axis import (
-    BACKLASH_BREAKAWAY,
-    BACKLASH_COULOMB,
-    BREAKAWAY,
-    CONSTANT,
-    COULOMB,
-    DRIVE_LIMIT,
-    OFFSET,
-    VISCOUS,
-)
-from frictool.plant.axis_friction_laws import (
-    BREAKAWAY_PAIR,
-    COULOMB_MAPS,
-    COULOMB_PAIR,
-    EXTENDED_SIZE,
-    PLAIN_SIZE,
-    REGIME_SIZE,
-    REGIMES,
-    VISCOUS_PAIR,
-)
+from frictool.plant import axis as ax
+from frictool.plant import axis_friction_laws as al
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
@@ -77,22 +59,27 @@ def impose(axis: Vector, p: Vector, row: Vector) -> None:
     Both arrays have the same length.
     """
     friction, viscous = row[FRICTION], row[VISCOUS_FACTOR]
-    p[COULOMB], p[BREAKAWAY] = friction * axis[COULOMB], friction * axis[BREAKAWAY]
-    p[BACKLASH_COULOMB], p[BACKLASH_BREAKAWAY] = (
-        friction * axis[BACKLASH_COULOMB],
-        friction * axis[BACKLASH_BREAKAWAY],
+    p[ax.COULOMB], p[ax.BREAKAWAY] = friction * axis[ax.COULOMB], friction * axis[ax.BREAKAWAY]
+    p[ax.BACKLASH_COULOMB], p[ax.BACKLASH_BREAKAWAY] = (
+        friction * axis[ax.BACKLASH_COULOMB],
+        friction * axis[ax.BACKLASH_BREAKAWAY],
     )
-    p[VISCOUS], p[CONSTANT] = viscous * axis[VISCOUS], row[CONSTANT_FACTOR] * axis[CONSTANT]
-    p[OFFSET] = axis[OFFSET] - row[DISTURBANCE]
-    p[DRIVE_LIMIT] = math.inf  # `true_command` has already limited the command of the drive's loop
-    if axis.shape[0] > PLAIN_SIZE:
+    p[ax.VISCOUS], p[ax.CONSTANT] = (
+        viscous * axis[ax.VISCOUS],
+        row[CONSTANT_FACTOR] * axis[ax.CONSTANT],
+    )
+    p[ax.OFFSET] = axis[ax.OFFSET] - row[DISTURBANCE]
+    p[ax.DRIVE_LIMIT] = (
+        math.inf
+    )  # `true_command` has already limited the command of the drive's loop
+    if axis.shape[0] > al.PLAIN_SIZE:
         for side in range(2):
-            p[VISCOUS_PAIR + side] = viscous * axis[VISCOUS_PAIR + side]
-            p[COULOMB_PAIR + side] = friction * axis[COULOMB_PAIR + side]
-            p[BREAKAWAY_PAIR + side] = friction * axis[BREAKAWAY_PAIR + side]
-        for regime in range(REGIMES, COULOMB_MAPS, REGIME_SIZE):
+            p[al.VISCOUS_PAIR + side] = viscous * axis[al.VISCOUS_PAIR + side]
+            p[al.COULOMB_PAIR + side] = friction * axis[al.COULOMB_PAIR + side]
+            p[al.BREAKAWAY_PAIR + side] = friction * axis[al.BREAKAWAY_PAIR + side]
+        for regime in range(al.REGIMES, al.COULOMB_MAPS, al.REGIME_SIZE):
             p[regime + 1], p[regime + 2] = viscous * axis[regime + 1], viscous * axis[regime + 2]
-        for term in range(COULOMB_MAPS, EXTENDED_SIZE):
+        for term in range(al.COULOMB_MAPS, al.EXTENDED_SIZE):
             p[term] = friction * axis[term]
 
 

@@ -19,25 +19,9 @@ from collections.abc import Callable
 
 import numpy as np
 
-from frictool.engine.body import (
-    SAMPLE_EFFORT,
-    SAMPLE_FRICTION,
-    SAMPLE_MODE,
-    SAMPLE_POSITION,
-    SAMPLE_VELOCITY,
-)
-from frictool.engine.drive import (
-    AMPLITUDE,
-    DERIVATIVE,
-    FREQUENCY,
-    INTEGRAL,
-    PHASE,
-    PROPORTIONAL,
-    SLOPE,
-    TARGET_SPEED,
-    effort,
-    reference,
-)
+from frictool.engine import body as fb
+from frictool.engine import drive as dr
+from frictool.engine.drive import effort, reference
 from frictool.engine.rosenbrock import CONTACT, NODES, STAGES, between, complete_stage, stage_point
 from frictool.engine.status import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL
 from frictool.friction.extension import levels, regime_table
@@ -116,10 +100,10 @@ def _linearise(
     friction = force(z, zdot, y[1], law)
     step = math.copysign(DIFFERENCE * max(scales[1], abs(y[1])), y[1])
     failed = rate(z, y[1] + step, law, out)
-    own[0], own[2] = drive[PROPORTIONAL] / mass, drive[INTEGRAL] / mass
+    own[0], own[2] = drive[dr.PROPORTIONAL] / mass, drive[dr.INTEGRAL] / mass
     steeper = knee_slope(y[1], regime_table(table)) if table.shape[0] > 0 else 0.0
     own[1] = (
-        steeper + drive[DERIVATIVE] + (force(z, out, y[1] + step, law) - friction) / step
+        steeper + drive[dr.DERIVATIVE] + (force(z, out, y[1] + step, law) - friction) / step
     ) / mass
     couplings[0] = (out[:m] - zdot[:m]) / step
     for j in range(m):
@@ -131,9 +115,13 @@ def _linearise(
         z[j], zdot[j] = there[j], out[j]
         couplings[2, j] = (force(z, zdot, y[1], law) - friction) / (step * mass)
         z[j], zdot[j] = here, turned
-    turn = drive[AMPLITUDE] * drive[FREQUENCY] * math.cos(drive[FREQUENCY] * t + drive[PHASE])
-    in_time[1] = (drive[SLOPE] + turn + drive[PROPORTIONAL] * drive[TARGET_SPEED]) / mass
-    in_time[2] = -drive[TARGET_SPEED]
+    turn = (
+        drive[dr.AMPLITUDE]
+        * drive[dr.FREQUENCY]
+        * math.cos(drive[dr.FREQUENCY] * t + drive[dr.PHASE])
+    )
+    in_time[1] = (drive[dr.SLOPE] + turn + drive[dr.PROPORTIONAL] * drive[dr.TARGET_SPEED]) / mass
+    in_time[2] = -drive[dr.TARGET_SPEED]
     return failed
 
 
@@ -195,13 +183,13 @@ def _sample(
     """Fill one sample at time t and state y."""
     added, law = _hold(laws, y), laws[3]
     rate(y[CONTACT:], y[1], law, zdot)
-    row[SAMPLE_POSITION], row[SAMPLE_VELOCITY], row[SAMPLE_EFFORT] = (
+    row[fb.SAMPLE_POSITION], row[fb.SAMPLE_VELOCITY], row[fb.SAMPLE_EFFORT] = (
         y[0],
         y[1],
         effort(t, y[0], y[1], y[2], drive),
     )
-    row[SAMPLE_FRICTION] = force(y[CONTACT:], zdot, y[1], law) + added
-    row[SAMPLE_MODE] = float(np.sign(y[1]))
+    row[fb.SAMPLE_FRICTION] = force(y[CONTACT:], zdot, y[1], law) + added
+    row[fb.SAMPLE_MODE] = float(np.sign(y[1]))
 
 
 @kernel

@@ -25,31 +25,9 @@ import numpy as np
 from frictool.engine.axis_motion import advance
 from frictool.engine.exponentials import convolved, convolved_integral, phi1, phi2
 from frictool.engine.status import NOT_FINITE, OK
-from frictool.plant.axis import (
-    BACKLASH,
-    COULOMB,
-    DRIVE,
-    GAP,
-    INERTIA,
-    LAG,
-    LOAD_POSITION,
-    MODE,
-    OFFSET,
-    POSITION,
-    SLIPPING,
-    VELOCITY,
-    VISCOUS,
-    AxisParameters,
-)
-from frictool.plant.axis_friction_laws import (
-    COULOMB_PAIR,
-    LAYER,
-    MAPPED,
-    PLAIN_SIZE,
-    REGIMES,
-    STOP_PAIR,
-    VISCOUS_PAIR,
-)
+from frictool.plant import axis as ax
+from frictool.plant import axis_friction_laws as al
+from frictool.plant.axis import AxisParameters
 from frictool.plant.position_load import load_effort
 from frictool.runtime.kernels import inner_kernel, kernel
 from frictool.typing import Vector
@@ -72,12 +50,12 @@ def period_coefficients(p: Vector, period: float, out: Vector) -> None:
     The first is the Coulomb friction; the others belong to speed and distance
     (engine/slip_closed_form.py).
     """
-    rate = 1.0 / p[LAG] if p[LAG] > 0.0 else 0.0
+    rate = 1.0 / p[ax.LAG] if p[ax.LAG] > 0.0 else 0.0
     for side in range(2):
-        extended = p.shape[0] > PLAIN_SIZE
-        viscous = p[VISCOUS_PAIR + side] if extended else p[VISCOUS]
-        decay = viscous / p[INERTIA]
-        out[side, 0] = p[COULOMB_PAIR + side] if extended else p[COULOMB]
+        extended = p.shape[0] > al.PLAIN_SIZE
+        viscous = p[al.VISCOUS_PAIR + side] if extended else p[ax.VISCOUS]
+        decay = viscous / p[ax.INERTIA]
+        out[side, 0] = p[al.COULOMB_PAIR + side] if extended else p[ax.COULOMB]
         out[side, 1] = math.exp(-decay * period)
         out[side, 2] = period * phi1(-decay * period)
         out[side, 3] = period * period * phi2(-decay * period)
@@ -93,39 +71,41 @@ def slip_through_period(
 
     c (2, 6): `period_coefficients`. If False is returned, the state is unchanged.
     """
-    velocity = state[VELOCITY]
+    velocity = state[ax.VELOCITY]
     if velocity == 0.0:
         return False
     direction = math.copysign(1.0, velocity)
     side = 1 if direction > 0.0 else 0
-    if direction * state[GAP] < 0.5 * p[BACKLASH]:
+    if direction * state[ax.GAP] < 0.5 * p[ax.BACKLASH]:
         return False
     w, least, most = abs(velocity), 0.0, math.inf
-    if p.shape[0] > PLAIN_SIZE:
-        if p[MAPPED] > 0.0:
+    if p.shape[0] > al.PLAIN_SIZE:
+        if p[al.MAPPED] > 0.0:
             return False
-        least, most = p[LAYER], p[REGIMES]
+        least, most = p[al.LAYER], p[al.REGIMES]
     low, high = (first, last) if direction * (last - first) > 0.0 else (last, first)
     slowest = (
-        w * c[side, 1] + (direction * (low - p[OFFSET]) - c[side, 0]) / p[INERTIA] * c[side, 2]
+        w * c[side, 1]
+        + (direction * (low - p[ax.OFFSET]) - c[side, 0]) / p[ax.INERTIA] * c[side, 2]
     )
     fastest = (
-        w * c[side, 1] + (direction * (high - p[OFFSET]) - c[side, 0]) / p[INERTIA] * c[side, 2]
+        w * c[side, 1]
+        + (direction * (high - p[ax.OFFSET]) - c[side, 0]) / p[ax.INERTIA] * c[side, 2]
     )
     if not (w > least and slowest > least and w < most and fastest < most):
         return False
     settled, transient = (
-        (direction * (command - p[OFFSET]) - c[side, 0]) / p[INERTIA],
-        direction * (first - command) / p[INERTIA],
+        (direction * (command - p[ax.OFFSET]) - c[side, 0]) / p[ax.INERTIA],
+        direction * (first - command) / p[ax.INERTIA],
     )
     moved = w * c[side, 2] + settled * c[side, 3] + transient * c[side, 5]
     after = w * c[side, 1] + settled * c[side, 2] + transient * c[side, 4]
-    ahead = state[POSITION] + direction * moved
-    if p.shape[0] > PLAIN_SIZE and direction * (p[STOP_PAIR + side] - ahead) <= 0.0:
+    ahead = state[ax.POSITION] + direction * moved
+    if p.shape[0] > al.PLAIN_SIZE and direction * (p[al.STOP_PAIR + side] - ahead) <= 0.0:
         return False
-    state[POSITION] = ahead
-    state[LOAD_POSITION] += direction * moved
-    state[VELOCITY], state[MODE] = direction * after, direction * SLIPPING
+    state[ax.POSITION] = ahead
+    state[ax.LOAD_POSITION] += direction * moved
+    state[ax.VELOCITY], state[ax.MODE] = direction * after, direction * ax.SLIPPING
     return True
 
 
@@ -150,24 +130,24 @@ def replay(
     """
     coefficients = np.empty((2, 6))
     period_coefficients(p, period, coefficients)
-    lag, n = p[LAG], effort.shape[0]
+    lag, n = p[ax.LAG], effort.shape[0]
     share = -math.expm1(-period / lag) if lag > 0.0 else 1.0
     corrected = gains[0] != 0.0 or gains[1] != 0.0
     for k in range(n):
-        positions[k], velocities[k] = state[POSITION], state[VELOCITY]
+        positions[k], velocities[k] = state[ax.POSITION], state[ax.VELOCITY]
         if corrected:
-            innovation = measured[k] - state[POSITION]
-            state[POSITION] += gains[0] * innovation
-            state[LOAD_POSITION] += gains[0] * innovation
-            state[VELOCITY] += gains[1] * innovation
-        opposing = load_effort(load, state[POSITION] + 0.5 * period * state[VELOCITY])
+            innovation = measured[k] - state[ax.POSITION]
+            state[ax.POSITION] += gains[0] * innovation
+            state[ax.LOAD_POSITION] += gains[0] * innovation
+            state[ax.VELOCITY] += gains[1] * innovation
+        opposing = load_effort(load, state[ax.POSITION] + 0.5 * period * state[ax.VELOCITY])
         first = effort[k] - opposing
         last = first if lag == 0.0 or k == n - 1 else effort[k + 1] - opposing
         command = first + (last - first) / share
         if not math.isfinite(command):
             return NOT_FINITE
         if not slip_through_period(state, first, last, command, p, coefficients):
-            state[DRIVE] = first
+            state[ax.DRIVE] = first
             status = advance(state, command, p, period)
             if status != OK:
                 return status

@@ -16,26 +16,9 @@ import math
 
 import numpy as np
 
-from frictool.engine.body import (
-    BREAKAWAY,
-    DIRECTION,
-    LOWER_STOP,
-    MASS,
-    POSITION,
-    REGION,
-    SPEED_SCALE,
-    STRAIGHT,
-    TOLERANCE,
-    UPPER_STOP,
-)
-from frictool.engine.dormand_prince import (
-    NODES,
-    STAGES,
-    Force,
-    dense_output,
-    local_error,
-    stage_point,
-)
+from frictool.engine import body as fb
+from frictool.engine import dormand_prince as dp
+from frictool.engine.dormand_prince import Force, dense_output, local_error, stage_point
 from frictool.engine.drive import effort, reference
 from frictool.engine.motion_pieces import (
     FIRST_STEP,
@@ -74,11 +57,11 @@ def slip_friction(force: Force, laws: Laws, state: Vector, x: float, v: float, w
     Direction, regime, side of the layer and time at rest are those of the state.
     """
     forward, backward, table, p = laws
-    direction = state[DIRECTION]
+    direction = state[fb.DIRECTION]
     levels(forward, backward, table, x, direction, state[RESTED], p)
     viscous = p[int(table[VISCOUS_INDEX])] if table[VISCOUS_INDEX] >= 0.0 else 0.0
     added = direction * regime_force(direction * v, regime_table(table), int(state[KNEES_PASSED]))
-    if state[REGION] == STRAIGHT:
+    if state[fb.REGION] == fb.STRAIGHT:
         line: float = direction * p[0] + viscous * v + added
         return line
     film = direction * abs(boundary_film(w, table[BOUNDARY]))
@@ -96,7 +79,7 @@ def threshold(
     friction at the start of a slip.
     """
     forward, backward, table, p = laws
-    breakaway: float = body[BREAKAWAY + side(direction)] * levels(
+    breakaway: float = body[fb.BREAKAWAY + side(direction)] * levels(
         forward, backward, table, x, direction, rested, p
     )
     film = direction * abs(boundary_film(w, table[BOUNDARY]))
@@ -120,7 +103,7 @@ def _threshold_after(
 ) -> float:
     """Return the threshold of a body at rest after a further time `spent` [s] at rest."""
     w = film_at_rest(state[FILM], laws[2][LAG], spent)
-    return threshold(force, laws, body, state[POSITION], direction, state[RESTED] + spent, w)
+    return threshold(force, laws, body, state[fb.POSITION], direction, state[RESTED] + spent, w)
 
 
 @kernel
@@ -215,17 +198,17 @@ def rest_piece(
 
     As `motion_pieces.rest_piece`.
     """
-    motion(state, t, drive, body[MASS], 0.0, False, 0.0, piece)
+    motion(state, t, drive, body[fb.MASS], 0.0, False, 0.0, piece)
     spent, towards = min(longest, reach(piece[3])), 0.0
     for direction in (-1.0, 1.0):
         blocked = (
-            state[POSITION] >= body[UPPER_STOP]
+            state[fb.POSITION] >= body[fb.UPPER_STOP]
             if direction > 0.0
-            else state[POSITION] <= body[LOWER_STOP]
+            else state[fb.POSITION] <= body[fb.LOWER_STOP]
         )
         if blocked:
             continue
-        size = body[BREAKAWAY + side(direction)] + gross(state, t, drive)
+        size = body[fb.BREAKAWAY + side(direction)] + gross(state, t, drive)
         more = TRACE * size if direction == refused else 0.0
         proven, leaves = _first_breakaway(
             force, laws, body, state, direction, piece[3], spent, more, size
@@ -284,26 +267,26 @@ def slip_piece(
 
     pace (3,): as in `motion_pieces.layer_piece`. slopes (7, 4).
     """
-    mass, point = body[MASS], np.empty(ROWS)
+    mass, point = body[fb.MASS], np.empty(ROWS)
     _field(force, laws, mass, state, drive, t, y, slopes[0])
     size = gross(state, t, drive)
     if y[1] == 0.0 and abs(slopes[0, 1]) * mass <= ROUNDING * (
-        size + body[BREAKAWAY + side(state[DIRECTION])]
+        size + body[fb.BREAKAWAY + side(state[fb.DIRECTION])]
     ):
         slopes[0, 1] = 0.0
     if pace[0] == 0.0:
-        largest = body[BREAKAWAY] + body[BREAKAWAY + 1] + size
-        pace[0] = FIRST_STEP * body[SPEED_SCALE] * mass / largest if largest > 0.0 else longest
+        largest = body[fb.BREAKAWAY] + body[fb.BREAKAWAY + 1] + size
+        pace[0] = FIRST_STEP * body[fb.SPEED_SCALE] * mass / largest if largest > 0.0 else longest
         pace[1], pace[2] = 0.0, t
     wish, cut = pace[0], pace[0] > longest
     h, shortest = min(wish, longest), SHORTEST_STEP * max(abs(t), longest)
-    allowed = body[TOLERANCE] * max(
-        FLOOR * body[SPEED_SCALE], abs(y[1]), abs(slopes[0, 1]) * (t - pace[2])
+    allowed = body[fb.TOLERANCE] * max(
+        FLOOR * body[fb.SPEED_SCALE], abs(y[1]), abs(slopes[0, 1]) * (t - pace[2])
     )
     while True:
-        for i in range(1, STAGES):
+        for i in range(1, dp.STAGES):
             stage_point(i, h, y, slopes, point)
-            _field(force, laws, mass, state, drive, t + NODES[i] * h, point, slopes[i])
+            _field(force, laws, mass, state, drive, t + dp.NODES[i] * h, point, slopes[i])
         error = _step_error(h, slopes) / allowed
         if error <= 1.0:
             lengthen(pace, h, wish if cut else 0.0, error)

@@ -17,31 +17,7 @@ import math
 
 import numpy as np
 
-from frictool.engine.body import (
-    BOUNCES,
-    BREAKS_AWAY,
-    COULOMB,
-    DIRECTION,
-    ENTERS_LAYER,
-    IN_LAYER,
-    INTEGRAL_STATE,
-    LAYER,
-    LEAVES_LAYER,
-    LOWER_STOP,
-    NO_EVENT,
-    PASSES_KNEE,
-    POSITION,
-    REGION,
-    SAMPLE_EFFORT,
-    SAMPLE_FRICTION,
-    SAMPLE_MODE,
-    SAMPLE_POSITION,
-    SAMPLE_VELOCITY,
-    STOPS,
-    STRAIGHT,
-    UPPER_STOP,
-    VELOCITY,
-)
+from frictool.engine import body as fb
 from frictool.engine.dormand_prince import STAGES, Force
 from frictool.engine.drive import effort
 from frictool.engine.extended_motion_pieces import (
@@ -74,11 +50,13 @@ def _locate(laws: Laws, body: Vector, state: Vector) -> None:
     """Set layer side and speed regime of the state; without a lag also the film's velocity."""
     table = laws[2]
     if table[LAG] == 0.0:
-        state[FILM] = state[VELOCITY]
-    state[REGION] = (
-        IN_LAYER if abs(boundary_film(state[FILM], table[BOUNDARY])) < body[LAYER] else STRAIGHT
+        state[FILM] = state[fb.VELOCITY]
+    state[fb.REGION] = (
+        fb.IN_LAYER
+        if abs(boundary_film(state[FILM], table[BOUNDARY])) < body[fb.LAYER]
+        else fb.STRAIGHT
     )
-    state[KNEES_PASSED] = count_passed_knees(abs(state[VELOCITY]), regime_table(table))
+    state[KNEES_PASSED] = count_passed_knees(abs(state[fb.VELOCITY]), regime_table(table))
 
 
 @kernel
@@ -87,21 +65,21 @@ def _layer_event(
 ) -> tuple[float, int]:
     """Return when the film's velocity leaves or enters the layer, and which of the two."""
     row = 3 if laws[2][LAG] > 0.0 else 1
-    if state[REGION] == IN_LAYER:
-        if body[LAYER] == math.inf:
-            return spent, NO_EVENT
+    if state[fb.REGION] == fb.IN_LAYER:
+        if body[fb.LAYER] == math.inf:
+            return spent, fb.NO_EVENT
         sign, level, kind = (
-            -state[DIRECTION],
-            state[DIRECTION] * (laws[2][BOUNDARY] + body[LAYER]),
-            LEAVES_LAYER,
+            -state[fb.DIRECTION],
+            state[fb.DIRECTION] * (laws[2][BOUNDARY] + body[fb.LAYER]),
+            fb.LEAVES_LAYER,
         )
-    elif body[LAYER] > 0.0:
+    elif body[fb.LAYER] > 0.0:
         sign = math.copysign(1.0, piece[row, 0])
-        level, kind = sign * (laws[2][BOUNDARY] + BELOW * body[LAYER]), ENTERS_LAYER
+        level, kind = sign * (laws[2][BOUNDARY] + BELOW * body[fb.LAYER]), fb.ENTERS_LAYER
     else:
-        return spent, NO_EVENT
+        return spent, fb.NO_EVENT
     crossing = sooner(piece, DENSE_TERMS, row, sign, level, spent, probe)
-    return (crossing, kind) if crossing != NEVER else (spent, NO_EVENT)
+    return (crossing, kind) if crossing != NEVER else (spent, fb.NO_EVENT)
 
 
 @kernel
@@ -109,36 +87,44 @@ def _slip_event(
     laws: Laws, body: Vector, state: Vector, piece: Vector, longest: float, probe: Vector
 ) -> tuple[float, int]:
     """Return time and kind of the first event on a piece of slip: stop, knee, layer or end stop."""
-    regimes, passed, direction = regime_table(laws[2]), int(state[KNEES_PASSED]), state[DIRECTION]
-    spent, kind = longest, NO_EVENT
+    regimes, passed, direction = (
+        regime_table(laws[2]),
+        int(state[KNEES_PASSED]),
+        state[fb.DIRECTION],
+    )
+    spent, kind = longest, fb.NO_EVENT
     below = regimes[2 * passed - 2] if passed > 0 else 0.0
     crossing = sooner(piece, DENSE_TERMS, 1, direction, direction * below, spent, probe)
     if crossing != NEVER:
-        spent, kind = crossing, PASSES_KNEE if passed > 0 else STOPS
+        spent, kind = crossing, fb.PASSES_KNEE if passed > 0 else fb.STOPS
     if 2 * passed < regimes.shape[0]:
         crossing = sooner(
             piece, DENSE_TERMS, 1, -direction, direction * regimes[2 * passed], spent, probe
         )
         if crossing != NEVER:
-            spent, kind = crossing, PASSES_KNEE
+            spent, kind = crossing, fb.PASSES_KNEE
     crossing, change = _layer_event(laws, body, state, piece, spent, probe)
-    if change != NO_EVENT:
+    if change != fb.NO_EVENT:
         spent, kind = crossing, change
-    wall = body[UPPER_STOP] if direction > 0.0 else body[LOWER_STOP]
+    wall = body[fb.UPPER_STOP] if direction > 0.0 else body[fb.LOWER_STOP]
     if math.isfinite(wall):
         crossing = sooner(piece, DENSE_TERMS, 0, -direction, wall, spent, probe)
         if crossing != NEVER:
-            spent, kind = crossing, BOUNCES
+            spent, kind = crossing, fb.BOUNCES
     return spent, kind
 
 
 @kernel
 def _pass_knee(laws: Laws, state: Vector) -> None:
     """Set the speed to that of the nearest knee, and the regime to the one on its other side."""
-    regimes, passed, speed = regime_table(laws[2]), int(state[KNEES_PASSED]), abs(state[VELOCITY])
+    regimes, passed, speed = (
+        regime_table(laws[2]),
+        int(state[KNEES_PASSED]),
+        abs(state[fb.VELOCITY]),
+    )
     upper = regimes[2 * passed] if 2 * passed < regimes.shape[0] else math.inf
     up = passed == 0 or upper - speed < speed - regimes[2 * passed - 2]
-    state[VELOCITY] = state[DIRECTION] * (upper if up else regimes[2 * passed - 2])
+    state[fb.VELOCITY] = state[fb.DIRECTION] * (upper if up else regimes[2 * passed - 2])
     state[KNEES_PASSED] = passed + 1 if up else passed - 1
 
 
@@ -154,17 +140,17 @@ def _arrive(
     span: float,
 ) -> int:
     """Change the state by an event; return the event, which differs if a rebound comes to rest."""
-    if kind == PASSES_KNEE:
+    if kind == fb.PASSES_KNEE:
         _pass_knee(laws, state)
-    elif kind in (LEAVES_LAYER, ENTERS_LAYER):
-        state[REGION] = STRAIGHT if kind == LEAVES_LAYER else IN_LAYER
+    elif kind in (fb.LEAVES_LAYER, fb.ENTERS_LAYER):
+        state[fb.REGION] = fb.STRAIGHT if kind == fb.LEAVES_LAYER else fb.IN_LAYER
     else:
         forward, backward, table, p = laws
-        levels(forward, backward, table, state[POSITION], -state[DIRECTION], state[RESTED], p)
-        body[COULOMB + side(-state[DIRECTION])] = p[0]  # friction after a rebound
+        levels(forward, backward, table, state[fb.POSITION], -state[fb.DIRECTION], state[RESTED], p)
+        body[fb.COULOMB + side(-state[fb.DIRECTION])] = p[0]  # friction after a rebound
         kind = arrive(state, body, drive, t, kind, towards, span)
         _locate(laws, body, state)
-        if state[DIRECTION] == 0.0:
+        if state[fb.DIRECTION] == 0.0:
             state[RESTED] = 0.0
     return kind
 
@@ -184,25 +170,30 @@ def _fill(
     filled: int,
 ) -> int:
     """Fill the samples within a piece [t, until); return how many are filled now."""
-    lag, x = laws[2][LAG], state[POSITION]
+    lag, x = laws[2][LAG], state[fb.POSITION]
     while filled < times.shape[0] and times[filled] < until:
         ahead, row = times[filled] - t, samples[filled]
         x, v, q = value(piece[0], ahead), value(piece[1], ahead), value(piece[2], ahead)
         u = effort(times[filled], x, v, q, drive)
-        if state[DIRECTION] == 0.0:
+        if state[fb.DIRECTION] == 0.0:
             w, rested = film_at_rest(state[FILM], lag, ahead), state[RESTED] + ahead
             most = threshold(force, laws, body, x, 1.0, rested, w)
             least = -threshold(force, laws, body, x, -1.0, rested, w)
-            row[SAMPLE_FRICTION] = min(max(u, least), most)
+            row[fb.SAMPLE_FRICTION] = min(max(u, least), most)
         else:
-            row[SAMPLE_FRICTION] = slip_friction(
+            row[fb.SAMPLE_FRICTION] = slip_friction(
                 force, laws, state, x, v, value(piece[3], ahead) if lag > 0.0 else v
             )
-        row[SAMPLE_POSITION], row[SAMPLE_VELOCITY], row[SAMPLE_EFFORT], row[SAMPLE_MODE] = (
+        (
+            row[fb.SAMPLE_POSITION],
+            row[fb.SAMPLE_VELOCITY],
+            row[fb.SAMPLE_EFFORT],
+            row[fb.SAMPLE_MODE],
+        ) = (
             x,
             v,
             u,
-            state[DIRECTION],
+            state[fb.DIRECTION],
         )
         filled += 1
     return filled
@@ -211,14 +202,14 @@ def _fill(
 @kernel
 def _move(laws: Laws, state: Vector, piece: Vector, spent: float) -> None:
     """Set the state to the end of a piece; at rest the film decays and the time at rest grows."""
-    lag, resting = laws[2][LAG], state[DIRECTION] == 0.0
+    lag, resting = laws[2][LAG], state[fb.DIRECTION] == 0.0
     state[FILM] = film_at_rest(state[FILM], lag, spent) if resting else value(piece[3], spent)
     if resting:
         state[RESTED] += spent
-    state[POSITION], state[VELOCITY] = value(piece[0], spent), value(piece[1], spent)
-    state[INTEGRAL_STATE] = value(piece[2], spent)
+    state[fb.POSITION], state[fb.VELOCITY] = value(piece[0], spent), value(piece[1], spent)
+    state[fb.INTEGRAL_STATE] = value(piece[2], spent)
     if lag == 0.0:
-        state[FILM] = state[VELOCITY]
+        state[FILM] = state[fb.VELOCITY]
 
 
 @kernel
@@ -245,17 +236,17 @@ def _segment(
         left += 100.0 * (end - t) / laws[2][LAG]
     while t < end:
         left -= 1.0
-        status, kind, towards, longest = OK, NO_EVENT, 0.0, end - t
-        if state[DIRECTION] == 0.0:
+        status, kind, towards, longest = OK, fb.NO_EVENT, 0.0, end - t
+        if state[fb.DIRECTION] == 0.0:
             piece = resting
             spent, towards = rest_piece(force, laws, body, state, drive, t, longest, refused, piece)
-            kind = BREAKS_AWAY if towards != 0.0 else NO_EVENT
+            kind = fb.BREAKS_AWAY if towards != 0.0 else fb.NO_EVENT
         else:
             piece = slipping
             y[0], y[1], y[2], y[3] = (
-                state[POSITION],
-                state[VELOCITY],
-                state[INTEGRAL_STATE],
+                state[fb.POSITION],
+                state[fb.VELOCITY],
+                state[fb.INTEGRAL_STATE],
                 state[FILM],
             )
             spent, status = slip_piece(
@@ -269,18 +260,18 @@ def _segment(
         filled = _fill(force, laws, body, state, drive, t, later, piece, times, samples, filled)
         _move(laws, state, piece, spent)
         t = later
-        if kind == NO_EVENT:
+        if kind == fb.NO_EVENT:
             continue
         pace[0] = 0.0
         if happened == events.shape[0]:
             return EVENTS_FULL, t, filled, happened
-        speed, direction = state[VELOCITY], state[DIRECTION]
+        speed, direction = state[fb.VELOCITY], state[fb.DIRECTION]
         kind = _arrive(laws, body, state, drive, t, kind, towards, span)
-        record(events, happened, t, kind, state[POSITION], speed)
+        record(events, happened, t, kind, state[fb.POSITION], speed)
         happened += 1
-        if kind == BREAKS_AWAY:
+        if kind == fb.BREAKS_AWAY:
             began, refused = t, 0.0
-        elif kind == STOPS:
+        elif kind == fb.STOPS:
             refused = direction if t == began else 0.0
     return OK, t, filled, happened
 
@@ -327,8 +318,8 @@ def run_extended(
         )
         if status != OK:
             return status, t, happened
-    last = np.array((state[POSITION], state[VELOCITY], state[INTEGRAL_STATE], state[FILM])).reshape(
-        (ROWS, 1)
-    )
+    last = np.array(
+        (state[fb.POSITION], state[fb.VELOCITY], state[fb.INTEGRAL_STATE], state[FILM])
+    ).reshape((ROWS, 1))
     _fill(force, laws, body, state, drives[-1], t, math.inf, last, times, samples, filled)
     return OK, t, happened

@@ -17,15 +17,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from frictool.engine.body import (
-    BREAKS_AWAY,
-    SAMPLE_EFFORT,
-    SAMPLE_FRICTION,
-    SAMPLE_MODE,
-    SAMPLE_POSITION,
-    SAMPLE_VELOCITY,
-    STOPS,
-)
+from frictool.engine import body as fb
 from frictool.engine.drive import effort, reference
 from frictool.engine.status import EVENTS_FULL, LAW_FAILED, NOT_FINITE, OK
 from frictool.friction.extension import BOUNDARY, DELAY, LAG, levels, regime_table
@@ -56,20 +48,25 @@ def _switch(events: Vector, happened: int, t: float, stuck: bool, x: float, v: f
     if happened == events.shape[0]:
         return -1
     row = events[happened]
-    row[0], row[1], row[2], row[3] = t, STOPS if stuck else BREAKS_AWAY, x, v
+    row[0], row[1], row[2], row[3] = t, fb.STOPS if stuck else fb.BREAKS_AWAY, x, v
     return happened + 1
 
 
 @kernel
 def _put(row: Vector, x: float, v: float, u: float, friction: float, stuck: bool) -> None:
     """Fill one sample; its mode is the direction of slip, 0 in stick."""
-    row[SAMPLE_POSITION], row[SAMPLE_VELOCITY], row[SAMPLE_EFFORT], row[SAMPLE_FRICTION] = (
+    (
+        row[fb.SAMPLE_POSITION],
+        row[fb.SAMPLE_VELOCITY],
+        row[fb.SAMPLE_EFFORT],
+        row[fb.SAMPLE_FRICTION],
+    ) = (
         x,
         v,
         u,
         friction,
     )
-    row[SAMPLE_MODE] = 0.0 if stuck else math.copysign(1.0, v if v != 0.0 else u)
+    row[fb.SAMPLE_MODE] = 0.0 if stuck else math.copysign(1.0, v if v != 0.0 else u)
 
 
 @kernel

@@ -8,39 +8,10 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.body import (
-    BEYOND_KNEE,
-    BREAKAWAY,
-    COULOMB,
-    DIRECTION,
-    IN_LAYER,
-    INTEGRAL_STATE,
-    KNEE,
-    LAYER,
-    LOWER_STOP,
-    MASS,
-    POSITION,
-    REGION,
-    SPEED_SCALE,
-    TOLERANCE,
-    UPPER_STOP,
-    VELOCITY,
-    VISCOUS,
-    VISCOUS_BEYOND,
-)
+from frictool.engine import body as fb
+from frictool.engine import drive as dr
 from frictool.engine.dormand_prince import STAGES, Force, dense_output, layer_step
-from frictool.engine.drive import (
-    AMPLITUDE,
-    DERIVATIVE,
-    FREQUENCY,
-    INTEGRAL,
-    OFFSET,
-    PROPORTIONAL,
-    SLOPE,
-    TARGET,
-    TARGET_SPEED,
-    effort,
-)
+from frictool.engine.drive import effort
 from frictool.engine.polynomial_events import NEVER, first_fall
 from frictool.engine.power_series import TERMS, motion, reach
 from frictool.engine.status import NOT_FINITE, OK, STEP_TOO_SMALL
@@ -71,11 +42,11 @@ def side(direction: float) -> int:
 def friction_line(body: Vector, region: float, direction: float) -> tuple[float, float]:
     """Return (friction, viscous) of the straight law friction + viscous v, signed."""
     index = side(direction)
-    coulomb, viscous = direction * body[COULOMB + index], body[VISCOUS + index]
-    if region != BEYOND_KNEE:
+    coulomb, viscous = direction * body[fb.COULOMB + index], body[fb.VISCOUS + index]
+    if region != fb.BEYOND_KNEE:
         return coulomb, viscous
-    beyond = body[VISCOUS_BEYOND + index]
-    return coulomb + direction * (viscous - beyond) * body[KNEE], beyond
+    beyond = body[fb.VISCOUS_BEYOND + index]
+    return coulomb + direction * (viscous - beyond) * body[fb.KNEE], beyond
 
 
 @bare_kernel
@@ -84,13 +55,13 @@ def friction(force: Force, law: Vector, body: Vector, state: Vector, v: float, u
 
     At an end stop the stop holds the rest of the effort.
     """
-    if state[DIRECTION] == 0.0:
-        held: float = min(max(u, -body[BREAKAWAY]), body[BREAKAWAY + 1])
+    if state[fb.DIRECTION] == 0.0:
+        held: float = min(max(u, -body[fb.BREAKAWAY]), body[fb.BREAKAWAY + 1])
         return held
-    if state[REGION] == IN_LAYER:
-        curve: float = force(v, state[DIRECTION], law)
+    if state[fb.REGION] == fb.IN_LAYER:
+        curve: float = force(v, state[fb.DIRECTION], law)
         return curve
-    constant, viscous = friction_line(body, state[REGION], state[DIRECTION])
+    constant, viscous = friction_line(body, state[fb.REGION], state[fb.DIRECTION])
     return constant + viscous * v
 
 
@@ -100,14 +71,18 @@ def gross(state: Vector, t: float, drive: Vector) -> float:
 
     The rounding error of the effort is a small part of this sum.
     """
-    distance: float = abs(state[POSITION]) + abs(drive[TARGET]) + abs(drive[TARGET_SPEED] * t)
-    free: float = (
-        abs(drive[AMPLITUDE]) * (1.0 + abs(drive[FREQUENCY] * t))
-        + abs(drive[OFFSET])
-        + abs(drive[SLOPE] * t)
+    distance: float = (
+        abs(state[fb.POSITION]) + abs(drive[dr.TARGET]) + abs(drive[dr.TARGET_SPEED] * t)
     )
-    summed: float = abs(drive[INTEGRAL]) * (abs(state[INTEGRAL_STATE]) + distance * abs(t))
-    fed_back: float = abs(drive[PROPORTIONAL]) * distance + abs(drive[DERIVATIVE] * state[VELOCITY])
+    free: float = (
+        abs(drive[dr.AMPLITUDE]) * (1.0 + abs(drive[dr.FREQUENCY] * t))
+        + abs(drive[dr.OFFSET])
+        + abs(drive[dr.SLOPE] * t)
+    )
+    summed: float = abs(drive[dr.INTEGRAL]) * (abs(state[fb.INTEGRAL_STATE]) + distance * abs(t))
+    fed_back: float = abs(drive[dr.PROPORTIONAL]) * distance + abs(
+        drive[dr.DERIVATIVE] * state[fb.VELOCITY]
+    )
     return free + summed + fed_back
 
 
@@ -127,17 +102,17 @@ def rest_piece(
     refused: direction in which the body has just stopped at the instant of its breakaway; there a
     breakaway takes slightly more effort.
     """
-    motion(state, t, drive, body[MASS], 0.0, False, 0.0, piece)
+    motion(state, t, drive, body[fb.MASS], 0.0, False, 0.0, piece)
     spent, towards = min(longest, reach(piece[3])), 0.0
     for direction in (-1.0, 1.0):
         blocked = (
-            state[POSITION] >= body[UPPER_STOP]
+            state[fb.POSITION] >= body[fb.UPPER_STOP]
             if direction > 0.0
-            else state[POSITION] <= body[LOWER_STOP]
+            else state[fb.POSITION] <= body[fb.LOWER_STOP]
         )
         if blocked:
             continue
-        threshold = body[BREAKAWAY + side(direction)]
+        threshold = body[fb.BREAKAWAY + side(direction)]
         for k in range(TERMS):
             probe[k] = -direction * piece[3, k]
         probe[0] += threshold
@@ -157,13 +132,13 @@ def _acceleration(
     force: Force, law: Vector, body: Vector, state: Vector, drive: Vector, t: float
 ) -> float:
     """Return v' at t, set to 0 at the start of a slip if it is only rounding."""
-    u = effort(t, state[POSITION], state[VELOCITY], state[INTEGRAL_STATE], drive)
-    opposing = friction(force, law, body, state, state[VELOCITY], u)
-    if state[VELOCITY] == 0.0 and abs(u - opposing) <= ROUNDING * (
+    u = effort(t, state[fb.POSITION], state[fb.VELOCITY], state[fb.INTEGRAL_STATE], drive)
+    opposing = friction(force, law, body, state, state[fb.VELOCITY], u)
+    if state[fb.VELOCITY] == 0.0 and abs(u - opposing) <= ROUNDING * (
         abs(opposing) + gross(state, t, drive)
     ):
         return 0.0
-    gained: float = (u - opposing) / body[MASS]
+    gained: float = (u - opposing) / body[fb.MASS]
     return gained
 
 
@@ -201,25 +176,25 @@ def layer_piece(
     error/acceleration, which may be `tolerance` of the time spent in the layer.
     """
     # the last stage of a step is the first of the next
-    mass, start = body[MASS], slopes[1, STAGES - 1]
+    mass, start = body[fb.MASS], slopes[1, STAGES - 1]
     if pace[0] == 0.0:
         start = _acceleration(force, law, body, state, drive, t)
-        largest = body[BREAKAWAY] + body[BREAKAWAY + 1] + gross(state, t, drive)
+        largest = body[fb.BREAKAWAY] + body[fb.BREAKAWAY + 1] + gross(state, t, drive)
         pace[0] = (
-            FIRST_STEP * min(body[LAYER], body[SPEED_SCALE]) * mass / largest
+            FIRST_STEP * min(body[fb.LAYER], body[fb.SPEED_SCALE]) * mass / largest
             if largest > 0.0
             else longest
         )
         pace[1], pace[2] = 0.0, t
     wish, cut = pace[0], pace[0] > longest
     h, shortest = wish, SHORTEST_STEP * max(abs(t), longest)
-    allowed = body[TOLERANCE] * max(
-        FLOOR * body[SPEED_SCALE], abs(state[VELOCITY]), abs(start) * (t - pace[2])
+    allowed = body[fb.TOLERANCE] * max(
+        FLOOR * body[fb.SPEED_SCALE], abs(state[fb.VELOCITY]), abs(start) * (t - pace[2])
     )
     while True:
         h = min(h, longest)
         error = (
-            layer_step(force, law, mass, state[DIRECTION], drive, t, h, start, state, slopes)
+            layer_step(force, law, mass, state[fb.DIRECTION], drive, t, h, start, state, slopes)
             / allowed
         )
         if error <= 1.0:
@@ -245,6 +220,6 @@ def straight_piece(
 ) -> float:
     """Fill one piece in closed form; return its length [s]."""
     start = _acceleration(force, law, body, state, drive, t)
-    _, viscous = friction_line(body, state[REGION], state[DIRECTION])
-    motion(state, t, drive, body[MASS], viscous, True, start, piece)
+    _, viscous = friction_line(body, state[fb.REGION], state[fb.DIRECTION])
+    motion(state, t, drive, body[fb.MASS], viscous, True, start, piece)
     return min(longest, reach(piece[1]))

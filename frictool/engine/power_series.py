@@ -11,18 +11,7 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.drive import (
-    AMPLITUDE,
-    DERIVATIVE,
-    FREQUENCY,
-    INTEGRAL,
-    OFFSET,
-    PHASE,
-    PROPORTIONAL,
-    SLOPE,
-    TARGET,
-    TARGET_SPEED,
-)
+from frictool.engine import drive as dr
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
@@ -49,26 +38,26 @@ def motion(
     friction through `viscous` only.
     """
     frequency, proportional, derivative, integral = (
-        drive[FREQUENCY],
-        drive[PROPORTIONAL],
-        drive[DERIVATIVE],
-        drive[INTEGRAL],
+        drive[dr.FREQUENCY],
+        drive[dr.PROPORTIONAL],
+        drive[dr.DERIVATIVE],
+        drive[dr.INTEGRAL],
     )
-    cycle, mobility = frequency * t + drive[PHASE], 1.0 / mass
+    cycle, mobility = frequency * t + drive[dr.PHASE], 1.0 / mass
     swing, other = 0.0, 0.0
-    if drive[AMPLITUDE] != 0.0:
-        swing, other = drive[AMPLITUDE] * math.sin(cycle), drive[AMPLITUDE] * math.cos(cycle)
+    if drive[dr.AMPLITUDE] != 0.0:
+        swing, other = drive[dr.AMPLITUDE] * math.sin(cycle), drive[dr.AMPLITUDE] * math.cos(cycle)
     x, v, q = y[0], y[1], y[2]
     for k in range(TERMS):
         share = 1.0 / (k + 1)
         error = x
         u = swing
         if k == 0:
-            error -= drive[TARGET] + drive[TARGET_SPEED] * t
-            u += drive[OFFSET] + drive[SLOPE] * t
+            error -= drive[dr.TARGET] + drive[dr.TARGET_SPEED] * t
+            u += drive[dr.OFFSET] + drive[dr.SLOPE] * t
         elif k == 1:
-            error -= drive[TARGET_SPEED]
-            u += drive[SLOPE]
+            error -= drive[dr.TARGET_SPEED]
+            u += drive[dr.SLOPE]
         u -= proportional * error + derivative * v + integral * q
         piece[0, k], piece[1, k], piece[2, k], piece[3, k] = x, v, q, u
         net = (u - viscous * v) * mobility if k > 0 else start

@@ -4,30 +4,7 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.body import (
-    BEYOND_KNEE,
-    BOUNCES,
-    BREAKS_AWAY,
-    DIRECTION,
-    ENTERS_LAYER,
-    IN_LAYER,
-    INTEGRAL_STATE,
-    KNEE,
-    LAYER,
-    LEAVES_LAYER,
-    LOWER_STOP,
-    MASS,
-    NO_EVENT,
-    PASSES_KNEE,
-    POSITION,
-    REGION,
-    RESTITUTION,
-    RESTS_AT_STOP,
-    STOPS,
-    STRAIGHT,
-    UPPER_STOP,
-    VELOCITY,
-)
+from frictool.engine import body as fb
 from frictool.engine.drive import effort
 from frictool.engine.motion_pieces import friction_line
 from frictool.engine.polynomial_events import NEVER, first_fall
@@ -43,9 +20,9 @@ SHORTEST_FLIGHT = 1e-9  # shortest flight of a rebound, relative to the run
 @kernel
 def region(body: Vector, speed: float) -> float:
     """Return the friction region at a slip speed: IN_LAYER, STRAIGHT or BEYOND_KNEE."""
-    if speed < body[LAYER]:
-        return IN_LAYER
-    return STRAIGHT if speed < body[KNEE] else BEYOND_KNEE
+    if speed < body[fb.LAYER]:
+        return fb.IN_LAYER
+    return fb.STRAIGHT if speed < body[fb.KNEE] else fb.BEYOND_KNEE
 
 
 @kernel
@@ -84,18 +61,18 @@ def slip_event(
     Events are a stop of the body, the layer's speed, the knee's speed, and an end stop. Without an
     event the result is (longest, NO_EVENT).
     """
-    direction, here, spent, kind = state[DIRECTION], state[REGION], longest, NO_EVENT
-    upwards, upper = math.inf, NO_EVENT
-    downwards, lower = 0.0, STOPS
-    if here == IN_LAYER:
-        upwards, upper = body[LAYER], LEAVES_LAYER
-    elif here == STRAIGHT:
-        upwards, upper = body[KNEE], PASSES_KNEE
-        if body[LAYER] > 0.0:
-            downwards, lower = BELOW * body[LAYER], ENTERS_LAYER
+    direction, here, spent, kind = state[fb.DIRECTION], state[fb.REGION], longest, fb.NO_EVENT
+    upwards, upper = math.inf, fb.NO_EVENT
+    downwards, lower = 0.0, fb.STOPS
+    if here == fb.IN_LAYER:
+        upwards, upper = body[fb.LAYER], fb.LEAVES_LAYER
+    elif here == fb.STRAIGHT:
+        upwards, upper = body[fb.KNEE], fb.PASSES_KNEE
+        if body[fb.LAYER] > 0.0:
+            downwards, lower = BELOW * body[fb.LAYER], fb.ENTERS_LAYER
     else:
-        downwards, lower = BELOW_KNEE * body[KNEE], PASSES_KNEE
-    now, swing = direction * state[VELOCITY], _swing(piece, terms, spent)
+        downwards, lower = BELOW_KNEE * body[fb.KNEE], fb.PASSES_KNEE
+    now, swing = direction * state[fb.VELOCITY], _swing(piece, terms, spent)
     if now - swing <= downwards:
         crossing = sooner(piece, terms, 1, direction, direction * downwards, spent, probe)
         if crossing != NEVER:
@@ -104,30 +81,35 @@ def slip_event(
         crossing = sooner(piece, terms, 1, -direction, direction * upwards, spent, probe)
         if crossing != NEVER:
             spent, kind = crossing, upper
-    wall = body[UPPER_STOP] if direction > 0.0 else body[LOWER_STOP]
+    wall = body[fb.UPPER_STOP] if direction > 0.0 else body[fb.LOWER_STOP]
     if math.isfinite(wall):
         crossing = sooner(piece, terms, 0, -direction, wall, spent, probe)
         if crossing != NEVER:
-            spent, kind = crossing, BOUNCES
+            spent, kind = crossing, fb.BOUNCES
     return spent, kind
 
 
 @kernel
 def _bounce(state: Vector, body: Vector, drive: Vector, t: float, span: float) -> int:
     """Reverse the body at an end stop with its restitution, or put it to rest; return the event."""
-    direction = state[DIRECTION]
-    state[POSITION] = body[UPPER_STOP] if direction > 0.0 else body[LOWER_STOP]
-    state[VELOCITY] *= -body[RESTITUTION]
-    state[DIRECTION] = -direction
-    state[REGION] = region(body, abs(state[VELOCITY]))
-    outwards = direction * effort(t, state[POSITION], state[VELOCITY], state[INTEGRAL_STATE], drive)
-    constant, _ = friction_line(body, STRAIGHT, -direction)
-    returning = (outwards + abs(constant)) / body[MASS]
-    if abs(state[VELOCITY]) * 2.0 <= returning * SHORTEST_FLIGHT * span or state[VELOCITY] == 0.0:
-        state[VELOCITY] = 0.0
-        state[DIRECTION] = 0.0
-        return RESTS_AT_STOP
-    return BOUNCES
+    direction = state[fb.DIRECTION]
+    state[fb.POSITION] = body[fb.UPPER_STOP] if direction > 0.0 else body[fb.LOWER_STOP]
+    state[fb.VELOCITY] *= -body[fb.RESTITUTION]
+    state[fb.DIRECTION] = -direction
+    state[fb.REGION] = region(body, abs(state[fb.VELOCITY]))
+    outwards = direction * effort(
+        t, state[fb.POSITION], state[fb.VELOCITY], state[fb.INTEGRAL_STATE], drive
+    )
+    constant, _ = friction_line(body, fb.STRAIGHT, -direction)
+    returning = (outwards + abs(constant)) / body[fb.MASS]
+    if (
+        abs(state[fb.VELOCITY]) * 2.0 <= returning * SHORTEST_FLIGHT * span
+        or state[fb.VELOCITY] == 0.0
+    ):
+        state[fb.VELOCITY] = 0.0
+        state[fb.DIRECTION] = 0.0
+        return fb.RESTS_AT_STOP
+    return fb.BOUNCES
 
 
 @kernel
@@ -139,20 +121,20 @@ def arrive(
     For BOUNCES, the returned event is RESTS_AT_STOP if the rebound is too slow to leave the stop.
     `kind` is the event, `towards` the direction of a breakaway, `span` [s] the length of the run.
     """
-    direction = state[DIRECTION]
-    if kind == BREAKS_AWAY:
-        state[DIRECTION], state[REGION] = towards, region(body, 0.0)
-    elif kind == LEAVES_LAYER:
-        state[VELOCITY], state[REGION] = direction * body[LAYER], STRAIGHT
-    elif kind == ENTERS_LAYER:
-        state[VELOCITY], state[REGION] = direction * BELOW * body[LAYER], IN_LAYER
-    elif kind == PASSES_KNEE:
-        up = state[REGION] == STRAIGHT
-        state[VELOCITY] = direction * (body[KNEE] if up else BELOW_KNEE * body[KNEE])
-        state[REGION] = BEYOND_KNEE if up else STRAIGHT
-    elif kind == STOPS:
-        state[VELOCITY] = 0.0
-        state[DIRECTION] = 0.0
-    elif kind == BOUNCES:
+    direction = state[fb.DIRECTION]
+    if kind == fb.BREAKS_AWAY:
+        state[fb.DIRECTION], state[fb.REGION] = towards, region(body, 0.0)
+    elif kind == fb.LEAVES_LAYER:
+        state[fb.VELOCITY], state[fb.REGION] = direction * body[fb.LAYER], fb.STRAIGHT
+    elif kind == fb.ENTERS_LAYER:
+        state[fb.VELOCITY], state[fb.REGION] = direction * BELOW * body[fb.LAYER], fb.IN_LAYER
+    elif kind == fb.PASSES_KNEE:
+        up = state[fb.REGION] == fb.STRAIGHT
+        state[fb.VELOCITY] = direction * (body[fb.KNEE] if up else BELOW_KNEE * body[fb.KNEE])
+        state[fb.REGION] = fb.BEYOND_KNEE if up else fb.STRAIGHT
+    elif kind == fb.STOPS:
+        state[fb.VELOCITY] = 0.0
+        state[fb.DIRECTION] = 0.0
+    elif kind == fb.BOUNCES:
         return _bounce(state, body, drive, t, span)
     return kind

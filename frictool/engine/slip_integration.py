@@ -16,6 +16,7 @@ import math
 
 import numpy as np
 
+from frictool.engine import dormand_prince as dp
 from frictool.engine.axis_friction import (
     breakaway_at,
     coulomb_at,
@@ -24,55 +25,11 @@ from frictool.engine.axis_friction import (
     speed_band,
     straight_line,
 )
-from frictool.engine.dormand_prince import (
-    A21,
-    A31,
-    A32,
-    A41,
-    A42,
-    A43,
-    A51,
-    A52,
-    A53,
-    A54,
-    A61,
-    A62,
-    A63,
-    A64,
-    A65,
-    A71,
-    A73,
-    A74,
-    A75,
-    A76,
-    C2,
-    C3,
-    C4,
-    C5,
-    E1,
-    E3,
-    E4,
-    E5,
-    E6,
-    E7,
-    STAGES,
-    dense_output,
-)
+from frictool.engine.dormand_prince import dense_output
 from frictool.engine.drive_lag import lagged_drive
 from frictool.engine.polynomial_events import NEVER, first_fall
 from frictool.friction.stribeck import curve
-from frictool.plant.axis import (
-    BACKLASH_BREAKAWAY,
-    BACKLASH_COULOMB,
-    CONSTANT,
-    DRIVE,
-    INERTIA,
-    LAG,
-    OFFSET,
-    POSITION,
-    RESTED,
-    VELOCITY,
-)
+from frictool.plant import axis as ax
 from frictool.plant.axis_friction_laws import LAYER, STRIBECK_EXPONENT, STRIBECK_VELOCITY
 from frictool.plant.position_load import load_size, opposing_effort
 from frictool.runtime.kernels import inner_kernel, kernel
@@ -110,18 +67,19 @@ def _acceleration(
 
     law (6,): scratch array for friction/stribeck.py, then DRIVING. line: (added, viscous).
     """
-    x = state[POSITION] + direction * y
+    x = state[ax.POSITION] + direction * y
     if law[DRIVING] > 0.0:
         friction = coulomb_at(p, direction, x)
         if has_stribeck(p) and w < p[LAYER]:
-            law[0], law[1] = friction, breakaway_at(p, direction, x, state[RESTED])
+            law[0], law[1] = friction, breakaway_at(p, direction, x, state[ax.RESTED])
             friction = curve(w, law)
     else:
-        friction = p[BACKLASH_COULOMB]
+        friction = p[ax.BACKLASH_COULOMB]
     effort = direction * (
-        p[CONSTANT] * lagged_drive(state[DRIVE], command, p[LAG], t) - opposing_effort(p, x)
+        p[ax.CONSTANT] * lagged_drive(state[ax.DRIVE], command, p[ax.LAG], t)
+        - opposing_effort(p, x)
     )
-    return float((effort - friction - line[0] - line[1] * w) / p[INERTIA])
+    return float((effort - friction - line[0] - line[1] * w) / p[ax.INERTIA])
 
 
 @inner_kernel
@@ -143,13 +101,23 @@ def _step(
     Fills the rows y' and w' of `slopes` (3, 7).
     """
     y, w1, a1 = at[DISTANCE], at[SPEED], start
-    w2 = w1 + h * A21 * a1
-    a2 = _acceleration(state, command, p, direction, law, line, t + C2 * h, y + h * A21 * w1, w2)
-    w3 = w1 + h * (A31 * a1 + A32 * a2)
-    a3 = _acceleration(
-        state, command, p, direction, law, line, t + C3 * h, y + h * (A31 * w1 + A32 * w2), w3
+    w2 = w1 + h * dp.A21 * a1
+    a2 = _acceleration(
+        state, command, p, direction, law, line, t + dp.C2 * h, y + h * dp.A21 * w1, w2
     )
-    w4 = w1 + h * (A41 * a1 + A42 * a2 + A43 * a3)
+    w3 = w1 + h * (dp.A31 * a1 + dp.A32 * a2)
+    a3 = _acceleration(
+        state,
+        command,
+        p,
+        direction,
+        law,
+        line,
+        t + dp.C3 * h,
+        y + h * (dp.A31 * w1 + dp.A32 * w2),
+        w3,
+    )
+    w4 = w1 + h * (dp.A41 * a1 + dp.A42 * a2 + dp.A43 * a3)
     a4 = _acceleration(
         state,
         command,
@@ -157,18 +125,18 @@ def _step(
         direction,
         law,
         line,
-        t + C4 * h,
-        y + h * (A41 * w1 + A42 * w2 + A43 * w3),
+        t + dp.C4 * h,
+        y + h * (dp.A41 * w1 + dp.A42 * w2 + dp.A43 * w3),
         w4,
     )
-    w5 = w1 + h * (A51 * a1 + A52 * a2 + A53 * a3 + A54 * a4)
-    y5 = y + h * (A51 * w1 + A52 * w2 + A53 * w3 + A54 * w4)
-    a5 = _acceleration(state, command, p, direction, law, line, t + C5 * h, y5, w5)
-    w6 = w1 + h * (A61 * a1 + A62 * a2 + A63 * a3 + A64 * a4 + A65 * a5)
-    y6 = y + h * (A61 * w1 + A62 * w2 + A63 * w3 + A64 * w4 + A65 * w5)
+    w5 = w1 + h * (dp.A51 * a1 + dp.A52 * a2 + dp.A53 * a3 + dp.A54 * a4)
+    y5 = y + h * (dp.A51 * w1 + dp.A52 * w2 + dp.A53 * w3 + dp.A54 * w4)
+    a5 = _acceleration(state, command, p, direction, law, line, t + dp.C5 * h, y5, w5)
+    w6 = w1 + h * (dp.A61 * a1 + dp.A62 * a2 + dp.A63 * a3 + dp.A64 * a4 + dp.A65 * a5)
+    y6 = y + h * (dp.A61 * w1 + dp.A62 * w2 + dp.A63 * w3 + dp.A64 * w4 + dp.A65 * w5)
     a6 = _acceleration(state, command, p, direction, law, line, t + h, y6, w6)
-    w7 = w1 + h * (A71 * a1 + A73 * a3 + A74 * a4 + A75 * a5 + A76 * a6)
-    y7 = y + h * (A71 * w1 + A73 * w3 + A74 * w4 + A75 * w5 + A76 * w6)
+    w7 = w1 + h * (dp.A71 * a1 + dp.A73 * a3 + dp.A74 * a4 + dp.A75 * a5 + dp.A76 * a6)
+    y7 = y + h * (dp.A71 * w1 + dp.A73 * w3 + dp.A74 * w4 + dp.A75 * w5 + dp.A76 * w6)
     a7 = _acceleration(state, command, p, direction, law, line, t + h, y7, w7)
     (
         slopes[0, 0],
@@ -188,7 +156,7 @@ def _step(
         slopes[1, 5],
         slopes[1, 6],
     ) = a1, a2, a3, a4, a5, a6, a7
-    return abs(h * (E1 * a1 + E3 * a3 + E4 * a4 + E5 * a5 + E6 * a6 + E7 * a7))
+    return abs(h * (dp.E1 * a1 + dp.E3 * a3 + dp.E4 * a4 + dp.E5 * a5 + dp.E6 * a6 + dp.E7 * a7))
 
 
 @kernel
@@ -236,12 +204,12 @@ def _move(at: Vector, piece: Vector, spent: float) -> None:
 def _gross(state: Vector, command: float, p: Vector, direction: float, driving: bool) -> float:
     """Return the sum of the magnitudes of all efforts [N m | N] at the start of the slip."""
     held = (
-        breakaway_at(p, direction, state[POSITION], state[RESTED])
+        breakaway_at(p, direction, state[ax.POSITION], state[ax.RESTED])
         if driving
-        else p[BACKLASH_BREAKAWAY]
+        else p[ax.BACKLASH_BREAKAWAY]
     )
-    drive = abs(p[CONSTANT]) * (abs(command) + abs(state[DRIVE]))
-    return float(drive + abs(p[OFFSET]) + held + load_size(p, state[POSITION]))
+    drive = abs(p[ax.CONSTANT]) * (abs(command) + abs(state[ax.DRIVE]))
+    return float(drive + abs(p[ax.OFFSET]) + held + load_size(p, state[ax.POSITION]))
 
 
 @kernel
@@ -256,13 +224,13 @@ def curved_slip(
     """
     at, slopes, piece, probe = (
         np.zeros(ROWS),
-        np.zeros((ROWS, STAGES)),
+        np.zeros((ROWS, dp.STAGES)),
         np.empty((ROWS, TERMS)),
         np.empty(TERMS),
     )
     law = np.array([0.0, 0.0, p[STRIBECK_VELOCITY], p[STRIBECK_EXPONENT], 0.0, 1.0])
-    at[SPEED] = abs(state[VELOCITY])
-    length, place = next_place(p, state[POSITION], direction)[0], PLACE
+    at[SPEED] = abs(state[ax.VELOCITY])
+    length, place = next_place(p, state[ax.POSITION], direction)[0], PLACE
     if to_edge > 0.0:
         law[DRIVING] = 0.0
         layered, line, (lower, upper) = False, (0.0, 0.0), (0.0, math.inf)
@@ -273,7 +241,7 @@ def curved_slip(
         line, (lower, upper) = straight_line(p, direction, at[SPEED]), speed_band(p, at[SPEED])
     if length <= 0.0:
         return 0.0, 0.0, at[SPEED], place
-    gross = _gross(state, command, p, direction, to_edge <= 0.0) / p[INERTIA]
+    gross = _gross(state, command, p, direction, to_edge <= 0.0) / p[ax.INERTIA]
     start = _acceleration(state, command, p, direction, law, line, 0.0, 0.0, at[SPEED])
     if at[SPEED] == 0.0 and abs(start) <= ROUNDING * gross:
         start = 0.0
@@ -299,7 +267,7 @@ def curved_slip(
         t = t + spent if spent < remaining - t else remaining
         if kind != HELD or t >= remaining:
             return t, at[DISTANCE], max(0.0, at[SPEED]), kind
-        start = slopes[SPEED, STAGES - 1]
+        start = slopes[SPEED, dp.STAGES - 1]
         grown = h * min(GROWTH, SAFETY * (allowed / error) ** 0.2) if error > 0.0 else h * GROWTH
         wish = max(grown, wish if h < wish else 0.0)
     return t, at[DISTANCE], max(0.0, at[SPEED]), FAILED

@@ -30,28 +30,7 @@ import math
 
 import numpy as np
 
-from frictool.engine.body import (
-    BREAKS_AWAY,
-    COULOMB,
-    DIRECTION,
-    IN_LAYER,
-    LAYER,
-    MASS,
-    NO_EVENT,
-    POSITION,
-    REGION,
-    SAMPLE_EFFORT,
-    SAMPLE_FRICTION,
-    SAMPLE_MODE,
-    SAMPLE_POSITION,
-    SAMPLE_VELOCITY,
-    SLIPS_BACK,
-    SPEED_SCALE,
-    STOPS,
-    VELOCITY,
-    VISCOUS,
-    VISCOUS_BEYOND,
-)
+from frictool.engine import body as fb
 from frictool.engine.dormand_prince import STAGES, Force
 from frictool.engine.drive import DERIVATIVE, FREQUENCY, INTEGRAL, PROPORTIONAL, effort
 from frictool.engine.motion_pieces import friction, layer_piece, rest_piece, straight_piece
@@ -73,13 +52,19 @@ def pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> flo
     It grows with the largest number of events, the fastest rate of the loop and, in an unbounded
     layer, of the law.
     """
-    viscous = max(body[VISCOUS], body[VISCOUS + 1], body[VISCOUS_BEYOND], body[VISCOUS_BEYOND + 1])
-    rate = (viscous + abs(drive[DERIVATIVE])) / body[MASS] + drive[FREQUENCY]
-    rate += math.sqrt(abs(drive[PROPORTIONAL]) / body[MASS]) + (
-        abs(drive[INTEGRAL]) / body[MASS]
+    viscous = max(
+        body[fb.VISCOUS], body[fb.VISCOUS + 1], body[fb.VISCOUS_BEYOND], body[fb.VISCOUS_BEYOND + 1]
+    )
+    rate = (viscous + abs(drive[DERIVATIVE])) / body[fb.MASS] + drive[FREQUENCY]
+    rate += math.sqrt(abs(drive[PROPORTIONAL]) / body[fb.MASS]) + (
+        abs(drive[INTEGRAL]) / body[fb.MASS]
     ) ** (1.0 / 3.0)
-    if body[LAYER] == math.inf:
-        rate += 10.0 * max(body[COULOMB], body[COULOMB + 1]) / (body[MASS] * body[SPEED_SCALE])
+    if body[fb.LAYER] == math.inf:
+        rate += (
+            10.0
+            * max(body[fb.COULOMB], body[fb.COULOMB + 1])
+            / (body[fb.MASS] * body[fb.SPEED_SCALE])
+        )
     allowed: float = STEPS_PER_EVENT * (events + 1) + 100.0 * rate * span
     return allowed
 
@@ -103,14 +88,14 @@ def _fill(
         ahead = times[filled] - t
         x, v, q = value(piece[0], ahead), value(piece[1], ahead), value(piece[2], ahead)
         row = samples[filled]
-        row[SAMPLE_POSITION], row[SAMPLE_VELOCITY], row[SAMPLE_EFFORT] = (
+        row[fb.SAMPLE_POSITION], row[fb.SAMPLE_VELOCITY], row[fb.SAMPLE_EFFORT] = (
             x,
             v,
             effort(times[filled], x, v, q, drive),
         )
-        row[SAMPLE_FRICTION], row[SAMPLE_MODE] = (
-            friction(force, law, body, state, v, row[SAMPLE_EFFORT]),
-            state[DIRECTION],
+        row[fb.SAMPLE_FRICTION], row[fb.SAMPLE_MODE] = (
+            friction(force, law, body, state, v, row[fb.SAMPLE_EFFORT]),
+            state[fb.DIRECTION],
         )
         filled += 1
     return filled
@@ -137,18 +122,18 @@ def _advance_piece(
     breakaway, and a status.
     """
     terms = TERMS
-    if state[DIRECTION] == 0.0:
+    if state[fb.DIRECTION] == 0.0:
         spent, towards = rest_piece(state, body, drive, t, longest, refused, piece, probe)
-        return terms, spent, BREAKS_AWAY if towards != 0.0 else NO_EVENT, towards, OK
-    if state[REGION] == IN_LAYER:
+        return terms, spent, fb.BREAKS_AWAY if towards != 0.0 else fb.NO_EVENT, towards, OK
+    if state[fb.REGION] == fb.IN_LAYER:
         terms = DENSE_TERMS
         spent, status = layer_piece(force, law, body, state, drive, t, longest, pace, slopes, piece)
         if status != OK:
-            return terms, 0.0, NO_EVENT, 0.0, status
+            return terms, 0.0, fb.NO_EVENT, 0.0, status
     else:
         spent = straight_piece(force, law, body, state, drive, t, longest, piece)
     spent, kind = slip_event(state, body, piece, terms, spent, probe)
-    if kind != NO_EVENT:
+    if kind != fb.NO_EVENT:
         pace[0] = 0.0
     return terms, spent, kind, 0.0, OK
 
@@ -167,12 +152,12 @@ def _move(state: Vector, piece: Vector, terms: int, spent: float) -> None:
 def record(events: Vector, happened: int, t: float, kind: int, x: float, v: float) -> None:
     """Write one event; a breakaway at the instant of a stop is a reversal."""
     if (
-        kind == BREAKS_AWAY
+        kind == fb.BREAKS_AWAY
         and happened > 0
-        and events[happened - 1, 1] == STOPS
+        and events[happened - 1, 1] == fb.STOPS
         and events[happened - 1, 0] == t
     ):
-        kind = SLIPS_BACK
+        kind = fb.SLIPS_BACK
     row = events[happened]
     row[0], row[1], row[2], row[3] = t, kind, x, v
 
@@ -216,16 +201,16 @@ def _segment(
             )
         _move(state, piece, terms, spent)
         t = later
-        if kind != NO_EVENT:
+        if kind != fb.NO_EVENT:
             if happened == events.shape[0]:
                 return EVENTS_FULL, t, filled, happened
-            speed, direction = state[VELOCITY], state[DIRECTION]
+            speed, direction = state[fb.VELOCITY], state[fb.DIRECTION]
             kind = arrive(state, body, drive, t, kind, towards, span)
-            record(events, happened, t, kind, state[POSITION], speed)
+            record(events, happened, t, kind, state[fb.POSITION], speed)
             happened += 1
-            if kind == BREAKS_AWAY:
+            if kind == fb.BREAKS_AWAY:
                 began, refused = t, 0.0
-            elif kind == STOPS:
+            elif kind == fb.STOPS:
                 refused = direction if t == began else 0.0
     return OK, t, filled, happened
 
@@ -255,7 +240,7 @@ def run(
     t, filled, happened, span = start, 0, 0, ends[-1] - start
     if not (math.isfinite(span) and np.all(np.isfinite(state))):
         return NOT_FINITE, t, 0
-    state[REGION] = region(body, abs(state[VELOCITY]))
+    state[fb.REGION] = region(body, abs(state[fb.VELOCITY]))
     for k in range(ends.shape[0]):
         status, t, filled, happened = _segment(
             force,

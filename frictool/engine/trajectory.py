@@ -8,20 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from frictool.engine.body import (
-    BREAKS_AWAY,
-    DIRECTION,
-    EVENT_SIZE,
-    SAMPLE_EFFORT,
-    SAMPLE_FRICTION,
-    SAMPLE_MODE,
-    SAMPLE_POSITION,
-    SAMPLE_SIZE,
-    SAMPLE_VELOCITY,
-    VELOCITY,
-    FrictionBody,
-    at_rest,
-)
+from frictool.engine import body as fb
+from frictool.engine.body import FrictionBody, at_rest
 from frictool.engine.drive import EffortFunction
 from frictool.engine.extended_motion_pieces import EXTENDED_SIZE
 from frictool.engine.extended_stick_slip import run_extended
@@ -55,29 +43,29 @@ class Trajectory:
     @property
     def position(self) -> Vector:
         """Position x (n,) [m | rad]."""
-        return self.samples[:, SAMPLE_POSITION]
+        return self.samples[:, fb.SAMPLE_POSITION]
 
     @property
     def velocity(self) -> Vector:
         """Velocity v (n,) [m/s | rad/s]; exactly 0 at rest."""
-        return self.samples[:, SAMPLE_VELOCITY]
+        return self.samples[:, fb.SAMPLE_VELOCITY]
 
     @property
     def effort(self) -> Vector:
         """Effort u (n,) [N | N m]."""
-        return self.samples[:, SAMPLE_EFFORT]
+        return self.samples[:, fb.SAMPLE_EFFORT]
 
     @property
     def friction(self) -> Vector:
         """Friction force (n,) [N | N m]; at rest the force that it holds."""
-        return self.samples[:, SAMPLE_FRICTION]
+        return self.samples[:, fb.SAMPLE_FRICTION]
 
     @property
     def mode(self) -> Vector:
         """Mode (n,): 0 at rest, else the direction of slip."""
-        return self.samples[:, SAMPLE_MODE]
+        return self.samples[:, fb.SAMPLE_MODE]
 
-    def times_of(self, kind: int = BREAKS_AWAY) -> Vector:
+    def times_of(self, kind: int = fb.BREAKS_AWAY) -> Vector:
         """Return the times of all events of one kind [s]."""
         found: Vector = self.events[self.events[:, 1] == kind, 0]
         return found
@@ -105,8 +93,8 @@ def _extended(state: Vector) -> Vector:
     """Return a state of an extended body (8,); a plain state (5,) gets an empty past."""
     if state.size == EXTENDED_SIZE:
         return state
-    rested = 0.0 if state[DIRECTION] == 0.0 else np.inf
-    return np.concatenate([state, [state[VELOCITY], rested, 0.0]])
+    rested = 0.0 if state[fb.DIRECTION] == 0.0 else np.inf
+    return np.concatenate([state, [state[fb.VELOCITY], rested, 0.0]])
 
 
 def simulate(
@@ -149,7 +137,7 @@ def simulate(
     """
     ends, drives, asked = segment_arrays(segments, times, start)
     now = np.array(at_rest() if state is None else state, dtype=np.float64)
-    samples, events = np.full((asked.size, SAMPLE_SIZE), np.nan), np.zeros((room, EVENT_SIZE))
+    samples, events = np.full((asked.size, fb.SAMPLE_SIZE), np.nan), np.zeros((room, fb.EVENT_SIZE))
     force, array = function_pointer(body.slip_force, SLIP_FORCE), body.as_array()
     if body.extension is None:
         law = np.array(body.law, dtype=np.float64)

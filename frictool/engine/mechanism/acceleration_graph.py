@@ -5,24 +5,13 @@ from __future__ import annotations
 import math
 
 from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import workspace_rows as rows
 from frictool.engine.mechanism.joint_losses import (
     is_lossy,
     kink_of,
     received,
     slope_of,
     transmitted,
-)
-from frictool.engine.mechanism.workspace_rows import (
-    AHEAD,
-    ALONG,
-    BEHIND,
-    DRIVEN,
-    FORCE,
-    GROSS,
-    SLOPE,
-    STOPPED_HIGH,
-    STOPPED_LOW,
-    VALUE,
 )
 from frictool.runtime.kernels import inset_kernel, part_kernel
 from frictool.typing import IntVector, Vector
@@ -53,26 +42,29 @@ def evaluate(
     for m in range(count):
         i = ly.block_at(k, found[m])
         mass = ly.mass_of(k, p, i)
-        w[VALUE, i], w[SLOPE, i] = mass * w[ALONG, i] * x - w[FORCE, i], mass * w[ALONG, i]
-        direction = towards * w[ALONG, i]
+        w[rows.VALUE, i], w[rows.SLOPE, i] = (
+            mass * w[rows.ALONG, i] * x - w[rows.FORCE, i],
+            mass * w[rows.ALONG, i],
+        )
+        direction = towards * w[rows.ALONG, i]
         if direction > 0.0:
-            w[VALUE, i] += w[AHEAD, i]
-            if w[STOPPED_HIGH, i] > 0.0:
-                w[VALUE, i] = math.inf
+            w[rows.VALUE, i] += w[rows.AHEAD, i]
+            if w[rows.STOPPED_HIGH, i] > 0.0:
+                w[rows.VALUE, i] = math.inf
         elif direction < 0.0:
-            w[VALUE, i] -= w[BEHIND, i]
-            if w[STOPPED_LOW, i] > 0.0:
-                w[VALUE, i] = -math.inf
+            w[rows.VALUE, i] -= w[rows.BEHIND, i]
+            if w[rows.STOPPED_LOW, i] > 0.0:
+                w[rows.VALUE, i] = -math.inf
     for m in range(count - 1, 0, -1):
         i = ly.block_at(k, found[m])
         joint, parent = ly.joint_of(k, i), ly.parent_of(k, i)
         row, contact = ly.joint_row(k, joint), modes[n + joint]
         outward, ratio = ly.leads_out(k, i), p[row + ly.RATIO]
         a = parent if outward else i
-        direction = math.copysign(1.0, towards * w[ALONG, a] if towards != 0.0 else y[n + a])
-        force, slope = w[VALUE, i], w[SLOPE, i]
+        direction = math.copysign(1.0, towards * w[rows.ALONG, a] if towards != 0.0 else y[n + a])
+        force, slope = w[rows.VALUE, i], w[rows.SLOPE, i]
         if is_lossy(p, row):
-            kink = kink_of(p, row, w[DRIVEN, a])
+            kink = kink_of(p, row, w[rows.DRIVEN, a])
             if not outward:
                 force = received(p, row, kink, direction, -force)
                 slope = -slope / slope_of(p, row, direction, force > kink)
@@ -91,8 +83,8 @@ def evaluate(
                 force, slope = ratio * force, ratio * slope
         if not outward:
             force, slope = -force, -slope
-        w[VALUE, parent] += force
-        w[SLOPE, parent] += slope
+        w[rows.VALUE, parent] += force
+        w[rows.SLOPE, parent] += slope
 
 
 @inset_kernel
@@ -119,7 +111,7 @@ def solve(
         high = 0.0
     for _ in range(MAX_PIECES):
         evaluate(k, p, modes, found, count, x, towards, y, w)
-        value, slope = w[VALUE, root], w[SLOPE, root]
+        value, slope = w[rows.VALUE, root], w[rows.SLOPE, root]
         if abs(value) <= FOUND * gross or value == 0.0:
             return slope > 0.0, x
         if value > 0.0:
@@ -162,14 +154,14 @@ def next_piece(
     n, nearest = k[ly.BLOCKS], math.inf
     for m in range(1, count):
         i = ly.block_at(k, found[m])
-        value, slope = w[VALUE, i], w[SLOPE, i]
+        value, slope = w[rows.VALUE, i], w[rows.SLOPE, i]
         if slope == 0.0 or not math.isfinite(value):
             continue
         joint, outward = ly.joint_of(k, i), ly.leads_out(k, i)
         row, a = ly.joint_row(k, joint), ly.parent_of(k, i) if outward else i
-        kink = kink_of(p, row, w[DRIVEN, a]) if is_lossy(p, row) else 0.0
-        direction = math.copysign(1.0, towards * w[ALONG, a] if towards != 0.0 else y[n + a])
-        rounding = FOUND * (w[GROSS, i] + abs(slope * x))
+        kink = kink_of(p, row, w[rows.DRIVEN, a]) if is_lossy(p, row) else 0.0
+        direction = math.copysign(1.0, towards * w[rows.ALONG, a] if towards != 0.0 else y[n + a])
+        rounding = FOUND * (w[rows.GROSS, i] + abs(slope * x))
         for end in range(2):
             force = kink if end == 0 else 0.0
             if not outward:
@@ -186,7 +178,7 @@ def total_inertia(k: IntVector, p: Vector, found: IntVector, count: int, w: Vect
     inertia = 0.0
     for m in range(count):
         i = ly.block_at(k, found[m])
-        inertia += ly.mass_of(k, p, i) * w[ALONG, i] * w[ALONG, i]
+        inertia += ly.mass_of(k, p, i) * w[rows.ALONG, i] * w[rows.ALONG, i]
     return inertia
 
 
@@ -212,10 +204,10 @@ def follow(
     root, inertia = ly.block_at(k, found[0]), total_inertia(k, p, found, count, w)
     evaluate(k, p, modes, found, count, start, towards, y, w)
     # beyond the end of a piece, onto the piece to which x moves
-    x = start - PASSED * w[VALUE, root] / inertia
+    x = start - PASSED * w[rows.VALUE, root] / inertia
     for _ in range(MAX_PIECES):
         evaluate(k, p, modes, found, count, x, towards, y, w)
-        value, slope = w[VALUE, root], w[SLOPE, root]
+        value, slope = w[rows.VALUE, root], w[rows.SLOPE, root]
         if not math.isfinite(value):
             return False, x
         if abs(value) <= FOUND * gross and slope > 0.0:

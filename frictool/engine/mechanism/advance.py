@@ -16,6 +16,7 @@ from __future__ import annotations
 import math
 
 from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import state as st
 from frictool.engine.mechanism.address_calls import (
     FLOAT,
     INTEGER,
@@ -34,16 +35,7 @@ from frictool.engine.mechanism.integration_step import try_step
 from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.mode_guards import first_dip, is_any_broken
 from frictool.engine.mechanism.sources import is_steady, let_flow, longest_step, take_inputs
-from frictool.engine.mechanism.state import (
-    END,
-    GUARD,
-    INPUTS,
-    SPENT,
-    STATE,
-    TRIAL,
-    MechanismState,
-    RateEvaluation,
-)
+from frictool.engine.mechanism.state import MechanismState, RateEvaluation
 from frictool.engine.mechanism.weighted_sums import gained
 from frictool.engine.status import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL, TOO_MANY_EVENTS
 from frictool.runtime.kernels import inset_kernel, kernel, part_kernel
@@ -62,7 +54,7 @@ SHORTEST = 1e-15  # shortest step, relative to the time reached, or in s
 def _is_settled(k: IntVector, state: MechanismState) -> bool:
     """Return True if nothing moves and nothing will move until the command changes."""
     n = k[ly.BLOCKS]
-    if k[ly.INNER] > 0 or k[ly.TIMED] > 0 or not is_steady(k, state.room.lines[INPUTS]):
+    if k[ly.INNER] > 0 or k[ly.TIMED] > 0 or not is_steady(k, state.room.lines[st.INPUTS]):
         return False
     moves = False
     for i in range(n, 2 * n):
@@ -84,7 +76,7 @@ def _change(error: float) -> float:
 def _dip(k: IntVector, p: Vector, state: MechanismState, h: float, seen: float) -> float:
     """Return a step length shortened so that it ends where a guard may be passed temporarily."""
     room = state.room
-    guard, end = room.lines[GUARD], room.lines[END]
+    guard, end = room.lines[st.GUARD], room.lines[st.END]
     return min(
         seen * h,
         first_dip(k, p, h, state.y, room.slopes[0], end, room.slopes[AFTER], state.modes, guard),
@@ -104,9 +96,9 @@ def _through(
     """Advance by `duration` [s] with the modes of fixed-step laws held."""
     k, p, _ = machine
     y, modes, pace, room = state.y, state.modes, state.pace, state.room
-    take_inputs(k, p, command, external, y, state.drive, room.lines[INPUTS])
+    take_inputs(k, p, command, external, y, state.drive, room.lines[st.INPUTS])
     status, t, counted, looked = begin(machine, state, told), 0.0, 0, False
-    h, within = min(pace[0], duration), longest_step(k, p, room.lines[INPUTS])
+    h, within = min(pace[0], duration), longest_step(k, p, room.lines[st.INPUTS])
     while t < duration and status == OK:
         if _is_settled(k, state):
             t = duration
@@ -119,11 +111,13 @@ def _through(
                 break
             h, looked = h * _change(error), False
             continue
-        sooner = first_reversal(k, p, h, y, room.lines[END]) if k[ly.INNER] > 0 else h
+        sooner = first_reversal(k, p, h, y, room.lines[st.END]) if k[ly.INNER] > 0 else h
         if sooner < h:
             h = sooner
             continue
-        broken = is_any_broken(k, p, room.lines[END], modes, room.lines[TRIAL], room.lines[GUARD])
+        broken = is_any_broken(
+            k, p, room.lines[st.END], modes, room.lines[st.TRIAL], room.lines[st.GUARD]
+        )
         sooner = h if broken or looked else _dip(k, p, state, h, seen)
         if sooner < h:
             h, looked = sooner, True
@@ -132,7 +126,7 @@ def _through(
         if broken:
             taken, failed = locate(machine, state, t, h)
         else:
-            gained(h, room.powers, room.lines[SPENT])
+            gained(h, room.powers, room.lines[st.SPENT])
         if failed:
             status = NOT_FINITE
             break
@@ -148,7 +142,7 @@ def _through(
                 pace[0],
             )
         looked = False
-    let_flow(k, p, room.lines[INPUTS], t, state.drive)
+    let_flow(k, p, room.lines[st.INPUTS], t, state.drive)
     pace[1], pace[2] = pace[1] + t, t
     return status
 
@@ -169,12 +163,12 @@ def _in_law_steps(
     """
     k, p, _ = machine
     room = state.room
-    found = RateEvaluation(room.slopes[0], room.w, room.lines[GUARD], room.powers[0])
+    found = RateEvaluation(room.slopes[0], room.w, room.lines[st.GUARD], room.powers[0])
     parts = max(1, math.ceil(duration / state.pace[3] - 1e-6))
     for _part in range(parts):
-        take_inputs(k, p, command, external, state.y, state.drive, room.lines[INPUTS])
+        take_inputs(k, p, command, external, state.y, state.drive, room.lines[st.INPUTS])
         if (
-            field(machine, 0.0, state.y, state.modes, room.lines[INPUTS], found)
+            field(machine, 0.0, state.y, state.modes, room.lines[st.INPUTS], found)
             + switch(machine, state)
             != 0
         ):
@@ -213,7 +207,7 @@ def held_command(
     return _in_law_steps(machine, state, command, external, duration, tolerance, told)
 
 
-HELD_COMMAND = function_type(INTEGER, ly.MACHINE, STATE, VECTOR, VECTOR, FLOAT, FLOAT, EVENTS)
+HELD_COMMAND = function_type(INTEGER, ly.MACHINE, st.STATE, VECTOR, VECTOR, FLOAT, FLOAT, EVENTS)
 _held_command = call_by_address(HELD_COMMAND)
 
 

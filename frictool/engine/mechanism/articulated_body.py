@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 
 from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import workspace_rows as rows
 from frictool.engine.mechanism.address_calls import (
     FLOAT,
     INDICES,
@@ -39,18 +40,6 @@ from frictool.engine.mechanism.joint_losses import (
 )
 from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.state import EVALUATION, FREE, OPEN, RIGID, STUCK, RateEvaluation
-from frictool.engine.mechanism.workspace_rows import (
-    ACCELERATION,
-    DRIVEN,
-    FORCE,
-    GROSS,
-    HOLD_HIGH,
-    HOLD_LOW,
-    INERTIA,
-    LAMBDA,
-    NEED,
-    NEED_HIGH,
-)
 from frictool.runtime.kernels import inset_kernel, kernel
 from frictool.typing import IntVector, Vector
 
@@ -61,17 +50,17 @@ def _begin(k: IntVector, p: Vector, modes: IntVector, w: Vector) -> None:
     n, stops = k[ly.BLOCKS], k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     mass = k[ly.MASS]
     for i in range(n):
-        w[NEED, i], w[NEED_HIGH, i] = -w[FORCE, i], -w[FORCE, i]
-        w[INERTIA, i] = p[mass + i]
+        w[rows.NEED, i], w[rows.NEED_HIGH, i] = -w[rows.FORCE, i], -w[rows.FORCE, i]
+        w[rows.INERTIA, i] = p[mass + i]
         if modes[i] == STUCK:
-            w[NEED, i] += w[HOLD_LOW, i]
-            w[NEED_HIGH, i] += w[HOLD_HIGH, i]
+            w[rows.NEED, i] += w[rows.HOLD_LOW, i]
+            w[rows.NEED_HIGH, i] += w[rows.HOLD_HIGH, i]
     for s in range(k[ly.STOPS]):
         block = ly.stop_block(k, s)
         if modes[stops + s] < 0:
-            w[NEED, block] = -math.inf
+            w[rows.NEED, block] = -math.inf
         elif modes[stops + s] > 0:
-            w[NEED_HIGH, block] = math.inf
+            w[rows.NEED_HIGH, block] = math.inf
 
 
 @inset_kernel
@@ -81,22 +70,22 @@ def _hand_over_rest(
     """Add to the parent the force interval that a block at rest needs through their joint."""
     n, joint, parent = k[ly.BLOCKS], ly.joint_of(k, i), ly.parent_of(k, i)
     row, slack = ly.joint_row(k, joint), slack_at(k, p, w, i)
-    ratio, low, high = p[row + ly.RATIO], w[NEED, i], w[NEED_HIGH, i]
+    ratio, low, high = p[row + ly.RATIO], w[rows.NEED, i], w[rows.NEED_HIGH, i]
     if ly.leads_out(k, i):
         if whole:
-            w[GROSS, parent] += abs(ratio) * w[GROSS, i]
+            w[rows.GROSS, parent] += abs(ratio) * w[rows.GROSS, i]
         if contact == -1:
             guard[n + joint] = high / slack
             low, high = max(0.0, low), max(0.0, high)
         elif contact == 1:
             guard[n + joint] = -low / slack
             low, high = min(0.0, low), min(0.0, high)
-        kink = kink_of(p, row, w[DRIVEN, parent])
+        kink = kink_of(p, row, w[rows.DRIVEN, parent])
         low, high = range_at_driver(p, row, kink, low, high)
     else:
         if whole:
-            w[GROSS, parent] += w[GROSS, i] / abs(ratio)
-        kink = kink_of(p, row, w[DRIVEN, i])
+            w[rows.GROSS, parent] += w[rows.GROSS, i] / abs(ratio)
+        kink = kink_of(p, row, w[rows.DRIVEN, i])
         low, high = range_at_load(p, row, kink, -high, -low)
         if contact == -1:
             guard[n + joint] = high / slack * abs(ratio)
@@ -105,8 +94,8 @@ def _hand_over_rest(
             guard[n + joint] = -low / slack * abs(ratio)
             low, high = min(0.0, low), min(0.0, high)
         low, high = -high, -low
-    w[NEED, parent] += low
-    w[NEED_HIGH, parent] += high
+    w[rows.NEED, parent] += low
+    w[rows.NEED_HIGH, parent] += high
 
 
 @inset_kernel
@@ -133,17 +122,17 @@ def _hand_over(
     if is_lossy(p, row):
         a = parent if outward else i
         slope = slope_of(p, row, direction_of(modes, y, n, a), modes[n + k[ly.JOINTS] + joint] > 0)
-        kink = kink_of(p, row, w[DRIVEN, a])
+        kink = kink_of(p, row, w[rows.DRIVEN, a])
     if outward:
         if whole:
-            w[GROSS, parent] += abs(ratio) * w[GROSS, i]
-        w[INERTIA, parent] += slope * ratio * w[INERTIA, i]
-        w[NEED, parent] += ratio * kink + (w[NEED, i] - kink) * slope
+            w[rows.GROSS, parent] += abs(ratio) * w[rows.GROSS, i]
+        w[rows.INERTIA, parent] += slope * ratio * w[rows.INERTIA, i]
+        w[rows.NEED, parent] += ratio * kink + (w[rows.NEED, i] - kink) * slope
     else:
         if whole:
-            w[GROSS, parent] += w[GROSS, i] / abs(ratio)
-        w[INERTIA, parent] += w[INERTIA, i] / (slope * ratio)
-        w[NEED, parent] += (w[NEED, i] + ratio * kink) / slope - kink
+            w[rows.GROSS, parent] += w[rows.GROSS, i] / abs(ratio)
+        w[rows.INERTIA, parent] += w[rows.INERTIA, i] / (slope * ratio)
+        w[rows.NEED, parent] += (w[rows.NEED, i] + ratio * kink) / slope - kink
 
 
 @inset_kernel
@@ -162,14 +151,14 @@ def _gather(
             else:
                 _hand_over(k, p, i, y, modes, w, whole)
         elif modes[i] == STUCK:
-            guard[i] = min(w[NEED_HIGH, i], -w[NEED, i]) / slack_at(k, p, w, i)
-            w[ACCELERATION, i] = 0.0
+            guard[i] = min(w[rows.NEED_HIGH, i], -w[rows.NEED, i]) / slack_at(k, p, w, i)
+            w[rows.ACCELERATION, i] = 0.0
         else:
             if whole and modes[i] != FREE:
                 guard[i] = modes[i] * y[n + i] / (SPEED_SLACK * p[speeds + i])
-            if w[INERTIA, i] <= 0.0:
+            if w[rows.INERTIA, i] <= 0.0:
                 sound = False
-            w[ACCELERATION, i] = -w[NEED, i] / w[INERTIA, i]
+            w[rows.ACCELERATION, i] = -w[rows.NEED, i] / w[rows.INERTIA, i]
     return sound
 
 
@@ -182,7 +171,7 @@ def _hand_out(
     losses = k[ly.SOURCES] + n
     for joint in range(j):
         power[losses + joint] = 0.0
-        w[LAMBDA, joint] = 0.0
+        w[rows.LAMBDA, joint] = 0.0
     if j == 0:
         return
     for place in range(n):
@@ -191,17 +180,17 @@ def _hand_out(
         if joint < 0 or modes[n + joint] == OPEN:
             continue
         if modes[i] == STUCK:
-            w[ACCELERATION, i] = 0.0
+            w[rows.ACCELERATION, i] = 0.0
             continue
         parent, row = ly.parent_of(k, i), ly.joint_row(k, joint)
         outward, ratio = ly.leads_out(k, i), p[row + ly.RATIO]
-        w[ACCELERATION, i] = w[ACCELERATION, parent] * (ratio if outward else 1.0 / ratio)
-        inertial = w[INERTIA, i] * w[ACCELERATION, i]
-        force = inertial + w[NEED, i]
+        w[rows.ACCELERATION, i] = w[rows.ACCELERATION, parent] * (ratio if outward else 1.0 / ratio)
+        inertial = w[rows.INERTIA, i] * w[rows.ACCELERATION, i]
+        force = inertial + w[rows.NEED, i]
         slack = slack_at(k, p, w, i) + SLACK * abs(inertial)
         if is_lossy(p, row):
             a = parent if outward else i
-            kink = kink_of(p, row, w[DRIVEN, a])
+            kink = kink_of(p, row, w[rows.DRIVEN, a])
             slope = slope_of(p, row, direction_of(modes, y, n, a), modes[n + j + joint] > 0)
             if outward:
                 effort = ratio * kink + (force - kink) * slope
@@ -214,7 +203,7 @@ def _hand_out(
         elif not outward:
             force = -force / ratio
             slack /= abs(ratio)
-        w[LAMBDA, joint] = force
+        w[rows.LAMBDA, joint] = force
         if modes[n + joint] != RIGID:
             guard[n + joint] = -modes[n + joint] * force / slack
 
@@ -248,7 +237,7 @@ def _rates(
     _hand_out(k, p, y, modes, w, guard, power)
     for i in range(n):
         rates[i] = y[n + i]
-        rates[n + i] = w[ACCELERATION, i] if sound else math.nan
+        rates[n + i] = w[rows.ACCELERATION, i] if sound else math.nan
     if k[ly.TIMED] > 0:
         seen_speeds(machine, y, modes, rates)
     return status

@@ -6,27 +6,14 @@ The solver of a tree is tree_solver.py.
 from __future__ import annotations
 
 from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import state as st
+from frictool.engine.mechanism import workspace_rows as rows
 from frictool.engine.mechanism.curves import curve_value
 from frictool.engine.mechanism.efforts import all_efforts, coupling_stretch
 from frictool.engine.mechanism.law_kernels import EXACT, breakaway, slip_force
 from frictool.engine.mechanism.layout import CompiledMechanism
-from frictool.engine.mechanism.state import (
-    FOUND,
-    INPUTS,
-    OPEN,
-    STUCK,
-    MechanismState,
-    RateEvaluation,
-)
+from frictool.engine.mechanism.state import MechanismState, RateEvaluation
 from frictool.engine.mechanism.tree_solver import solve_tree
-from frictool.engine.mechanism.workspace_rows import (
-    AHEAD,
-    BEHIND,
-    HOLD_HIGH,
-    HOLD_LOW,
-    STOPPED_HIGH,
-    STOPPED_LOW,
-)
 from frictool.engine.status import LAW_FAILED, OK
 from frictool.runtime.kernels import inset_kernel, part_kernel
 from frictool.typing import IntVector, Vector
@@ -38,7 +25,7 @@ def _starting_friction(machine: CompiledMechanism, y: Vector, w: Vector) -> None
     k, p, laws = machine
     n = k[ly.BLOCKS]
     for i in range(n):
-        w[AHEAD, i], w[BEHIND, i] = w[HOLD_HIGH, i], -w[HOLD_LOW, i]
+        w[rows.AHEAD, i], w[rows.BEHIND, i] = w[rows.HOLD_HIGH, i], -w[rows.HOLD_LOW, i]
     for f in range(k[ly.FRICTIONS]):
         row = ly.friction_row(k, f)
         block = k[row + ly.BLOCK]
@@ -48,10 +35,10 @@ def _starting_friction(machine: CompiledMechanism, y: Vector, w: Vector) -> None
             k[ly.LAW_VALUES] + k[row + ly.VALUES] : k[ly.LAW_VALUES] + k[row + ly.VALUES_END]
         ]
         level = 1.0 if k[row + ly.LEVEL] < 0 else curve_value(k, p, k[row + ly.LEVEL], y[block])
-        w[AHEAD, block] += level * (
+        w[rows.AHEAD, block] += level * (
             slip_force(laws[f, 0], 0.0, 1.0, values) - breakaway(laws[f, 1], 1.0, values)
         )
-        w[BEHIND, block] -= level * (
+        w[rows.BEHIND, block] -= level * (
             slip_force(laws[f, 0], 0.0, -1.0, values) + breakaway(laws[f, 1], -1.0, values)
         )
     for s in range(k[ly.PRESSINGS]):
@@ -60,8 +47,8 @@ def _starting_friction(machine: CompiledMechanism, y: Vector, w: Vector) -> None
         if y[n + block] == 0.0:
             force = max(0.0, curve_value(k, p, k[k[ly.PRESSING_PLACES] + 2 * s + 1], y[block]))
             excess = p[row + ly.COEFFICIENT] * (p[row + 1] - 1.0) * force
-            w[AHEAD, block] -= excess
-            w[BEHIND, block] -= excess
+            w[rows.AHEAD, block] -= excess
+            w[rows.BEHIND, block] -= excess
 
 
 @inset_kernel
@@ -80,11 +67,11 @@ def _flanks(
             row = ly.coupling_row(k, c)
             beyond = abs(e) - p[row + ly.GAP]
             held = 0.5 * p[row + ly.STIFFNESS] * beyond * beyond if beyond > 0.0 else 0.0
-            if modes[first + c] == OPEN:
+            if modes[first + c] == st.OPEN:
                 modes[first + c] = -1 if e < 0.0 else 1
                 work[at + c] -= held
             else:
-                modes[first + c] = OPEN
+                modes[first + c] = st.OPEN
                 work[at + c] += held
 
 
@@ -94,12 +81,12 @@ def _ready(k: IntVector, y: Vector, modes: IntVector, w: Vector) -> None:
     n, stops = k[ly.BLOCKS], k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     for i in range(n):
         v = y[n + i]
-        modes[i] = STUCK if v == 0.0 else (1 if v > 0.0 else -1)
-        w[STOPPED_LOW, i], w[STOPPED_HIGH, i] = 0.0, 0.0
+        modes[i] = st.STUCK if v == 0.0 else (1 if v > 0.0 else -1)
+        w[rows.STOPPED_LOW, i], w[rows.STOPPED_HIGH, i] = 0.0, 0.0
     for s in range(k[ly.STOPS]):
-        if modes[stops + s] != OPEN:
+        if modes[stops + s] != st.OPEN:
             block = ly.stop_block(k, s)
-            w[STOPPED_LOW if modes[stops + s] < 0 else STOPPED_HIGH, block] = 1.0
+            w[rows.STOPPED_LOW if modes[stops + s] < 0 else rows.STOPPED_HIGH, block] = 1.0
 
 
 @part_kernel
@@ -117,22 +104,22 @@ def resolve(
     n, stops, places = (
         k[ly.BLOCKS],
         k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS],
-        room.places[FOUND],
+        room.places[st.FOUND],
     )
     _flanks(k, p, y, modes, found.guard, state.work)
     _ready(k, y, modes, w)
-    if all_efforts(machine, t, y, modes, room.lines[INPUTS], found) != 0:
+    if all_efforts(machine, t, y, modes, room.lines[st.INPUTS], found) != 0:
         return LAW_FAILED
     _starting_friction(machine, y, w)
     for place in range(n):
         i = ly.block_at(k, place)
         joint = ly.joint_of(k, i)
-        if joint >= 0 and modes[n + joint] != OPEN:
+        if joint >= 0 and modes[n + joint] != st.OPEN:
             continue
         status = solve_tree(k, p, modes, place, places, y, w)
         if status != OK:
             return status
     for s in range(k[ly.STOPS]):
-        if modes[stops + s] != OPEN and modes[ly.stop_block(k, s)] != STUCK:
-            modes[stops + s] = OPEN
+        if modes[stops + s] != st.OPEN and modes[ly.stop_block(k, s)] != st.STUCK:
+            modes[stops + s] = st.OPEN
     return OK

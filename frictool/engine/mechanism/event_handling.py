@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import state as st
 from frictool.engine.mechanism.articulated_body import field
 from frictool.engine.mechanism.dormand_prince8 import AFTER
 from frictool.engine.mechanism.events import STRIKES, TOUCHES, EventRows, write, write_changes
@@ -13,19 +14,7 @@ from frictool.engine.mechanism.impacts import impacts
 from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.mode_guards import distance_to_guard, forces_hold
 from frictool.engine.mechanism.mode_iteration import align, settle, stop_tree
-from frictool.engine.mechanism.state import (
-    BEFORE,
-    END,
-    GUARD,
-    INPUTS,
-    OPEN,
-    SPEEDS,
-    SPENT,
-    STUCK,
-    TRIAL,
-    MechanismState,
-    RateEvaluation,
-)
+from frictool.engine.mechanism.state import MechanismState, RateEvaluation
 from frictool.engine.status import LAW_FAILED, OK
 from frictool.runtime.kernels import inset_kernel, part_kernel
 from frictool.typing import IntVector, Vector
@@ -37,9 +26,9 @@ FIRST_STEP = 1e-5  # s, first step of a state
 def _note(k: IntVector, state: MechanismState) -> None:
     """Store modes and speeds before an event, to record its changes."""
     for i in range(state.modes.shape[0]):
-        state.room.places[BEFORE, i] = state.modes[i]
+        state.room.places[st.BEFORE, i] = state.modes[i]
     for i in range(k[ly.BLOCKS]):
-        state.room.lines[SPEEDS, i] = state.y[k[ly.BLOCKS] + i]
+        state.room.lines[st.SPEEDS, i] = state.y[k[ly.BLOCKS] + i]
 
 
 @inset_kernel
@@ -60,8 +49,8 @@ def _are_finite(values: Vector) -> bool:
 def _evaluate(machine: CompiledMechanism, state: MechanismState, t: float) -> int:
     """Fill the rows 0 of slopes and powers, and GUARD."""
     room = state.room
-    found = RateEvaluation(room.slopes[0], room.w, room.lines[GUARD], room.powers[0])
-    return field(machine, t, state.y, state.modes, room.lines[INPUTS], found)
+    found = RateEvaluation(room.slopes[0], room.w, room.lines[st.GUARD], room.powers[0])
+    return field(machine, t, state.y, state.modes, room.lines[st.INPUTS], found)
 
 
 @part_kernel
@@ -76,14 +65,20 @@ def begin(machine: CompiledMechanism, state: MechanismState, told: EventRows) ->
     if _evaluate(machine, state, 0.0) != 0:
         return LAW_FAILED
     fresh = pace[0] == 0.0
-    if not fresh and forces_hold(k, state.modes, room.lines[GUARD]) and _are_finite(room.slopes[0]):
+    if (
+        not fresh
+        and forces_hold(k, state.modes, room.lines[st.GUARD])
+        and _are_finite(room.slopes[0])
+    ):
         return OK
     _note(k, state)
     status = impacts(k, p, state.y, state.modes, room.w, state.work) if fresh else OK
     if status == OK:
         status = settle(machine, state, 0.0, told)
     if not fresh:
-        write_changes(machine, pace[1], room.lines[SPEEDS], room.places[BEFORE], state.modes, told)
+        write_changes(
+            machine, pace[1], room.lines[st.SPEEDS], room.places[st.BEFORE], state.modes, told
+        )
     pace[0] = max(pace[0], FIRST_STEP)
     return status
 
@@ -96,15 +91,15 @@ def take_step(machine: CompiledMechanism, state: MechanismState, t: float) -> in
     engine/status.py.
     """
     y, work, room = state.y, state.work, state.room
-    _copy(room.lines[END], y)
+    _copy(room.lines[st.END], y)
     _copy(room.slopes[AFTER], room.slopes[0])
     _copy(room.powers[AFTER], room.powers[0])
-    _copy(room.lines[TRIAL], room.lines[GUARD])
-    spent = room.lines[SPENT]
+    _copy(room.lines[st.TRIAL], room.lines[st.GUARD])
+    spent = room.lines[st.SPENT]
     for e in range(work.shape[0]):
         work[e] += spent[e]
     if machine.whole[ly.INNER] > 0:
-        failed, changed = remember(machine, y, room.lines[END])
+        failed, changed = remember(machine, y, room.lines[st.END])
         if changed:
             failed += _evaluate(machine, state, t)
         if failed != 0:
@@ -118,22 +113,22 @@ def _meet_or_halt(
 ) -> bool:
     """Stop all trees whose root has reached speed 0; return True if flanks or stops collide."""
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
-    y, modes, guard, meet = state.y, state.modes, state.room.lines[GUARD], False
+    y, modes, guard, meet = state.y, state.modes, state.room.lines[st.GUARD], False
     for joint in range(j):
-        if modes[n + joint] == OPEN and guard[n + joint] <= 0.0:
+        if modes[n + joint] == st.OPEN and guard[n + joint] <= 0.0:
             _, rate = distance_to_guard(k, p, n + joint, y, y, modes)
             if rate < 0.0:
                 write(told, now, TOUCHES, joint, -rate)
                 meet = True
     for s in range(k[ly.STOPS]):
-        if modes[n + 2 * j + c + s] == OPEN and guard[n + 2 * j + c + s] <= 0.0:
+        if modes[n + 2 * j + c + s] == st.OPEN and guard[n + 2 * j + c + s] <= 0.0:
             _, rate = distance_to_guard(k, p, n + 2 * j + c + s, y, y, modes)
             if rate < 0.0:
                 write(told, now, STRIKES, s, -rate)
                 meet = True
     for place in range(n):
         i = ly.block_at(k, place)
-        if guard[i] <= 0.0 and modes[i] != STUCK and y[n + i] != 0.0:
+        if guard[i] <= 0.0 and modes[i] != st.STUCK and y[n + i] != 0.0:
             stop_tree(k, place, p, y, modes)
     return meet
 
@@ -154,5 +149,5 @@ def handle_event(
     align(k, p, y, modes)
     if status == OK:
         status = settle(machine, state, t, told)
-    write_changes(machine, now, room.lines[SPEEDS], room.places[BEFORE], modes, told)
+    write_changes(machine, now, room.lines[st.SPEEDS], room.places[st.BEFORE], modes, told)
     return status

@@ -11,22 +11,9 @@ from __future__ import annotations
 
 import math
 
+from frictool.engine.mechanism import law_kernels as lk
 from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.curves import curve_value
-from frictool.engine.mechanism.law_kernels import (
-    BANDED,
-    HYBRID,
-    band,
-    breakaway,
-    enter,
-    hybrid_acceleration,
-    hybrid_commit,
-    hybrid_force,
-    hybrid_rate,
-    mode_after,
-    seen_velocity,
-    slip_force,
-)
 from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.state import OPEN, STUCK, MechanismState, RateEvaluation
 from frictool.engine.mechanism.workspace_rows import FORCE, GROSS, INERTIA, NEED, ON_BLOCK
@@ -71,7 +58,7 @@ def timed_frictions(
     for f in range(k[ly.FRICTIONS]):
         row = ly.friction_row(k, f)
         kind, block, mode = k[row + ly.KIND], k[row + ly.BLOCK], modes[first + f]
-        if kind < HYBRID:
+        if kind < lk.HYBRID:
             continue
         values = p[
             k[ly.LAW_VALUES] + k[row + ly.VALUES] : k[ly.LAW_VALUES] + k[row + ly.VALUES_END]
@@ -86,21 +73,21 @@ def timed_frictions(
             0.0,
         )
         w[ON_BLOCK, block] = u
-        if kind == HYBRID:
-            status += hybrid_rate(laws[f, 4], mode, v, y[begin:end], values, out[begin:end])
+        if kind == lk.HYBRID:
+            status += lk.hybrid_rate(laws[f, 4], mode, v, y[begin:end], values, out[begin:end])
         if modes[root] != STUCK:
-            if kind == HYBRID and mode == HELD:
-                friction = level * u - mass * hybrid_acceleration(
+            if kind == lk.HYBRID and mode == HELD:
+                friction = level * u - mass * lk.hybrid_acceleration(
                     laws[f, 3], mode, v, u, y[begin:end], values
                 )
-            elif kind == HYBRID:
-                friction = level * hybrid_force(laws[f, 2], mode, v, u, y[begin:end], values)
+            elif kind == lk.HYBRID:
+                friction = level * lk.hybrid_force(laws[f, 2], mode, v, u, y[begin:end], values)
             elif mode == HELD:
                 friction = level * sticking_force(
-                    u, breakaway(laws[f, 1], 1.0, values), breakaway(laws[f, 1], -1.0, values)
+                    u, lk.breakaway(laws[f, 1], 1.0, values), lk.breakaway(laws[f, 1], -1.0, values)
                 )
             else:
-                friction = level * slip_force(laws[f, 0], v, math.copysign(1.0, v), values)
+                friction = level * lk.slip_force(laws[f, 0], v, math.copysign(1.0, v), values)
         w[FORCE, block] -= friction
         if whole:
             w[GROSS, block] += abs(friction)
@@ -119,13 +106,13 @@ def seen_speeds(machine: CompiledMechanism, y: Vector, modes: IntVector, rates: 
     n = k[ly.BLOCKS]
     for f in range(k[ly.FRICTIONS]):
         row = ly.friction_row(k, f)
-        if k[row + ly.KIND] != BANDED:
+        if k[row + ly.KIND] != lk.BANDED:
             continue
         values = p[
             k[ly.LAW_VALUES] + k[row + ly.VALUES] : k[ly.LAW_VALUES] + k[row + ly.VALUES_END]
         ]
         v = y[n + k[row + ly.BLOCK]]
-        if seen_velocity(laws[f, 3], v, values) == v:
+        if lk.seen_velocity(laws[f, 3], v, values) == v:
             continue
         root, _ = _root_of(k, p, modes, k[row + ly.BLOCK])
         for i in range(n):
@@ -149,14 +136,14 @@ def switch(machine: CompiledMechanism, state: MechanismState) -> int:
             k[ly.LAW_VALUES] + k[row + ly.VALUES] : k[ly.LAW_VALUES] + k[row + ly.VALUES_END]
         ]
         v, u = y[n + block], w[ON_BLOCK, block]
-        if kind == BANDED:
-            modes[first + f] = HELD if abs(v) <= band(laws[f, 2], values) else SLIPS
-        elif kind == HYBRID:
+        if kind == lk.BANDED:
+            modes[first + f] = HELD if abs(v) <= lk.band(laws[f, 2], values) else SLIPS
+        elif kind == lk.HYBRID:
             z = y[2 * n + k[row + ly.FIRST_INNER] : 2 * n + k[row + ly.INNER_END]]
-            after = mode_after(laws[f, 0], mode, v, u, z, values)
+            after = lk.mode_after(laws[f, 0], mode, v, u, z, values)
             if after != mode:
                 modes[first + f] = after
-                status += enter(laws[f, 1], after, v, u, z, values)
+                status += lk.enter(laws[f, 1], after, v, u, z, values)
     return status
 
 
@@ -168,10 +155,10 @@ def keep(machine: CompiledMechanism, state: MechanismState) -> int:
     n, status, first = k[ly.BLOCKS], OK, _first_mode(k)
     for f in range(k[ly.FRICTIONS]):
         row = ly.friction_row(k, f)
-        if k[row + ly.KIND] == HYBRID:
+        if k[row + ly.KIND] == lk.HYBRID:
             values = p[
                 k[ly.LAW_VALUES] + k[row + ly.VALUES] : k[ly.LAW_VALUES] + k[row + ly.VALUES_END]
             ]
             z = y[2 * n + k[row + ly.FIRST_INNER] : 2 * n + k[row + ly.INNER_END]]
-            status += hybrid_commit(laws[f, 5], modes[first + f], z, values)
+            status += lk.hybrid_commit(laws[f, 5], modes[first + f], z, values)
     return status

@@ -12,30 +12,12 @@ from typing import NamedTuple
 import numpy as np
 
 from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import state as st
+from frictool.engine.mechanism import workspace_rows as rows
 from frictool.engine.mechanism.articulated_body import field
 from frictool.engine.mechanism.dormand_prince8 import AFTER
 from frictool.engine.mechanism.layout import CompiledMechanism
-from frictool.engine.mechanism.state import (
-    INPUTS,
-    OPEN,
-    STUCK,
-    TRIAL,
-    MechanismState,
-    RateEvaluation,
-    counts,
-)
-from frictool.engine.mechanism.workspace_rows import (
-    FORCE,
-    GIVEN,
-    HELD,
-    HOLD_HIGH,
-    HOLD_LOW,
-    LAMBDA,
-    LEAST,
-    NEED,
-    NEED_HIGH,
-    REST,
-)
+from frictool.engine.mechanism.state import MechanismState, RateEvaluation, counts
 from frictool.runtime.kernels import inset_kernel, kernel
 from frictool.typing import IntVector, Vector
 
@@ -58,7 +40,7 @@ def _range_of(k: IntVector, p: Vector, i: int, contact: int, w: Vector) -> tuple
     It leaves out what the joint's own friction could add.
     """
     ratio = p[ly.joint_row(k, ly.joint_of(k, i)) + ly.RATIO]
-    low, high = w[NEED, i], w[NEED_HIGH, i]
+    low, high = w[rows.NEED, i], w[rows.NEED_HIGH, i]
     if not ly.leads_out(k, i):
         low, high = -high / ratio, -low / ratio
         if ratio < 0.0:
@@ -77,33 +59,33 @@ def _at_rest(
     """Fill links and holds of all blocks at rest."""
     n = k[ly.BLOCKS]
     for i in range(n):
-        w[REST, i], w[HELD, i], w[GIVEN, i] = 0.0, 0.0, 0.0
+        w[rows.REST, i], w[rows.HELD, i], w[rows.GIVEN, i] = 0.0, 0.0, 0.0
         holds[i] = 0.0
     for place in range(n - 1, -1, -1):
         i = ly.block_at(k, place)
         joint = ly.joint_of(k, i)
-        if modes[i] == STUCK and joint >= 0 and modes[n + joint] != OPEN:
+        if modes[i] == st.STUCK and joint >= 0 and modes[n + joint] != st.OPEN:
             low, high = _range_of(k, p, i, modes[n + joint], w)
-            w[LEAST, i] = min(max(0.0, low), high)
-            w[REST, ly.parent_of(k, i)] -= w[LEAST, i] * (
+            w[rows.LEAST, i] = min(max(0.0, low), high)
+            w[rows.REST, ly.parent_of(k, i)] -= w[rows.LEAST, i] * (
                 p[ly.joint_row(k, joint) + ly.RATIO] if ly.leads_out(k, i) else -1.0
             )
     for place in range(n):
         i = ly.block_at(k, place)
         joint = ly.joint_of(k, i)
-        if modes[i] != STUCK:
+        if modes[i] != st.STUCK:
             continue
-        if joint >= 0 and modes[n + joint] != OPEN:
+        if joint >= 0 and modes[n + joint] != st.OPEN:
             parent, ratio = ly.parent_of(k, i), p[ly.joint_row(k, joint) + ly.RATIO]
             low, high = _range_of(k, p, i, modes[n + joint], w)
             share = ratio if ly.leads_out(k, i) else -1.0
-            link = min(max(w[LEAST, i] + w[REST, parent] / share, low), high)
-            w[REST, parent] -= (link - w[LEAST, i]) * share
+            link = min(max(w[rows.LEAST, i] + w[rows.REST, parent] / share, low), high)
+            w[rows.REST, parent] -= (link - w[rows.LEAST, i]) * share
             links[joint] = link
-            w[GIVEN, i] = link if ly.leads_out(k, i) else -ratio * link
-        w[REST, i] += w[GIVEN, i] + w[FORCE, i]
-        holds[i] = min(max(w[REST, i], w[HOLD_LOW, i]), w[HOLD_HIGH, i])
-        w[REST, i] -= holds[i]
+            w[rows.GIVEN, i] = link if ly.leads_out(k, i) else -ratio * link
+        w[rows.REST, i] += w[rows.GIVEN, i] + w[rows.FORCE, i]
+        holds[i] = min(max(w[rows.REST, i], w[rows.HOLD_LOW, i]), w[rows.HOLD_HIGH, i])
+        w[rows.REST, i] -= holds[i]
 
 
 @kernel
@@ -111,10 +93,10 @@ def _now(machine: CompiledMechanism, state: MechanismState, links: Vector, holds
     """Fill links and holds for the current state."""
     k, p, _ = machine
     room = state.room
-    found = RateEvaluation(room.slopes[AFTER], room.w, room.lines[TRIAL], room.powers[AFTER])
-    field(machine, state.pace[2], state.y, state.modes, room.lines[INPUTS], found)
+    found = RateEvaluation(room.slopes[AFTER], room.w, room.lines[st.TRIAL], room.powers[AFTER])
+    field(machine, state.pace[2], state.y, state.modes, room.lines[st.INPUTS], found)
     for joint in range(k[ly.JOINTS]):
-        links[joint] = room.w[LAMBDA, joint]
+        links[joint] = room.w[rows.LAMBDA, joint]
     _at_rest(k, p, state.modes, room.w, links, holds)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import state as st
 from frictool.engine.mechanism.address_calls import (
     FLOAT,
     INTEGER,
@@ -15,22 +16,7 @@ from frictool.engine.mechanism.articulated_body import field, field_within
 from frictool.engine.mechanism.dormand_prince8 import AFTER, NODES, SLOPES, STAGES
 from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.mode_guards import BROKEN, is_forced
-from frictool.engine.mechanism.state import (
-    END,
-    ERRORS,
-    GUARD,
-    INPUTS,
-    PATH,
-    POINT,
-    STATE,
-    STUCK,
-    THIRD,
-    TRIAL,
-    WATCHED,
-    MechanismState,
-    RateEvaluation,
-    Workspace,
-)
+from frictool.engine.mechanism.state import MechanismState, RateEvaluation, Workspace
 from frictool.engine.mechanism.weighted_sums import on_path, path_of, stage_point, step_errors
 from frictool.runtime.kernels import inset_kernel, kernel, part_kernel
 from frictool.typing import IntVector, Vector
@@ -50,8 +36,8 @@ def _stages(
     watching: int,
 ) -> float:
     y, modes, room = state.y, state.modes, state.room
-    point, inputs, guard = room.lines[POINT], room.lines[INPUTS], room.lines[TRIAL]
-    failed, seen, watched = 0, 1.0, room.places[WATCHED]
+    point, inputs, guard = room.lines[st.POINT], room.lines[st.INPUTS], room.lines[st.TRIAL]
+    failed, seen, watched = 0, 1.0, room.places[st.WATCHED]
     for stage in range(first, end):
         stage_point(stage, h, y, room.slopes, point)
         failed += field_within(
@@ -83,7 +69,7 @@ def stages_of_step(
     return _stages(machine, state, t, h, first, end, watching)
 
 
-STAGES_OF_STEP = function_type(FLOAT, ly.MACHINE, STATE, FLOAT, FLOAT, INTEGER, INTEGER, INTEGER)
+STAGES_OF_STEP = function_type(FLOAT, ly.MACHINE, st.STATE, FLOAT, FLOAT, INTEGER, INTEGER, INTEGER)
 _stages_of_step = call_by_address(STAGES_OF_STEP)
 
 
@@ -122,10 +108,10 @@ def _watch(k: IntVector, modes: IntVector, guard: Vector, watched: IntVector) ->
 @inset_kernel
 def _error(k: IntVector, p: Vector, h: float, modes: IntVector, room: Workspace) -> float:
     """Return the largest error of a state, relative to the state's size."""
-    n, worst, errors, end = k[ly.BLOCKS], 0.0, room.lines[ERRORS], room.lines[END]
-    step_errors(h, room.slopes, errors, room.lines[THIRD])
+    n, worst, errors, end = k[ly.BLOCKS], 0.0, room.lines[st.ERRORS], room.lines[st.END]
+    step_errors(h, room.slopes, errors, room.lines[st.THIRD])
     for i in range(n):
-        if modes[i] != STUCK:
+        if modes[i] != st.STUCK:
             size = max(SLOW * ly.speed_scale(k, p, i), abs(end[n + i]))
             worst = max(worst, max(errors[i], errors[n + i] * PLACE_TIME) / (size * PLACE_TIME))
     for i in range(k[ly.INNER]):
@@ -136,7 +122,7 @@ def _error(k: IntVector, p: Vector, h: float, modes: IntVector, room: Workspace)
 @inset_kernel
 def at_end(room: Workspace) -> RateEvaluation:
     """Return the arrays for the rates at a step's end."""
-    return RateEvaluation(room.slopes[AFTER], room.w, room.lines[TRIAL], room.powers[AFTER])
+    return RateEvaluation(room.slopes[AFTER], room.w, room.lines[st.TRIAL], room.powers[AFTER])
 
 
 @inset_kernel
@@ -162,11 +148,11 @@ def try_step(
     """
     k, p, _ = machine
     y, modes, room = state.y, state.modes, state.room
-    end, found = room.lines[END], at_end(room)
-    watching = _watch(k, modes, room.lines[GUARD], room.places[WATCHED])
+    end, found = room.lines[st.END], at_end(room)
+    watching = _watch(k, modes, room.lines[st.GUARD], room.places[st.WATCHED])
     seen = stages(machine, state, t, h, 1, STAGES, watching)
     stage_point(AFTER, h, y, room.slopes, end)
-    failed = field(machine, t + h, end, modes, room.lines[INPUTS], found)
+    failed = field(machine, t + h, end, modes, room.lines[st.INPUTS], found)
     worst = _error(k, p, h, modes, room)
     if seen < 0.0 or failed != 0 or not _is_finite(end, found.rates) or not math.isfinite(worst):
         return math.inf, 1.0
@@ -178,8 +164,8 @@ def trace(machine: CompiledMechanism, state: MechanismState, t: float, h: float)
     """Compute the dense output of the tried step, and of its work; return False if a law fails."""
     room = state.room
     seen = stages(machine, state, t, h, AFTER + 1, SLOPES, 0)
-    path_of(h, room.slopes, room.slopes[PATH:])
-    path_of(h, room.powers, room.powers[PATH:])
+    path_of(h, room.slopes, room.slopes[st.PATH :])
+    path_of(h, room.powers, room.powers[st.PATH :])
     return seen >= 0.0
 
 
@@ -190,9 +176,9 @@ def look(machine: CompiledMechanism, state: MechanismState, t: float, h: float, 
     END, AFTER and TRIAL are then those after a step of that length.
     """
     y, room = state.y, state.room
-    end, found = room.lines[END], at_end(room)
-    on_path(at / h, room.slopes[PATH:], end)
+    end, found = room.lines[st.END], at_end(room)
+    on_path(at / h, room.slopes[st.PATH :], end)
     for i in range(y.shape[0]):
         end[i] += y[i]
-    status = field(machine, t + at, end, state.modes, room.lines[INPUTS], found)
+    status = field(machine, t + at, end, state.modes, room.lines[st.INPUTS], found)
     return status == 0 and _is_finite(end, found.rates)

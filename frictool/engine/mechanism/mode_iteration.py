@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import state as st
 from frictool.engine.mechanism.address_calls import (
     FLOAT,
     INTEGER,
@@ -14,15 +15,7 @@ from frictool.engine.mechanism.contact_resolution import resolve
 from frictool.engine.mechanism.events import EVENTS, JAMS, EventRows, write
 from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.mode_guards import forces_hold
-from frictool.engine.mechanism.state import (
-    FOUND,
-    GUARD,
-    INPUTS,
-    OPEN,
-    STATE,
-    MechanismState,
-    RateEvaluation,
-)
+from frictool.engine.mechanism.state import MechanismState, RateEvaluation
 from frictool.engine.status import JAMMED, LAW_FAILED, OK, UNRESOLVED
 from frictool.runtime.kernels import inset_kernel, kernel
 from frictool.typing import IntVector, Vector
@@ -37,7 +30,7 @@ def stop_tree(k: IntVector, place: int, p: Vector, y: Vector, modes: IntVector) 
     at, end = place, place + ly.span_of(k, ly.block_at(k, place))
     while at < end:
         i = ly.block_at(k, at)
-        if at > place and modes[n + ly.joint_of(k, i)] == OPEN:
+        if at > place and modes[n + ly.joint_of(k, i)] == st.OPEN:
             at += ly.span_of(k, i)
             continue
         energy += 0.5 * ly.mass_of(k, p, i) * y[n + i] * y[n + i]
@@ -54,15 +47,15 @@ def align(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
     """
     n, stops = k[ly.BLOCKS], k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     for s in range(k[ly.STOPS]):
-        if modes[stops + s] != OPEN:
+        if modes[stops + s] != st.OPEN:
             i = ly.stop_block(k, s)
-            while ly.joint_of(k, i) >= 0 and modes[n + ly.joint_of(k, i)] != OPEN:
+            while ly.joint_of(k, i) >= 0 and modes[n + ly.joint_of(k, i)] != st.OPEN:
                 i = ly.parent_of(k, i)
             y[n + i] = 0.0
     for place in range(n):
         i = ly.block_at(k, place)
         joint = ly.joint_of(k, i)
-        if joint >= 0 and modes[n + joint] != OPEN:
+        if joint >= 0 and modes[n + joint] != st.OPEN:
             ratio = p[ly.joint_row(k, joint) + ly.RATIO]
             y[n + i] = y[n + ly.parent_of(k, i)] * (ratio if ly.leads_out(k, i) else 1.0 / ratio)
 
@@ -100,23 +93,23 @@ def modes_at_instant(
 ) -> int:
     """Determine the modes as `settle`, which calls this kernel by its address."""
     k, p, room = machine.whole, machine.numbers, state.room
-    found = RateEvaluation(room.slopes[0], room.w, room.lines[GUARD], room.powers[0])
+    found = RateEvaluation(room.slopes[0], room.w, room.lines[st.GUARD], room.powers[0])
     for _ in range(ATTEMPTS):
         status = resolve(machine, state, t, found)
         if status == JAMMED:
-            if not _jam(k, p, room.places[FOUND, -1], state, state.pace[1] + t, told):
+            if not _jam(k, p, room.places[st.FOUND, -1], state, state.pace[1] + t, told):
                 return JAMMED
             continue
         if status != OK:
             return status
-        if field(machine, t, state.y, state.modes, room.lines[INPUTS], found) != 0:
+        if field(machine, t, state.y, state.modes, room.lines[st.INPUTS], found) != 0:
             return LAW_FAILED
         if forces_hold(k, state.modes, found.guard):
             return OK
     return UNRESOLVED
 
 
-MODES_AT_INSTANT = function_type(INTEGER, ly.MACHINE, STATE, FLOAT, EVENTS)
+MODES_AT_INSTANT = function_type(INTEGER, ly.MACHINE, st.STATE, FLOAT, EVENTS)
 _modes_at_instant = call_by_address(MODES_AT_INSTANT)
 
 

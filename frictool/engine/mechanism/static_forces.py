@@ -8,23 +8,13 @@ from __future__ import annotations
 import math
 
 from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import workspace_rows as rows
 from frictool.engine.mechanism.guard_tolerances import slack_at
 from frictool.engine.mechanism.joint_losses import (
     is_self_locking,
     kink_of,
     range_at_driver,
     range_at_load,
-)
-from frictool.engine.mechanism.workspace_rows import (
-    ALONG,
-    DRIVEN,
-    FORCE,
-    HOLD_HIGH,
-    HOLD_LOW,
-    NEED,
-    NEED_HIGH,
-    STOPPED_HIGH,
-    STOPPED_LOW,
 )
 from frictool.runtime.kernels import inset_kernel
 from frictool.typing import IntVector, Vector
@@ -50,29 +40,32 @@ def gather_rest(
     n, branches, exists = k[ly.BLOCKS], k[ly.BLOCKS] + k[ly.JOINTS], True
     for m in range(count):
         i = ly.block_at(k, found[m])
-        w[NEED, i], w[NEED_HIGH, i] = -w[FORCE, i] + w[HOLD_LOW, i], -w[FORCE, i] + w[HOLD_HIGH, i]
-        if w[STOPPED_LOW, i] > 0.0:
-            w[NEED, i] = -math.inf
-        if w[STOPPED_HIGH, i] > 0.0:
-            w[NEED_HIGH, i] = math.inf
+        w[rows.NEED, i], w[rows.NEED_HIGH, i] = (
+            -w[rows.FORCE, i] + w[rows.HOLD_LOW, i],
+            -w[rows.FORCE, i] + w[rows.HOLD_HIGH, i],
+        )
+        if w[rows.STOPPED_LOW, i] > 0.0:
+            w[rows.NEED, i] = -math.inf
+        if w[rows.STOPPED_HIGH, i] > 0.0:
+            w[rows.NEED_HIGH, i] = math.inf
     for m in range(count - 1, 0, -1):
         i = ly.block_at(k, found[m])
         joint, parent = ly.joint_of(k, i), ly.parent_of(k, i)
         row, contact = ly.joint_row(k, joint), modes[n + joint]
-        low, high = w[NEED, i], w[NEED_HIGH, i]
+        low, high = w[rows.NEED, i], w[rows.NEED_HIGH, i]
         outward = ly.leads_out(k, i)
         if not outward:
-            low, high = range_at_load(p, row, kink_of(p, row, w[DRIVEN, i]), -high, -low)
+            low, high = range_at_load(p, row, kink_of(p, row, w[rows.DRIVEN, i]), -high, -low)
         if contact == -1:
             low, high = max(0.0, low), max(0.0, high)
         elif contact == 1:
             low, high = min(0.0, low), min(0.0, high)
         if outward:
-            kink = kink_of(p, row, w[DRIVEN, parent])
+            kink = kink_of(p, row, w[rows.DRIVEN, parent])
             if sided and is_self_locking(p, row):
                 side = modes[branches + joint]
                 if side == 0 and towards != 0.0:
-                    side = 1 if p[row + ly.RATIO] * w[ALONG, parent] * towards > 0.0 else -1
+                    side = 1 if p[row + ly.RATIO] * w[rows.ALONG, parent] * towards > 0.0 else -1
                 slack = slack_at(k, p, w, i)
                 exists = (
                     exists
@@ -86,8 +79,8 @@ def gather_rest(
             low, high = range_at_driver(p, row, kink, low, high)
         else:
             low, high = -high, -low
-        w[NEED, parent] += low
-        w[NEED_HIGH, parent] += high
+        w[rows.NEED, parent] += low
+        w[rows.NEED_HIGH, parent] += high
     return exists
 
 
@@ -95,7 +88,7 @@ def gather_rest(
 def force_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> tuple[float, float, float]:
     """Return the range of force that a member at rest needs from its joint, and the tolerance."""
     ratio = p[ly.joint_row(k, ly.joint_of(k, i)) + ly.RATIO]
-    low, high, slack = w[NEED, i], w[NEED_HIGH, i], slack_at(k, p, w, i)
+    low, high, slack = w[rows.NEED, i], w[rows.NEED_HIGH, i], slack_at(k, p, w, i)
     if not ly.leads_out(k, i):
         low, high, slack = -high / ratio, -low / ratio, slack / abs(ratio)
         if ratio < 0.0:
@@ -111,7 +104,7 @@ def side_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> int:
     """
     low, high, slack = force_at_rest(k, p, i, w)
     row = ly.joint_row(k, ly.joint_of(k, i))
-    kink = kink_of(p, row, w[DRIVEN, ly.parent_of(k, i) if ly.leads_out(k, i) else i])
+    kink = kink_of(p, row, w[rows.DRIVEN, ly.parent_of(k, i) if ly.leads_out(k, i) else i])
     return 1 if low > kink + slack else -1 if high < kink - slack else 0
 
 
@@ -122,9 +115,9 @@ def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
     It follows from NEED and NEED_HIGH of the root.
     """
     slack = slack_at(k, p, w, root)
-    if w[NEED_HIGH, root] < -slack:
+    if w[rows.NEED_HIGH, root] < -slack:
         return 1.0
-    return -1.0 if w[NEED, root] > slack else 0.0
+    return -1.0 if w[rows.NEED, root] > slack else 0.0
 
 
 @inset_kernel
