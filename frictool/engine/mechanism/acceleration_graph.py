@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism import workspace_rows as rows
@@ -21,26 +22,31 @@ FOUND = 1e-13  # tolerance of a zero, relative to the efforts
 PASSED = 1e-9  # relative overshoot of a search beyond the end of a piece
 
 
+class JointTree(NamedTuple):
+    """One tree of joints up to its open contacts, with the arrays that its solution reads and fills.
+
+    members: positions of its blocks in the order of blocks, the root first. w: workspace_rows.py.
+    """
+
+    k: IntVector
+    p: Vector
+    modes: IntVector
+    members: IntVector
+    y: Vector
+    w: Vector
+
+
 @part_kernel
-def evaluate(
-    k: IntVector,
-    p: Vector,
-    modes: IntVector,
-    found: IntVector,
-    count: int,
-    x: float,
-    towards: float,
-    y: Vector,
-    w: Vector,
-) -> None:
+def evaluate(tree: JointTree, x: float, towards: float) -> None:
     """Fill VALUE and SLOPE with Lambda(x) and dLambda/dx of all members of a tree.
 
     found (count,): positions of the members in the order of blocks. towards: direction of the root
     if it starts from rest, 0 if it moves.
     """
+    k, p, modes, members, y, w = tree
     n = k[ly.BLOCKS]
-    for m in range(count):
-        i = ly.block_at(k, found[m])
+    for m in range(members.size):
+        i = ly.block_at(k, members[m])
         mass = ly.mass_of(k, p, i)
         w[rows.VALUE, i], w[rows.SLOPE, i] = (
             mass * w[rows.ALONG, i] * x - w[rows.FORCE, i],
@@ -55,8 +61,8 @@ def evaluate(
             w[rows.VALUE, i] -= w[rows.BEHIND, i]
             if w[rows.STOPPED_LOW, i] > 0.0:
                 w[rows.VALUE, i] = -math.inf
-    for m in range(count - 1, 0, -1):
-        i = ly.block_at(k, found[m])
+    for m in range(members.size - 1, 0, -1):
+        i = ly.block_at(k, members[m])
         joint, parent = ly.joint_of(k, i), ly.parent_of(k, i)
         row, contact = ly.joint_row(k, joint), modes[n + joint]
         outward, ratio = ly.leads_out(k, i), p[row + ly.RATIO]
@@ -88,29 +94,20 @@ def evaluate(
 
 
 @inset_kernel
-def solve(
-    k: IntVector,
-    p: Vector,
-    modes: IntVector,
-    found: IntVector,
-    count: int,
-    towards: float,
-    gross: float,
-    y: Vector,
-    w: Vector,
-) -> tuple[bool, float]:
+def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
     """Return True and the x with Lambda(x) = 0; False if the graph does not rise there.
 
     From rest, x * towards >= 0.
     """
-    root = ly.block_at(k, found[0])
+    k, members, w = tree.k, tree.members, tree.w
+    root = ly.block_at(k, members[0])
     x, low, high = 0.0, -math.inf, math.inf
     if towards > 0.0:
         low = 0.0
     elif towards < 0.0:
         high = 0.0
     for _ in range(MAX_PIECES):
-        evaluate(k, p, modes, found, count, x, towards, y, w)
+        evaluate(tree, x, towards)
         value, slope = w[rows.VALUE, root], w[rows.SLOPE, root]
         if abs(value) <= FOUND * gross or value == 0.0:
             return slope > 0.0, x
@@ -135,25 +132,15 @@ def solve(
 
 
 @inset_kernel
-def next_piece(
-    k: IntVector,
-    p: Vector,
-    modes: IntVector,
-    found: IntVector,
-    count: int,
-    x: float,
-    towards: float,
-    going: float,
-    y: Vector,
-    w: Vector,
-) -> float:
+def next_piece(tree: JointTree, x: float, towards: float, going: float) -> float:
     """Return the distance from x to the next end of a piece of the graph in the direction `going`.
 
     A piece ends if a joint's force passes its kink or a flank's force passes 0.
     """
+    k, p, _, members, y, w = tree
     n, nearest = k[ly.BLOCKS], math.inf
-    for m in range(1, count):
-        i = ly.block_at(k, found[m])
+    for m in range(1, members.size):
+        i = ly.block_at(k, members[m])
         value, slope = w[rows.VALUE, i], w[rows.SLOPE, i]
         if slope == 0.0 or not math.isfinite(value):
             continue
@@ -173,47 +160,38 @@ def next_piece(
 
 
 @inset_kernel
-def total_inertia(k: IntVector, p: Vector, found: IntVector, count: int, w: Vector) -> float:
+def total_inertia(tree: JointTree) -> float:
     """Return the inertia of all members, reflected to the root without losses."""
+    k, p, _, members, _, w = tree
     inertia = 0.0
-    for m in range(count):
-        i = ly.block_at(k, found[m])
+    for m in range(members.size):
+        i = ly.block_at(k, members[m])
         inertia += ly.mass_of(k, p, i) * w[rows.ALONG, i] * w[rows.ALONG, i]
     return inertia
 
 
 @inset_kernel
-def follow(
-    k: IntVector,
-    p: Vector,
-    modes: IntVector,
-    found: IntVector,
-    count: int,
-    start: float,
-    towards: float,
-    gross: float,
-    y: Vector,
-    w: Vector,
-) -> tuple[bool, float]:
+def follow(tree: JointTree, start: float, towards: float, gross: float) -> tuple[bool, float]:
     """Return True and the stable zero that x reaches from `start`; False if it diverges.
 
     The force of a compliant link grows while the accelerations of its ends differ. With damping, x
     therefore moves as -Lambda(x), to a zero at which the graph rises. A zero at which it falls is
     unstable.
     """
-    root, inertia = ly.block_at(k, found[0]), total_inertia(k, p, found, count, w)
-    evaluate(k, p, modes, found, count, start, towards, y, w)
+    k, members, w = tree.k, tree.members, tree.w
+    root, inertia = ly.block_at(k, members[0]), total_inertia(tree)
+    evaluate(tree, start, towards)
     # beyond the end of a piece, onto the piece to which x moves
     x = start - PASSED * w[rows.VALUE, root] / inertia
     for _ in range(MAX_PIECES):
-        evaluate(k, p, modes, found, count, x, towards, y, w)
+        evaluate(tree, x, towards)
         value, slope = w[rows.VALUE, root], w[rows.SLOPE, root]
         if not math.isfinite(value):
             return False, x
         if abs(value) <= FOUND * gross and slope > 0.0:
             return True, x
         going = -math.copysign(1.0, value)
-        length = next_piece(k, p, modes, found, count, x, towards, going, y, w)
+        length = next_piece(tree, x, towards, going)
         if slope > 0.0 and abs(value) <= slope * length:
             after = x - value / slope
             if after == x:

@@ -9,6 +9,7 @@ import math
 
 from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism import workspace_rows as rows
+from frictool.engine.mechanism.acceleration_graph import JointTree
 from frictool.engine.mechanism.guard_tolerances import slack_at
 from frictool.engine.mechanism.joint_losses import (
     is_self_locking,
@@ -21,25 +22,17 @@ from frictool.typing import IntVector, Vector
 
 
 @inset_kernel
-def gather_rest(
-    k: IntVector,
-    p: Vector,
-    modes: IntVector,
-    found: IntVector,
-    count: int,
-    sided: bool,
-    towards: float,
-    w: Vector,
-) -> bool:
+def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
     """Fill NEED and NEED_HIGH with Lambda(0) of all members; return False if no forces fit `sided`.
 
     sided: self-locking joints are loaded on the side of their kinks that their branch gives. Those
     of branch 0 are at their kinks, or loaded on the side on which they drive while the root moves
     `towards`.
     """
+    k, p, modes, members, _, w = tree
     n, branches, exists = k[ly.BLOCKS], k[ly.BLOCKS] + k[ly.JOINTS], True
-    for m in range(count):
-        i = ly.block_at(k, found[m])
+    for m in range(members.size):
+        i = ly.block_at(k, members[m])
         w[rows.NEED, i], w[rows.NEED_HIGH, i] = (
             -w[rows.FORCE, i] + w[rows.HOLD_LOW, i],
             -w[rows.FORCE, i] + w[rows.HOLD_HIGH, i],
@@ -48,8 +41,8 @@ def gather_rest(
             w[rows.NEED, i] = -math.inf
         if w[rows.STOPPED_HIGH, i] > 0.0:
             w[rows.NEED_HIGH, i] = math.inf
-    for m in range(count - 1, 0, -1):
-        i = ly.block_at(k, found[m])
+    for m in range(members.size - 1, 0, -1):
+        i = ly.block_at(k, members[m])
         joint, parent = ly.joint_of(k, i), ly.parent_of(k, i)
         row, contact = ly.joint_row(k, joint), modes[n + joint]
         low, high = w[rows.NEED, i], w[rows.NEED_HIGH, i]
@@ -121,16 +114,15 @@ def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
 
 
 @inset_kernel
-def unload(
-    k: IntVector, p: Vector, modes: IntVector, found: IntVector, count: int, w: Vector
-) -> bool:
+def unload(tree: JointTree) -> bool:
     """Set branch 0 of the self-locking joints whose branch is not that of their load at rest.
 
     Returns True if there are self-locking joints.
     """
+    k, p, modes, members, _, w = tree
     n, j, any_locks = k[ly.BLOCKS], k[ly.JOINTS], False
-    for m in range(1, count):
-        i = ly.block_at(k, found[m])
+    for m in range(1, members.size):
+        i = ly.block_at(k, members[m])
         joint = ly.joint_of(k, i)
         if is_self_locking(p, ly.joint_row(k, joint)):
             any_locks = True
@@ -140,18 +132,11 @@ def unload(
 
 
 @inset_kernel
-def stays_loaded(
-    k: IntVector,
-    p: Vector,
-    modes: IntVector,
-    found: IntVector,
-    count: int,
-    towards: float,
-    w: Vector,
-) -> bool:
+def stays_loaded(tree: JointTree, towards: float) -> bool:
     """Return True if a tree can rest with its self-locking joints loaded as their branches say.
 
     See `gather_rest`.
     """
-    exists = gather_rest(k, p, modes, found, count, True, towards, w)
-    return exists and breakaway_at_rest(k, p, ly.block_at(k, found[0]), w) == 0.0
+    k, p, _, members, _, w = tree
+    exists = gather_rest(tree, True, towards)
+    return exists and breakaway_at_rest(k, p, ly.block_at(k, members[0]), w) == 0.0

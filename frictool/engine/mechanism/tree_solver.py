@@ -29,6 +29,7 @@ from frictool.engine.mechanism.acceleration_graph import (
     FOUND,
     MAX_PIECES,
     PASSED,
+    JointTree,
     evaluate,
     follow,
     next_piece,
@@ -62,8 +63,8 @@ from frictool.typing import IntVector, Vector
 
 
 @inset_kernel
-def _members(k: IntVector, modes: IntVector, place: int, found: IntVector) -> int:
-    """Fill `found` with the blocks connected to the root; return their number.
+def _members(k: IntVector, modes: IntVector, place: int, members: IntVector) -> int:
+    """Fill `members` with the blocks connected to the root; return their number.
 
     Each block is listed by its position in the order. Rigid joints and closed contacts connect; the
     root is at `place`.
@@ -76,17 +77,18 @@ def _members(k: IntVector, modes: IntVector, place: int, found: IntVector) -> in
         if at > place and modes[n + joint] == OPEN:
             at += ly.span_of(k, i)
             continue
-        found[count] = at
+        members[count] = at
         count += 1
         at += 1
     return count
 
 
 @inset_kernel
-def _spread_ratios(k: IntVector, p: Vector, found: IntVector, count: int, w: Vector) -> None:
+def _spread_ratios(tree: JointTree) -> None:
     """Fill ALONG with each block's speed per unit of the root's."""
-    for m in range(count):
-        i = ly.block_at(k, found[m])
+    k, p, _, members, _, w = tree
+    for m in range(members.size):
+        i = ly.block_at(k, members[m])
         if m == 0:
             w[ALONG, i] = 1.0
             continue
@@ -95,16 +97,7 @@ def _spread_ratios(k: IntVector, p: Vector, found: IntVector, count: int, w: Vec
 
 
 @inset_kernel
-def _leaves_unloaded(
-    k: IntVector,
-    p: Vector,
-    modes: IntVector,
-    found: IntVector,
-    count: int,
-    gross: float,
-    y: Vector,
-    w: Vector,
-) -> tuple[bool, float, float]:
+def _leaves_unloaded(tree: JointTree, gross: float) -> tuple[bool, float, float]:
     """Return (leaves, direction, acceleration) of a tree at rest with self-locking joints.
 
     A self-locking joint holds its driver only by its load. The load at rest may be on another side
@@ -112,45 +105,48 @@ def _leaves_unloaded(
     driver slip. The driver rests if the load holds it on the side on which the joint then drives.
     Otherwise it moves on, if such a motion exists.
     """
-    if stays_loaded(k, p, modes, found, count, 0.0, w):
+    k, p, _, members, _, w = tree
+    if stays_loaded(tree, 0.0):
         return False, 0.0, 0.0
-    gather_rest(k, p, modes, found, count, False, 0.0, w)
-    if not unload(k, p, modes, found, count, w):
+    gather_rest(tree, False, 0.0)
+    if not unload(tree):
         return False, 0.0, 0.0
-    gather_rest(k, p, modes, found, count, True, 0.0, w)
-    towards = breakaway_at_rest(k, p, ly.block_at(k, found[0]), w)
-    if towards == 0.0 or stays_loaded(k, p, modes, found, count, towards, w):
+    gather_rest(tree, True, 0.0)
+    towards = breakaway_at_rest(k, p, ly.block_at(k, members[0]), w)
+    if towards == 0.0 or stays_loaded(tree, towards):
         return False, 0.0, 0.0
-    x = towards * PASSED * gross / total_inertia(k, p, found, count, w)
+    x = towards * PASSED * gross / total_inertia(tree)
     for _ in range(MAX_PIECES):  # up to the piece in which all joints drive
-        evaluate(k, p, modes, found, count, x, towards, y, w)
-        length = next_piece(k, p, modes, found, count, x, towards, towards, y, w)
+        evaluate(tree, x, towards)
+        length = next_piece(tree, x, towards, towards)
         if math.isinf(length):
             break
         x += towards * (length * (1.0 + PASSED) + PASSED * FOUND * abs(x))
-    solved, x = follow(k, p, modes, found, count, x, towards, gross, y, w)
+    solved, x = follow(tree, x, towards, gross)
     return solved and x * towards > 0.0, towards, x
 
 
 @inset_kernel
-def _jammed(k: IntVector, modes: IntVector, found: IntVector, count: int, w: Vector) -> int:
+def _jammed(tree: JointTree) -> int:
     """Return the position in the order of the first block of the part without positive inertia.
 
     Contacts that would pull are open. The inertia is the effective one, including losses.
     """
+    k, _, modes, members, _, w = tree
     n = k[ly.BLOCKS]
-    for m in range(count - 1, 0, -1):
-        i = ly.block_at(k, found[m])
+    for m in range(members.size - 1, 0, -1):
+        i = ly.block_at(k, members[m])
         if modes[n + ly.joint_of(k, i)] == OPEN and w[SLOPE, i] * w[ALONG, i] <= 0.0:
-            return int(found[m])
-    return int(found[0])
+            return int(members[m])
+    return int(members[0])
 
 
 @inset_kernel
 def _force_in_motion(
-    k: IntVector, p: Vector, i: int, x: float, towards: float, y: Vector, w: Vector
+    tree: JointTree, i: int, x: float, towards: float
 ) -> tuple[float, float, float]:
     """Return lambda of a moving member's joint, the kink of that joint, and the tolerance."""
+    k, p, _, _, y, w = tree
     n, row, outward = k[ly.BLOCKS], ly.joint_row(k, ly.joint_of(k, i)), ly.leads_out(k, i)
     a = ly.parent_of(k, i) if outward else i
     direction = math.copysign(1.0, towards * w[ALONG, a] if towards != 0.0 else y[n + a])
@@ -162,18 +158,9 @@ def _force_in_motion(
 
 
 @inset_kernel
-def _bind(
-    k: IntVector,
-    p: Vector,
-    modes: IntVector,
-    i: int,
-    x: float,
-    towards: float,
-    rests: bool,
-    y: Vector,
-    w: Vector,
-) -> None:
+def _bind(tree: JointTree, i: int, x: float, towards: float, rests: bool) -> None:
     """Set the side of its kink on which a member's joint is, and open a flank that would pull."""
+    k, p, modes, _, _, w = tree
     n, j, joint = k[ly.BLOCKS], k[ly.JOINTS], ly.joint_of(k, i)
     if rests:
         low, high, slack = force_at_rest(k, p, i, w)
@@ -181,7 +168,7 @@ def _bind(
             side = side_at_rest(k, p, i, w)
             modes[n + j + joint] = side if side != 0 else modes[n + j + joint]
     else:
-        force, kink, slack = _force_in_motion(k, p, i, x, towards, y, w)
+        force, kink, slack = _force_in_motion(tree, i, x, towards)
         low = high = force
         modes[n + j + joint] = 1 if force > kink else -1
     if (modes[n + joint] == -1 and high < -slack) or (modes[n + joint] == 1 and low > slack):
@@ -189,30 +176,20 @@ def _bind(
 
 
 @inset_kernel
-def _set_motions(
-    k: IntVector,
-    p: Vector,
-    modes: IntVector,
-    found: IntVector,
-    count: int,
-    x: float,
-    towards: float,
-    rests: bool,
-    y: Vector,
-    w: Vector,
-) -> None:
+def _set_motions(tree: JointTree, x: float, towards: float, rests: bool) -> None:
     """Open flanks that would pull; set sides of kinks, motions and accelerations of the members."""
+    k, _, modes, members, y, w = tree
     n, dry, left = k[ly.BLOCKS], False, 0
-    for m in range(count):
-        dry = dry or ly.can_stick(k, ly.block_at(k, found[m]))
-    for m in range(count):
-        i = ly.block_at(k, found[m])
-        if found[m] < left:
+    for m in range(members.size):
+        dry = dry or ly.can_stick(k, ly.block_at(k, members[m]))
+    for m in range(members.size):
+        i = ly.block_at(k, members[m])
+        if members[m] < left:
             continue
         if m > 0:
-            _bind(k, p, modes, i, x, towards, rests, y, w)
+            _bind(tree, i, x, towards, rests)
             if modes[n + ly.joint_of(k, i)] == OPEN:
-                left = found[m] + ly.span_of(k, i)
+                left = members[m] + ly.span_of(k, i)
                 continue
         along = w[ALONG, i]
         w[ACCELERATION, i] = along * x
@@ -228,23 +205,24 @@ def _set_motions(
 
 @part_kernel
 def solve_tree(
-    k: IntVector, p: Vector, modes: IntVector, place: int, found: IntVector, y: Vector, w: Vector
+    k: IntVector, p: Vector, modes: IntVector, place: int, room: IntVector, y: Vector, w: Vector
 ) -> int:
     """Set the modes of the tree with the root at `place` in the order, up to its open contacts.
 
-    Returns a status of engine/status.py. If the tree jams, contacts that would pull are open, and
-    the last entry of `found` is the position in the order of the first block of the jammed part.
+    room: workspace (blocks + 1,) or longer. Returns a status of engine/status.py. If the tree jams,
+    contacts that would pull are open, and the last entry of `room` is the position in the order of
+    the first block of the jammed part.
     """
-    n = k[ly.BLOCKS]
-    count = _members(k, modes, place, found)
-    _spread_ratios(k, p, found, count, w)
-    root = ly.block_at(k, place)
+    n, count = k[ly.BLOCKS], _members(k, modes, place, room)
+    members, root = room[:count], ly.block_at(k, place)
+    tree = JointTree(k, p, modes, members, y, w)
+    _spread_ratios(tree)
     dry, gross = False, 0.0
     for m in range(count):
-        i = ly.block_at(k, found[m])
+        i = ly.block_at(k, members[m])
         dry = dry or ly.can_stick(k, i) or w[STOPPED_LOW, i] > 0.0 or w[STOPPED_HIGH, i] > 0.0
     for m in range(count - 1, -1, -1):
-        i = ly.block_at(k, found[m])
+        i = ly.block_at(k, members[m])
         if m > 0:
             w[GROSS, ly.parent_of(k, i)] += w[GROSS, i] * abs(
                 w[ALONG, i] / w[ALONG, ly.parent_of(k, i)]
@@ -253,26 +231,26 @@ def solve_tree(
             gross = w[GROSS, i]
     towards, rests, solved, x = 0.0, False, False, 0.0
     if dry and y[n + root] == 0.0:
-        gather_rest(k, p, modes, found, count, False, 0.0, w)
+        gather_rest(tree, False, 0.0)
         towards = breakaway_at_rest(k, p, root, w)
         rests = towards == 0.0
     if rests:
-        solved, towards, x = _leaves_unloaded(k, p, modes, found, count, gross, y, w)
+        solved, towards, x = _leaves_unloaded(tree, gross)
         if not solved:
-            gather_rest(k, p, modes, found, count, False, 0.0, w)
-            _set_motions(k, p, modes, found, count, 0.0, 0.0, True, y, w)
+            gather_rest(tree, False, 0.0)
+            _set_motions(tree, 0.0, 0.0, True)
             return OK
     else:
-        solved, x = solve(k, p, modes, found, count, towards, gross, y, w)
+        solved, x = solve(tree, towards, gross)
         if not solved:
             before = (
                 w[ACCELERATION, root]
                 if towards == 0.0 and math.isfinite(w[ACCELERATION, root])
                 else 0.0
             )
-            solved, x = follow(k, p, modes, found, count, before, towards, gross, y, w)
-    _set_motions(k, p, modes, found, count, x, towards, False, y, w)
+            solved, x = follow(tree, before, towards, gross)
+    _set_motions(tree, x, towards, False)
     if not solved:
-        found[-1] = _jammed(k, modes, found, count, w)
+        room[-1] = _jammed(tree)
         return JAMMED
     return OK
