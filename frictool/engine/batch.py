@@ -64,12 +64,12 @@ def closed_loops(
     or (0, 8). Fills records (m, n, 7) and statuses (m,).
     """
     for i in prange(axes.shape[0]):
-        own = copy_program(controller)
-        start_at(own, measure(states[i, 0], axes[i, ENCODER_STEP]))
+        copy = copy_program(controller)
+        start_at(copy, measure(states[i, 0], axes[i, ENCODER_STEP]))
         statuses[i] = run_loop(
             axes[i],
             states[i],
-            own,
+            copy,
             references[i],
             period,
             delay_samples,
@@ -88,7 +88,7 @@ def breakaway_times(
     ends: Vector,
     drives: Vector,
     room: int,
-    found: Vector,
+    times: Vector,
     counts: NDArray[np.int64],
     statuses: NDArray[np.int64],
 ) -> None:
@@ -106,7 +106,7 @@ def breakaway_times(
         )
         counts[i] = 0
         for k in range(happened):
-            if events[k, 1] == BREAKS_AWAY and counts[i] < found.shape[1]:
-                found[i, counts[i]] = events[k, 0]
+            if events[k, 1] == BREAKS_AWAY and counts[i] < times.shape[1]:
+                times[i, counts[i]] = events[k, 0]
                 counts[i] += 1
         statuses[i] = status

@@ -28,9 +28,9 @@ from frictool.typing import IntVector, Vector
 class ServoMemory(NamedTuple):
     """Memory of the bench's position loop: last measurement, last reference, integral's effort."""
 
-    before: float
-    wanted: float
-    held: float
+    measured: float
+    reference: float
+    integral: float
 
 
 @inner_kernel
@@ -42,12 +42,12 @@ def servo_effort(
     servo (5,): `PositionServo`.
     """
     rate = (
-        servo[REFERENCE_RATE] * (reference - memory.wanted) - (measured - memory.before)
+        servo[REFERENCE_RATE] * (reference - memory.reference) - (measured - memory.measured)
     ) / period
     error = reference - measured
-    held = memory.held + servo[INTEGRAL] * error * period
-    return servo[PROPORTIONAL] * error + servo[DERIVATIVE] * rate + held, ServoMemory(
-        measured, reference, held
+    integral = memory.integral + servo[INTEGRAL] * error * period
+    return servo[PROPORTIONAL] * error + servo[DERIVATIVE] * rate + integral, ServoMemory(
+        measured, reference, integral
     )
 
 

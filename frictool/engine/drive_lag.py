@@ -39,8 +39,8 @@ def _last_fall(age: float, lag: float, level: float, remaining: float) -> float:
     for _ in range(MAX_ITERATIONS):
         ahead = _steepness(age, lag, t) - level
         slope = (2.0 - (age + t) / lag) * (age + t) * math.exp(-t / lag)
-        low, high, t, found = bracket_step(t, ahead, slope, low, high)
-        if found:
+        low, high, t, is_root = bracket_step(t, ahead, slope, low, high)
+        if is_root:
             break
     return t
 
@@ -76,7 +76,7 @@ def outgrowing_time(
         left = losing * math.exp(-t / lag)
         ahead = full * dwell_factor(rested + t, fresh, rise) - settled + left
         slope = lost / ((age + t) * (age + t)) - left / lag
-        low, high, t, found = bracket_step(t, ahead, slope, low, high)
-        if found:
+        low, high, t, is_root = bracket_step(t, ahead, slope, low, high)
+        if is_root:
             break
     return t

@@ -85,7 +85,7 @@ def _linearise(
     y: Vector,
     slope: Vector,
     scales: Vector,
-    own: Vector,
+    gains: Vector,
     couplings: Vector,
     in_time: Vector,
 ) -> int:
@@ -100,9 +100,9 @@ def _linearise(
     friction = force(z, zdot, y[1], law)
     step = math.copysign(DIFFERENCE * max(scales[1], abs(y[1])), y[1])
     failed = rate(z, y[1] + step, law, out)
-    own[0], own[2] = drive[dr.PROPORTIONAL] / mass, drive[dr.INTEGRAL] / mass
+    gains[0], gains[2] = drive[dr.PROPORTIONAL] / mass, drive[dr.INTEGRAL] / mass
     steeper = knee_slope(y[1], regime_table(table)) if table.shape[0] > 0 else 0.0
-    own[1] = (
+    gains[1] = (
         steeper + drive[dr.DERIVATIVE] + (force(z, out, y[1] + step, law) - friction) / step
     ) / mass
     couplings[0] = (out[:m] - zdot[:m]) / step
@@ -137,7 +137,7 @@ def _try_step(
     y: Vector,
     slope: Vector,
     scales: Vector,
-    own: Vector,
+    gains: Vector,
     couplings: Vector,
     in_time: Vector,
     stages: Vector,
@@ -149,12 +149,12 @@ def _try_step(
     """
     rows = CONTACT + couplings.shape[1]
     stages[0, :] = slope
-    complete_stage(own, couplings, in_time, h, 0, stages)
+    complete_stage(gains, couplings, in_time, h, 0, stages)
     for i in range(1, STAGES):
         stage_point(y, stages, i, rows, end)
         if _field(rate, force, laws, mass, drive, t + NODES[i] * h, end, stages[i]) != OK:
             return math.inf
-        complete_stage(own, couplings, in_time, h, i, stages)
+        complete_stage(gains, couplings, in_time, h, i, stages)
     worst = 0.0
     for row in range(rows):
         error = stages[STAGES - 1, row]
@@ -220,7 +220,7 @@ def _segment(
     """Simulate one drive up to `end`; return status, time reached and number of samples filled."""
     n = y.shape[0]
     slope, after, at, zdot = np.zeros(n), y.copy(), y.copy(), np.zeros(n - CONTACT)
-    stages, own, couplings, in_time = (
+    stages, gains, couplings, in_time = (
         np.zeros((STAGES, n)),
         np.zeros(3),
         np.zeros((3, moving)),
@@ -234,7 +234,18 @@ def _segment(
             if (
                 failed
                 + _linearise(
-                    rate, force, laws, mass, drive, t, y, slope, scales, own, couplings, in_time
+                    rate,
+                    force,
+                    laws,
+                    mass,
+                    drive,
+                    t,
+                    y,
+                    slope,
+                    scales,
+                    gains,
+                    couplings,
+                    in_time,
                 )
                 != OK
             ):
@@ -250,7 +261,7 @@ def _segment(
             y,
             slope,
             scales,
-            own,
+            gains,
             couplings,
             in_time,
             stages,

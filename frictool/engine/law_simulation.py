@@ -118,16 +118,19 @@ def run_law(
     ValueError
         If segments, times or step are invalid, or the law does not support the extension.
     """
-    ends, drives, asked = segment_arrays(segments, times, 0.0)
+    ends, drives, sample_times = segment_arrays(segments, times, 0.0)
     kernels, p = law.kernels, np.array(p, dtype=np.float64)
     if isinstance(kernels, StaticKernels) and kernels.band(p) == 0.0:
         return simulate(body_of(law, p, mass, extension), segments, times, room=room)
     packed = pack_plain_law(p) if extension is None or extension.plain else extension.pack(law, p)
     laws = (*packed, p.copy())
-    samples, events = np.full((asked.size, SAMPLE_SIZE), np.nan), np.zeros((room, EVENT_SIZE))
+    samples, events = (
+        np.full((sample_times.size, SAMPLE_SIZE), np.nan),
+        np.zeros((room, EVENT_SIZE)),
+    )
     if isinstance(kernels, DynamicKernels):
         scales = np.array([tolerance, speed_scale, 0.0, length_scale])
-        return _run_dynamic(kernels, laws, mass, ends, drives, asked, samples, scales)
+        return _run_dynamic(kernels, laws, mass, ends, drives, sample_times, samples, scales)
     if step is None or not 0.0 < step <= ends[-1]:
         raise ValueError(
             f"{law.name} is simulated in steps of a given length above 0 s, found {step}"
@@ -155,7 +158,7 @@ def run_law(
             step,
             ends,
             drives,
-            asked,
+            sample_times,
             samples,
             events,
         )
@@ -163,9 +166,11 @@ def run_law(
         chosen = (kernels.slip_force, kernels.breakaway, kernels.band, kernels.seen_velocity)
         driver = run_band
         parts = _pointers(chosen, (s.SLIP_FORCE, s.BREAKAWAY, s.BAND, s.SEEN_VELOCITY))
-        outcome = driver(*parts, laws, mass, state, 0.0, step, ends, drives, asked, samples, events)
+        outcome = driver(
+            *parts, laws, mass, state, 0.0, step, ends, drives, sample_times, samples, events
+        )
     status, reached, happened = outcome
-    return Trajectory(status, reached, asked, samples, events[:happened].copy(), state)
+    return Trajectory(status, reached, sample_times, samples, events[:happened].copy(), state)
 
 
 def _run_dynamic(

@@ -56,8 +56,8 @@ def _root(c: Vector, low: float, high: float, start: float, end: float) -> float
     t = low + (high - low) * (start / (start - end))
     for _ in range(MAX_ITERATIONS):
         ahead, rate = value_and_slope(c, t)
-        low, high, t, found = bracket_step(t, ahead, rate, low, high)
-        if found:
+        low, high, t, is_root = bracket_step(t, ahead, rate, low, high)
+        if is_root:
             break
     return t
 

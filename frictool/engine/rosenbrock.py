@@ -80,11 +80,11 @@ def stage_point(y: Vector, stages: Vector, i: int, rows: int, out: Vector) -> No
 
 @kernel
 def complete_stage(
-    own: Vector, couplings: Vector, in_time: Vector, h: float, i: int, stages: Vector
+    gains: Vector, couplings: Vector, in_time: Vector, h: float, i: int, stages: Vector
 ) -> None:
     """Turn stage i, which holds the field at its point, into k_i.
 
-    own (3,): -dv'/d(x, v, q). couplings (3, m): dz'/dv, dz'/dz, -dv'/dz of each z with a rate.
+    gains (3,): -dv'/d(x, v, q). couplings (3, m): dz'/dv, dz'/dz, -dv'/dz of each z with a rate.
     in_time (3,): d(x', v', q')/dt.
     """
     m, k, c = couplings.shape[1], stages[i], 1.0 / (GAMMA * h)
@@ -93,8 +93,8 @@ def complete_stage(
         for j in range(i):
             total += C[i, j] / h * stages[j, row]
         k[row] = total + (h * IN_TIME[i] * in_time[row] if row < CONTACT else 0.0)
-    weight = c + own[1] + (own[0] + own[2] / c) / c
-    right = k[1] - (own[0] * k[0] + own[2] * (k[2] + k[0] / c)) / c
+    weight = c + gains[1] + (gains[0] + gains[2] / c) / c
+    right = k[1] - (gains[0] * k[0] + gains[2] * (k[2] + k[0] / c)) / c
     for j in range(m):
         share = couplings[2, j] / (c - couplings[1, j])
         weight += share * couplings[0, j]

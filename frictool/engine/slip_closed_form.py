@@ -73,8 +73,8 @@ def _root(phase: Phase, quantity: int, level: float, low: float, high: float) ->
             ahead, slope = speed(phase, t) - level, acceleration(phase, t)
         else:
             ahead, slope = level - distance(phase, t), -speed(phase, t)
-        low, high, t, found = bracket_step(t, ahead, slope, low, high)
-        if found:
+        low, high, t, is_root = bracket_step(t, ahead, slope, low, high)
+        if is_root:
             return t
     return t
 

@@ -78,15 +78,17 @@ def segment_arrays(
 
     Raises ValueError if ends or times are not in order.
     """
-    asked = np.array(times, dtype=np.float64, ndmin=1)
+    sample_times = np.array(times, dtype=np.float64, ndmin=1)
     ends = np.array([end for end, _ in segments], dtype=np.float64)
     if not ends.size or not np.all(np.diff(np.concatenate([[start], ends])) > 0.0):
         raise ValueError(f"segments end one after another, after {start} s; found {ends.tolist()}")
-    if asked.size and not (
-        np.all(np.diff(asked) >= 0.0) and start <= asked[0] and asked[-1] <= ends[-1]
+    if sample_times.size and not (
+        np.all(np.diff(sample_times) >= 0.0)
+        and start <= sample_times[0]
+        and sample_times[-1] <= ends[-1]
     ):
         raise ValueError(f"times ascend within {start} to {ends[-1]} s")
-    return ends, np.stack([drive.as_array() for _, drive in segments]), asked
+    return ends, np.stack([drive.as_array() for _, drive in segments]), sample_times
 
 
 def _extended(state: Vector) -> Vector:
@@ -135,21 +137,24 @@ def simulate(
     ValueError
         If segments or times are not in order, or body or drive are invalid.
     """
-    ends, drives, asked = segment_arrays(segments, times, start)
+    ends, drives, sample_times = segment_arrays(segments, times, start)
     now = np.array(at_rest() if state is None else state, dtype=np.float64)
-    samples, events = np.full((asked.size, fb.SAMPLE_SIZE), np.nan), np.zeros((room, fb.EVENT_SIZE))
+    samples, events = (
+        np.full((sample_times.size, fb.SAMPLE_SIZE), np.nan),
+        np.zeros((room, fb.EVENT_SIZE)),
+    )
     force, array = function_pointer(body.slip_force, SLIP_FORCE), body.as_array()
     if body.extension is None:
         law = np.array(body.law, dtype=np.float64)
         status, reached, happened = run(
-            force, law, array, now, start, ends, drives, asked, samples, events
+            force, law, array, now, start, ends, drives, sample_times, samples, events
         )
     else:
         now = _extended(now)
         outcome = run_extended(
-            force, *body.extension, array, now, start, ends, drives, asked, samples, events
+            force, *body.extension, array, now, start, ends, drives, sample_times, samples, events
         )
         status, reached, happened = outcome
     if status != OK:
-        samples[asked > reached] = np.nan
-    return Trajectory(status, reached, asked, samples, events[:happened].copy(), now)
+        samples[sample_times > reached] = np.nan
+    return Trajectory(status, reached, sample_times, samples, events[:happened].copy(), now)

@@ -91,13 +91,13 @@ def _through(
     external: Vector,
     duration: float,
     tolerance: float,
-    told: EventRows,
+    events: EventRows,
 ) -> int:
     """Advance by `duration` [s] with the modes of fixed-step laws held."""
     k, p, _ = machine
     y, modes, pace, room = state.y, state.modes, state.pace, state.room
     take_inputs(k, p, command, external, y, state.drive, room.lines[st.INPUTS])
-    status, t, counted, looked = begin(machine, state, told), 0.0, 0, False
+    status, t, counted, looked = begin(machine, state, events), 0.0, 0, False
     h, within = min(pace[0], duration), longest_step(k, p, room.lines[st.INPUTS])
     while t < duration and status == OK:
         if _is_settled(k, state):
@@ -138,7 +138,9 @@ def _through(
         elif status == OK:
             counted += 1
             status, h = (
-                handle_event(machine, state, t, told) if counted <= MAX_EVENTS else TOO_MANY_EVENTS,
+                handle_event(machine, state, t, events)
+                if counted <= MAX_EVENTS
+                else TOO_MANY_EVENTS,
                 pace[0],
             )
         looked = False
@@ -155,7 +157,7 @@ def _in_law_steps(
     external: Vector,
     duration: float,
     tolerance: float,
-    told: EventRows,
+    events: EventRows,
 ) -> int:
     """Advance by `duration` [s] in the steps of fixed-step laws.
 
@@ -163,17 +165,17 @@ def _in_law_steps(
     """
     k, p, _ = machine
     room = state.room
-    found = RateEvaluation(room.slopes[0], room.w, room.lines[st.GUARD], room.powers[0])
+    out = RateEvaluation(room.slopes[0], room.w, room.lines[st.GUARD], room.powers[0])
     parts = max(1, math.ceil(duration / state.pace[3] - 1e-6))
     for _part in range(parts):
         take_inputs(k, p, command, external, state.y, state.drive, room.lines[st.INPUTS])
         if (
-            field(machine, 0.0, state.y, state.modes, room.lines[st.INPUTS], found)
+            field(machine, 0.0, state.y, state.modes, room.lines[st.INPUTS], out)
             + switch(machine, state)
             != 0
         ):
             return LAW_FAILED
-        status = _through(machine, state, command, external, duration / parts, tolerance, told)
+        status = _through(machine, state, command, external, duration / parts, tolerance, events)
         if status != OK:
             return status
         if keep(machine, state) != 0:
@@ -189,7 +191,7 @@ def held_command(
     external: Vector,
     duration: float,
     tolerance: float,
-    told: EventRows,
+    events: EventRows,
 ) -> int:
     """Advance as `advance`, which calls this kernel by its address."""
     k, y = machine.whole, state.y
@@ -203,8 +205,8 @@ def held_command(
     if not math.isfinite(total) or duration < 0.0:
         return NOT_FINITE
     if k[ly.TIMED] == 0:
-        return _through(machine, state, command, external, duration, tolerance, told)
-    return _in_law_steps(machine, state, command, external, duration, tolerance, told)
+        return _through(machine, state, command, external, duration, tolerance, events)
+    return _in_law_steps(machine, state, command, external, duration, tolerance, events)
 
 
 HELD_COMMAND = function_type(INTEGER, ly.MACHINE, st.STATE, VECTOR, VECTOR, FLOAT, FLOAT, EVENTS)
@@ -219,11 +221,11 @@ def advance(
     external: Vector,
     duration: float,
     tolerance: float,
-    told: EventRows,
+    events: EventRows,
 ) -> int:
     """Advance the state, in place, by `duration` [s] under held commands and external efforts.
 
-    command (u,): A, V or effort. external (n,): efforts on blocks [N | N m]. told: receives the
+    command (u,): A, V or effort. external (n,): efforts on blocks [N | N m]. events: receives the
     events. pace[1] is the total time of all calls. The winding's limit is that of the speed at the
     beginning. Returns a status of engine/status.py; if it is not OK, the state is that of the last
     event or step.
@@ -233,6 +235,6 @@ def advance(
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.ADVANCE]
     status: int = _held_command(
-        address, machine, state, command, external, duration, tolerance, told
+        address, machine, state, command, external, duration, tolerance, events
     )
     return status

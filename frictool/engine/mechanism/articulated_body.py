@@ -215,23 +215,23 @@ def _rates(
     y: Vector,
     modes: IntVector,
     inputs: Vector,
-    found: RateEvaluation,
+    out: RateEvaluation,
     whole: bool,
 ) -> int:
     """Evaluate `field`, or `field_within` if not `whole`."""
     k, p, _ = machine
-    rates, w, guard, power = found
+    rates, w, guard, power = out
     n = k[ly.BLOCKS]
     if whole:
         for index in range(guard.shape[0]):
             guard[index] = math.inf
-    status = efforts(machine, t, y, modes, inputs, found, whole)
+    status = efforts(machine, t, y, modes, inputs, out, whole)
     if whole:
         place_guards(k, p, y, modes, guard)
     _begin(k, p, modes, w)
     sound = _gather(k, p, y, modes, w, guard, whole)
     if k[ly.TIMED] > 0:
-        status += timed_frictions(machine, y, modes, found, whole)
+        status += timed_frictions(machine, y, modes, out, whole)
         _begin(k, p, modes, w)
         sound = _gather(k, p, y, modes, w, guard, False)
     _hand_out(k, p, y, modes, w, guard, power)
@@ -250,10 +250,10 @@ def rates_of_state(
     y: Vector,
     modes: IntVector,
     inputs: Vector,
-    found: RateEvaluation,
+    out: RateEvaluation,
 ) -> int:
     """Evaluate as `field`, which calls this kernel by its address."""
-    return _rates(machine, t, y, modes, inputs, found, True)
+    return _rates(machine, t, y, modes, inputs, out, True)
 
 
 @inset_kernel
@@ -263,10 +263,10 @@ def field_within(
     y: Vector,
     modes: IntVector,
     inputs: Vector,
-    found: RateEvaluation,
+    out: RateEvaluation,
 ) -> int:
     """Evaluate as `field`, without the guards of speeds and positions; GROSS stays as it was."""
-    return _rates(machine, t, y, modes, inputs, found, False)
+    return _rates(machine, t, y, modes, inputs, out, False)
 
 
 RATES_OF_STATE = function_type(INTEGER, ly.MACHINE, FLOAT, VECTOR, INDICES, VECTOR, EVALUATION)
@@ -280,7 +280,7 @@ def field(
     y: Vector,
     modes: IntVector,
     inputs: Vector,
-    found: RateEvaluation,
+    out: RateEvaluation,
 ) -> int:
     """Fill y', the guards, and the power of each element; return a status of friction/status.py.
 
@@ -288,5 +288,5 @@ def field(
     kernel is called by its address, in the last row of `laws`, so that callers compile without it.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.FIELD]
-    status: int = _rates_of_state(address, machine, t, y, modes, inputs, found)
+    status: int = _rates_of_state(address, machine, t, y, modes, inputs, out)
     return status

@@ -143,7 +143,7 @@ def _write(
     state: MechanismState,
     sight: ControlPorts,
     k: int,
-    asked: Vector,
+    drives: Vector,
     out: MechanismRecord,
 ) -> None:
     """Fill the sample's motion and modes, and the true values of the record."""
@@ -151,7 +151,7 @@ def _write(
     for i in range(2 * n):
         out.motion[k, i] = state.y[i]
     for s in range(u):
-        out.motion[k, 2 * n + s] = flowing(machine, state, s, asked[s])
+        out.motion[k, 2 * n + s] = flowing(machine, state, s, drives[s])
     for i in range(state.modes.shape[0]):
         out.modes[k, i] = state.modes[i]
     row = out.record[k]
@@ -178,7 +178,7 @@ def moved(
     closed: if True, `acting` is the command of the controlled source.
     """
     n, u = machine.whole[ly.BLOCKS], machine.whole[ly.SOURCES]
-    asked, external, cuts = np.zeros(u), np.zeros(n), 1
+    drives, external, cuts = np.zeros(u), np.zeros(n), 1
     for s in range(u):
         if machine.numbers[machine.whole[ly.SOURCE] + s * ly.SOURCE_WIDTH + ly.RESISTANCE] > 0.0:
             cuts = PARTS
@@ -189,22 +189,22 @@ def moved(
             )
     for part in range(inputs.first[k], inputs.first[k + 1]):
         for s in range(u if inputs.drives.shape[0] > 0 else 0):
-            asked[s] = inputs.drives[part, s]
+            drives[s] = inputs.drives[part, s]
         if closed:
-            asked[sight.source] = acting
+            drives[sight.source] = acting
         if sight.source != NOBODY and drifting.conditions.shape[0] > 0:
-            asked[sight.source] = true_command(
-                asked[sight.source], drifting.limit, drifting.conditions[k]
+            drives[sight.source] = true_command(
+                drives[sight.source], drifting.limit, drifting.conditions[k]
             )
         for d in range(inputs.blocks.shape[0]):
             external[inputs.blocks[d]] = inputs.efforts[part, d]
         if part == inputs.first[k]:
-            _write(machine, state, sight, k, asked, out)
+            _write(machine, state, sight, k, drives, out)
         for _ in range(cuts):
             status = advance(
                 machine,
                 state,
-                asked,
+                drives,
                 external,
                 inputs.durations[part] / cuts,
                 TOLERANCE,

@@ -187,8 +187,8 @@ def _spans(forest: JointForest) -> IntVector:
 
 def _inner_sizes(rows: list[int], values: list[Vector]) -> Vector:
     """Return the scale of each inner state of the friction laws, for relative errors."""
-    found = [sizes_of(ROWS[row], p) for row, p in zip(rows, values, strict=True)]
-    return np.concatenate(found) if found else np.zeros(0)
+    scales = [sizes_of(ROWS[row], p) for row, p in zip(rows, values, strict=True)]
+    return np.concatenate(scales) if scales else np.zeros(0)
 
 
 def compile_mechanism(packed: PackedMechanism) -> CompiledMechanism:

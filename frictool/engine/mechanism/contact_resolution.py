@@ -31,9 +31,7 @@ def _starting_friction(machine: CompiledMechanism, y: Vector, w: Vector) -> None
         block = k[row + ly.BLOCK]
         if k[row + ly.KIND] != EXACT or y[n + block] != 0.0:
             continue
-        values = p[
-            k[ly.LAW_VALUES] + k[row + ly.VALUES] : k[ly.LAW_VALUES] + k[row + ly.VALUES_END]
-        ]
+        values = p[ly.law_values(k, row)]
         level = 1.0 if k[row + ly.LEVEL] < 0 else curve_value(k, p, k[row + ly.LEVEL], y[block])
         w[rows.AHEAD, block] += level * (
             slip_force(laws[f, 0], 0.0, 1.0, values) - breakaway(laws[f, 1], 1.0, values)
@@ -91,24 +89,24 @@ def _ready(k: IntVector, y: Vector, modes: IntVector, w: Vector) -> None:
 
 @part_kernel
 def resolve(
-    machine: CompiledMechanism, state: MechanismState, t: float, found: RateEvaluation
+    machine: CompiledMechanism, state: MechanismState, t: float, out: RateEvaluation
 ) -> int:
     """Set all modes, t [s] after the command; return a status of engine/status.py.
 
     Flanks that touch without relative speed, and blocks held by stops, must already be marked.
-    found: guards of the modes so far, and workspace. If a part jams, the last entry of the row
+    out: guards of the modes so far, and workspace. If a part jams, the last entry of the row
     FOUND is the position in the order of its first block.
     """
     k, p, _ = machine
-    y, modes, room, w = state.y, state.modes, state.room, found.w
+    y, modes, room, w = state.y, state.modes, state.room, out.w
     n, stops, places = (
         k[ly.BLOCKS],
         k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS],
         room.places[st.FOUND],
     )
-    _flanks(k, p, y, modes, found.guard, state.work)
+    _flanks(k, p, y, modes, out.guard, state.work)
     _ready(k, y, modes, w)
-    if all_efforts(machine, t, y, modes, room.lines[st.INPUTS], found) != 0:
+    if all_efforts(machine, t, y, modes, room.lines[st.INPUTS], out) != 0:
         return LAW_FAILED
     _starting_friction(machine, y, w)
     for place in range(n):

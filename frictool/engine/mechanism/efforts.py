@@ -38,10 +38,10 @@ STIFF_MARGIN = 1e-10  # distance beyond a flank at which it counts as passed, re
 
 @inset_kernel
 def _driving(
-    k: IntVector, p: Vector, t: float, y: Vector, inputs: Vector, found: RateEvaluation, whole: bool
+    k: IntVector, p: Vector, t: float, y: Vector, inputs: Vector, out: RateEvaluation, whole: bool
 ) -> None:
     """Set the rows to the efforts of sources, pushes and held efforts."""
-    w, power = found.w, found.power
+    w, power = out.w, out.power
     n, u = k[ly.BLOCKS], k[ly.SOURCES]
     for i in range(n):
         held = inputs[2 * u + i]
@@ -111,13 +111,13 @@ def _at_flank(
 
 @inset_kernel
 def _couplings(
-    k: IntVector, p: Vector, y: Vector, modes: IntVector, found: RateEvaluation, whole: bool
+    k: IntVector, p: Vector, y: Vector, modes: IntVector, out: RateEvaluation, whole: bool
 ) -> None:
     """Add the efforts of compliant links.
 
     The guard of a link with a gap is above -1 while its flanks are as their mode says.
     """
-    w, guard, power = found.w, found.guard, found.power
+    w, guard, power = out.w, out.guard, out.power
     n, flanks = k[ly.BLOCKS], k[ly.BLOCKS] + 2 * k[ly.JOINTS]
     at, row, ends = k[ly.SOURCES] + n + k[ly.JOINTS], k[ly.COUPLING], k[ly.COUPLING_ENDS]
     for c in range(k[ly.COUPLINGS]):
@@ -168,11 +168,11 @@ def _couplings(
 
 @inset_kernel
 def _frictions(
-    machine: CompiledMechanism, y: Vector, modes: IntVector, found: RateEvaluation, whole: bool
+    machine: CompiledMechanism, y: Vector, modes: IntVector, out: RateEvaluation, whole: bool
 ) -> int:
     """Add the friction of each law; fill the rates of inner states; return friction/status.py."""
     k, p, laws = machine
-    out, w, power = found.rates, found.w, found.power
+    rates, w, power = out.rates, out.w, out.power
     n, status = k[ly.BLOCKS], OK
     at, row, first_value = (
         k[ly.SOURCES] + n + k[ly.JOINTS] + k[ly.COUPLINGS],
@@ -197,8 +197,8 @@ def _frictions(
             force = level * slip_force(laws[f, 0], v, float(motion), values)
         elif kind == DYNAMIC:
             first, end = 2 * n + k[row + ly.FIRST_INNER], 2 * n + k[row + ly.INNER_END]
-            status += rate(laws[f, 0], y[first:end], v, values, out[first:end])
-            force = level * force_of(laws[f, 1], y[first:end], out[first:end], v, values)
+            status += rate(laws[f, 0], y[first:end], v, values, rates[first:end])
+            force = level * force_of(laws[f, 1], y[first:end], rates[first:end], v, values)
         elif kind == SMOOTH:
             force = level * slip_force(laws[f, 0], v, math.copysign(1.0, v), values)
         row += ly.FRICTION_WIDTH
@@ -211,10 +211,10 @@ def _frictions(
 
 @inset_kernel
 def _pressings(
-    k: IntVector, p: Vector, y: Vector, modes: IntVector, found: RateEvaluation, whole: bool
+    k: IntVector, p: Vector, y: Vector, modes: IntVector, out: RateEvaluation, whole: bool
 ) -> None:
     """Add the friction that each pressing causes on its block."""
-    w, power = found.w, found.power
+    w, power = out.w, out.power
     n, at = (
         k[ly.BLOCKS],
         k[ly.SOURCES] + k[ly.BLOCKS] + k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.FRICTIONS],
@@ -243,7 +243,7 @@ def efforts(
     y: Vector,
     modes: IntVector,
     inputs: Vector,
-    found: RateEvaluation,
+    out: RateEvaluation,
     whole: bool,
 ) -> int:
     """Fill the rows of w, the rates of inner states, the guards of flanks, and the powers.
@@ -251,10 +251,10 @@ def efforts(
     Returns a status of friction/status.py.
     """
     k, p, _ = machine
-    _driving(k, p, t, y, inputs, found, whole)
-    _couplings(k, p, y, modes, found, whole)
-    _pressings(k, p, y, modes, found, whole)
-    return _frictions(machine, y, modes, found, whole)
+    _driving(k, p, t, y, inputs, out, whole)
+    _couplings(k, p, y, modes, out, whole)
+    _pressings(k, p, y, modes, out, whole)
+    return _frictions(machine, y, modes, out, whole)
 
 
 @part_kernel
@@ -264,7 +264,7 @@ def all_efforts(
     y: Vector,
     modes: IntVector,
     inputs: Vector,
-    found: RateEvaluation,
+    out: RateEvaluation,
 ) -> int:
     """Evaluate `efforts` as a whole, in a kernel of its own."""
-    return efforts(machine, t, y, modes, inputs, found, True)
+    return efforts(machine, t, y, modes, inputs, out, True)

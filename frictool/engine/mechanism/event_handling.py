@@ -49,12 +49,12 @@ def _are_finite(values: Vector) -> bool:
 def _evaluate(machine: CompiledMechanism, state: MechanismState, t: float) -> int:
     """Fill the rows 0 of slopes and powers, and GUARD."""
     room = state.room
-    found = RateEvaluation(room.slopes[0], room.w, room.lines[st.GUARD], room.powers[0])
-    return field(machine, t, state.y, state.modes, room.lines[st.INPUTS], found)
+    out = RateEvaluation(room.slopes[0], room.w, room.lines[st.GUARD], room.powers[0])
+    return field(machine, t, state.y, state.modes, room.lines[st.INPUTS], out)
 
 
 @part_kernel
-def begin(machine: CompiledMechanism, state: MechanismState, told: EventRows) -> int:
+def begin(machine: CompiledMechanism, state: MechanismState, events: EventRows) -> int:
     """Evaluate the rates under a new command, and update the modes if it changes them.
 
     At the first call, when the modes are not known yet, they are always determined. Returns a
@@ -74,10 +74,10 @@ def begin(machine: CompiledMechanism, state: MechanismState, told: EventRows) ->
     _note(k, state)
     status = impacts(k, p, state.y, state.modes, room.w, state.work) if fresh else OK
     if status == OK:
-        status = settle(machine, state, 0.0, told)
+        status = settle(machine, state, 0.0, events)
     if not fresh:
         write_changes(
-            machine, pace[1], room.lines[st.SPEEDS], room.places[st.BEFORE], state.modes, told
+            machine, pace[1], room.lines[st.SPEEDS], room.places[st.BEFORE], state.modes, events
         )
     pace[0] = max(pace[0], FIRST_STEP)
     return status
@@ -109,7 +109,7 @@ def take_step(machine: CompiledMechanism, state: MechanismState, t: float) -> in
 
 @inset_kernel
 def _meet_or_halt(
-    k: IntVector, p: Vector, now: float, state: MechanismState, told: EventRows
+    k: IntVector, p: Vector, now: float, state: MechanismState, events: EventRows
 ) -> bool:
     """Stop all trees whose root has reached speed 0; return True if flanks or stops collide."""
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
@@ -118,13 +118,13 @@ def _meet_or_halt(
         if modes[n + joint] == st.OPEN and guard[n + joint] <= 0.0:
             _, rate = distance_to_guard(k, p, n + joint, y, y, modes)
             if rate < 0.0:
-                write(told, now, TOUCHES, joint, -rate)
+                write(events, now, TOUCHES, joint, -rate)
                 meet = True
     for s in range(k[ly.STOPS]):
         if modes[n + 2 * j + c + s] == st.OPEN and guard[n + 2 * j + c + s] <= 0.0:
             _, rate = distance_to_guard(k, p, n + 2 * j + c + s, y, y, modes)
             if rate < 0.0:
-                write(told, now, STRIKES, s, -rate)
+                write(events, now, STRIKES, s, -rate)
                 meet = True
     for place in range(n):
         i = ly.block_at(k, place)
@@ -135,7 +135,7 @@ def _meet_or_halt(
 
 @part_kernel
 def handle_event(
-    machine: CompiledMechanism, state: MechanismState, t: float, told: EventRows
+    machine: CompiledMechanism, state: MechanismState, t: float, events: EventRows
 ) -> int:
     """Apply the events that the guards show, t [s] after the command: impacts, stops, new modes.
 
@@ -144,10 +144,10 @@ def handle_event(
     k, p, _ = machine
     y, modes, room, now, status = state.y, state.modes, state.room, state.pace[1] + t, OK
     _note(k, state)
-    if _meet_or_halt(k, p, now, state, told):
+    if _meet_or_halt(k, p, now, state, events):
         status = impacts(k, p, y, modes, room.w, state.work)
     align(k, p, y, modes)
     if status == OK:
-        status = settle(machine, state, t, told)
-    write_changes(machine, now, room.lines[st.SPEEDS], room.places[st.BEFORE], modes, told)
+        status = settle(machine, state, t, events)
+    write_changes(machine, now, room.lines[st.SPEEDS], room.places[st.BEFORE], modes, events)
     return status

@@ -65,17 +65,17 @@ EVENTS = record_type(EventRows, MATRIX, INDICES)
 
 
 @inset_kernel
-def write(told: EventRows, t: float, kind: int, element: int, speed: float) -> None:
+def write(events: EventRows, t: float, kind: int, element: int, speed: float) -> None:
     """Add a row; if the array is full, only count the event."""
-    row = told.happened[0]
-    if row < told.rows.shape[0]:
-        told.rows[row, 0], told.rows[row, 1], told.rows[row, 2], told.rows[row, 3] = (
+    row = events.happened[0]
+    if row < events.rows.shape[0]:
+        events.rows[row, 0], events.rows[row, 1], events.rows[row, 2], events.rows[row, 3] = (
             t,
             kind,
             element,
             speed,
         )
-    told.happened[0] = row + 1
+    events.happened[0] = row + 1
 
 
 @part_kernel
@@ -85,7 +85,7 @@ def write_changes(
     speeds: Vector,
     before: IntVector,
     modes: IntVector,
-    told: EventRows,
+    events: EventRows,
 ) -> None:
     """Add a row for each mode that has changed, for a rigid group only for its first block.
 
@@ -97,24 +97,24 @@ def write_changes(
     for i in range(n):
         if before[i] != modes[i] and ly.group_of(k, i) == i:
             kind = STICKS if modes[i] == STUCK else BREAKS_AWAY if before[i] == STUCK else REVERSES
-            write(told, t, kind, i, speeds[i])
+            write(events, t, kind, i, speeds[i])
     for joint in range(j):
         was, now = before[n + joint], modes[n + joint]
         if was != now and was != OPEN:
-            write(told, t, SEPARATES, joint, 0.0)
+            write(events, t, SEPARATES, joint, 0.0)
         if was != now and now != OPEN:
-            write(told, t, TOUCHES, joint, 0.0)
+            write(events, t, TOUCHES, joint, 0.0)
         if (
             before[n + j + joint] not in (0, modes[n + j + joint])
             and modes[n + j + joint] != 0
             and is_lossy(p, ly.joint_row(k, joint))
         ):
-            write(told, t, POWER_TURNS, joint, 0.0)
+            write(events, t, POWER_TURNS, joint, 0.0)
     for i in range(c):
         was, now = before[n + 2 * j + i], modes[n + 2 * j + i]
         if was != now:
-            write(told, t, FLANK_LETS_GO if now == OPEN else FLANK_MEETS, i, 0.0)
+            write(events, t, FLANK_LETS_GO if now == OPEN else FLANK_MEETS, i, 0.0)
     for s in range(k[ly.STOPS]):
         was, now = before[n + 2 * j + c + s], modes[n + 2 * j + c + s]
         if was != OPEN and now == OPEN:
-            write(told, t, LEAVES_STOP, s, 0.0)
+            write(events, t, LEAVES_STOP, s, 0.0)

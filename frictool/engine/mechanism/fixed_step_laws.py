@@ -44,7 +44,7 @@ def _first_mode(k: IntVector) -> int:
 
 @part_kernel
 def timed_frictions(
-    machine: CompiledMechanism, y: Vector, modes: IntVector, found: RateEvaluation, whole: bool
+    machine: CompiledMechanism, y: Vector, modes: IntVector, out: RateEvaluation, whole: bool
 ) -> int:
     """Subtract the friction of the laws with a fixed step from FORCE, and fill their states' rates.
 
@@ -52,7 +52,7 @@ def timed_frictions(
     status of friction/status.py.
     """
     k, p, laws = machine
-    out, w, power = found.rates, found.w, found.power
+    rates, w, power = out.rates, out.w, out.power
     n, status, first = k[ly.BLOCKS], OK, _first_mode(k)
     at = k[ly.SOURCES] + n + k[ly.JOINTS] + k[ly.COUPLINGS]
     for f in range(k[ly.FRICTIONS]):
@@ -60,9 +60,7 @@ def timed_frictions(
         kind, block, mode = k[row + ly.KIND], k[row + ly.BLOCK], modes[first + f]
         if kind < lk.HYBRID:
             continue
-        values = p[
-            k[ly.LAW_VALUES] + k[row + ly.VALUES] : k[ly.LAW_VALUES] + k[row + ly.VALUES_END]
-        ]
+        values = p[ly.law_values(k, row)]
         begin, end = 2 * n + k[row + ly.FIRST_INNER], 2 * n + k[row + ly.INNER_END]
         level = 1.0 if k[row + ly.LEVEL] < 0 else curve_value(k, p, k[row + ly.LEVEL], y[block])
         root, along = _root_of(k, p, modes, block)
@@ -74,7 +72,7 @@ def timed_frictions(
         )
         w[ON_BLOCK, block] = u
         if kind == lk.HYBRID:
-            status += lk.hybrid_rate(laws[f, 4], mode, v, y[begin:end], values, out[begin:end])
+            status += lk.hybrid_rate(laws[f, 4], mode, v, y[begin:end], values, rates[begin:end])
         if modes[root] != STUCK:
             if kind == lk.HYBRID and mode == HELD:
                 friction = level * u - mass * lk.hybrid_acceleration(
@@ -108,9 +106,7 @@ def seen_speeds(machine: CompiledMechanism, y: Vector, modes: IntVector, rates: 
         row = ly.friction_row(k, f)
         if k[row + ly.KIND] != lk.BANDED:
             continue
-        values = p[
-            k[ly.LAW_VALUES] + k[row + ly.VALUES] : k[ly.LAW_VALUES] + k[row + ly.VALUES_END]
-        ]
+        values = p[ly.law_values(k, row)]
         v = y[n + k[row + ly.BLOCK]]
         if lk.seen_velocity(laws[f, 3], v, values) == v:
             continue
@@ -132,14 +128,12 @@ def switch(machine: CompiledMechanism, state: MechanismState) -> int:
     for f in range(k[ly.FRICTIONS]):
         row = ly.friction_row(k, f)
         kind, block, mode = k[row + ly.KIND], k[row + ly.BLOCK], modes[first + f]
-        values = p[
-            k[ly.LAW_VALUES] + k[row + ly.VALUES] : k[ly.LAW_VALUES] + k[row + ly.VALUES_END]
-        ]
+        values = p[ly.law_values(k, row)]
         v, u = y[n + block], w[ON_BLOCK, block]
         if kind == lk.BANDED:
             modes[first + f] = HELD if abs(v) <= lk.band(laws[f, 2], values) else SLIPS
         elif kind == lk.HYBRID:
-            z = y[2 * n + k[row + ly.FIRST_INNER] : 2 * n + k[row + ly.INNER_END]]
+            z = y[ly.inner_states(k, row)]
             after = lk.mode_after(laws[f, 0], mode, v, u, z, values)
             if after != mode:
                 modes[first + f] = after
@@ -152,13 +146,11 @@ def keep(machine: CompiledMechanism, state: MechanismState) -> int:
     """Update the memories of hybrid laws after a step; return a status of friction/status.py."""
     k, p, laws = machine
     y, modes = state.y, state.modes
-    n, status, first = k[ly.BLOCKS], OK, _first_mode(k)
+    status, first = OK, _first_mode(k)
     for f in range(k[ly.FRICTIONS]):
         row = ly.friction_row(k, f)
         if k[row + ly.KIND] == lk.HYBRID:
-            values = p[
-                k[ly.LAW_VALUES] + k[row + ly.VALUES] : k[ly.LAW_VALUES] + k[row + ly.VALUES_END]
-            ]
-            z = y[2 * n + k[row + ly.FIRST_INNER] : 2 * n + k[row + ly.INNER_END]]
+            values = p[ly.law_values(k, row)]
+            z = y[ly.inner_states(k, row)]
             status += lk.hybrid_commit(laws[f, 5], modes[first + f], z, values)
     return status

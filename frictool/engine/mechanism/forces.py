@@ -93,8 +93,8 @@ def _now(machine: CompiledMechanism, state: MechanismState, links: Vector, holds
     """Fill links and holds for the current state."""
     k, p, _ = machine
     room = state.room
-    found = RateEvaluation(room.slopes[AFTER], room.w, room.lines[st.TRIAL], room.powers[AFTER])
-    field(machine, state.pace[2], state.y, state.modes, room.lines[st.INPUTS], found)
+    out = RateEvaluation(room.slopes[AFTER], room.w, room.lines[st.TRIAL], room.powers[AFTER])
+    field(machine, state.pace[2], state.y, state.modes, room.lines[st.INPUTS], out)
     for joint in range(k[ly.JOINTS]):
         links[joint] = room.w[rows.LAMBDA, joint]
     _at_rest(k, p, state.modes, room.w, links, holds)

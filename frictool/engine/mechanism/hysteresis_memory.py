@@ -41,9 +41,7 @@ def remember(machine: CompiledMechanism, y: Vector, before: Vector) -> tuple[int
         row = ly.friction_row(k, f)
         if k[row + ly.KIND] == DYNAMIC:
             first, end = 2 * n + k[row + ly.FIRST_INNER], 2 * n + k[row + ly.INNER_END]
-            values = p[
-                k[ly.LAW_VALUES] + k[row + ly.VALUES] : k[ly.LAW_VALUES] + k[row + ly.VALUES_END]
-            ]
+            values = p[ly.law_values(k, row)]
             status += commit(laws[f, 2], y[first:end], y[n + k[row + ly.BLOCK]], values)
             for i in range(first, end):
                 changed = changed or y[i] != before[i]

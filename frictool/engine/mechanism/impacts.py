@@ -51,18 +51,18 @@ def _set_group(k: IntVector, p: Vector, group: int, speed: float, y: Vector) -> 
 
 
 @inset_kernel
-def _until(s: float, rate: float, goal: float, given: float) -> float:
+def _until(s: float, rate: float, goal: float, absorbed: float) -> float:
     """Return the impulse at which the approach speed s of two flanks reaches `goal`.
 
     The impulse is limited to the one at which the separating flanks have returned all the energy
-    `given` that they absorbed. `rate` is the change of s per unit of impulse.
+    `absorbed` that they absorbed. `rate` is the change of s per unit of impulse.
     """
     if rate >= 0.0:
         return math.inf
     reached = (goal - s) / rate
     if goal == 0.0 and s > 0.0:
         return reached
-    return min(reached, (-s - math.sqrt(max(0.0, s * s - 2.0 * rate * given))) / rate)
+    return min(reached, (-s - math.sqrt(max(0.0, s * s - 2.0 * rate * absorbed))) / rate)
 
 
 @part_kernel
@@ -84,7 +84,7 @@ def _meet(
     towards = side * math.copysign(1.0, s)
     s = abs(s)
     least = -s * (p[row + ly.RESTITUTION] if s > BOUNCE * ly.speed_scale(k, p, b) else 0.0)
-    v_a, v_b, given = y[n + group_a], y[n + group_b], 0.0
+    v_a, v_b, absorbed = y[n + group_a], y[n + group_b], 0.0
     for _ in range(MAX_PIECES):
         x_a = yielding(k, p, group_a, a, row, -towards, v_a, lossy_a, w)
         x_b = yielding(k, p, group_b, b, -1, -towards, v_b, lossy_b, w)
@@ -96,7 +96,7 @@ def _meet(
             continue
         rate = towards * (along_b * x_b - along_a * x_a)
         goal = 0.0 if s > 0.0 else least
-        full = _until(s, rate, goal, given)
+        full = _until(s, rate, goal, absorbed)
         rest_a = -v_a / x_a if v_a * x_a < 0.0 else math.inf
         rest_b = -v_b / x_b if v_b * x_b < 0.0 else math.inf
         piece = min(full, rest_a, rest_b)
@@ -104,7 +104,7 @@ def _meet(
             break
         v_a = 0.0 if piece == rest_a else v_a + x_a * piece
         v_b = 0.0 if piece == rest_b else v_b + x_b * piece
-        given += (s + 0.5 * rate * piece) * piece
+        absorbed += (s + 0.5 * rate * piece) * piece
         s = goal if piece == full else s + rate * piece
         if piece == full and goal == least:
             break

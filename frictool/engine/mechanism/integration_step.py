@@ -148,13 +148,13 @@ def try_step(
     """
     k, p, _ = machine
     y, modes, room = state.y, state.modes, state.room
-    end, found = room.lines[st.END], at_end(room)
+    end, out = room.lines[st.END], at_end(room)
     watching = _watch(k, modes, room.lines[st.GUARD], room.places[st.WATCHED])
     seen = stages(machine, state, t, h, 1, STAGES, watching)
     stage_point(AFTER, h, y, room.slopes, end)
-    failed = field(machine, t + h, end, modes, room.lines[st.INPUTS], found)
+    failed = field(machine, t + h, end, modes, room.lines[st.INPUTS], out)
     worst = _error(k, p, h, modes, room)
-    if seen < 0.0 or failed != 0 or not _is_finite(end, found.rates) or not math.isfinite(worst):
+    if seen < 0.0 or failed != 0 or not _is_finite(end, out.rates) or not math.isfinite(worst):
         return math.inf, 1.0
     return worst / tolerance, seen
 
@@ -176,9 +176,9 @@ def look(machine: CompiledMechanism, state: MechanismState, t: float, h: float, 
     END, AFTER and TRIAL are then those after a step of that length.
     """
     y, room = state.y, state.room
-    end, found = room.lines[st.END], at_end(room)
+    end, out = room.lines[st.END], at_end(room)
     on_path(at / h, room.slopes[st.PATH :], end)
     for i in range(y.shape[0]):
         end[i] += y[i]
-    status = field(machine, t + at, end, state.modes, room.lines[st.INPUTS], found)
-    return status == 0 and _is_finite(end, found.rates)
+    status = field(machine, t + at, end, state.modes, room.lines[st.INPUTS], out)
+    return status == 0 and _is_finite(end, out.rates)

@@ -136,8 +136,8 @@ def addresses_of(laws: Sequence[Law], kinds: Sequence[int]) -> IntVector:
 
     Columns are in the order of FUNCTIONS; the last row is for the engine's own kernels.
     """
-    found = np.zeros((len(laws) + 1, WIDTH), dtype=np.int64)
-    for row, law, kind in zip(found[:-1], laws, kinds, strict=True):
+    addresses = np.zeros((len(laws) + 1, WIDTH), dtype=np.int64)
+    for row, law, kind in zip(addresses[:-1], laws, kinds, strict=True):
         for place, (name, signature) in enumerate(FUNCTIONS[kind]):
             row[place] = function_pointer(getattr(law.kernels, name), signature).address
-    return found
+    return addresses

@@ -164,6 +164,18 @@ def friction_row(k: IntVector, friction: int) -> int:
 
 
 @inset_kernel
+def law_values(k: IntVector, row: int) -> slice:
+    """Return the indices in p of the parameters of a friction's law; row: `friction_row`."""
+    return slice(k[LAW_VALUES] + k[row + VALUES], k[LAW_VALUES] + k[row + VALUES_END])
+
+
+@inset_kernel
+def inner_states(k: IntVector, row: int) -> slice:
+    """Return the indices in y of the inner states of a friction's law."""
+    return slice(2 * k[BLOCKS] + k[row + FIRST_INNER], 2 * k[BLOCKS] + k[row + INNER_END])
+
+
+@inset_kernel
 def source_row(k: IntVector, source: int) -> int:
     """Return the index in p of a source's first parameter."""
     return int(k[SOURCE] + source * SOURCE_WIDTH)

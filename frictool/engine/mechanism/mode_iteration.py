@@ -62,7 +62,7 @@ def align(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
 
 @inset_kernel
 def _jam(
-    k: IntVector, p: Vector, place: int, state: MechanismState, now: float, told: EventRows
+    k: IntVector, p: Vector, place: int, state: MechanismState, now: float, events: EventRows
 ) -> bool:
     """Stop a jammed part at once, as in an impact; parts that it only pushes fly on.
 
@@ -83,28 +83,28 @@ def _jam(
         + k[ly.PRESSINGS]
         + first
     ] += energy
-    write(told, now, JAMS, root, speed)
+    write(events, now, JAMS, root, speed)
     return True
 
 
 @kernel
 def modes_at_instant(
-    machine: CompiledMechanism, state: MechanismState, t: float, told: EventRows
+    machine: CompiledMechanism, state: MechanismState, t: float, events: EventRows
 ) -> int:
     """Determine the modes as `settle`, which calls this kernel by its address."""
     k, p, room = machine.whole, machine.numbers, state.room
-    found = RateEvaluation(room.slopes[0], room.w, room.lines[st.GUARD], room.powers[0])
+    out = RateEvaluation(room.slopes[0], room.w, room.lines[st.GUARD], room.powers[0])
     for _ in range(ATTEMPTS):
-        status = resolve(machine, state, t, found)
+        status = resolve(machine, state, t, out)
         if status == JAMMED:
-            if not _jam(k, p, room.places[st.FOUND, -1], state, state.pace[1] + t, told):
+            if not _jam(k, p, room.places[st.FOUND, -1], state, state.pace[1] + t, events):
                 return JAMMED
             continue
         if status != OK:
             return status
-        if field(machine, t, state.y, state.modes, room.lines[st.INPUTS], found) != 0:
+        if field(machine, t, state.y, state.modes, room.lines[st.INPUTS], out) != 0:
             return LAW_FAILED
-        if forces_hold(k, state.modes, found.guard):
+        if forces_hold(k, state.modes, out.guard):
             return OK
     return UNRESOLVED
 
@@ -114,12 +114,12 @@ _modes_at_instant = call_by_address(MODES_AT_INSTANT)
 
 
 @inset_kernel
-def settle(machine: CompiledMechanism, state: MechanismState, t: float, told: EventRows) -> int:
+def settle(machine: CompiledMechanism, state: MechanismState, t: float, events: EventRows) -> int:
     """Determine the modes, t [s] after the command; return a status of engine/status.py.
 
     Fills the rows 0 of slopes and powers, and GUARD, for these modes. Called by address, as `field`
     is.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.SETTLE]
-    status: int = _modes_at_instant(address, machine, state, t, told)
+    status: int = _modes_at_instant(address, machine, state, t, events)
     return status

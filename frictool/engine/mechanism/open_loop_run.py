@@ -45,7 +45,7 @@ def _run(
     external: Vector,
     period: float,
     tolerance: float,
-    told: EventRows,
+    event_rows: EventRows,
     positions: Vector,
     speeds: Vector,
     drives: Vector,
@@ -60,7 +60,7 @@ def _run(
         if sample == commands.shape[0]:
             break
         held = external[min(sample, external.shape[0] - 1)]
-        status = advance(machine, state, commands[sample], held, period, tolerance, told)
+        status = advance(machine, state, commands[sample], held, period, tolerance, event_rows)
         if status != OK:
             return status, sample
     return OK, commands.shape[0]
