@@ -29,9 +29,8 @@ from frictool.engine.body import BREAKS_AWAY, STATE_SIZE
 from frictool.engine.closed_loop import COMMAND
 from frictool.engine.drive import spring
 from frictool.engine.extended_motion_pieces import EXTENDED_SIZE
-from frictool.engine.extended_stick_slip import run_extended
 from frictool.engine.law_simulation import body_of
-from frictool.engine.stick_slip import run
+from frictool.engine.stick_slip import run, run_extended
 from frictool.friction.extension import FrictionExtension
 from frictool.friction.kernel_signatures import SLIP_FORCE
 from frictool.friction.law_registry import LAWS

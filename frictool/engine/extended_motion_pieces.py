@@ -41,17 +41,20 @@ from frictool.runtime.kernels import inner_kernel, kernel
 from frictool.typing import Vector
 
 # forward and backward parameters, the extension's table, workspace for the current parameters
-Laws = tuple[Vector, Vector, Vector, Vector]
+ExtendedLaws = tuple[Vector, Vector, Vector, Vector]
 
 # state indices after those of engine/body.py
 FILM, RESTED, KNEES_PASSED = 5, 6, 7
 EXTENDED_SIZE = 8
 # rows of an integrated motion: x, v, q, w
 ROWS = 4
+DENSE_TERMS = 5  # terms of the polynomials of an integrated piece
 
 
 @inner_kernel
-def slip_friction(force: Force, laws: Laws, state: Vector, x: float, v: float, w: float) -> float:
+def slip_friction(
+    force: Force, laws: ExtendedLaws, state: Vector, x: float, v: float, w: float
+) -> float:
     """Return the friction of a slip at position x, velocity v and lagged velocity w.
 
     Direction, regime, side of the layer and time at rest are those of the state.
@@ -71,7 +74,13 @@ def slip_friction(force: Force, laws: Laws, state: Vector, x: float, v: float, w
 
 @kernel
 def threshold(
-    force: Force, laws: Laws, body: Vector, x: float, direction: float, rested: float, w: float
+    force: Force,
+    laws: ExtendedLaws,
+    body: Vector,
+    x: float,
+    direction: float,
+    rested: float,
+    w: float,
 ) -> float:
     """Return the effort that a body at rest withstands in a direction.
 
@@ -98,8 +107,48 @@ def film_at_rest(w: float, lag: float, spent: float) -> float:
 
 
 @kernel
+def sampled_friction(
+    force: Force,
+    laws: ExtendedLaws,
+    body: Vector,
+    state: Vector,
+    ahead: float,
+    y: tuple[float, float, float],
+    u: float,
+) -> float:
+    """Return the friction a time `ahead` [s] into a piece; at rest the effort u up to its limits.
+
+    y: position, velocity and lagged velocity then.
+    """
+    x, v, w = y
+    lag = laws[2][LAG]
+    if state[fb.DIRECTION] == 0.0:
+        w, rested = film_at_rest(state[FILM], lag, ahead), state[RESTED] + ahead
+        most = threshold(force, laws, body, x, 1.0, rested, w)
+        least = -threshold(force, laws, body, x, -1.0, rested, w)
+        return min(max(u, least), most)
+    return slip_friction(force, laws, state, x, v, w if lag > 0.0 else v)
+
+
+@kernel
+def pass_time(laws: ExtendedLaws, state: Vector, film: Vector, spent: float) -> None:
+    """Set film and time at rest to the end of a piece of `spent` [s]; the velocity is set before.
+
+    film: coefficients of the lagged velocity during slip. At rest the film decays.
+    """
+    lag = laws[2][LAG]
+    if state[fb.DIRECTION] == 0.0:
+        state[FILM] = film_at_rest(state[FILM], lag, spent)
+        state[RESTED] += spent
+    else:
+        state[FILM] = value(film, spent)
+    if lag == 0.0:
+        state[FILM] = state[fb.VELOCITY]
+
+
+@kernel
 def _threshold_after(
-    force: Force, laws: Laws, body: Vector, state: Vector, direction: float, spent: float
+    force: Force, laws: ExtendedLaws, body: Vector, state: Vector, direction: float, spent: float
 ) -> float:
     """Return the threshold of a body at rest after a further time `spent` [s] at rest."""
     w = film_at_rest(state[FILM], laws[2][LAG], spent)
@@ -109,7 +158,7 @@ def _threshold_after(
 @kernel
 def _crossing(
     force: Force,
-    laws: Laws,
+    laws: ExtendedLaws,
     body: Vector,
     state: Vector,
     direction: float,
@@ -135,7 +184,7 @@ def _crossing(
 @kernel
 def _first_breakaway(
     force: Force,
-    laws: Laws,
+    laws: ExtendedLaws,
     body: Vector,
     state: Vector,
     direction: float,
@@ -185,7 +234,7 @@ def _first_breakaway(
 @kernel
 def rest_piece(
     force: Force,
-    laws: Laws,
+    laws: ExtendedLaws,
     body: Vector,
     state: Vector,
     drive: Vector,
@@ -222,7 +271,7 @@ def rest_piece(
 @inner_kernel
 def _field(
     force: Force,
-    laws: Laws,
+    laws: ExtendedLaws,
     mass: float,
     state: Vector,
     drive: Vector,
@@ -252,22 +301,22 @@ def _step_error(h: float, slopes: Vector) -> float:
 @kernel
 def slip_piece(
     force: Force,
-    laws: Laws,
+    laws: ExtendedLaws,
     body: Vector,
     state: Vector,
     drive: Vector,
     t: float,
     longest: float,
-    y: Vector,
     pace: Vector,
     slopes: Vector,
     piece: Vector,
 ) -> tuple[float, int]:
-    """Take one accepted step from y = (x, v, q, w); return its length [s] and a status.
+    """Take one accepted step of x, v, q and the film; return its length [s] and a status.
 
     pace (3,): as in `motion_pieces.layer_piece`. slopes (7, 4).
     """
-    mass, point = body[fb.MASS], np.empty(ROWS)
+    mass, y, point = body[fb.MASS], np.empty(ROWS), np.empty(ROWS)
+    y[:3], y[3] = state[:3], state[FILM]
     _field(force, laws, mass, state, drive, t, y, slopes[0])
     size = gross(state, t, drive)
     if y[1] == 0.0 and abs(slopes[0, 1]) * mass <= ROUNDING * (

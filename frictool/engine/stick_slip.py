@@ -33,16 +33,35 @@ import numpy as np
 from frictool.engine import body as fb
 from frictool.engine.dormand_prince import STAGES, Force
 from frictool.engine.drive import DERIVATIVE, FREQUENCY, INTEGRAL, PROPORTIONAL, effort
+from frictool.engine.extended_motion_pieces import (
+    DENSE_TERMS,
+    FILM,
+    RESTED,
+    ROWS,
+    ExtendedLaws,
+    pass_time,
+    sampled_friction,
+    slip_piece,
+)
+from frictool.engine.extended_motion_pieces import rest_piece as extended_rest_piece
+from frictool.engine.extended_slip_events import (
+    extended_arrival,
+    extended_slip_event,
+    locate,
+)
 from frictool.engine.motion_pieces import friction, layer_piece, rest_piece, straight_piece
 from frictool.engine.polynomial_events import value
 from frictool.engine.power_series import TERMS
 from frictool.engine.slip_events import arrive, region, slip_event
 from frictool.engine.status import EVENTS_FULL, NOT_FINITE, OK, TOO_MANY_EVENTS
-from frictool.runtime.kernels import bare_kernel, kernel
+from frictool.friction.extension import LAG
+from frictool.runtime.kernels import bare_kernel, inner_kernel, kernel
 from frictool.typing import Vector
 
-DENSE_TERMS = 5
 STEPS_PER_EVENT = 1000.0
+
+# None without an extension; numba compiles both cases separately
+Extension = ExtendedLaws | None
 
 
 @kernel
@@ -69,16 +88,18 @@ def pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> flo
     return allowed
 
 
-@bare_kernel
+@kernel
 def _fill(
     force: Force,
     law: Vector,
+    laws: Extension,
     body: Vector,
     state: Vector,
     drive: Vector,
     t: float,
     until: float,
     piece: Vector,
+    terms: int,
     times: Vector,
     samples: Vector,
     filled: int,
@@ -86,17 +107,16 @@ def _fill(
     """Fill the samples within a piece [t, until) from the state at t; return their total number."""
     while filled < times.shape[0] and times[filled] < until:
         ahead = times[filled] - t
-        x, v, q = value(piece[0], ahead), value(piece[1], ahead), value(piece[2], ahead)
+        x, v = value(piece[0, :terms], ahead), value(piece[1, :terms], ahead)
+        u = effort(times[filled], x, v, value(piece[2, :terms], ahead), drive)
+        if laws is None:
+            opposing = friction(force, law, body, state, v, u)
+        else:
+            y = x, v, value(piece[3, :terms], ahead)
+            opposing = sampled_friction(force, laws, body, state, ahead, y, u)
         row = samples[filled]
-        row[fb.SAMPLE_POSITION], row[fb.SAMPLE_VELOCITY], row[fb.SAMPLE_EFFORT] = (
-            x,
-            v,
-            effort(times[filled], x, v, q, drive),
-        )
-        row[fb.SAMPLE_FRICTION], row[fb.SAMPLE_MODE] = (
-            friction(force, law, body, state, v, row[fb.SAMPLE_EFFORT]),
-            state[fb.DIRECTION],
-        )
+        row[fb.SAMPLE_POSITION], row[fb.SAMPLE_VELOCITY], row[fb.SAMPLE_EFFORT] = x, v, u
+        row[fb.SAMPLE_FRICTION], row[fb.SAMPLE_MODE] = opposing, state[fb.DIRECTION]
         filled += 1
     return filled
 
@@ -138,6 +158,36 @@ def _advance_piece(
     return terms, spent, kind, 0.0, OK
 
 
+@kernel
+def _advance_extended(
+    force: Force,
+    laws: ExtendedLaws,
+    body: Vector,
+    state: Vector,
+    drive: Vector,
+    t: float,
+    longest: float,
+    refused: float,
+    piece: Vector,
+    probe: Vector,
+    slopes: Vector,
+    pace: Vector,
+) -> tuple[int, float, int, float, int]:
+    """Advance as `_advance_piece`, with extended friction."""
+    if state[fb.DIRECTION] == 0.0:
+        spent, towards = extended_rest_piece(
+            force, laws, body, state, drive, t, longest, refused, piece
+        )
+        return TERMS, spent, fb.BREAKS_AWAY if towards != 0.0 else fb.NO_EVENT, towards, OK
+    spent, status = slip_piece(force, laws, body, state, drive, t, longest, pace, slopes, piece)
+    if status != OK:
+        return DENSE_TERMS, 0.0, fb.NO_EVENT, 0.0, status
+    spent, kind = extended_slip_event(laws, body, state, piece, spent, probe)
+    if kind != fb.NO_EVENT:
+        pace[0] = 0.0
+    return DENSE_TERMS, spent, kind, 0.0, OK
+
+
 @bare_kernel
 def _move(state: Vector, piece: Vector, terms: int, spent: float) -> None:
     """Set the state to the end of a piece, without row views, which numba would count."""
@@ -166,6 +216,7 @@ def record(events: Vector, happened: int, t: float, kind: int, x: float, v: floa
 def _segment(
     force: Force,
     law: Vector,
+    laws: Extension,
     body: Vector,
     state: Vector,
     drive: Vector,
@@ -179,33 +230,44 @@ def _segment(
     happened: int,
 ) -> tuple[int, float, int, int]:
     """Simulate one drive up to `end`; return status, time reached, number of samples and events."""
-    piece, probe, slopes, pace = (
-        np.zeros((4, TERMS)),
-        np.zeros(TERMS),
-        np.empty((3, STAGES)),
-        np.zeros(3),
-    )
+    piece, probe, pace = np.zeros((4, TERMS)), np.zeros(TERMS), np.zeros(3)
     left = pieces_allowed(body, drive, end - t, events.shape[0])
+    if laws is None:
+        slopes = np.empty((3, STAGES))
+    else:
+        slopes = np.zeros((STAGES, ROWS))
+        if laws[2][LAG] > 0.0:
+            left += 100.0 * (end - t) / laws[2][LAG]
     refused, began = 0.0, -math.inf
     while t < end:
         left -= 1.0
-        terms, spent, kind, towards, status = _advance_piece(
-            force, law, body, state, drive, t, end - t, refused, piece, probe, slopes, pace
-        )
+        if laws is None:
+            terms, spent, kind, towards, status = _advance_piece(
+                force, law, body, state, drive, t, end - t, refused, piece, probe, slopes, pace
+            )
+        else:
+            terms, spent, kind, towards, status = _advance_extended(
+                force, laws, body, state, drive, t, end - t, refused, piece, probe, slopes, pace
+            )
         if status != OK or left < 0.0:
             return status if status != OK else TOO_MANY_EVENTS, t, filled, happened
         later = t + spent if spent < end - t else end
         if filled < times.shape[0] and times[filled] < later:
             filled = _fill(
-                force, law, body, state, drive, t, later, piece[:, :terms], times, samples, filled
+                force, law, laws, body, state, drive, t, later, piece, terms, times, samples, filled
             )
         _move(state, piece, terms, spent)
+        if laws is not None:
+            pass_time(laws, state, piece[3, :terms], spent)
         t = later
         if kind != fb.NO_EVENT:
             if happened == events.shape[0]:
                 return EVENTS_FULL, t, filled, happened
             speed, direction = state[fb.VELOCITY], state[fb.DIRECTION]
-            kind = arrive(state, body, drive, t, kind, towards, span)
+            if laws is None:
+                kind = arrive(state, body, drive, t, kind, towards, span)
+            else:
+                kind = extended_arrival(laws, body, state, drive, t, kind, towards, span)
             record(events, happened, t, kind, state[fb.POSITION], speed)
             happened += 1
             if kind == fb.BREAKS_AWAY:
@@ -213,6 +275,55 @@ def _segment(
             elif kind == fb.STOPS:
                 refused = direction if t == began else 0.0
     return OK, t, filled, happened
+
+
+@inner_kernel
+def _run(
+    force: Force,
+    law: Vector,
+    laws: Extension,
+    body: Vector,
+    state: Vector,
+    start: float,
+    ends: Vector,
+    drives: Vector,
+    times: Vector,
+    samples: Vector,
+    events: Vector,
+) -> tuple[int, float, int]:
+    """Simulate as `run`, or as `run_extended` with its `laws`."""
+    t, filled, happened, span = start, 0, 0, ends[-1] - start
+    if not (math.isfinite(span) and np.all(np.isfinite(state[:RESTED]))):
+        return NOT_FINITE, t, 0
+    if laws is None:
+        state[fb.REGION] = region(body, abs(state[fb.VELOCITY]))
+    else:
+        locate(laws, body, state)
+    for k in range(ends.shape[0]):
+        status, t, filled, happened = _segment(
+            force,
+            law,
+            laws,
+            body,
+            state,
+            drives[k],
+            t,
+            ends[k],
+            span,
+            times,
+            samples,
+            filled,
+            events,
+            happened,
+        )
+        if status != OK:
+            return status, t, happened
+    last = np.zeros((ROWS, 1))
+    last[:3, 0] = state[:3]
+    if laws is not None:
+        last[3, 0] = state[FILM]
+    _fill(force, law, laws, body, state, drives[-1], t, math.inf, last, 1, times, samples, filled)
+    return OK, t, happened
 
 
 @kernel
@@ -237,28 +348,27 @@ def run(
     Returns a status of engine/status.py, the time reached and the number of events. If the status
     is not OK, samples after that time are unchanged.
     """
-    t, filled, happened, span = start, 0, 0, ends[-1] - start
-    if not (math.isfinite(span) and np.all(np.isfinite(state))):
-        return NOT_FINITE, t, 0
-    state[fb.REGION] = region(body, abs(state[fb.VELOCITY]))
-    for k in range(ends.shape[0]):
-        status, t, filled, happened = _segment(
-            force,
-            law,
-            body,
-            state,
-            drives[k],
-            t,
-            ends[k],
-            span,
-            times,
-            samples,
-            filled,
-            events,
-            happened,
-        )
-        if status != OK:
-            return status, t, happened
-    last = state[:3].copy().reshape((3, 1))
-    _fill(force, law, body, state, drives[-1], t, math.inf, last, times, samples, filled)
-    return OK, t, happened
+    return _run(force, law, None, body, state, start, ends, drives, times, samples, events)
+
+
+@kernel
+def run_extended(
+    force: Force,
+    forward: Vector,
+    backward: Vector,
+    table: Vector,
+    body: Vector,
+    state: Vector,
+    start: float,
+    ends: Vector,
+    drives: Vector,
+    times: Vector,
+    samples: Vector,
+    events: Vector,
+) -> tuple[int, float, int]:
+    """Simulate as `run`, with `state` (8,) of extended_slip_events.py and an extension.
+
+    forward, backward, table: packed by friction/extension.py. `body` is overwritten as workspace.
+    """
+    laws = (forward, backward, table, np.empty_like(forward))
+    return _run(force, forward, laws, body, state, start, ends, drives, times, samples, events)

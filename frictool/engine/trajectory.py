@@ -12,9 +12,8 @@ from frictool.engine import body as fb
 from frictool.engine.body import FrictionBody, at_rest
 from frictool.engine.drive import EffortFunction
 from frictool.engine.extended_motion_pieces import EXTENDED_SIZE
-from frictool.engine.extended_stick_slip import run_extended
 from frictool.engine.status import OK
-from frictool.engine.stick_slip import run
+from frictool.engine.stick_slip import run, run_extended
 from frictool.friction.kernel_signatures import SLIP_FORCE
 from frictool.runtime.kernels import function_pointer
 from frictool.typing import Vector
@@ -120,7 +119,7 @@ def simulate(
         Ascending times [s] within the run.
     state
         State (5,) at the start, not changed; by default at rest at 0. A body with an extension has
-        a state (8,), see engine/extended_stick_slip.py. From (5,) it starts with 0 s at rest, or
+        a state (8,), see engine/extended_slip_events.py. From (5,) it starts with 0 s at rest, or
         in slip as after a long rest with a film that has settled.
     start
         Start of the run [s].

@@ -1,0 +1,143 @@
+"""Events that end a piece of slip with extended friction, and the state after them.
+
+It works as slip_events.py, with more state:
+
+    state (8,)   that of engine/body.py, then the film's lagged velocity, the time at rest, the
+                 number of knees passed
+
+The time at rest counts from the stop, or from the start of a run that begins at rest; during slip
+it is that of the last rest. A pure delay of the film is not supported: the motion after an event
+would depend on all pieces within the preceding delay, and each of their kinks would return as an
+event. The fixed-step laws support it (engine/fixed_step.py).
+"""
+
+from __future__ import annotations
+
+import math
+
+from frictool.engine import body as fb
+from frictool.engine.extended_motion_pieces import (
+    DENSE_TERMS,
+    FILM,
+    KNEES_PASSED,
+    RESTED,
+    ExtendedLaws,
+)
+from frictool.engine.motion_pieces import side
+from frictool.engine.polynomial_events import NEVER
+from frictool.engine.slip_events import BELOW, arrive, sooner
+from frictool.friction.extension import BOUNDARY, LAG, levels, regime_table
+from frictool.friction.lubricant_film import boundary_film
+from frictool.friction.speed_regimes import count_passed_knees
+from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
+
+
+@kernel
+def locate(laws: ExtendedLaws, body: Vector, state: Vector) -> None:
+    """Set layer side and speed regime of the state; without a lag also the film's velocity."""
+    table = laws[2]
+    if table[LAG] == 0.0:
+        state[FILM] = state[fb.VELOCITY]
+    state[fb.REGION] = (
+        fb.IN_LAYER
+        if abs(boundary_film(state[FILM], table[BOUNDARY])) < body[fb.LAYER]
+        else fb.STRAIGHT
+    )
+    state[KNEES_PASSED] = count_passed_knees(abs(state[fb.VELOCITY]), regime_table(table))
+
+
+@kernel
+def _layer_event(
+    laws: ExtendedLaws, body: Vector, state: Vector, piece: Vector, spent: float, probe: Vector
+) -> tuple[float, int]:
+    """Return when the film's velocity leaves or enters the layer, and which of the two."""
+    row = 3 if laws[2][LAG] > 0.0 else 1
+    if state[fb.REGION] == fb.IN_LAYER:
+        if body[fb.LAYER] == math.inf:
+            return spent, fb.NO_EVENT
+        sign, level, kind = (
+            -state[fb.DIRECTION],
+            state[fb.DIRECTION] * (laws[2][BOUNDARY] + body[fb.LAYER]),
+            fb.LEAVES_LAYER,
+        )
+    elif body[fb.LAYER] > 0.0:
+        sign = math.copysign(1.0, piece[row, 0])
+        level, kind = sign * (laws[2][BOUNDARY] + BELOW * body[fb.LAYER]), fb.ENTERS_LAYER
+    else:
+        return spent, fb.NO_EVENT
+    crossing = sooner(piece, DENSE_TERMS, row, sign, level, spent, probe)
+    return (crossing, kind) if crossing != NEVER else (spent, fb.NO_EVENT)
+
+
+@kernel
+def extended_slip_event(
+    laws: ExtendedLaws, body: Vector, state: Vector, piece: Vector, longest: float, probe: Vector
+) -> tuple[float, int]:
+    """Return time and kind of the first event on a piece of slip: stop, knee, layer or end stop."""
+    regimes, passed, direction = (
+        regime_table(laws[2]),
+        int(state[KNEES_PASSED]),
+        state[fb.DIRECTION],
+    )
+    spent, kind = longest, fb.NO_EVENT
+    below = regimes[2 * passed - 2] if passed > 0 else 0.0
+    crossing = sooner(piece, DENSE_TERMS, 1, direction, direction * below, spent, probe)
+    if crossing != NEVER:
+        spent, kind = crossing, fb.PASSES_KNEE if passed > 0 else fb.STOPS
+    if 2 * passed < regimes.shape[0]:
+        crossing = sooner(
+            piece, DENSE_TERMS, 1, -direction, direction * regimes[2 * passed], spent, probe
+        )
+        if crossing != NEVER:
+            spent, kind = crossing, fb.PASSES_KNEE
+    crossing, change = _layer_event(laws, body, state, piece, spent, probe)
+    if change != fb.NO_EVENT:
+        spent, kind = crossing, change
+    wall = body[fb.UPPER_STOP] if direction > 0.0 else body[fb.LOWER_STOP]
+    if math.isfinite(wall):
+        crossing = sooner(piece, DENSE_TERMS, 0, -direction, wall, spent, probe)
+        if crossing != NEVER:
+            spent, kind = crossing, fb.BOUNCES
+    return spent, kind
+
+
+@kernel
+def _pass_knee(laws: ExtendedLaws, state: Vector) -> None:
+    """Set the speed to that of the nearest knee, and the regime to the one on its other side."""
+    regimes, passed, speed = (
+        regime_table(laws[2]),
+        int(state[KNEES_PASSED]),
+        abs(state[fb.VELOCITY]),
+    )
+    upper = regimes[2 * passed] if 2 * passed < regimes.shape[0] else math.inf
+    up = passed == 0 or upper - speed < speed - regimes[2 * passed - 2]
+    state[fb.VELOCITY] = state[fb.DIRECTION] * (upper if up else regimes[2 * passed - 2])
+    state[KNEES_PASSED] = passed + 1 if up else passed - 1
+
+
+@kernel
+def extended_arrival(
+    laws: ExtendedLaws,
+    body: Vector,
+    state: Vector,
+    drive: Vector,
+    t: float,
+    kind: int,
+    towards: float,
+    span: float,
+) -> int:
+    """Change the state by an event; return the event, which differs if a rebound comes to rest."""
+    if kind == fb.PASSES_KNEE:
+        _pass_knee(laws, state)
+    elif kind in (fb.LEAVES_LAYER, fb.ENTERS_LAYER):
+        state[fb.REGION] = fb.STRAIGHT if kind == fb.LEAVES_LAYER else fb.IN_LAYER
+    else:
+        forward, backward, table, p = laws
+        levels(forward, backward, table, state[fb.POSITION], -state[fb.DIRECTION], state[RESTED], p)
+        body[fb.COULOMB + side(-state[fb.DIRECTION])] = p[0]  # friction after a rebound
+        kind = arrive(state, body, drive, t, kind, towards, span)
+        locate(laws, body, state)
+        if state[fb.DIRECTION] == 0.0:
+            state[RESTED] = 0.0
+    return kind
