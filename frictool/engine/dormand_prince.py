@@ -7,6 +7,7 @@ Differential Equations I, II.6.
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -55,20 +56,27 @@ TABLEAU = np.array(
 ERRORS = np.array((E1, 0.0, E3, E4, E5, E6, E7))
 
 
+class _Slip(NamedTuple):
+    """Slip in one direction: v' = (u - force(v, direction, law)) mobility."""
+
+    force: Force
+    law: Vector
+    mobility: float
+    direction: float
+    drive: Vector
+
+
 @bare_kernel
-def _rate(
-    force: Force,
-    law: Vector,
-    mobility: float,
-    direction: float,
-    drive: Vector,
-    t: float,
-    x: float,
-    v: float,
-    q: float,
-) -> float:
-    """Return v' of a slip in `direction`."""
+def _rate(slip: _Slip, t: float, x: float, v: float, q: float) -> float:
+    """Return v' of a slip."""
+    force, law, mobility, direction, drive = slip
     return (effort(t, x, v, q, drive) - force(v, direction, law)) * mobility
+
+
+@bare_kernel
+def _fill_row(row: Vector, k: tuple[float, float, float, float, float, float, float]) -> None:
+    """Fill a row of slopes with the seven stages of a step."""
+    row[0], row[1], row[2], row[3], row[4], row[5], row[6] = k
 
 
 @bare_kernel
@@ -90,101 +98,35 @@ def layer_step(
     direction, law)` opposes the motion.
     """
     x, v, q = y[0], y[1], y[2]
-    v1, mobility = v, 1.0 / mass
+    v1, slip = v, _Slip(force, law, 1.0 / mass, direction, drive)
     a1, e1 = start, x - reference(t, drive)
     v2 = v + h * A21 * a1
     x2 = x + h * A21 * v1
     e2 = x2 - reference(t + C2 * h, drive)
-    a2 = _rate(force, law, mobility, direction, drive, t + C2 * h, x2, v2, q + h * A21 * e1)
+    a2 = _rate(slip, t + C2 * h, x2, v2, q + h * A21 * e1)
     v3 = v + h * (A31 * a1 + A32 * a2)
     x3 = x + h * (A31 * v1 + A32 * v2)
     e3 = x3 - reference(t + C3 * h, drive)
-    a3 = _rate(
-        force, law, mobility, direction, drive, t + C3 * h, x3, v3, q + h * (A31 * e1 + A32 * e2)
-    )
+    a3 = _rate(slip, t + C3 * h, x3, v3, q + h * (A31 * e1 + A32 * e2))
     v4 = v + h * (A41 * a1 + A42 * a2 + A43 * a3)
     x4 = x + h * (A41 * v1 + A42 * v2 + A43 * v3)
     e4 = x4 - reference(t + C4 * h, drive)
-    a4 = _rate(
-        force,
-        law,
-        mobility,
-        direction,
-        drive,
-        t + C4 * h,
-        x4,
-        v4,
-        q + h * (A41 * e1 + A42 * e2 + A43 * e3),
-    )
+    a4 = _rate(slip, t + C4 * h, x4, v4, q + h * (A41 * e1 + A42 * e2 + A43 * e3))
     v5 = v + h * (A51 * a1 + A52 * a2 + A53 * a3 + A54 * a4)
     x5 = x + h * (A51 * v1 + A52 * v2 + A53 * v3 + A54 * v4)
     e5 = x5 - reference(t + C5 * h, drive)
-    a5 = _rate(
-        force,
-        law,
-        mobility,
-        direction,
-        drive,
-        t + C5 * h,
-        x5,
-        v5,
-        q + h * (A51 * e1 + A52 * e2 + A53 * e3 + A54 * e4),
-    )
+    a5 = _rate(slip, t + C5 * h, x5, v5, q + h * (A51 * e1 + A52 * e2 + A53 * e3 + A54 * e4))
     v6 = v + h * (A61 * a1 + A62 * a2 + A63 * a3 + A64 * a4 + A65 * a5)
     x6 = x + h * (A61 * v1 + A62 * v2 + A63 * v3 + A64 * v4 + A65 * v5)
     e6 = x6 - reference(t + h, drive)
-    a6 = _rate(
-        force,
-        law,
-        mobility,
-        direction,
-        drive,
-        t + h,
-        x6,
-        v6,
-        q + h * (A61 * e1 + A62 * e2 + A63 * e3 + A64 * e4 + A65 * e5),
-    )
+    a6 = _rate(slip, t + h, x6, v6, q + h * (A61 * e1 + A62 * e2 + A63 * e3 + A64 * e4 + A65 * e5))
     v7 = v + h * (A71 * a1 + A73 * a3 + A74 * a4 + A75 * a5 + A76 * a6)
     x7 = x + h * (A71 * v1 + A73 * v3 + A74 * v4 + A75 * v5 + A76 * v6)
     e7 = x7 - reference(t + h, drive)
-    a7 = _rate(
-        force,
-        law,
-        mobility,
-        direction,
-        drive,
-        t + h,
-        x7,
-        v7,
-        q + h * (A71 * e1 + A73 * e3 + A74 * e4 + A75 * e5 + A76 * e6),
-    )
-    (
-        slopes[0, 0],
-        slopes[0, 1],
-        slopes[0, 2],
-        slopes[0, 3],
-        slopes[0, 4],
-        slopes[0, 5],
-        slopes[0, 6],
-    ) = v1, v2, v3, v4, v5, v6, v7
-    (
-        slopes[1, 0],
-        slopes[1, 1],
-        slopes[1, 2],
-        slopes[1, 3],
-        slopes[1, 4],
-        slopes[1, 5],
-        slopes[1, 6],
-    ) = a1, a2, a3, a4, a5, a6, a7
-    (
-        slopes[2, 0],
-        slopes[2, 1],
-        slopes[2, 2],
-        slopes[2, 3],
-        slopes[2, 4],
-        slopes[2, 5],
-        slopes[2, 6],
-    ) = e1, e2, e3, e4, e5, e6, e7
+    a7 = _rate(slip, t + h, x7, v7, q + h * (A71 * e1 + A73 * e3 + A74 * e4 + A75 * e5 + A76 * e6))
+    _fill_row(slopes[0], (v1, v2, v3, v4, v5, v6, v7))
+    _fill_row(slopes[1], (a1, a2, a3, a4, a5, a6, a7))
+    _fill_row(slopes[2], (e1, e2, e3, e4, e5, e6, e7))
     return abs(h * (E1 * a1 + E3 * a3 + E4 * a4 + E5 * a5 + E6 * a6 + E7 * a7))
 
 

@@ -26,6 +26,7 @@ from frictool.engine.motion_pieces import (
     ROUNDING,
     SHORTEST_STEP,
     TRACE,
+    DrivenBody,
     gross,
     lengthen,
     shortening,
@@ -74,19 +75,14 @@ def slip_friction(
 
 @kernel
 def threshold(
-    force: Force,
-    laws: ExtendedLaws,
-    body: Vector,
-    x: float,
-    direction: float,
-    rested: float,
-    w: float,
+    driven: DrivenBody, laws: ExtendedLaws, x: float, direction: float, rested: float, w: float
 ) -> float:
     """Return the effort that a body at rest withstands in a direction.
 
     It is the breakaway, reduced as long as a film lasts: by the amount by which the film lowers the
     friction at the start of a slip.
     """
+    force, body = driven.force, driven.body
     forward, backward, table, p = laws
     breakaway: float = body[fb.BREAKAWAY + side(direction)] * levels(
         forward, backward, table, x, direction, rested, p
@@ -108,9 +104,8 @@ def film_at_rest(w: float, lag: float, spent: float) -> float:
 
 @kernel
 def sampled_friction(
-    force: Force,
+    driven: DrivenBody,
     laws: ExtendedLaws,
-    body: Vector,
     state: Vector,
     ahead: float,
     y: tuple[float, float, float],
@@ -120,12 +115,13 @@ def sampled_friction(
 
     y: position, velocity and lagged velocity then.
     """
+    force = driven.force
     x, v, w = y
     lag = laws[2][LAG]
     if state[fb.DIRECTION] == 0.0:
         w, rested = film_at_rest(state[FILM], lag, ahead), state[RESTED] + ahead
-        most = threshold(force, laws, body, x, 1.0, rested, w)
-        least = -threshold(force, laws, body, x, -1.0, rested, w)
+        most = threshold(driven, laws, x, 1.0, rested, w)
+        least = -threshold(driven, laws, x, -1.0, rested, w)
         return min(max(u, least), most)
     return slip_friction(force, laws, state, x, v, w if lag > 0.0 else v)
 
@@ -148,18 +144,17 @@ def pass_time(laws: ExtendedLaws, state: Vector, film: Vector, spent: float) -> 
 
 @kernel
 def _threshold_after(
-    force: Force, laws: ExtendedLaws, body: Vector, state: Vector, direction: float, spent: float
+    driven: DrivenBody, laws: ExtendedLaws, state: Vector, direction: float, spent: float
 ) -> float:
     """Return the threshold of a body at rest after a further time `spent` [s] at rest."""
     w = film_at_rest(state[FILM], laws[2][LAG], spent)
-    return threshold(force, laws, body, state[fb.POSITION], direction, state[RESTED] + spent, w)
+    return threshold(driven, laws, state[fb.POSITION], direction, state[RESTED] + spent, w)
 
 
 @kernel
 def _crossing(
-    force: Force,
+    driven: DrivenBody,
     laws: ExtendedLaws,
-    body: Vector,
     state: Vector,
     direction: float,
     u: Vector,
@@ -172,7 +167,7 @@ def _crossing(
     while low < middle < high:
         if (
             direction * value(u, middle)
-            >= _threshold_after(force, laws, body, state, direction, middle) + more
+            >= _threshold_after(driven, laws, state, direction, middle) + more
         ):
             high = middle
         else:
@@ -183,9 +178,8 @@ def _crossing(
 
 @kernel
 def _first_breakaway(
-    force: Force,
+    driven: DrivenBody,
     laws: ExtendedLaws,
-    body: Vector,
     state: Vector,
     direction: float,
     u: Vector,
@@ -200,29 +194,27 @@ def _first_breakaway(
     below the threshold at a.
     """
     bound, low, width = curvature_bound(u, h), 0.0, h
-    above = direction * u[0] - _threshold_after(force, laws, body, state, direction, 0.0) - more
+    above = direction * u[0] - _threshold_after(driven, laws, state, direction, 0.0) - more
     if above > ROUNDING * size:
         return 0.0, True
     # on the threshold: breaks away if the effort rises faster
     if above >= -ROUNDING * size and more == 0.0:
         low = RESOLUTION * h
-        later = direction * value(u, low) - _threshold_after(
-            force, laws, body, state, direction, low
-        )
+        later = direction * value(u, low) - _threshold_after(driven, laws, state, direction, low)
         if later > above and later > 0.0:
             return 0.0, True
     for _ in range(MAX_HALVINGS):
         high = min(low + width, h)
         width = high - low
-        least = _threshold_after(force, laws, body, state, direction, low) + more
+        least = _threshold_after(driven, laws, state, direction, low) + more
         end = direction * value(u, high)
         if max(direction * value(u, low), end) + 0.125 * bound * width * width < least:
             if high >= h:
                 return h, False
             low, width = high, 2.0 * width
         elif width <= RESOLUTION * h:
-            if end >= _threshold_after(force, laws, body, state, direction, high) + more:
-                return _crossing(force, laws, body, state, direction, u, low, high, more), True
+            if end >= _threshold_after(driven, laws, state, direction, high) + more:
+                return _crossing(driven, laws, state, direction, u, low, high, more), True
             if high >= h:
                 return h, False
             low, width = high, 2.0 * width
@@ -233,11 +225,9 @@ def _first_breakaway(
 
 @kernel
 def rest_piece(
-    force: Force,
+    driven: DrivenBody,
     laws: ExtendedLaws,
-    body: Vector,
     state: Vector,
-    drive: Vector,
     t: float,
     longest: float,
     refused: float,
@@ -247,6 +237,7 @@ def rest_piece(
 
     As `motion_pieces.rest_piece`.
     """
+    body, drive = driven.body, driven.drive
     motion(state, t, drive, body[fb.MASS], 0.0, False, 0.0, piece)
     spent, towards = min(longest, reach(piece[3])), 0.0
     for direction in (-1.0, 1.0):
@@ -260,7 +251,7 @@ def rest_piece(
         size = body[fb.BREAKAWAY + side(direction)] + gross(state, t, drive)
         more = TRACE * size if direction == refused else 0.0
         proven, leaves = _first_breakaway(
-            force, laws, body, state, direction, piece[3], spent, more, size
+            driven, laws, state, direction, piece[3], spent, more, size
         )
         if leaves or proven < spent:
             towards = direction if leaves else 0.0
@@ -270,22 +261,16 @@ def rest_piece(
 
 @inner_kernel
 def _field(
-    force: Force,
-    laws: ExtendedLaws,
-    mass: float,
-    state: Vector,
-    drive: Vector,
-    t: float,
-    y: Vector,
-    out: Vector,
+    driven: DrivenBody, laws: ExtendedLaws, state: Vector, t: float, y: Vector, out: Vector
 ) -> None:
     """Fill out with (x', v', q', w')."""
+    force, drive = driven.force, driven.drive
     lag = laws[2][LAG]
     w = y[3] if lag > 0.0 else y[1]
     out[0] = y[1]
     out[1] = (
         effort(t, y[0], y[1], y[2], drive) - slip_friction(force, laws, state, y[0], y[1], w)
-    ) / mass
+    ) / driven.body[fb.MASS]
     out[2] = y[0] - reference(t, drive)
     out[3] = (y[1] - w) / lag if lag > 0.0 else 0.0
 
@@ -300,11 +285,9 @@ def _step_error(h: float, slopes: Vector) -> float:
 
 @kernel
 def slip_piece(
-    force: Force,
+    driven: DrivenBody,
     laws: ExtendedLaws,
-    body: Vector,
     state: Vector,
-    drive: Vector,
     t: float,
     longest: float,
     pace: Vector,
@@ -315,9 +298,10 @@ def slip_piece(
 
     pace (3,): as in `motion_pieces.layer_piece`. slopes (7, 4).
     """
+    body, drive = driven.body, driven.drive
     mass, y, point = body[fb.MASS], np.empty(ROWS), np.empty(ROWS)
     y[:3], y[3] = state[:3], state[FILM]
-    _field(force, laws, mass, state, drive, t, y, slopes[0])
+    _field(driven, laws, state, t, y, slopes[0])
     size = gross(state, t, drive)
     if y[1] == 0.0 and abs(slopes[0, 1]) * mass <= ROUNDING * (
         size + body[fb.BREAKAWAY + side(state[fb.DIRECTION])]
@@ -335,7 +319,7 @@ def slip_piece(
     while True:
         for i in range(1, dp.STAGES):
             stage_point(i, h, y, slopes, point)
-            _field(force, laws, mass, state, drive, t + dp.NODES[i] * h, point, slopes[i])
+            _field(driven, laws, state, t + dp.NODES[i] * h, point, slopes[i])
         error = _step_error(h, slopes) / allowed
         if error <= 1.0:
             lengthen(pace, h, wish if cut else 0.0, error)

@@ -23,7 +23,7 @@ from frictool.engine.extended_motion_pieces import (
     RESTED,
     ExtendedLaws,
 )
-from frictool.engine.motion_pieces import side
+from frictool.engine.motion_pieces import DrivenBody, side
 from frictool.engine.polynomial_events import NEVER
 from frictool.engine.slip_events import BELOW, arrive, sooner
 from frictool.friction.extension import BOUNDARY, LAG, levels, regime_table
@@ -118,16 +118,16 @@ def _pass_knee(laws: ExtendedLaws, state: Vector) -> None:
 
 @kernel
 def extended_arrival(
+    driven: DrivenBody,
     laws: ExtendedLaws,
-    body: Vector,
     state: Vector,
-    drive: Vector,
     t: float,
     kind: int,
     towards: float,
     span: float,
 ) -> int:
     """Change the state by an event; return the event, which differs if a rebound comes to rest."""
+    body = driven.body
     if kind == fb.PASSES_KNEE:
         _pass_knee(laws, state)
     elif kind in (fb.LEAVES_LAYER, fb.ENTERS_LAYER):
@@ -136,7 +136,7 @@ def extended_arrival(
         forward, backward, table, p = laws
         levels(forward, backward, table, state[fb.POSITION], -state[fb.DIRECTION], state[RESTED], p)
         body[fb.COULOMB + side(-state[fb.DIRECTION])] = p[0]  # friction after a rebound
-        kind = arrive(state, body, drive, t, kind, towards, span)
+        kind = arrive(driven, state, t, kind, towards, span)
         locate(laws, body, state)
         if state[fb.DIRECTION] == 0.0:
             state[RESTED] = 0.0

@@ -7,6 +7,7 @@ time for which they hold.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from frictool.engine import body as fb
 from frictool.engine import drive as dr
@@ -32,6 +33,15 @@ GROWTH, SHRINKAGE, SAFETY = 10.0, 0.2, 0.85
 NOW, BEFORE, LEAST_ERROR = 0.85 / 5.0, 0.4 / 5.0, 1e-10
 
 
+class DrivenBody(NamedTuple):
+    """A body (engine/body.py) with its friction law under one drive (engine/drive.py)."""
+
+    force: Force
+    law: Vector
+    body: Vector
+    drive: Vector
+
+
 @kernel
 def side(direction: float) -> int:
     """Return the index of a direction in a pair (backward, forward)."""
@@ -50,11 +60,12 @@ def friction_line(body: Vector, region: float, direction: float) -> tuple[float,
 
 
 @bare_kernel
-def friction(force: Force, law: Vector, body: Vector, state: Vector, v: float, u: float) -> float:
+def friction(driven: DrivenBody, state: Vector, v: float, u: float) -> float:
     """Return the friction force at speed v; at rest the effort, limited to the breakaway.
 
     At an end stop the stop holds the rest of the effort.
     """
+    force, law, body = driven.force, driven.law, driven.body
     if state[fb.DIRECTION] == 0.0:
         held: float = min(max(u, -body[fb.BREAKAWAY]), body[fb.BREAKAWAY + 1])
         return held
@@ -88,9 +99,8 @@ def gross(state: Vector, t: float, drive: Vector) -> float:
 
 @kernel
 def rest_piece(
+    driven: DrivenBody,
     state: Vector,
-    body: Vector,
-    drive: Vector,
     t: float,
     longest: float,
     refused: float,
@@ -102,6 +112,7 @@ def rest_piece(
     refused: direction in which the body has just stopped at the instant of its breakaway; there a
     breakaway takes slightly more effort.
     """
+    body, drive = driven.body, driven.drive
     motion(state, t, drive, body[fb.MASS], 0.0, False, 0.0, piece)
     spent, towards = min(longest, reach(piece[3])), 0.0
     for direction in (-1.0, 1.0):
@@ -128,12 +139,11 @@ def rest_piece(
 
 
 @bare_kernel
-def _acceleration(
-    force: Force, law: Vector, body: Vector, state: Vector, drive: Vector, t: float
-) -> float:
+def _acceleration(driven: DrivenBody, state: Vector, t: float) -> float:
     """Return v' at t, set to 0 at the start of a slip if it is only rounding."""
+    body, drive = driven.body, driven.drive
     u = effort(t, state[fb.POSITION], state[fb.VELOCITY], state[fb.INTEGRAL_STATE], drive)
-    opposing = friction(force, law, body, state, state[fb.VELOCITY], u)
+    opposing = friction(driven, state, state[fb.VELOCITY], u)
     if state[fb.VELOCITY] == 0.0 and abs(u - opposing) <= ROUNDING * (
         abs(opposing) + gross(state, t, drive)
     ):
@@ -158,11 +168,8 @@ def shortening(error: float) -> float:
 
 @bare_kernel
 def layer_piece(
-    force: Force,
-    law: Vector,
-    body: Vector,
+    driven: DrivenBody,
     state: Vector,
-    drive: Vector,
     t: float,
     longest: float,
     pace: Vector,
@@ -175,10 +182,11 @@ def layer_piece(
     was entered. The tolerance limits the error in time: an error of v shifts the motion by
     error/acceleration, which may be `tolerance` of the time spent in the layer.
     """
+    force, law, body, drive = driven
     # the last stage of a step is the first of the next
     mass, start = body[fb.MASS], slopes[1, STAGES - 1]
     if pace[0] == 0.0:
-        start = _acceleration(force, law, body, state, drive, t)
+        start = _acceleration(driven, state, t)
         largest = body[fb.BREAKAWAY] + body[fb.BREAKAWAY + 1] + gross(state, t, drive)
         pace[0] = (
             FIRST_STEP * min(body[fb.LAYER], body[fb.SPEED_SCALE]) * mass / largest
@@ -209,17 +217,11 @@ def layer_piece(
 
 @kernel
 def straight_piece(
-    force: Force,
-    law: Vector,
-    body: Vector,
-    state: Vector,
-    drive: Vector,
-    t: float,
-    longest: float,
-    piece: Vector,
+    driven: DrivenBody, state: Vector, t: float, longest: float, piece: Vector
 ) -> float:
     """Fill one piece in closed form; return its length [s]."""
-    start = _acceleration(force, law, body, state, drive, t)
+    body, drive = driven.body, driven.drive
+    start = _acceleration(driven, state, t)
     _, viscous = friction_line(body, state[fb.REGION], state[fb.DIRECTION])
     motion(state, t, drive, body[fb.MASS], viscous, True, start, piece)
     return min(longest, reach(piece[1]))

@@ -6,7 +6,7 @@ import math
 
 from frictool.engine import body as fb
 from frictool.engine.drive import effort
-from frictool.engine.motion_pieces import friction_line
+from frictool.engine.motion_pieces import DrivenBody, friction_line
 from frictool.engine.polynomial_events import NEVER, first_fall
 from frictool.runtime.kernels import bare_kernel, kernel
 from frictool.typing import Vector
@@ -90,8 +90,9 @@ def slip_event(
 
 
 @kernel
-def _bounce(state: Vector, body: Vector, drive: Vector, t: float, span: float) -> int:
+def _bounce(driven: DrivenBody, state: Vector, t: float, span: float) -> int:
     """Reverse the body at an end stop with its restitution, or put it to rest; return the event."""
+    body, drive = driven.body, driven.drive
     direction = state[fb.DIRECTION]
     state[fb.POSITION] = body[fb.UPPER_STOP] if direction > 0.0 else body[fb.LOWER_STOP]
     state[fb.VELOCITY] *= -body[fb.RESTITUTION]
@@ -114,13 +115,14 @@ def _bounce(state: Vector, body: Vector, drive: Vector, t: float, span: float) -
 
 @kernel
 def arrive(
-    state: Vector, body: Vector, drive: Vector, t: float, kind: int, towards: float, span: float
+    driven: DrivenBody, state: Vector, t: float, kind: int, towards: float, span: float
 ) -> int:
     """Update the body's direction, region and speed after an event; return the event.
 
     For BOUNCES, the returned event is RESTS_AT_STOP if the rebound is too slow to leave the stop.
     `kind` is the event, `towards` the direction of a breakaway, `span` [s] the length of the run.
     """
+    body = driven.body
     direction = state[fb.DIRECTION]
     if kind == fb.BREAKS_AWAY:
         state[fb.DIRECTION], state[fb.REGION] = towards, region(body, 0.0)
@@ -136,5 +138,5 @@ def arrive(
         state[fb.VELOCITY] = 0.0
         state[fb.DIRECTION] = 0.0
     elif kind == fb.BOUNCES:
-        return _bounce(state, body, drive, t, span)
+        return _bounce(driven, state, t, span)
     return kind

@@ -22,6 +22,9 @@ endless cycles (3.5):
   there (event RESTS_AT_STOP).
 
 Any other cycle ends the call with a status, at the returned time.
+
+`run_extended` simulates extended friction (friction/extension.py) by the same driver, with its own
+pieces (extended_motion_pieces.py) and events (extended_slip_events.py).
 """
 
 from __future__ import annotations
@@ -49,7 +52,13 @@ from frictool.engine.extended_slip_events import (
     extended_slip_event,
     locate,
 )
-from frictool.engine.motion_pieces import friction, layer_piece, rest_piece, straight_piece
+from frictool.engine.motion_pieces import (
+    DrivenBody,
+    friction,
+    layer_piece,
+    rest_piece,
+    straight_piece,
+)
 from frictool.engine.polynomial_events import value
 from frictool.engine.power_series import TERMS
 from frictool.engine.slip_events import arrive, region, slip_event
@@ -88,14 +97,11 @@ def pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> flo
     return allowed
 
 
-@kernel
+@bare_kernel
 def _fill(
-    force: Force,
-    law: Vector,
+    driven: DrivenBody,
     laws: Extension,
-    body: Vector,
     state: Vector,
-    drive: Vector,
     t: float,
     until: float,
     piece: Vector,
@@ -105,15 +111,16 @@ def _fill(
     filled: int,
 ) -> int:
     """Fill the samples within a piece [t, until) from the state at t; return their total number."""
+    drive = driven.drive
     while filled < times.shape[0] and times[filled] < until:
         ahead = times[filled] - t
         x, v = value(piece[0, :terms], ahead), value(piece[1, :terms], ahead)
         u = effort(times[filled], x, v, value(piece[2, :terms], ahead), drive)
         if laws is None:
-            opposing = friction(force, law, body, state, v, u)
+            opposing = friction(driven, state, v, u)
         else:
             y = x, v, value(piece[3, :terms], ahead)
-            opposing = sampled_friction(force, laws, body, state, ahead, y, u)
+            opposing = sampled_friction(driven, laws, state, ahead, y, u)
         row = samples[filled]
         row[fb.SAMPLE_POSITION], row[fb.SAMPLE_VELOCITY], row[fb.SAMPLE_EFFORT] = x, v, u
         row[fb.SAMPLE_FRICTION], row[fb.SAMPLE_MODE] = opposing, state[fb.DIRECTION]
@@ -123,11 +130,8 @@ def _fill(
 
 @bare_kernel
 def _advance_piece(
-    force: Force,
-    law: Vector,
-    body: Vector,
+    driven: DrivenBody,
     state: Vector,
-    drive: Vector,
     t: float,
     longest: float,
     refused: float,
@@ -143,16 +147,16 @@ def _advance_piece(
     """
     terms = TERMS
     if state[fb.DIRECTION] == 0.0:
-        spent, towards = rest_piece(state, body, drive, t, longest, refused, piece, probe)
+        spent, towards = rest_piece(driven, state, t, longest, refused, piece, probe)
         return terms, spent, fb.BREAKS_AWAY if towards != 0.0 else fb.NO_EVENT, towards, OK
     if state[fb.REGION] == fb.IN_LAYER:
         terms = DENSE_TERMS
-        spent, status = layer_piece(force, law, body, state, drive, t, longest, pace, slopes, piece)
+        spent, status = layer_piece(driven, state, t, longest, pace, slopes, piece)
         if status != OK:
             return terms, 0.0, fb.NO_EVENT, 0.0, status
     else:
-        spent = straight_piece(force, law, body, state, drive, t, longest, piece)
-    spent, kind = slip_event(state, body, piece, terms, spent, probe)
+        spent = straight_piece(driven, state, t, longest, piece)
+    spent, kind = slip_event(state, driven.body, piece, terms, spent, probe)
     if kind != fb.NO_EVENT:
         pace[0] = 0.0
     return terms, spent, kind, 0.0, OK
@@ -160,11 +164,9 @@ def _advance_piece(
 
 @kernel
 def _advance_extended(
-    force: Force,
+    driven: DrivenBody,
     laws: ExtendedLaws,
-    body: Vector,
     state: Vector,
-    drive: Vector,
     t: float,
     longest: float,
     refused: float,
@@ -175,14 +177,12 @@ def _advance_extended(
 ) -> tuple[int, float, int, float, int]:
     """Advance as `_advance_piece`, with extended friction."""
     if state[fb.DIRECTION] == 0.0:
-        spent, towards = extended_rest_piece(
-            force, laws, body, state, drive, t, longest, refused, piece
-        )
+        spent, towards = extended_rest_piece(driven, laws, state, t, longest, refused, piece)
         return TERMS, spent, fb.BREAKS_AWAY if towards != 0.0 else fb.NO_EVENT, towards, OK
-    spent, status = slip_piece(force, laws, body, state, drive, t, longest, pace, slopes, piece)
+    spent, status = slip_piece(driven, laws, state, t, longest, pace, slopes, piece)
     if status != OK:
         return DENSE_TERMS, 0.0, fb.NO_EVENT, 0.0, status
-    spent, kind = extended_slip_event(laws, body, state, piece, spent, probe)
+    spent, kind = extended_slip_event(laws, driven.body, state, piece, spent, probe)
     if kind != fb.NO_EVENT:
         pace[0] = 0.0
     return DENSE_TERMS, spent, kind, 0.0, OK
@@ -214,12 +214,9 @@ def record(events: Vector, happened: int, t: float, kind: int, x: float, v: floa
 
 @kernel
 def _segment(
-    force: Force,
-    law: Vector,
+    driven: DrivenBody,
     laws: Extension,
-    body: Vector,
     state: Vector,
-    drive: Vector,
     t: float,
     end: float,
     span: float,
@@ -230,6 +227,7 @@ def _segment(
     happened: int,
 ) -> tuple[int, float, int, int]:
     """Simulate one drive up to `end`; return status, time reached, number of samples and events."""
+    body, drive = driven.body, driven.drive
     piece, probe, pace = np.zeros((4, TERMS)), np.zeros(TERMS), np.zeros(3)
     left = pieces_allowed(body, drive, end - t, events.shape[0])
     if laws is None:
@@ -243,19 +241,17 @@ def _segment(
         left -= 1.0
         if laws is None:
             terms, spent, kind, towards, status = _advance_piece(
-                force, law, body, state, drive, t, end - t, refused, piece, probe, slopes, pace
+                driven, state, t, end - t, refused, piece, probe, slopes, pace
             )
         else:
             terms, spent, kind, towards, status = _advance_extended(
-                force, laws, body, state, drive, t, end - t, refused, piece, probe, slopes, pace
+                driven, laws, state, t, end - t, refused, piece, probe, slopes, pace
             )
         if status != OK or left < 0.0:
             return status if status != OK else TOO_MANY_EVENTS, t, filled, happened
         later = t + spent if spent < end - t else end
         if filled < times.shape[0] and times[filled] < later:
-            filled = _fill(
-                force, law, laws, body, state, drive, t, later, piece, terms, times, samples, filled
-            )
+            filled = _fill(driven, laws, state, t, later, piece, terms, times, samples, filled)
         _move(state, piece, terms, spent)
         if laws is not None:
             pass_time(laws, state, piece[3, :terms], spent)
@@ -265,9 +261,9 @@ def _segment(
                 return EVENTS_FULL, t, filled, happened
             speed, direction = state[fb.VELOCITY], state[fb.DIRECTION]
             if laws is None:
-                kind = arrive(state, body, drive, t, kind, towards, span)
+                kind = arrive(driven, state, t, kind, towards, span)
             else:
-                kind = extended_arrival(laws, body, state, drive, t, kind, towards, span)
+                kind = extended_arrival(driven, laws, state, t, kind, towards, span)
             record(events, happened, t, kind, state[fb.POSITION], speed)
             happened += 1
             if kind == fb.BREAKS_AWAY:
@@ -300,29 +296,17 @@ def _run(
     else:
         locate(laws, body, state)
     for k in range(ends.shape[0]):
+        driven = DrivenBody(force, law, body, drives[k])
         status, t, filled, happened = _segment(
-            force,
-            law,
-            laws,
-            body,
-            state,
-            drives[k],
-            t,
-            ends[k],
-            span,
-            times,
-            samples,
-            filled,
-            events,
-            happened,
+            driven, laws, state, t, ends[k], span, times, samples, filled, events, happened
         )
         if status != OK:
             return status, t, happened
-    last = np.zeros((ROWS, 1))
+    driven, last = DrivenBody(force, law, body, drives[-1]), np.zeros((ROWS, 1))
     last[:3, 0] = state[:3]
     if laws is not None:
         last[3, 0] = state[FILM]
-    _fill(force, law, laws, body, state, drives[-1], t, math.inf, last, 1, times, samples, filled)
+    _fill(driven, laws, state, t, math.inf, last, 1, times, samples, filled)
     return OK, t, happened
 
 
