@@ -65,7 +65,7 @@ def evaluate(tree: JointTree, x: float, towards: float) -> None:
         i = ly.block_at(k, members[m])
         joint, parent = ly.joint_of(k, i), ly.parent_of(k, i)
         row, contact = ly.joint_row(k, joint), modes[n + joint]
-        outward, ratio = ly.leads_out(k, i), p[row + ly.RATIO]
+        outward, ratio = ly.outward(k, i) == 1, ly.ratio(p, row)
         a = parent if outward else i
         direction = math.copysign(1.0, towards * w[rows.ALONG, a] if towards != 0.0 else y[n + a])
         force, slope = w[rows.VALUE, i], w[rows.SLOPE, i]
@@ -144,7 +144,7 @@ def next_piece(tree: JointTree, x: float, towards: float, going: float) -> float
         value, slope = w[rows.VALUE, i], w[rows.SLOPE, i]
         if slope == 0.0 or not math.isfinite(value):
             continue
-        joint, outward = ly.joint_of(k, i), ly.leads_out(k, i)
+        joint, outward = ly.joint_of(k, i), ly.outward(k, i) == 1
         row, a = ly.joint_row(k, joint), ly.parent_of(k, i) if outward else i
         kink = kink_of(p, row, w[rows.DRIVEN, a]) if is_lossy(p, row) else 0.0
         direction = math.copysign(1.0, towards * w[rows.ALONG, a] if towards != 0.0 else y[n + a])

@@ -48,10 +48,9 @@ from frictool.typing import IntVector, Vector
 def _begin(k: IntVector, p: Vector, modes: IntVector, w: Vector) -> None:
     """Fill the rows with inertia and needed force of each block alone."""
     n, stops = k[ly.BLOCKS], k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
-    mass = k[ly.MASS]
     for i in range(n):
         w[rows.NEED, i], w[rows.NEED_HIGH, i] = -w[rows.FORCE, i], -w[rows.FORCE, i]
-        w[rows.INERTIA, i] = p[mass + i]
+        w[rows.INERTIA, i] = ly.mass_of(k, p, i)
         if modes[i] == STUCK:
             w[rows.NEED, i] += w[rows.HOLD_LOW, i]
             w[rows.NEED_HIGH, i] += w[rows.HOLD_HIGH, i]
@@ -70,8 +69,8 @@ def _hand_over_rest(
     """Add to the parent the force interval that a block at rest needs through their joint."""
     n, joint, parent = k[ly.BLOCKS], ly.joint_of(k, i), ly.parent_of(k, i)
     row, slack = ly.joint_row(k, joint), slack_at(k, p, w, i)
-    ratio, low, high = p[row + ly.RATIO], w[rows.NEED, i], w[rows.NEED_HIGH, i]
-    if ly.leads_out(k, i):
+    ratio, low, high = ly.ratio(p, row), w[rows.NEED, i], w[rows.NEED_HIGH, i]
+    if ly.outward(k, i) == 1:
         if whole:
             w[rows.GROSS, parent] += abs(ratio) * w[rows.GROSS, i]
         if contact == -1:
@@ -116,9 +115,9 @@ def _hand_over(
     """
     n, joint, parent = k[ly.BLOCKS], ly.joint_of(k, i), ly.parent_of(k, i)
     row = ly.joint_row(k, joint)
-    ratio = slope = p[row + ly.RATIO]
+    ratio = slope = ly.ratio(p, row)
     kink = 0.0
-    outward = ly.leads_out(k, i)
+    outward = ly.outward(k, i) == 1
     if is_lossy(p, row):
         a = parent if outward else i
         slope = slope_of(p, row, direction_of(modes, y, n, a), modes[n + k[ly.JOINTS] + joint] > 0)
@@ -141,10 +140,9 @@ def _gather(
 ) -> bool:
     """Sweep from the leaves to the roots; return False if a tree has no effective inertia left."""
     n, sound = k[ly.BLOCKS], True
-    order, joints, speeds = k[ly.ORDER], k[ly.PARENT_JOINT], k[ly.SPEED]
     for place in range(n - 1, -1, -1):
-        i = k[order + place]
-        joint = k[joints + i]
+        i = ly.block_at(k, place)
+        joint = ly.joint_of(k, i)
         if joint >= 0 and modes[n + joint] != OPEN:
             if modes[i] == STUCK:
                 _hand_over_rest(k, p, i, modes[n + joint], w, guard, whole)
@@ -155,7 +153,7 @@ def _gather(
             w[rows.ACCELERATION, i] = 0.0
         else:
             if whole and modes[i] != FREE:
-                guard[i] = modes[i] * y[n + i] / (SPEED_SLACK * p[speeds + i])
+                guard[i] = modes[i] * y[n + i] / (SPEED_SLACK * ly.speed_scale(k, p, i))
             if w[rows.INERTIA, i] <= 0.0:
                 sound = False
             w[rows.ACCELERATION, i] = -w[rows.NEED, i] / w[rows.INERTIA, i]
@@ -183,7 +181,7 @@ def _hand_out(
             w[rows.ACCELERATION, i] = 0.0
             continue
         parent, row = ly.parent_of(k, i), ly.joint_row(k, joint)
-        outward, ratio = ly.leads_out(k, i), p[row + ly.RATIO]
+        outward, ratio = ly.outward(k, i) == 1, ly.ratio(p, row)
         w[rows.ACCELERATION, i] = w[rows.ACCELERATION, parent] * (ratio if outward else 1.0 / ratio)
         inertial = w[rows.INERTIA, i] * w[rows.ACCELERATION, i]
         force = inertial + w[rows.NEED, i]

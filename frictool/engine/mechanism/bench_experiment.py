@@ -41,9 +41,7 @@ def play_reference(
     servo (5,): `PositionServo` in effort. inputs, drifting, out: engine/mechanism/closed_loop.py,
     without signals and drifts. Returns a status of engine/status.py.
     """
-    constant = machine.numbers[
-        machine.whole[ly.SOURCE] + sight.source * ly.SOURCE_WIDTH + ly.CONSTANT
-    ]
+    constant = ly.constant(machine.numbers, ly.source_row(machine.whole, sight.source))
     waiting, memory = (
         np.zeros(delay + 1),
         ServoMemory(measure(state.y[sight.sensor], sight.step), reference[0], 0.0),

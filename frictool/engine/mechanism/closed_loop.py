@@ -118,7 +118,7 @@ def flowing(
     return float(
         min(
             max(
-                state.drive[source] if p[ly.source_row(k, source) + ly.LAG] > 0.0 else command,
+                state.drive[source] if ly.lag(p, ly.source_row(k, source)) > 0.0 else command,
                 low,
             ),
             high,
@@ -180,7 +180,7 @@ def moved(
     n, u = machine.whole[ly.BLOCKS], machine.whole[ly.SOURCES]
     drives, external, cuts = np.zeros(u), np.zeros(n), 1
     for s in range(u):
-        if machine.numbers[machine.whole[ly.SOURCE] + s * ly.SOURCE_WIDTH + ly.RESISTANCE] > 0.0:
+        if ly.resistance(machine.numbers, ly.source_row(machine.whole, s)) > 0.0:
             cuts = PARTS
     if drifting.conditions.shape[0] > 0:
         for i in range(drifting.places.shape[0]):

@@ -28,11 +28,11 @@ def _starting_friction(machine: CompiledMechanism, y: Vector, w: Vector) -> None
         w[rows.AHEAD, i], w[rows.BEHIND, i] = w[rows.HOLD_HIGH, i], -w[rows.HOLD_LOW, i]
     for f in range(k[ly.FRICTIONS]):
         row = ly.friction_row(k, f)
-        block = k[row + ly.BLOCK]
-        if k[row + ly.KIND] != EXACT or y[n + block] != 0.0:
+        block = ly.block(k, row)
+        if ly.kind(k, row) != EXACT or y[n + block] != 0.0:
             continue
         values = p[ly.law_values(k, row)]
-        level = 1.0 if k[row + ly.LEVEL] < 0 else curve_value(k, p, k[row + ly.LEVEL], y[block])
+        level = 1.0 if ly.level(k, row) < 0 else curve_value(k, p, ly.level(k, row), y[block])
         w[rows.AHEAD, block] += level * (
             slip_force(laws[f, 0], 0.0, 1.0, values) - breakaway(laws[f, 1], 1.0, values)
         )
@@ -40,11 +40,11 @@ def _starting_friction(machine: CompiledMechanism, y: Vector, w: Vector) -> None
             slip_force(laws[f, 0], 0.0, -1.0, values) + breakaway(laws[f, 1], -1.0, values)
         )
     for s in range(k[ly.PRESSINGS]):
-        block = k[k[ly.PRESSING_PLACES] + 2 * s]
-        row = k[ly.PRESSING] + 2 * s
+        block = ly.pressing_block(k, s)
+        row = ly.pressing_row(k, s)
         if y[n + block] == 0.0:
-            force = max(0.0, curve_value(k, p, k[k[ly.PRESSING_PLACES] + 2 * s + 1], y[block]))
-            excess = p[row + ly.COEFFICIENT] * (p[row + 1] - 1.0) * force
+            force = max(0.0, curve_value(k, p, ly.pressing_curve(k, s), y[block]))
+            excess = ly.coefficient(p, row) * (ly.breakaway_ratio(p, row) - 1.0) * force
             w[rows.AHEAD, block] -= excess
             w[rows.BEHIND, block] -= excess
 
@@ -63,8 +63,8 @@ def _flanks(
         if guard[first + c] < -1.0:
             e, _ = coupling_stretch(k, p, c, y)
             row = ly.coupling_row(k, c)
-            beyond = abs(e) - p[row + ly.GAP]
-            held = 0.5 * p[row + ly.STIFFNESS] * beyond * beyond if beyond > 0.0 else 0.0
+            beyond = abs(e) - ly.gap(p, row)
+            held = 0.5 * ly.stiffness(p, row) * beyond * beyond if beyond > 0.0 else 0.0
             if modes[first + c] == st.OPEN:
                 modes[first + c] = -1 if e < 0.0 else 1
                 work[at + c] -= held

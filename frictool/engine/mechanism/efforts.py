@@ -51,16 +51,16 @@ def _driving(
         w[HOLD_LOW, i], w[HOLD_HIGH, i], w[DRIVEN, i] = 0.0, 0.0, 0.0
         power[u + i] = held * y[n + i]
     for s in range(u):
-        block = k[k[ly.SOURCE_BLOCKS] + s]
-        effort = p[ly.source_row(k, s) + ly.CONSTANT] * flowing_at(k, p, s, t, inputs)
+        block = ly.source_block(k, s)
+        effort = ly.constant(p, ly.source_row(k, s)) * flowing_at(k, p, s, t, inputs)
         w[FORCE, block] += effort
         if whole:
             w[GROSS, block] += abs(effort)
         w[DRIVEN, block] += effort
         power[s] = effort * y[n + block]
     for q in range(k[ly.PUSHES]):
-        block, curve = k[k[ly.PUSH_PLACES] + 2 * q], k[k[ly.PUSH_PLACES] + 2 * q + 1]
-        effort = p[k[ly.PUSH] + q]
+        block, curve = ly.push_block(k, q), ly.push_curve(k, q)
+        effort = ly.push_of(k, p, q)
         if curve >= 0:
             effort += curve_value(k, p, curve, y[block])
         w[FORCE, block] += effort
@@ -71,16 +71,12 @@ def _driving(
 @inset_kernel
 def coupling_stretch(k: IntVector, p: Vector, coupling: int, y: Vector) -> tuple[float, float]:
     """Return e = q_b - ratio q_a - offset, and e'."""
-    n, row, ends = (
-        k[ly.BLOCKS],
-        ly.coupling_row(k, coupling),
-        k[ly.COUPLING_ENDS] + 3 * coupling,
-    )
-    a, b = k[ends], k[ends + 1]
-    e, rate = y[b] - p[row + ly.OFFSET], y[n + b]
+    n, row = k[ly.BLOCKS], ly.coupling_row(k, coupling)
+    a, b = ly.coupling_a(k, coupling), ly.coupling_b(k, coupling)
+    e, rate = y[b] - ly.offset(p, row), y[n + b]
     if a >= 0:
-        e -= p[row + ly.RATIO] * y[a]
-        rate -= p[row + ly.RATIO] * y[n + a]
+        e -= ly.ratio(p, row) * y[a]
+        rate -= ly.ratio(p, row) * y[n + a]
     return e, rate
 
 
@@ -123,13 +119,13 @@ def _couplings(
     for c in range(k[ly.COUPLINGS]):
         a, b, curve = k[ends], k[ends + 1], k[ends + 2]
         ratio, gap, stiffness, damping = (
-            p[row + ly.RATIO],
-            p[row + ly.GAP],
-            p[row + ly.STIFFNESS],
-            p[row + ly.DAMPING],
+            ly.ratio(p, row),
+            ly.gap(p, row),
+            ly.stiffness(p, row),
+            ly.damping(p, row),
         )
-        drive, back = p[row + ly.DRIVE_LOSS], p[row + ly.BACK_LOSS]
-        e, rate = y[b] - p[row + ly.OFFSET], y[n + b]
+        drive, back = ly.drive_loss(p, row), ly.back_loss(p, row)
+        e, rate = y[b] - ly.offset(p, row), y[n + b]
         row, ends = row + ly.COUPLING_WIDTH, ends + 3
         if a >= 0:
             e -= ratio * y[a]
@@ -180,7 +176,7 @@ def _frictions(
         k[ly.LAW_VALUES],
     )
     for f in range(k[ly.FRICTIONS]):
-        block, kind, curve = k[row + ly.BLOCK], k[row + ly.KIND], k[row + ly.LEVEL]
+        block, kind, curve = ly.block(k, row), ly.kind(k, row), ly.level(k, row)
         values = p[first_value + k[row + ly.VALUES] : first_value + k[row + ly.VALUES_END]]
         v, motion, force, level = y[n + block], modes[block], 0.0, 1.0
         if curve >= 0:
@@ -191,8 +187,8 @@ def _frictions(
             w[HOLD_LOW, block] -= level * breakaway(laws[f, 1], -1.0, values)
             if whole:
                 w[GROSS, block] += held
-        elif kind == EXACT and k[row + ly.STRAIGHT] > 0:
-            force = level * (motion * values[0] + values[k[row + ly.STRAIGHT]] * v)
+        elif kind == EXACT and ly.straight(k, row) > 0:
+            force = level * (motion * values[0] + values[ly.straight(k, row)] * v)
         elif kind == EXACT:
             force = level * slip_force(laws[f, 0], v, float(motion), values)
         elif kind == DYNAMIC:
@@ -220,15 +216,15 @@ def _pressings(
         k[ly.SOURCES] + k[ly.BLOCKS] + k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.FRICTIONS],
     )
     for s in range(k[ly.PRESSINGS]):
-        block = k[k[ly.PRESSING_PLACES] + 2 * s]
-        row, motion = k[ly.PRESSING] + 2 * s, modes[block]
-        friction = p[row + ly.COEFFICIENT] * max(
-            0.0, curve_value(k, p, k[k[ly.PRESSING_PLACES] + 2 * s + 1], y[block])
+        block = ly.pressing_block(k, s)
+        row, motion = ly.pressing_row(k, s), modes[block]
+        friction = ly.coefficient(p, row) * max(
+            0.0, curve_value(k, p, ly.pressing_curve(k, s), y[block])
         )
         power[at + s] = 0.0
         if motion == STUCK:
-            w[HOLD_HIGH, block] += p[row + ly.BREAKAWAY_RATIO] * friction
-            w[HOLD_LOW, block] -= p[row + ly.BREAKAWAY_RATIO] * friction
+            w[HOLD_HIGH, block] += ly.breakaway_ratio(p, row) * friction
+            w[HOLD_LOW, block] -= ly.breakaway_ratio(p, row) * friction
         else:
             w[FORCE, block] -= motion * friction
             power[at + s] = motion * friction * y[n + block]

@@ -45,18 +45,18 @@ def _held(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> tuple[float, 
     for c in range(k[ly.COUPLINGS]):
         row = ly.coupling_row(k, c)
         s, _ = coupling_stretch(k, p, c, y)
-        if p[row + ly.GAP] > 0.0:
+        if ly.gap(p, row) > 0.0:
             mode = modes[n + 2 * k[ly.JOINTS] + c]
             if mode == OPEN:
                 continue
-            s = s - mode * p[row + ly.GAP]
-        stored += 0.5 * p[row + ly.STIFFNESS] * s * s
-        curve = k[k[ly.COUPLING_ENDS] + 3 * c + 2]
+            s = s - mode * ly.gap(p, row)
+        stored += 0.5 * ly.stiffness(p, row) * s * s
+        curve = ly.coupling_curve(k, c)
         if curve >= 0:
             stored += curve_integral(k, p, curve, s)
     for q in range(k[ly.PUSHES]):
-        block, curve = k[k[ly.PUSH_PLACES] + 2 * q], k[k[ly.PUSH_PLACES] + 2 * q + 1]
-        stored -= p[k[ly.PUSH] + q] * y[block]
+        block, curve = ly.push_block(k, q), ly.push_curve(k, q)
+        stored -= ly.push_of(k, p, q) * y[block]
         if curve >= 0:
             stored -= curve_integral(k, p, curve, y[block])
     return kinetic, stored

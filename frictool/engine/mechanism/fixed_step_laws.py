@@ -30,8 +30,8 @@ def _root_of(k: IntVector, p: Vector, modes: IntVector, block: int) -> tuple[int
     """Return the root of the tree that moves with a block, and the block's relative speed."""
     n, i, along = k[ly.BLOCKS], block, 1.0
     while ly.joint_of(k, i) >= 0 and modes[n + ly.joint_of(k, i)] != OPEN:
-        ratio = p[ly.joint_row(k, ly.joint_of(k, i)) + ly.RATIO]
-        along *= ratio if ly.leads_out(k, i) else 1.0 / ratio
+        ratio = ly.ratio(p, ly.joint_row(k, ly.joint_of(k, i)))
+        along *= ratio if ly.outward(k, i) == 1 else 1.0 / ratio
         i = ly.parent_of(k, i)
     return i, along
 
@@ -57,12 +57,12 @@ def timed_frictions(
     at = k[ly.SOURCES] + n + k[ly.JOINTS] + k[ly.COUPLINGS]
     for f in range(k[ly.FRICTIONS]):
         row = ly.friction_row(k, f)
-        kind, block, mode = k[row + ly.KIND], k[row + ly.BLOCK], modes[first + f]
+        kind, block, mode = ly.kind(k, row), ly.block(k, row), modes[first + f]
         if kind < lk.HYBRID:
             continue
         values = p[ly.law_values(k, row)]
         begin, end = 2 * n + k[row + ly.FIRST_INNER], 2 * n + k[row + ly.INNER_END]
-        level = 1.0 if k[row + ly.LEVEL] < 0 else curve_value(k, p, k[row + ly.LEVEL], y[block])
+        level = 1.0 if ly.level(k, row) < 0 else curve_value(k, p, ly.level(k, row), y[block])
         root, along = _root_of(k, p, modes, block)
         v, u, mass, friction = (
             y[n + block],
@@ -104,13 +104,13 @@ def seen_speeds(machine: CompiledMechanism, y: Vector, modes: IntVector, rates: 
     n = k[ly.BLOCKS]
     for f in range(k[ly.FRICTIONS]):
         row = ly.friction_row(k, f)
-        if k[row + ly.KIND] != lk.BANDED:
+        if ly.kind(k, row) != lk.BANDED:
             continue
         values = p[ly.law_values(k, row)]
-        v = y[n + k[row + ly.BLOCK]]
+        v = y[n + ly.block(k, row)]
         if lk.seen_velocity(laws[f, 3], v, values) == v:
             continue
-        root, _ = _root_of(k, p, modes, k[row + ly.BLOCK])
+        root, _ = _root_of(k, p, modes, ly.block(k, row))
         for i in range(n):
             if _root_of(k, p, modes, i)[0] == root:
                 rates[i] = 0.0
@@ -127,7 +127,7 @@ def switch(machine: CompiledMechanism, state: MechanismState) -> int:
     n, status, first = k[ly.BLOCKS], OK, _first_mode(k)
     for f in range(k[ly.FRICTIONS]):
         row = ly.friction_row(k, f)
-        kind, block, mode = k[row + ly.KIND], k[row + ly.BLOCK], modes[first + f]
+        kind, block, mode = ly.kind(k, row), ly.block(k, row), modes[first + f]
         values = p[ly.law_values(k, row)]
         v, u = y[n + block], w[ON_BLOCK, block]
         if kind == lk.BANDED:
@@ -149,7 +149,7 @@ def keep(machine: CompiledMechanism, state: MechanismState) -> int:
     status, first = OK, _first_mode(k)
     for f in range(k[ly.FRICTIONS]):
         row = ly.friction_row(k, f)
-        if k[row + ly.KIND] == lk.HYBRID:
+        if ly.kind(k, row) == lk.HYBRID:
             values = p[ly.law_values(k, row)]
             z = y[ly.inner_states(k, row)]
             status += lk.hybrid_commit(laws[f, 5], modes[first + f], z, values)

@@ -39,9 +39,9 @@ def _range_of(k: IntVector, p: Vector, i: int, contact: int, w: Vector) -> tuple
 
     It leaves out what the joint's own friction could add.
     """
-    ratio = p[ly.joint_row(k, ly.joint_of(k, i)) + ly.RATIO]
+    ratio = ly.ratio(p, ly.joint_row(k, ly.joint_of(k, i)))
     low, high = w[rows.NEED, i], w[rows.NEED_HIGH, i]
-    if not ly.leads_out(k, i):
+    if ly.outward(k, i) == 0:
         low, high = -high / ratio, -low / ratio
         if ratio < 0.0:
             low, high = high, low
@@ -68,7 +68,7 @@ def _at_rest(
             low, high = _range_of(k, p, i, modes[n + joint], w)
             w[rows.LEAST, i] = min(max(0.0, low), high)
             w[rows.REST, ly.parent_of(k, i)] -= w[rows.LEAST, i] * (
-                p[ly.joint_row(k, joint) + ly.RATIO] if ly.leads_out(k, i) else -1.0
+                ly.ratio(p, ly.joint_row(k, joint)) if ly.outward(k, i) == 1 else -1.0
             )
     for place in range(n):
         i = ly.block_at(k, place)
@@ -76,13 +76,13 @@ def _at_rest(
         if modes[i] != st.STUCK:
             continue
         if joint >= 0 and modes[n + joint] != st.OPEN:
-            parent, ratio = ly.parent_of(k, i), p[ly.joint_row(k, joint) + ly.RATIO]
+            parent, ratio = ly.parent_of(k, i), ly.ratio(p, ly.joint_row(k, joint))
             low, high = _range_of(k, p, i, modes[n + joint], w)
-            share = ratio if ly.leads_out(k, i) else -1.0
+            share = ratio if ly.outward(k, i) == 1 else -1.0
             link = min(max(w[rows.LEAST, i] + w[rows.REST, parent] / share, low), high)
             w[rows.REST, parent] -= (link - w[rows.LEAST, i]) * share
             links[joint] = link
-            w[rows.GIVEN, i] = link if ly.leads_out(k, i) else -ratio * link
+            w[rows.GIVEN, i] = link if ly.outward(k, i) == 1 else -ratio * link
         w[rows.REST, i] += w[rows.GIVEN, i] + w[rows.FORCE, i]
         holds[i] = min(max(w[rows.REST, i], w[rows.HOLD_LOW, i]), w[rows.HOLD_HIGH, i])
         w[rows.REST, i] -= holds[i]

@@ -35,17 +35,17 @@ def joint_gap(k: IntVector, p: Vector, joint: int, y: Vector) -> tuple[float, fl
     e is in the coordinate of block b, and 0 in the middle of the gap.
     """
     n, row = k[ly.BLOCKS], ly.joint_row(k, joint)
-    ratio = p[row + ly.RATIO]
-    a, b = ly.joint_ends(k, joint)
-    e = y[b] - ratio * y[a] - p[row + ly.OFFSET]
-    size = abs(y[b]) + abs(ratio * y[a]) + abs(p[row + ly.OFFSET])
-    return e, y[n + b] - ratio * y[n + a], PLACE_SLACK * p[row + ly.GAP] + ROUNDING * size
+    ratio = ly.ratio(p, row)
+    a, b = ly.joint_a(k, joint), ly.joint_b(k, joint)
+    e = y[b] - ratio * y[a] - ly.offset(p, row)
+    size = abs(y[b]) + abs(ratio * y[a]) + abs(ly.offset(p, row))
+    return e, y[n + b] - ratio * y[n + a], PLACE_SLACK * ly.gap(p, row) + ROUNDING * size
 
 
 @inset_kernel
 def stop_slack(p: Vector, row: int) -> float:
     """Return the tolerance of the distance to a stop [rad | m]."""
-    low, high = p[row + ly.LOW], p[row + ly.HIGH]
+    low, high = ly.low(p, row), ly.high(p, row)
     span = high - low
     if span == math.inf:
         span = abs(low) if low > -math.inf else abs(high)
@@ -59,12 +59,12 @@ def place_guards(k: IntVector, p: Vector, y: Vector, modes: IntVector, guard: Ve
     for joint in range(j):
         if modes[n + joint] == OPEN:
             e, _, slack = joint_gap(k, p, joint, y)
-            gap = p[ly.joint_row(k, joint) + ly.GAP]
+            gap = ly.gap(p, ly.joint_row(k, joint))
             guard[n + joint] = min(e + gap, gap - e) / slack
     for s in range(k[ly.STOPS]):
         at = n + 2 * j + c + s
         if modes[at] == OPEN:
             block, row = ly.stop_block(k, s), ly.stop_row(k, s)
-            guard[at] = min(y[block] - p[row + ly.LOW], p[row + ly.HIGH] - y[block]) / stop_slack(
+            guard[at] = min(y[block] - ly.low(p, row), ly.high(p, row) - y[block]) / stop_slack(
                 p, row
             )

@@ -21,8 +21,8 @@ def first_reversal(k: IntVector, p: Vector, h: float, y: Vector, end: Vector) ->
     n, shortest = k[ly.BLOCKS], h
     for f in range(k[ly.FRICTIONS]):
         row = ly.friction_row(k, f)
-        if k[row + ly.KIND] == DYNAMIC:
-            block = k[row + ly.BLOCK]
+        if ly.kind(k, row) == DYNAMIC:
+            block = ly.block(k, row)
             v0, v1 = y[n + block], end[n + block]
             if v0 * v1 < 0.0 and min(abs(v0), abs(v1)) > AT_REVERSAL * ly.speed_scale(k, p, block):
                 shortest = min(shortest, h * v0 / (v0 - v1))
@@ -39,10 +39,10 @@ def remember(machine: CompiledMechanism, y: Vector, before: Vector) -> tuple[int
     n, status, changed = k[ly.BLOCKS], OK, False
     for f in range(k[ly.FRICTIONS]):
         row = ly.friction_row(k, f)
-        if k[row + ly.KIND] == DYNAMIC:
+        if ly.kind(k, row) == DYNAMIC:
             first, end = 2 * n + k[row + ly.FIRST_INNER], 2 * n + k[row + ly.INNER_END]
             values = p[ly.law_values(k, row)]
-            status += commit(laws[f, 2], y[first:end], y[n + k[row + ly.BLOCK]], values)
+            status += commit(laws[f, 2], y[first:end], y[n + ly.block(k, row)], values)
             for i in range(first, end):
                 changed = changed or y[i] != before[i]
     return status, changed

@@ -35,8 +35,8 @@ TOUCHING = 4.0  # largest distance of flanks that touch, in tolerances of positi
 def _approach(k: IntVector, p: Vector, joint: int, side: int, y: Vector) -> float:
     """Return the approach speed of a joint's flanks on side +-1, in the coordinate of block b."""
     n, row = k[ly.BLOCKS], ly.joint_row(k, joint)
-    a, b = ly.joint_ends(k, joint)
-    return float(side * (y[n + b] - p[row + ly.RATIO] * y[n + a]))
+    a, b = ly.joint_a(k, joint), ly.joint_b(k, joint)
+    return float(side * (y[n + b] - ly.ratio(p, row) * y[n + a]))
 
 
 @inset_kernel
@@ -47,7 +47,7 @@ def _set_group(k: IntVector, p: Vector, group: int, speed: float, y: Vector) -> 
     for i in range(n):
         if ly.group_of(k, i) == group:
             y[n + i] = ly.group_ratio(k, p, i) * speed
-    return float(0.5 * p[k[ly.GROUP_MASS] + group] * (before - speed) * (before + speed))
+    return float(0.5 * ly.group_mass(k, p, group) * (before - speed) * (before + speed))
 
 
 @inset_kernel
@@ -74,8 +74,8 @@ def _meet(
     The impulse grows in pieces, between the instants at which one of the groups comes to rest.
     """
     n, row = k[ly.BLOCKS], ly.joint_row(k, joint)
-    ratio = p[row + ly.RATIO]
-    a, b = ly.joint_ends(k, joint)
+    ratio = ly.ratio(p, row)
+    a, b = ly.joint_a(k, joint), ly.joint_b(k, joint)
     group_a, group_b = ly.group_of(k, a), ly.group_of(k, b)
     along_a, along_b = ratio * ly.group_ratio(k, p, a), ly.group_ratio(k, p, b)
     lossy_a, lossy_b = is_group_lossy(k, p, group_a), is_group_lossy(k, p, group_b)
@@ -83,7 +83,7 @@ def _meet(
     # flanks that separate, but are to move together, are pulled
     towards = side * math.copysign(1.0, s)
     s = abs(s)
-    least = -s * (p[row + ly.RESTITUTION] if s > BOUNCE * ly.speed_scale(k, p, b) else 0.0)
+    least = -s * (ly.restitution(p, row) if s > BOUNCE * ly.speed_scale(k, p, b) else 0.0)
     v_a, v_b, absorbed = y[n + group_a], y[n + group_b], 0.0
     for _ in range(MAX_PIECES):
         x_a = yielding(k, p, group_a, a, row, -towards, v_a, lossy_a, w)
@@ -123,7 +123,7 @@ def _strike(
     """Resolve one impact of a group at an end stop."""
     n, row, block = k[ly.BLOCKS], ly.stop_row(k, stop), ly.stop_block(k, stop)
     group, speed = ly.group_of(k, block), side * y[n + block]
-    thrown = p[row + ly.THROW_BACK] if speed > BOUNCE * ly.speed_scale(k, p, block) else 0.0
+    thrown = ly.throw_back(p, row) if speed > BOUNCE * ly.speed_scale(k, p, block) else 0.0
     if thrown > 0.0 and is_group_lossy(k, p, group):
         stopping = yielding(k, p, group, block, -1, -side, y[n + group], True, w)
         leaving = yielding(k, p, group, block, -1, -side, 0.0, True, w)
@@ -140,16 +140,16 @@ def _mark(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
     for joint in range(k[ly.JOINTS]):
         if modes[n + joint] == OPEN:
             e, _, slack = joint_gap(k, p, joint, y)
-            gap = p[ly.joint_row(k, joint) + ly.GAP]
+            gap = ly.gap(p, ly.joint_row(k, joint))
             if abs(e) >= gap - TOUCHING * slack:
                 modes[n + joint] = -1 if e < 0.0 else 1
     for s in range(k[ly.STOPS]):
         block, row = ly.stop_block(k, s), ly.stop_row(k, s)
         if modes[stops + s] == OPEN:
             slack = TOUCHING * stop_slack(p, row)
-            if y[block] <= p[row + ly.LOW] + slack:
+            if y[block] <= ly.low(p, row) + slack:
                 modes[stops + s] = -1
-            elif y[block] >= p[row + ly.HIGH] - slack:
+            elif y[block] >= ly.high(p, row) - slack:
                 modes[stops + s] = 1
 
 
@@ -159,7 +159,7 @@ def _let_go(k: IntVector, p: Vector, y: Vector, modes: IntVector, speed: float) 
     n = k[ly.BLOCKS]
     for joint in range(k[ly.JOINTS]):
         if modes[n + joint] not in (OPEN, RIGID):
-            b = ly.joint_ends(k, joint)[1]
+            b = ly.joint_b(k, joint)
             if _approach(k, p, joint, modes[n + joint], y) < -speed * ly.speed_scale(k, p, b):
                 modes[n + joint] = OPEN
 
@@ -188,9 +188,7 @@ def _fastest(k: IntVector, p: Vector, y: Vector, modes: IntVector, soft: bool) -
     for joint in range(k[ly.JOINTS]):
         side = modes[n + joint]
         if side not in (OPEN, RIGID):
-            speed = _approach(k, p, joint, side, y) / ly.speed_scale(
-                k, p, ly.joint_ends(k, joint)[1]
-            )
+            speed = _approach(k, p, joint, side, y) / ly.speed_scale(k, p, ly.joint_b(k, joint))
             speed = abs(speed) if soft else speed
             if speed > worst:
                 worst, which = speed, joint

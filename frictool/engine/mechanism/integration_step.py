@@ -8,7 +8,9 @@ from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism import state as st
 from frictool.engine.mechanism.address_calls import (
     FLOAT,
+    INDICES,
     INTEGER,
+    VECTOR,
     call_by_address,
     function_type,
 )
@@ -28,14 +30,15 @@ PLACE_TIME = 1e-2  # s, ratio of the tolerances of position and speed
 @inset_kernel
 def _stages(
     machine: CompiledMechanism,
-    state: MechanismState,
+    y: Vector,
+    modes: IntVector,
+    room: Workspace,
     t: float,
     h: float,
     first: int,
     end: int,
     watching: int,
 ) -> float:
-    y, modes, room = state.y, state.modes, state.room
     point, inputs, guard = room.lines[st.POINT], room.lines[st.INPUTS], room.lines[st.TRIAL]
     failed, seen, watched = 0, 1.0, room.places[st.WATCHED]
     for stage in range(first, end):
@@ -58,7 +61,9 @@ def _stages(
 @kernel
 def stages_of_step(
     machine: CompiledMechanism,
-    state: MechanismState,
+    y: Vector,
+    modes: IntVector,
+    room: Workspace,
     t: float,
     h: float,
     first: int,
@@ -66,10 +71,12 @@ def stages_of_step(
     watching: int,
 ) -> float:
     """Evaluate as `stages`, which calls this kernel by its address."""
-    return _stages(machine, state, t, h, first, end, watching)
+    return _stages(machine, y, modes, room, t, h, first, end, watching)
 
 
-STAGES_OF_STEP = function_type(FLOAT, ly.MACHINE, st.STATE, FLOAT, FLOAT, INTEGER, INTEGER, INTEGER)
+STAGES_OF_STEP = function_type(
+    FLOAT, ly.MACHINE, VECTOR, INDICES, st.WORKSPACE, FLOAT, FLOAT, INTEGER, INTEGER, INTEGER
+)
 _stages_of_step = call_by_address(STAGES_OF_STEP)
 
 
@@ -90,7 +97,8 @@ def stages(
     address, as `field` is.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.STEP_STAGES]
-    seen: float = _stages_of_step(address, machine, state, t, h, first, end, watching)
+    y, modes, room = state.y, state.modes, state.room
+    seen: float = _stages_of_step(address, machine, y, modes, room, t, h, first, end, watching)
     return seen
 
 
@@ -115,7 +123,7 @@ def _error(k: IntVector, p: Vector, h: float, modes: IntVector, room: Workspace)
             size = max(SLOW * ly.speed_scale(k, p, i), abs(end[n + i]))
             worst = max(worst, max(errors[i], errors[n + i] * PLACE_TIME) / (size * PLACE_TIME))
     for i in range(k[ly.INNER]):
-        worst = max(worst, errors[2 * n + i] / p[k[ly.INNER_SIZE] + i])
+        worst = max(worst, errors[2 * n + i] / ly.inner_size(k, p, i))
     return worst
 
 

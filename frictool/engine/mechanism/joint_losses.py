@@ -23,14 +23,14 @@ from frictool.typing import Vector
 def is_lossy(p: Vector, row: int) -> bool:
     """Return True if the joint has losses."""
     return bool(
-        p[row + ly.DRIVE_LOSS] != 0.0 or p[row + ly.BACK_LOSS] != 0.0 or p[row + ly.THREAD] != 0.0
+        ly.drive_loss(p, row) != 0.0 or ly.back_loss(p, row) != 0.0 or ly.thread(p, row) != 0.0
     )
 
 
 @inset_kernel
 def is_self_locking(p: Vector, row: int) -> bool:
     """Return True if end b cannot drive end a, because g falls on one side of its kink."""
-    return bool(max(p[row + ly.BACK_LOSS], p[row + ly.THREAD]) > abs(p[row + ly.RATIO]))
+    return bool(max(ly.back_loss(p, row), ly.thread(p, row)) > abs(ly.ratio(p, row)))
 
 
 @inset_kernel
@@ -39,17 +39,15 @@ def kink_of(p: Vector, row: int, driven: float) -> float:
 
     `driven` is the effort of the sources on block a.
     """
-    return (
-        p[row + ly.THESIS_SCREW] * driven / p[row + ly.THREAD] if p[row + ly.THREAD] > 0.0 else 0.0
-    )
+    return ly.thesis_screw(p, row) * driven / ly.thread(p, row) if ly.thread(p, row) > 0.0 else 0.0
 
 
 @inset_kernel
 def slope_of(p: Vector, row: int, direction: float, above: bool) -> float:
     """Return the slope of g on one side of its kink while a moves in `direction`."""
-    ratio, drive, back = p[row + ly.RATIO], p[row + ly.DRIVE_LOSS], p[row + ly.BACK_LOSS]
-    if p[row + ly.THREAD] > 0.0:
-        return float(ratio + (direction if above else -direction) * p[row + ly.THREAD])
+    ratio, drive, back = ly.ratio(p, row), ly.drive_loss(p, row), ly.back_loss(p, row)
+    if ly.thread(p, row) > 0.0:
+        return float(ratio + (direction if above else -direction) * ly.thread(p, row))
     if (ratio * direction > 0.0) == above:
         return float(ratio + (direction if above else -direction) * drive)
     return float(ratio + (direction if above else -direction) * back)
@@ -60,14 +58,14 @@ def transmitted(p: Vector, row: int, kink: float, direction: float, force: float
     """Return the force g(force) at end a for a force at end b, while a moves in `direction`."""
     slope = slope_of(p, row, direction, force > kink)
     if force == kink or slope == 0.0:
-        return float(p[row + ly.RATIO] * kink)
-    return float(p[row + ly.RATIO] * kink + (force - kink) * slope)
+        return float(ly.ratio(p, row) * kink)
+    return float(ly.ratio(p, row) * kink + (force - kink) * slope)
 
 
 @inset_kernel
 def received(p: Vector, row: int, kink: float, direction: float, effort: float) -> float:
     """Return the force at end b for a force `effort` at end a; the inverse of `transmitted`."""
-    ratio = p[row + ly.RATIO]
+    ratio = ly.ratio(p, row)
     beyond = effort - ratio * kink
     if beyond == 0.0:
         return kink
@@ -94,7 +92,7 @@ def range_at_driver(
                 g = (
                     transmitted(p, row, kink, direction, force)
                     if math.isfinite(force)
-                    else p[row + ly.RATIO] * force
+                    else ly.ratio(p, row) * force
                 )
                 least, most = min(least, g), max(most, g)
     return least, most
@@ -112,12 +110,12 @@ def range_at_load(p: Vector, row: int, kink: float, low: float, high: float) -> 
     for side in range(2):
         direction = 2.0 * side - 1.0
         for point in range(3):
-            effort = low if point == 0 else high if point == 1 else p[row + ly.RATIO] * kink
+            effort = low if point == 0 else high if point == 1 else ly.ratio(p, row) * kink
             if low <= effort <= high:
                 force = (
                     received(p, row, kink, direction, effort)
                     if math.isfinite(effort)
-                    else effort * p[row + ly.RATIO]
+                    else effort * ly.ratio(p, row)
                 )
                 least, most = min(least, force), max(most, force)
     return least, most

@@ -28,7 +28,7 @@ def is_group_lossy(k: IntVector, p: Vector, group: int) -> bool:
     for joint in range(k[ly.JOINTS]):
         row = ly.joint_row(k, joint)
         if is_lossy(p, row):
-            a, b = ly.joint_ends(k, joint)
+            a, b = ly.joint_a(k, joint), ly.joint_b(k, joint)
             if ly.group_of(k, a) == group and ly.group_of(k, b) == group:
                 return True
     return False
@@ -61,7 +61,7 @@ def _need(
         if ly.group_of(k, i) != group or i == group:
             continue
         parent, row = ly.parent_of(k, i), ly.joint_row(k, ly.joint_of(k, i))
-        if ly.leads_out(k, i):
+        if ly.outward(k, i) == 1:
             direction = math.copysign(1.0, towards * ly.group_ratio(k, p, parent))
             force = w[VALUE, i]
             w[SLOPE, parent] += w[SLOPE, i] * slope_of(p, row, direction, force > 0.0)
@@ -126,7 +126,7 @@ def _by_direction(
     if row >= 0:
         direction = math.copysign(1.0, towards * ly.group_ratio(k, p, block))
         impulse = -force * slope_of(p, row, direction, force > 0.0)
-    free = impulse * ly.group_ratio(k, p, block) / p[k[ly.GROUP_MASS] + group]
+    free = impulse * ly.group_ratio(k, p, block) / ly.group_mass(k, p, group)
     if not lossy or impulse == 0.0:
         return float(free)
     x = _search(k, p, group, block, impulse, towards, free, w)

@@ -52,30 +52,26 @@ def _flank_left(
 
     The distance is expressed as a force.
     """
-    n, row, ends = (
-        k[ly.BLOCKS],
-        ly.coupling_row(k, coupling),
-        k[ly.COUPLING_ENDS] + 3 * coupling,
-    )
-    a, b = k[ends], k[ends + 1]
-    e, rate, change = y[b] - p[row + ly.OFFSET], y[n + b], rates[n + b]
+    n, row = k[ly.BLOCKS], ly.coupling_row(k, coupling)
+    a, b = ly.coupling_a(k, coupling), ly.coupling_b(k, coupling)
+    e, rate, change = y[b] - ly.offset(p, row), y[n + b], rates[n + b]
     if a >= 0:
         e, rate, change = (
-            e - p[row + ly.RATIO] * y[a],
-            rate - p[row + ly.RATIO] * y[n + a],
-            change - p[row + ly.RATIO] * rates[n + a],
+            e - ly.ratio(p, row) * y[a],
+            rate - ly.ratio(p, row) * y[n + a],
+            change - ly.ratio(p, row) * rates[n + a],
         )
     side = -1.0 if e < 0.0 else 1.0
     if mode != OPEN:
         side = float(mode)
-    beyond = side * e - p[row + ly.GAP]
-    pressed = p[row + ly.STIFFNESS] * beyond + side * p[row + ly.DAMPING] * rate
-    gained = side * (p[row + ly.STIFFNESS] * rate + p[row + ly.DAMPING] * change)
+    beyond = side * e - ly.gap(p, row)
+    pressed = ly.stiffness(p, row) * beyond + side * ly.damping(p, row) * rate
+    gained = side * (ly.stiffness(p, row) * rate + ly.damping(p, row) * change)
     if mode != OPEN:
         return pressed, gained
-    if pressed < p[row + ly.STIFFNESS] * beyond:
+    if pressed < ly.stiffness(p, row) * beyond:
         return -pressed, -gained
-    return -p[row + ly.STIFFNESS] * beyond, -p[row + ly.STIFFNESS] * side * rate
+    return -ly.stiffness(p, row) * beyond, -ly.stiffness(p, row) * side * rate
 
 
 @part_kernel
@@ -95,15 +91,15 @@ def distance_to_guard(
     if index < n + j:
         joint = index - n
         row = ly.joint_row(k, joint)
-        a, b = ly.joint_ends(k, joint)
+        a, b = ly.joint_a(k, joint), ly.joint_b(k, joint)
         e, rate = (
-            y[b] - p[row + ly.RATIO] * y[a] - p[row + ly.OFFSET],
-            y[n + b] - p[row + ly.RATIO] * y[n + a],
+            y[b] - ly.ratio(p, row) * y[a] - ly.offset(p, row),
+            y[n + b] - ly.ratio(p, row) * y[n + a],
         )
-        return (p[row + ly.GAP] + e, rate) if e < 0.0 else (p[row + ly.GAP] - e, -rate)
+        return (ly.gap(p, row) + e, rate) if e < 0.0 else (ly.gap(p, row) - e, -rate)
     stop = index - n - 2 * j - c
     block, row = ly.stop_block(k, stop), ly.stop_row(k, stop)
-    below, above = y[block] - p[row + ly.LOW], p[row + ly.HIGH] - y[block]
+    below, above = y[block] - ly.low(p, row), ly.high(p, row) - y[block]
     return (below, y[n + block]) if below < above else (above, -y[n + block])
 
 
@@ -199,10 +195,10 @@ def first_dip(
         if modes[n + joint] != OPEN:
             continue
         row = ly.joint_row(k, joint)
-        a, b = ly.joint_ends(k, joint)
-        ratio, gap = p[row + ly.RATIO], p[row + ly.GAP]
-        e0 = y[b] - ratio * y[a] - p[row + ly.OFFSET]
-        e1 = end[b] - ratio * end[a] - p[row + ly.OFFSET]
+        a, b = ly.joint_a(k, joint), ly.joint_b(k, joint)
+        ratio, gap = ly.ratio(p, row), ly.gap(p, row)
+        e0 = y[b] - ratio * y[a] - ly.offset(p, row)
+        e1 = end[b] - ratio * end[a] - ly.offset(p, row)
         r0, r1 = y[n + b] - ratio * y[n + a], end[n + b] - ratio * end[n + a]
         shortest = _dip(e0 + gap, r0, e1 + gap, r1, h, shortest)
         shortest = _dip(gap - e0, -r0, gap - e1, -r1, h, shortest)
@@ -210,20 +206,20 @@ def first_dip(
         if modes[n + 2 * j + c + s] != OPEN:
             continue
         block, row = ly.stop_block(k, s), ly.stop_row(k, s)
-        if p[row + ly.LOW] > -math.inf:
+        if ly.low(p, row) > -math.inf:
             shortest = _dip(
-                y[block] - p[row + ly.LOW],
+                y[block] - ly.low(p, row),
                 y[n + block],
-                end[block] - p[row + ly.LOW],
+                end[block] - ly.low(p, row),
                 end[n + block],
                 h,
                 shortest,
             )
-        if p[row + ly.HIGH] < math.inf:
+        if ly.high(p, row) < math.inf:
             shortest = _dip(
-                p[row + ly.HIGH] - y[block],
+                ly.high(p, row) - y[block],
                 -y[n + block],
-                p[row + ly.HIGH] - end[block],
+                ly.high(p, row) - end[block],
                 -end[n + block],
                 h,
                 shortest,

@@ -56,8 +56,8 @@ def align(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
         i = ly.block_at(k, place)
         joint = ly.joint_of(k, i)
         if joint >= 0 and modes[n + joint] != st.OPEN:
-            ratio = p[ly.joint_row(k, joint) + ly.RATIO]
-            y[n + i] = y[n + ly.parent_of(k, i)] * (ratio if ly.leads_out(k, i) else 1.0 / ratio)
+            ratio = ly.ratio(p, ly.joint_row(k, joint))
+            y[n + i] = y[n + ly.parent_of(k, i)] * (ratio if ly.outward(k, i) == 1 else 1.0 / ratio)
 
 
 @inset_kernel

@@ -15,12 +15,12 @@ def source_limits(k: IntVector, p: Vector, source: int, y: Vector) -> tuple[floa
 
     The winding's limit depends on the speed.
     """
-    row, speed = ly.source_row(k, source), y[k[ly.BLOCKS] + k[k[ly.SOURCE_BLOCKS] + source]]
-    low, high = -p[row + ly.LIMIT], p[row + ly.LIMIT]
-    if p[row + ly.RESISTANCE] > 0.0:
-        back = p[row + ly.CONSTANT] * speed
-        low = max(low, (-p[row + ly.SUPPLY] - back) / p[row + ly.RESISTANCE])
-        high = min(high, (p[row + ly.SUPPLY] - back) / p[row + ly.RESISTANCE])
+    row, speed = ly.source_row(k, source), y[k[ly.BLOCKS] + ly.source_block(k, source)]
+    low, high = -ly.limit(p, row), ly.limit(p, row)
+    if ly.resistance(p, row) > 0.0:
+        back = ly.constant(p, row) * speed
+        low = max(low, (-ly.supply(p, row) - back) / ly.resistance(p, row))
+        high = min(high, (ly.supply(p, row) - back) / ly.resistance(p, row))
     return low, high
 
 
@@ -43,7 +43,7 @@ def take_inputs(
         low, high = source_limits(k, p, s, y)
         inputs[s] = min(max(command[s], low), high)
         inputs[u + s] = (
-            min(max(drive[s], low), high) if p[ly.source_row(k, s) + ly.LAG] > 0.0 else inputs[s]
+            min(max(drive[s], low), high) if ly.lag(p, ly.source_row(k, s)) > 0.0 else inputs[s]
         )
     for i in range(n):
         inputs[2 * u + i] = external[i]
@@ -52,7 +52,7 @@ def take_inputs(
 @inset_kernel
 def flowing_at(k: IntVector, p: Vector, source: int, t: float, inputs: Vector) -> float:
     """Return the drive of a source t [s] after its command."""
-    lag = p[ly.source_row(k, source) + ly.LAG]
+    lag = ly.lag(p, ly.source_row(k, source))
     target, before = inputs[source], inputs[k[ly.SOURCES] + source]
     return float(target if lag == 0.0 else target + (before - target) * math.exp(-t / lag))
 
@@ -69,7 +69,7 @@ def longest_step(k: IntVector, p: Vector, inputs: Vector) -> float:
     """Return the longest step [s] in which the drives are approximated well by polynomials."""
     u, longest = k[ly.SOURCES], math.inf
     for s in range(u):
-        lag = p[ly.source_row(k, s) + ly.LAG]
+        lag = ly.lag(p, ly.source_row(k, s))
         if lag > 0.0 and inputs[s] != inputs[u + s]:
             longest = min(longest, 0.5 * lag)
     return longest

@@ -46,7 +46,7 @@ def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
         joint, parent = ly.joint_of(k, i), ly.parent_of(k, i)
         row, contact = ly.joint_row(k, joint), modes[n + joint]
         low, high = w[rows.NEED, i], w[rows.NEED_HIGH, i]
-        outward = ly.leads_out(k, i)
+        outward = ly.outward(k, i) == 1
         if not outward:
             low, high = range_at_load(p, row, kink_of(p, row, w[rows.DRIVEN, i]), -high, -low)
         if contact == -1:
@@ -58,7 +58,7 @@ def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
             if sided and is_self_locking(p, row):
                 side = modes[branches + joint]
                 if side == 0 and towards != 0.0:
-                    side = 1 if p[row + ly.RATIO] * w[rows.ALONG, parent] * towards > 0.0 else -1
+                    side = 1 if ly.ratio(p, row) * w[rows.ALONG, parent] * towards > 0.0 else -1
                 slack = slack_at(k, p, w, i)
                 exists = (
                     exists
@@ -80,9 +80,9 @@ def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
 @inset_kernel
 def force_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> tuple[float, float, float]:
     """Return the range of force that a member at rest needs from its joint, and the tolerance."""
-    ratio = p[ly.joint_row(k, ly.joint_of(k, i)) + ly.RATIO]
+    ratio = ly.ratio(p, ly.joint_row(k, ly.joint_of(k, i)))
     low, high, slack = w[rows.NEED, i], w[rows.NEED_HIGH, i], slack_at(k, p, w, i)
-    if not ly.leads_out(k, i):
+    if ly.outward(k, i) == 0:
         low, high, slack = -high / ratio, -low / ratio, slack / abs(ratio)
         if ratio < 0.0:
             low, high = high, low
@@ -97,7 +97,7 @@ def side_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> int:
     """
     low, high, slack = force_at_rest(k, p, i, w)
     row = ly.joint_row(k, ly.joint_of(k, i))
-    kink = kink_of(p, row, w[rows.DRIVEN, ly.parent_of(k, i) if ly.leads_out(k, i) else i])
+    kink = kink_of(p, row, w[rows.DRIVEN, ly.parent_of(k, i) if ly.outward(k, i) == 1 else i])
     return 1 if low > kink + slack else -1 if high < kink - slack else 0
 
 

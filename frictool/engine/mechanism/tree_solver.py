@@ -92,8 +92,10 @@ def _spread_ratios(tree: JointTree) -> None:
         if m == 0:
             w[ALONG, i] = 1.0
             continue
-        ratio = p[ly.joint_row(k, ly.joint_of(k, i)) + ly.RATIO]
-        w[ALONG, i] = w[ALONG, ly.parent_of(k, i)] * (ratio if ly.leads_out(k, i) else 1.0 / ratio)
+        ratio = ly.ratio(p, ly.joint_row(k, ly.joint_of(k, i)))
+        w[ALONG, i] = w[ALONG, ly.parent_of(k, i)] * (
+            ratio if ly.outward(k, i) == 1 else 1.0 / ratio
+        )
 
 
 @inset_kernel
@@ -147,14 +149,14 @@ def _force_in_motion(
 ) -> tuple[float, float, float]:
     """Return lambda of a moving member's joint, the kink of that joint, and the tolerance."""
     k, p, _, _, y, w = tree
-    n, row, outward = k[ly.BLOCKS], ly.joint_row(k, ly.joint_of(k, i)), ly.leads_out(k, i)
+    n, row, outward = k[ly.BLOCKS], ly.joint_row(k, ly.joint_of(k, i)), ly.outward(k, i) == 1
     a = ly.parent_of(k, i) if outward else i
     direction = math.copysign(1.0, towards * w[ALONG, a] if towards != 0.0 else y[n + a])
     kink, force = kink_of(p, row, w[DRIVEN, a]), w[VALUE, i]
     if not outward:
         force = received(p, row, kink, direction, -force)
     slack = slack_at(k, p, w, i) + SLACK * abs(w[SLOPE, i] * x)
-    return force, kink, slack if outward else slack / abs(p[row + ly.RATIO])
+    return force, kink, slack if outward else slack / abs(ly.ratio(p, row))
 
 
 @inset_kernel
@@ -181,7 +183,7 @@ def _set_motions(tree: JointTree, x: float, towards: float, rests: bool) -> None
     k, _, modes, members, y, w = tree
     n, dry, left = k[ly.BLOCKS], False, 0
     for m in range(members.size):
-        dry = dry or ly.can_stick(k, ly.block_at(k, members[m]))
+        dry = dry or ly.can_stick(k, ly.block_at(k, members[m])) == 1
     for m in range(members.size):
         i = ly.block_at(k, members[m])
         if members[m] < left:
@@ -220,7 +222,7 @@ def solve_tree(
     dry, gross = False, 0.0
     for m in range(count):
         i = ly.block_at(k, members[m])
-        dry = dry or ly.can_stick(k, i) or w[STOPPED_LOW, i] > 0.0 or w[STOPPED_HIGH, i] > 0.0
+        dry = dry or ly.can_stick(k, i) == 1 or w[STOPPED_LOW, i] > 0.0 or w[STOPPED_HIGH, i] > 0.0
     for m in range(count - 1, -1, -1):
         i = ly.block_at(k, members[m])
         if m > 0:
