@@ -1,9 +1,11 @@
 """Rates of a mechanism with known modes by the articulated-body recursion, in O(n).
 
-One sweep goes from the leaves of the joint trees to their roots, one goes back. A moving block with
-acceleration x needs the force INERTIA x + NEED from its parent's joint; at the root this force is
-0. A block at rest needs a force in [NEED, NEED_HIGH]. A tree stays at rest as long as the root's
-interval contains 0, and a contact at rest as long as its interval contains a pressing force.
+The recursion is that of Vereshchagin (1974) and Featherstone (1983), with one coordinate for each
+block and joints without freedom of their own (docs/mechanism_kernels.md). One sweep goes from the
+leaves of the joint trees to their roots, one goes back. A moving block with acceleration x needs
+the force INERTIA x + NEED from its parent's joint; at the root this force is 0. A block at rest
+needs a force in [NEED, NEED_HIGH]. A tree stays at rest as long as the root's interval contains 0,
+and a contact at rest as long as its interval contains a pressing force.
 
 `guard`, in the sections of the modes (motion, contact, branch, flank, stop), is the distance of
 each mode from its end in units of the tolerance; a mode goes on while it is above -1. Guards of

@@ -1,9 +1,10 @@
 """Simultaneous solution of one tree of joints with all its touching contacts.
 
-Each subtree is described by one function: Lambda(x), the effort that it needs for the acceleration
-x of its root. Through a rigid joint, the child has the acceleration ratio x. Through a flank, which
-can only push, the child's need counts only if it is a push, max(0, Lambda_child(ratio x));
-otherwise the child separates.
+Dynamic programming on Gauss's principle, as in Vereshchagin (1974); without contacts it is the
+articulated-body recursion of articulated_body.py. Each subtree is described by one function:
+Lambda(x), the effort that it needs for the acceleration x of its root. Through a rigid joint, the
+child has the acceleration ratio x. Through a flank, which can only push, the child's need counts
+only if it is a push, max(0, Lambda_child(ratio x)); otherwise the child separates.
 
 Each step of the recursion keeps Lambda a rising, piecewise linear graph: m x rises, Coulomb
 friction at rest is a vertical piece at x = 0, and the loss of a link that its load can drive rises
