@@ -130,7 +130,7 @@ def run_law(
     )
     if isinstance(kernels, DynamicKernels):
         scales = np.array([tolerance, speed_scale, 0.0, length_scale])
-        return _run_dynamic(kernels, laws, mass, ends, drives, sample_times, samples, scales)
+        return _run_dynamic(kernels, laws, mass, (ends, drives), sample_times, samples, scales)
     if step is None or not 0.0 < step <= ends[-1]:
         raise ValueError(
             f"{law.name} is simulated in steps of a given length above 0 s, found {step}"
@@ -177,8 +177,7 @@ def _run_dynamic(
     kernels: DynamicKernels,
     laws: Any,
     mass: float,
-    ends: Vector,
-    drives: Vector,
+    segments: tuple[Vector, Vector],
     times: Vector,
     samples: Vector,
     scales: Vector,
@@ -195,9 +194,7 @@ def _run_dynamic(
     sizes = np.concatenate([scales[:CONTACT], np.abs(rates) / scales[1] * scales[CONTACT]])
     driver: Any = run_dynamic
     parts = _pointers(kernels[:3], (s.RATE, s.FORCE, s.COMMIT))
-    status, reached = driver(
-        *parts, laws, mass, y, moving, sizes, 0.0, ends, drives, times, samples
-    )
+    status, reached = driver(*parts, laws, mass, y, moving, sizes, 0.0, *segments, times, samples)
     if status != OK:
         samples[times > reached] = np.nan
     return Trajectory(status, reached, times, samples, np.zeros((0, EVENT_SIZE)), y)

@@ -1,7 +1,7 @@
 """Calls of kernels by their address, with wrappers that are made from the kernels' types.
 
-A caller that knows only an address and a type compiles without the called kernel. `docs/mechanism_kernels.md`
-describes this interface.
+A caller that knows only an address and a type compiles without the called kernel
+(docs/mechanism_kernels.md).
 """
 
 from __future__ import annotations
