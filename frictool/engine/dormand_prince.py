@@ -74,7 +74,7 @@ def _rate(slip: _Slip, t: float, x: float, v: float, q: float) -> float:
 
 
 @bare_kernel
-def _fill_row(row: Vector, k: tuple[float, float, float, float, float, float, float]) -> None:
+def fill_row(row: Vector, k: tuple[float, float, float, float, float, float, float]) -> None:
     """Fill a row of slopes with the seven stages of a step."""
     row[0], row[1], row[2], row[3], row[4], row[5], row[6] = k
 
@@ -124,9 +124,9 @@ def layer_step(
     x7 = x + h * (A71 * v1 + A73 * v3 + A74 * v4 + A75 * v5 + A76 * v6)
     e7 = x7 - reference(t + h, drive)
     a7 = _rate(slip, t + h, x7, v7, q + h * (A71 * e1 + A73 * e3 + A74 * e4 + A75 * e5 + A76 * e6))
-    _fill_row(slopes[0], (v1, v2, v3, v4, v5, v6, v7))
-    _fill_row(slopes[1], (a1, a2, a3, a4, a5, a6, a7))
-    _fill_row(slopes[2], (e1, e2, e3, e4, e5, e6, e7))
+    fill_row(slopes[0], (v1, v2, v3, v4, v5, v6, v7))
+    fill_row(slopes[1], (a1, a2, a3, a4, a5, a6, a7))
+    fill_row(slopes[2], (e1, e2, e3, e4, e5, e6, e7))
     return abs(h * (E1 * a1 + E3 * a3 + E4 * a4 + E5 * a5 + E6 * a6 + E7 * a7))
 
 

@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import NamedTuple
 
 import numpy as np
 
@@ -52,18 +53,28 @@ def _hold(laws: Laws, y: Vector) -> float:
     return added
 
 
+class _DrivenBody(NamedTuple):
+    """A body with a dynamic law under one drive."""
+
+    rate: Rate
+    force: Force
+    laws: Laws
+    mass: float
+    drive: Vector
+
+
+class _Linearisation(NamedTuple):
+    """Derivatives of the field (rosenbrock.py `complete_stage`)."""
+
+    gains: Vector
+    couplings: Vector
+    in_time: Vector
+
+
 @kernel
-def _field(
-    rate: Rate,
-    force: Force,
-    laws: Laws,
-    mass: float,
-    drive: Vector,
-    t: float,
-    y: Vector,
-    out: Vector,
-) -> int:
+def _field(driven: _DrivenBody, t: float, y: Vector, out: Vector) -> int:
     """Fill out with y'; return a status of friction/status.py."""
+    rate, force, laws, mass, drive = driven
     added, law = _hold(laws, y), laws[3]
     status = rate(y[CONTACT:], y[1], law, out[CONTACT:])
     out[0] = y[1]
@@ -76,24 +87,15 @@ def _field(
 
 @kernel
 def _linearise(
-    rate: Rate,
-    force: Force,
-    laws: Laws,
-    mass: float,
-    drive: Vector,
-    t: float,
-    y: Vector,
-    slope: Vector,
-    scales: Vector,
-    gains: Vector,
-    couplings: Vector,
-    in_time: Vector,
+    driven: _DrivenBody, t: float, y: Vector, slope: Vector, scales: Vector, linear: _Linearisation
 ) -> int:
     """Fill the derivatives of the field at y for engine/rosenbrock.py; `slope`: field at y.
 
     The difference quotients step away from v = 0, and along the motion of z: a hysteresis is
     stiffer in the opposite direction.
     """
+    rate, force, laws, mass, drive = driven
+    gains, couplings, in_time = linear
     m, z, zdot, table, law = couplings.shape[1], y[CONTACT:], slope[CONTACT:], laws[2], laws[3]
     _hold(laws, y)
     out, there = np.zeros_like(z), z.copy()
@@ -127,19 +129,13 @@ def _linearise(
 
 @kernel
 def _try_step(
-    rate: Rate,
-    force: Force,
-    laws: Laws,
-    mass: float,
-    drive: Vector,
+    driven: _DrivenBody,
+    linear: _Linearisation,
     t: float,
     h: float,
     y: Vector,
     slope: Vector,
     scales: Vector,
-    gains: Vector,
-    couplings: Vector,
-    in_time: Vector,
     stages: Vector,
     end: Vector,
 ) -> float:
@@ -147,12 +143,13 @@ def _try_step(
 
     slope: field at y. stages (6, n).
     """
+    gains, couplings, in_time = linear
     rows = CONTACT + couplings.shape[1]
     stages[0, :] = slope
     complete_stage(gains, couplings, in_time, h, 0, stages)
     for i in range(1, STAGES):
         stage_point(y, stages, i, rows, end)
-        if _field(rate, force, laws, mass, drive, t + NODES[i] * h, end, stages[i]) != OK:
+        if _field(driven, t + NODES[i] * h, end, stages[i]) != OK:
             return math.inf
         complete_stage(gains, couplings, in_time, h, i, stages)
     worst = 0.0
@@ -170,17 +167,9 @@ def _try_step(
 
 
 @kernel
-def _sample(
-    rate: Rate,
-    force: Force,
-    laws: Laws,
-    drive: Vector,
-    t: float,
-    y: Vector,
-    zdot: Vector,
-    row: Vector,
-) -> None:
+def _sample(driven: _DrivenBody, t: float, y: Vector, zdot: Vector, row: Vector) -> None:
     """Fill one sample at time t and state y."""
+    rate, force, laws, _, drive = driven
     added, law = _hold(laws, y), laws[3]
     rate(y[CONTACT:], y[1], law, zdot)
     row[fb.SAMPLE_POSITION], row[fb.SAMPLE_VELOCITY], row[fb.SAMPLE_EFFORT] = (
@@ -202,15 +191,11 @@ def _factor(error: float) -> float:
 
 @kernel
 def _segment(
-    rate: Rate,
-    force: Force,
+    driven: _DrivenBody,
     commit: Commit,
-    laws: Laws,
-    mass: float,
     y: Vector,
     moving: int,
     scales: Vector,
-    drive: Vector,
     t: float,
     end: float,
     times: Vector,
@@ -218,55 +203,19 @@ def _segment(
     filled: int,
 ) -> tuple[int, float, int]:
     """Simulate one drive up to `end`; return status, time reached and number of samples filled."""
+    laws = driven.laws
     n = y.shape[0]
     slope, after, at, zdot = np.zeros(n), y.copy(), y.copy(), np.zeros(n - CONTACT)
-    stages, gains, couplings, in_time = (
-        np.zeros((STAGES, n)),
-        np.zeros(3),
-        np.zeros((3, moving)),
-        np.zeros(CONTACT),
-    )
+    stages = np.zeros((STAGES, n))
+    linear = _Linearisation(np.zeros(3), np.zeros((3, moving)), np.zeros(CONTACT))
     h, shortest, fresh = FIRST_STEP * (end - t), SHORTEST_STEP * max(abs(t), abs(end)), True
     while t < end:
         step = min(h, end - t)
         if fresh:
-            failed = _field(rate, force, laws, mass, drive, t, y, slope)
-            if (
-                failed
-                + _linearise(
-                    rate,
-                    force,
-                    laws,
-                    mass,
-                    drive,
-                    t,
-                    y,
-                    slope,
-                    scales,
-                    gains,
-                    couplings,
-                    in_time,
-                )
-                != OK
-            ):
+            failed = _field(driven, t, y, slope)
+            if failed + _linearise(driven, t, y, slope, scales, linear) != OK:
                 return LAW_FAILED, t, filled
-        error = _try_step(
-            rate,
-            force,
-            laws,
-            mass,
-            drive,
-            t,
-            step,
-            y,
-            slope,
-            scales,
-            gains,
-            couplings,
-            in_time,
-            stages,
-            after,
-        )
+        error = _try_step(driven, linear, t, step, y, slope, scales, stages, after)
         fresh = error <= 1.0
         if not fresh:
             if step <= shortest:
@@ -279,7 +228,7 @@ def _segment(
         later = t + step if step < end - t else end
         while filled < times.shape[0] and times[filled] < later:
             between(y, after, stages, (times[filled] - t) / step, CONTACT + moving, at)
-            _sample(rate, force, laws, drive, times[filled], at, zdot, samples[filled])
+            _sample(driven, times[filled], at, zdot, samples[filled])
             filled += 1
         y[: CONTACT + moving] = after[: CONTACT + moving]
         _hold(laws, y)
@@ -319,26 +268,15 @@ def run_dynamic(
     """
     t, filled = start, 0
     for k in range(ends.shape[0]):
+        driven = _DrivenBody(rate, force, laws, mass, drives[k])
         status, t, filled = _segment(
-            rate,
-            force,
-            commit,
-            laws,
-            mass,
-            y,
-            moving,
-            scales,
-            drives[k],
-            t,
-            ends[k],
-            times,
-            samples,
-            filled,
+            driven, commit, y, moving, scales, t, ends[k], times, samples, filled
         )
         if status != OK:
             return status, t
     zdot = np.zeros(y.shape[0] - CONTACT)
+    driven = _DrivenBody(rate, force, laws, mass, drives[-1])
     while filled < times.shape[0]:
-        _sample(rate, force, laws, drives[-1], times[filled], y, zdot, samples[filled])
+        _sample(driven, times[filled], y, zdot, samples[filled])
         filled += 1
     return OK, t

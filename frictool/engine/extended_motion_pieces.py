@@ -300,7 +300,7 @@ def slip_piece(
     """
     body, drive = driven.body, driven.drive
     mass, y, point = body[fb.MASS], np.empty(ROWS), np.empty(ROWS)
-    y[:3], y[3] = state[:3], state[FILM]
+    y[0], y[1], y[2], y[3] = state[0], state[1], state[2], state[FILM]
     _field(driven, laws, state, t, y, slopes[0])
     size = gross(state, t, drive)
     if y[1] == 0.0 and abs(slopes[0, 1]) * mass <= ROUNDING * (

@@ -13,6 +13,7 @@ therefore has a smooth field.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,9 +26,10 @@ from frictool.engine.axis_friction import (
     speed_band,
     straight_line,
 )
-from frictool.engine.dormand_prince import dense_output
+from frictool.engine.dormand_prince import dense_output, fill_row
 from frictool.engine.drive_lag import lagged_drive
-from frictool.engine.polynomial_events import NEVER, first_fall
+from frictool.engine.polynomial_events import NEVER
+from frictool.engine.slip_events import sooner
 from frictool.friction.stribeck import curve
 from frictool.plant import axis as ax
 from frictool.plant.axis_friction_laws import LAYER, STRIBECK_EXPONENT, STRIBECK_VELOCITY
@@ -51,22 +53,24 @@ DISTANCE, SPEED, ROWS, TERMS = 0, 1, 3, 5
 DRIVING = 5  # index in the scratch array: 1 if the motor carries the load, 0 inside the backlash
 
 
-@inner_kernel
-def _acceleration(
-    state: Vector,
-    command: float,
-    p: Vector,
-    direction: float,
-    law: Vector,
-    line: tuple[float, float],
-    t: float,
-    y: float,
-    w: float,
-) -> float:
-    """Return w' at t [s] after the start of the slip.
+class _Slip(NamedTuple):
+    """Slip from a state under a held command.
 
     law (6,): scratch array for friction/stribeck.py, then DRIVING. line: (added, viscous).
     """
+
+    state: Vector
+    command: float
+    p: Vector
+    direction: float
+    law: Vector
+    line: tuple[float, float]
+
+
+@inner_kernel
+def _acceleration(slip: _Slip, t: float, y: float, w: float) -> float:
+    """Return w' at t [s] after the start of the slip, at the distance y and the speed w."""
+    state, command, p, direction, law, line = slip
     x = state[ax.POSITION] + direction * y
     if law[DRIVING] > 0.0:
         friction = coulomb_at(p, direction, x)
@@ -83,91 +87,30 @@ def _acceleration(
 
 
 @inner_kernel
-def _step(
-    state: Vector,
-    command: float,
-    p: Vector,
-    direction: float,
-    law: Vector,
-    line: tuple[float, float],
-    t: float,
-    h: float,
-    start: float,
-    at: Vector,
-    slopes: Vector,
-) -> float:
+def _step(slip: _Slip, t: float, h: float, start: float, at: Vector, slopes: Vector) -> float:
     """Try a step of length h from `at` = (y, w) with w' = `start`; return the error of w.
 
     Fills the rows y' and w' of `slopes` (3, 7).
     """
     y, w1, a1 = at[DISTANCE], at[SPEED], start
     w2 = w1 + h * dp.A21 * a1
-    a2 = _acceleration(
-        state, command, p, direction, law, line, t + dp.C2 * h, y + h * dp.A21 * w1, w2
-    )
+    a2 = _acceleration(slip, t + dp.C2 * h, y + h * dp.A21 * w1, w2)
     w3 = w1 + h * (dp.A31 * a1 + dp.A32 * a2)
-    a3 = _acceleration(
-        state,
-        command,
-        p,
-        direction,
-        law,
-        line,
-        t + dp.C3 * h,
-        y + h * (dp.A31 * w1 + dp.A32 * w2),
-        w3,
-    )
+    a3 = _acceleration(slip, t + dp.C3 * h, y + h * (dp.A31 * w1 + dp.A32 * w2), w3)
     w4 = w1 + h * (dp.A41 * a1 + dp.A42 * a2 + dp.A43 * a3)
-    a4 = _acceleration(
-        state,
-        command,
-        p,
-        direction,
-        law,
-        line,
-        t + dp.C4 * h,
-        y + h * (dp.A41 * w1 + dp.A42 * w2 + dp.A43 * w3),
-        w4,
-    )
+    a4 = _acceleration(slip, t + dp.C4 * h, y + h * (dp.A41 * w1 + dp.A42 * w2 + dp.A43 * w3), w4)
     w5 = w1 + h * (dp.A51 * a1 + dp.A52 * a2 + dp.A53 * a3 + dp.A54 * a4)
     y5 = y + h * (dp.A51 * w1 + dp.A52 * w2 + dp.A53 * w3 + dp.A54 * w4)
-    a5 = _acceleration(state, command, p, direction, law, line, t + dp.C5 * h, y5, w5)
+    a5 = _acceleration(slip, t + dp.C5 * h, y5, w5)
     w6 = w1 + h * (dp.A61 * a1 + dp.A62 * a2 + dp.A63 * a3 + dp.A64 * a4 + dp.A65 * a5)
     y6 = y + h * (dp.A61 * w1 + dp.A62 * w2 + dp.A63 * w3 + dp.A64 * w4 + dp.A65 * w5)
-    a6 = _acceleration(state, command, p, direction, law, line, t + h, y6, w6)
+    a6 = _acceleration(slip, t + h, y6, w6)
     w7 = w1 + h * (dp.A71 * a1 + dp.A73 * a3 + dp.A74 * a4 + dp.A75 * a5 + dp.A76 * a6)
     y7 = y + h * (dp.A71 * w1 + dp.A73 * w3 + dp.A74 * w4 + dp.A75 * w5 + dp.A76 * w6)
-    a7 = _acceleration(state, command, p, direction, law, line, t + h, y7, w7)
-    (
-        slopes[0, 0],
-        slopes[0, 1],
-        slopes[0, 2],
-        slopes[0, 3],
-        slopes[0, 4],
-        slopes[0, 5],
-        slopes[0, 6],
-    ) = w1, w2, w3, w4, w5, w6, w7
-    (
-        slopes[1, 0],
-        slopes[1, 1],
-        slopes[1, 2],
-        slopes[1, 3],
-        slopes[1, 4],
-        slopes[1, 5],
-        slopes[1, 6],
-    ) = a1, a2, a3, a4, a5, a6, a7
+    a7 = _acceleration(slip, t + h, y7, w7)
+    fill_row(slopes[DISTANCE], (w1, w2, w3, w4, w5, w6, w7))
+    fill_row(slopes[SPEED], (a1, a2, a3, a4, a5, a6, a7))
     return abs(h * (dp.E1 * a1 + dp.E3 * a3 + dp.E4 * a4 + dp.E5 * a5 + dp.E6 * a6 + dp.E7 * a7))
-
-
-@kernel
-def _reached(
-    piece: Vector, row: int, level: float, sign: float, longest: float, probe: Vector
-) -> float:
-    """Return the first t within `longest` at which sign (row - level) falls to zero, or NEVER."""
-    for k in range(TERMS):
-        probe[k] = sign * piece[row, k]
-    probe[0] -= sign * level
-    return first_fall(probe, longest)
 
 
 @inner_kernel
@@ -176,15 +119,15 @@ def _end_of(
 ) -> tuple[float, int]:
     """Return the time and kind of the first end of a step."""
     spent, kind = h, HELD
-    crossing = _reached(piece, SPEED, lower, 1.0, spent, probe)
+    crossing = sooner(piece, TERMS, SPEED, 1.0, lower, spent, probe)
     if crossing != NEVER:
         spent, kind = crossing, SLOWER
     if upper < math.inf:
-        crossing = _reached(piece, SPEED, upper, -1.0, spent, probe)
+        crossing = sooner(piece, TERMS, SPEED, -1.0, upper, spent, probe)
         if crossing != NEVER:
             spent, kind = crossing, FASTER
     if length < math.inf:
-        crossing = _reached(piece, DISTANCE, length, -1.0, spent, probe)
+        crossing = sooner(piece, TERMS, DISTANCE, -1.0, length, spent, probe)
         if crossing != NEVER:
             spent, kind = crossing, PLACE
     return spent, kind
@@ -242,14 +185,15 @@ def curved_slip(
     if length <= 0.0:
         return 0.0, 0.0, at[SPEED], place
     gross = _gross(state, command, p, direction, to_edge <= 0.0) / p[ax.INERTIA]
-    start = _acceleration(state, command, p, direction, law, line, 0.0, 0.0, at[SPEED])
+    slip = _Slip(state, command, p, direction, law, line)
+    start = _acceleration(slip, 0.0, 0.0, at[SPEED])
     if at[SPEED] == 0.0 and abs(start) <= ROUNDING * gross:
         start = 0.0
     wish = FIRST_STEP * p[STRIBECK_VELOCITY] / gross if layered and gross > 0.0 else remaining
     t, shortest = 0.0, SHORTEST_STEP * remaining
     for _ in range(MAX_STEPS):
         h = min(wish, remaining - t)
-        error = _step(state, command, p, direction, law, line, t, h, start, at, slopes)
+        error = _step(slip, t, h, start, at, slopes)
         allowed = TOLERANCE * max(at[SPEED], FLOOR * p[STRIBECK_VELOCITY] if layered else gross * h)
         if not error <= allowed:
             if h <= shortest:

@@ -64,7 +64,7 @@ from frictool.engine.power_series import TERMS
 from frictool.engine.slip_events import arrive, region, slip_event
 from frictool.engine.status import EVENTS_FULL, NOT_FINITE, OK, TOO_MANY_EVENTS
 from frictool.friction.extension import LAG
-from frictool.runtime.kernels import bare_kernel, inner_kernel, kernel
+from frictool.runtime.kernels import bare_kernel, kernel
 from frictool.typing import Vector
 
 STEPS_PER_EVENT = 1000.0
@@ -273,7 +273,7 @@ def _segment(
     return OK, t, filled, happened
 
 
-@inner_kernel
+@kernel
 def _run(
     force: Force,
     law: Vector,
@@ -303,7 +303,8 @@ def _run(
         if status != OK:
             return status, t, happened
     driven, last = DrivenBody(force, law, body, drives[-1]), np.zeros((ROWS, 1))
-    last[:3, 0] = state[:3]
+    for row in range(3):
+        last[row, 0] = state[row]
     if laws is not None:
         last[3, 0] = state[FILM]
     _fill(driven, laws, state, t, math.inf, last, 1, times, samples, filled)
