@@ -11,12 +11,9 @@ from numpy.typing import NDArray
 
 from frictool.control.compiled_program import CompiledProgram, copy_program, start_at
 from frictool.engine.axis_motion import advance
-from frictool.engine.body import BREAKS_AWAY
 from frictool.engine.closed_loop import measure
 from frictool.engine.closed_loop import run as run_loop
-from frictool.engine.dormand_prince import Force
 from frictool.engine.status import OK
-from frictool.engine.stick_slip import run as run_body
 from frictool.plant.axis import ENCODER_STEP
 from frictool.runtime.kernels import parallel_kernel
 from frictool.typing import Vector
@@ -77,36 +74,3 @@ def closed_loops(
             load,
             conditions,
         )
-
-
-@parallel_kernel
-def breakaway_times(
-    force: Force,
-    laws: Vector,
-    bodies: Vector,
-    states: Vector,
-    ends: Vector,
-    drives: Vector,
-    room: int,
-    times: Vector,
-    counts: NDArray[np.int64],
-    statuses: NDArray[np.int64],
-) -> None:
-    """Simulate many bodies of one law from t = 0 and fill their breakaway times [s].
-
-    laws (m, p), bodies (m, 16), states (m, 5) in place, drives (m, s, 10) up to ends (s,). found
-    (m, b): the first b breakaway times, of which counts (m,) are valid. room: largest number of
-    events of each run. statuses (m,): engine/status.py.
-    """
-    for i in prange(bodies.shape[0]):
-        events = np.empty((room, 4))
-        none, nothing = np.empty(0), np.empty((0, 5))
-        status, _, happened = run_body(
-            force, laws[i], bodies[i], states[i], 0.0, ends, drives[i], none, nothing, events
-        )
-        counts[i] = 0
-        for k in range(happened):
-            if events[k, 1] == BREAKS_AWAY and counts[i] < times.shape[1]:
-                times[i, counts[i]] = events[k, 0]
-                counts[i] += 1
-        statuses[i] = status

@@ -43,17 +43,6 @@ IN_LAYER, STRAIGHT, BEYOND_KNEE = 0, 1, 2
     BOUNCES,
     RESTS_AT_STOP,
 ) = range(9)
-EVENT_NAMES = (
-    "",
-    "breakaway",
-    "reversal",
-    "stop",
-    "leaves layer",
-    "enters layer",
-    "knee",
-    "bounce",
-    "rests at end stop",
-)
 EVENT_SIZE = 4
 
 # samples, one row each

@@ -7,26 +7,64 @@ from collections.abc import Iterator
 import numba
 import numpy as np
 import pytest
+from numba import prange
+from numpy.typing import NDArray
 
 from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import compile_program, copy_program, start_at
 from frictool.engine.axis_motion import advance
-from frictool.engine.batch import breakaway_times, closed_loops, replay_axes
-from frictool.engine.body import at_rest
+from frictool.engine.batch import closed_loops, replay_axes
+from frictool.engine.body import BREAKS_AWAY, at_rest
 from frictool.engine.closed_loop import RECORD_SIZE, run
 from frictool.engine.conditions import NO_CONDITIONS
+from frictool.engine.dormand_prince import Force
 from frictool.engine.drive import spring
 from frictool.engine.law_simulation import body_of
 from frictool.engine.status import OK
+from frictool.engine.stick_slip import run as run_body
 from frictool.engine.trajectory import simulate
 from frictool.friction.kernel_signatures import SLIP_FORCE
 from frictool.friction.law_registry import LAWS
 from frictool.plant.axis import AxisParameters, rest
 from frictool.plant.position_load import PositionLoad
-from frictool.runtime.kernels import function_pointer
+from frictool.runtime.kernels import function_pointer, parallel_kernel
+from frictool.typing import Vector
 from studies.rigs.example_controllers import clutch_controller
 
 PLANTS, PERIOD = 40, 1e-3
+
+
+@parallel_kernel
+def breakaway_times(
+    force: Force,
+    laws: Vector,
+    bodies: Vector,
+    states: Vector,
+    ends: Vector,
+    drives: Vector,
+    room: int,
+    times: Vector,
+    counts: NDArray[np.int64],
+    statuses: NDArray[np.int64],
+) -> None:
+    """Simulate many bodies of one law from t = 0 and fill their breakaway times [s].
+
+    laws (m, p), bodies (m, 16), states (m, 5) in place, drives (m, s, 10) up to ends (s,). times
+    (m, b): the first b breakaway times, of which counts (m,) are valid. room: largest number of
+    events of each run. statuses (m,): engine/status.py.
+    """
+    for i in prange(bodies.shape[0]):
+        events = np.empty((room, 4))
+        none, nothing = np.empty(0), np.empty((0, 5))
+        status, _, happened = run_body(
+            force, laws[i], bodies[i], states[i], 0.0, ends, drives[i], none, nothing, events
+        )
+        counts[i] = 0
+        for k in range(happened):
+            if events[k, 1] == BREAKS_AWAY and counts[i] < times.shape[1]:
+                times[i, counts[i]] = events[k, 0]
+                counts[i] += 1
+        statuses[i] = status
 
 
 @pytest.fixture(params=[1, 2])

@@ -15,15 +15,9 @@ from __future__ import annotations
 
 import math
 
+from frictool.engine.mechanism import address_calls as ac
 from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism import state as st
-from frictool.engine.mechanism.address_calls import (
-    FLOAT,
-    INTEGER,
-    VECTOR,
-    call_by_address,
-    function_type,
-)
 from frictool.engine.mechanism.articulated_body import field
 from frictool.engine.mechanism.dormand_prince8 import AFTER
 from frictool.engine.mechanism.event_handling import begin, handle_event, take_step
@@ -209,8 +203,10 @@ def held_command(
     return _in_law_steps(machine, state, command, external, duration, tolerance, events)
 
 
-HELD_COMMAND = function_type(INTEGER, ly.MACHINE, st.STATE, VECTOR, VECTOR, FLOAT, FLOAT, EVENTS)
-_held_command = call_by_address(HELD_COMMAND)
+HELD_COMMAND = ac.function_type(
+    ac.INTEGER, ly.MACHINE, st.STATE, ac.VECTOR, ac.VECTOR, ac.FLOAT, ac.FLOAT, EVENTS
+)
+_held_command = ac.call_by_address(HELD_COMMAND)
 
 
 @inset_kernel

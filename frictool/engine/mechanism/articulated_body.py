@@ -20,16 +20,9 @@ from __future__ import annotations
 
 import math
 
+from frictool.engine.mechanism import address_calls as ac
 from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism import workspace_rows as rows
-from frictool.engine.mechanism.address_calls import (
-    FLOAT,
-    INDICES,
-    INTEGER,
-    VECTOR,
-    call_by_address,
-    function_type,
-)
 from frictool.engine.mechanism.efforts import efforts
 from frictool.engine.mechanism.fixed_step_laws import seen_speeds, timed_frictions
 from frictool.engine.mechanism.guard_tolerances import SLACK, SPEED_SLACK, place_guards, slack_at
@@ -269,8 +262,10 @@ def field_within(
     return _rates(machine, t, y, modes, inputs, out, False)
 
 
-RATES_OF_STATE = function_type(INTEGER, ly.MACHINE, FLOAT, VECTOR, INDICES, VECTOR, EVALUATION)
-_rates_of_state = call_by_address(RATES_OF_STATE)
+RATES_OF_STATE = ac.function_type(
+    ac.INTEGER, ly.MACHINE, ac.FLOAT, ac.VECTOR, ac.INDICES, ac.VECTOR, EVALUATION
+)
+_rates_of_state = ac.call_by_address(RATES_OF_STATE)
 
 
 @inset_kernel

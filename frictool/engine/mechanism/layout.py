@@ -18,14 +18,7 @@ from typing import Any, NamedTuple, cast
 from llvmlite import ir
 from numba.extending import intrinsic
 
-from frictool.engine.mechanism.address_calls import (
-    FLOAT,
-    INDEX_ROWS,
-    INDICES,
-    INTEGER,
-    VECTOR,
-    record_type,
-)
+from frictool.engine.mechanism import address_calls as ac
 from frictool.runtime.kernels import inset_kernel
 from frictool.typing import IntVector, Vector
 
@@ -87,7 +80,7 @@ class CompiledMechanism(NamedTuple):
     laws: IntVector  # (frictions + 1, 6): addresses of kernels; the last row: the engine's
 
 
-MACHINE = record_type(CompiledMechanism, INDICES, VECTOR, INDEX_ROWS)
+MACHINE = ac.record_type(CompiledMechanism, ac.INDICES, ac.VECTOR, ac.INDEX_ROWS)
 
 
 def _load(context: Any, builder: Any, kind: Any, array: Any, index: Any) -> Any:
@@ -104,7 +97,7 @@ def _first(section: int, width: int, column: int = 0) -> Callable[..., Any]:
     """Return a code generator for the index k[section] + width * row + column."""
 
     def code(context: Any, builder: Any, k: Any, row: Any) -> Any:
-        start = _load(context, builder, INDICES, k, _integer(section))
+        start = _load(context, builder, ac.INDICES, k, _integer(section))
         start = builder.add(start, builder.mul(row, _integer(width)))
         return builder.add(start, _integer(column))
 
@@ -117,7 +110,9 @@ def _row(section: int, width: int) -> Callable[[IntVector, int], int]:
 
     @intrinsic
     def row_of(_: Any, k: Any, row: Any) -> Any:
-        return INTEGER(INDICES, INTEGER), lambda context, builder, _, a: first(context, builder, *a)
+        return ac.INTEGER(ac.INDICES, ac.INTEGER), lambda context, builder, _, a: first(
+            context, builder, *a
+        )
 
     return cast(Callable[[IntVector, int], int], row_of)
 
@@ -127,11 +122,11 @@ def _entry(section: int, width: int = 1, column: int = 0) -> Callable[[IntVector
     first = _first(section, width, column)
 
     def code(context: Any, builder: Any, _: Any, a: Any) -> Any:
-        return _load(context, builder, INDICES, a[0], first(context, builder, *a))
+        return _load(context, builder, ac.INDICES, a[0], first(context, builder, *a))
 
     @intrinsic
     def entry(_: Any, k: Any, row: Any) -> Any:
-        return INTEGER(INDICES, INTEGER), code
+        return ac.INTEGER(ac.INDICES, ac.INTEGER), code
 
     return cast(Callable[[IntVector, int], int], entry)
 
@@ -141,11 +136,11 @@ def _number(section: int) -> Callable[[IntVector, Vector, int], float]:
     first = _first(section, 1)
 
     def code(context: Any, builder: Any, _: Any, a: Any) -> Any:
-        return _load(context, builder, VECTOR, a[1], first(context, builder, a[0], a[2]))
+        return _load(context, builder, ac.VECTOR, a[1], first(context, builder, a[0], a[2]))
 
     @intrinsic
     def entry(_: Any, k: Any, p: Any, row: Any) -> Any:
-        return FLOAT(INDICES, VECTOR, INTEGER), code
+        return ac.FLOAT(ac.INDICES, ac.VECTOR, ac.INTEGER), code
 
     return cast(Callable[[IntVector, Vector, int], float], entry)
 
@@ -158,19 +153,19 @@ def _column(column: int, kind: Any, result: Any) -> Callable[..., Any]:
 
     @intrinsic
     def entry(_: Any, array: Any, row: Any) -> Any:
-        return result(kind, INTEGER), code
+        return result(kind, ac.INTEGER), code
 
     return cast(Callable[..., Any], entry)
 
 
 def _parameter(column: int) -> Callable[[Vector, int], float]:
     """Return f(p, row): parameter of an element whose row begins at index `row`."""
-    return _column(column, VECTOR, FLOAT)
+    return _column(column, ac.VECTOR, ac.FLOAT)
 
 
 def _place(column: int) -> Callable[[IntVector, int], int]:
     """Return f(k, row): entry of a friction whose row begins at index `row`."""
-    return _column(column, INDICES, INTEGER)
+    return _column(column, ac.INDICES, ac.INTEGER)
 
 
 # Accessors for kernels. Calls of inlined kernels in their place made a run 12 % slower.

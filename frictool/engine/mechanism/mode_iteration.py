@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
+from frictool.engine.mechanism import address_calls as ac
 from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism import state as st
-from frictool.engine.mechanism.address_calls import (
-    FLOAT,
-    INTEGER,
-    call_by_address,
-    function_type,
-)
 from frictool.engine.mechanism.articulated_body import field
 from frictool.engine.mechanism.contact_resolution import resolve
 from frictool.engine.mechanism.events import EVENTS, JAMS, EventRows, write
@@ -109,8 +104,8 @@ def modes_at_instant(
     return UNRESOLVED
 
 
-MODES_AT_INSTANT = function_type(INTEGER, ly.MACHINE, st.STATE, FLOAT, EVENTS)
-_modes_at_instant = call_by_address(MODES_AT_INSTANT)
+MODES_AT_INSTANT = ac.function_type(ac.INTEGER, ly.MACHINE, st.STATE, ac.FLOAT, EVENTS)
+_modes_at_instant = ac.call_by_address(MODES_AT_INSTANT)
 
 
 @inset_kernel

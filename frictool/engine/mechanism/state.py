@@ -40,13 +40,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from frictool.engine.mechanism.address_calls import (
-    INDEX_ROWS,
-    INDICES,
-    MATRIX,
-    VECTOR,
-    record_type,
-)
+from frictool.engine.mechanism import address_calls as ac
 from frictool.engine.mechanism.dormand_prince8 import SLOPES
 from frictool.engine.mechanism.law_kernels import rest_of
 from frictool.engine.mechanism.layout import CompiledMechanism
@@ -113,9 +107,11 @@ class MechanismState(NamedTuple):
     room: Workspace
 
 
-WORKSPACE = record_type(Workspace, MATRIX, MATRIX, MATRIX, MATRIX, INDEX_ROWS)
-EVALUATION = record_type(RateEvaluation, VECTOR, MATRIX, VECTOR, VECTOR)
-STATE = record_type(MechanismState, VECTOR, VECTOR, INDICES, VECTOR, VECTOR, WORKSPACE)
+WORKSPACE = ac.record_type(Workspace, ac.MATRIX, ac.MATRIX, ac.MATRIX, ac.MATRIX, ac.INDEX_ROWS)
+EVALUATION = ac.record_type(RateEvaluation, ac.VECTOR, ac.MATRIX, ac.VECTOR, ac.VECTOR)
+STATE = ac.record_type(
+    MechanismState, ac.VECTOR, ac.VECTOR, ac.INDICES, ac.VECTOR, ac.VECTOR, WORKSPACE
+)
 
 
 class WorkByElement(NamedTuple):

@@ -13,5 +13,4 @@ INERTIA, NEED, NEED_HIGH, ACCELERATION, LAMBDA = range(5, 10)
 # contact_resolution.py, tree_solver.py, lossy_impulses.py
 ALONG, AHEAD, BEHIND, VALUE, SLOPE, STOPPED_LOW, STOPPED_HIGH = range(10, 17)
 ON_BLOCK = 17  # fixed_step_laws.py: effort that the law on a block sees
-LEAST, REST, GIVEN, HELD = range(11, 15)  # forces.py, which runs when no contact is being resolved
 WORK_ROWS = 18

@@ -11,11 +11,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.engine.mechanism.events import BREAKS_AWAY, SEPARATES
-from frictool.engine.mechanism.forces import forces
 from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.mechanism.state import STUCK
 from studies.rigs.mechanism_builder import Builder
 from tests.engine.mechanism.least_constraint import accelerations
+from tests.support.mechanism_forces import forces
 from tests.support.mechanism_runs import instants, moved, ready
 
 

@@ -21,6 +21,9 @@ from frictool.engine.mechanism.state import MechanismState, RateEvaluation, coun
 from frictool.runtime.kernels import inset_kernel, kernel
 from frictool.typing import IntVector, Vector
 
+# rows of the work array that are free while no contact is being resolved
+LEAST, REST, GIVEN, HELD = range(11, 15)
+
 
 class RestForces(NamedTuple):
     """Forces of joints and of friction.
@@ -59,15 +62,15 @@ def _at_rest(
     """Fill links and holds of all blocks at rest."""
     n = k[ly.BLOCKS]
     for i in range(n):
-        w[rows.REST, i], w[rows.HELD, i], w[rows.GIVEN, i] = 0.0, 0.0, 0.0
+        w[REST, i], w[HELD, i], w[GIVEN, i] = 0.0, 0.0, 0.0
         holds[i] = 0.0
     for place in range(n - 1, -1, -1):
         i = ly.block_at(k, place)
         joint = ly.joint_of(k, i)
         if modes[i] == st.STUCK and joint >= 0 and modes[n + joint] != st.OPEN:
             low, high = _range_of(k, p, i, modes[n + joint], w)
-            w[rows.LEAST, i] = min(max(0.0, low), high)
-            w[rows.REST, ly.parent_of(k, i)] -= w[rows.LEAST, i] * (
+            w[LEAST, i] = min(max(0.0, low), high)
+            w[REST, ly.parent_of(k, i)] -= w[LEAST, i] * (
                 ly.ratio(p, ly.joint_row(k, joint)) if ly.outward(k, i) == 1 else -1.0
             )
     for place in range(n):
@@ -79,13 +82,13 @@ def _at_rest(
             parent, ratio = ly.parent_of(k, i), ly.ratio(p, ly.joint_row(k, joint))
             low, high = _range_of(k, p, i, modes[n + joint], w)
             share = ratio if ly.outward(k, i) == 1 else -1.0
-            link = min(max(w[rows.LEAST, i] + w[rows.REST, parent] / share, low), high)
-            w[rows.REST, parent] -= (link - w[rows.LEAST, i]) * share
+            link = min(max(w[LEAST, i] + w[REST, parent] / share, low), high)
+            w[REST, parent] -= (link - w[LEAST, i]) * share
             links[joint] = link
-            w[rows.GIVEN, i] = link if ly.outward(k, i) == 1 else -ratio * link
-        w[rows.REST, i] += w[rows.GIVEN, i] + w[rows.FORCE, i]
-        holds[i] = min(max(w[rows.REST, i], w[rows.HOLD_LOW, i]), w[rows.HOLD_HIGH, i])
-        w[rows.REST, i] -= holds[i]
+            w[GIVEN, i] = link if ly.outward(k, i) == 1 else -ratio * link
+        w[REST, i] += w[GIVEN, i] + w[rows.FORCE, i]
+        holds[i] = min(max(w[REST, i], w[rows.HOLD_LOW, i]), w[rows.HOLD_HIGH, i])
+        w[REST, i] -= holds[i]
 
 
 @kernel
