@@ -23,7 +23,7 @@ PASSED = 1e-9  # relative overshoot of a search beyond the end of a piece
 
 
 class JointTree(NamedTuple):
-    """One tree of joints up to its open contacts, with the arrays that its solution reads and fills.
+    """One tree of joints up to its open contacts, with the arrays that its solution uses.
 
     members: positions of its blocks in the order of blocks, the root first. w: workspace_rows.py.
     """
