@@ -67,14 +67,17 @@ def _no_sliding(stream: StreamSurvey, kind: str | None) -> str | None:
     if kind == "ramp":
         return "the axis rests for most of the time; sliding needs a log of motion"
     if stream.velocity is not None and not stream.velocity[0] < 0.0 < stream.velocity[1]:
-        return "the axis moves one way only, which does not tell Coulomb friction from an offset"
+        return (
+            "the axis moves in one direction only, which does not separate Coulomb "
+            "friction from an offset"
+        )
     return None
 
 
 def _too_rough(stream: StreamSurvey) -> str | None:
     """Return why plain differences do not give usable velocities, or None."""
     if stream.base.gaps:
-        return f"there are {stream.base.gaps} gaps, over which its filters cannot run"
+        return f"the log has {stream.base.gaps} gaps, and its filters need a log without gaps"
     step = stream.signals[POSITION].step
     if step is None or stream.velocity is None:
         return None

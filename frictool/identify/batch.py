@@ -201,8 +201,10 @@ class IdentifyJob:
         if len(units) > 1:
             raise LogError(
                 group.name,
-                f"holds logs of several units ({', '.join(units)}), and a model is of one; take "
-                "--each log",
+                (
+                    f"contains logs of several units ({', '.join(units)}), but a model describes "
+                    "one unit; use --each log"
+                ),
             )
         dates = sorted(one.date for one in origins if one.date is not None)
         return LogOrigin(units[0] if units else None, dates[0] if dates else None)

@@ -155,8 +155,8 @@ def reasons(batch: Sequence[BatchResult]) -> list[str]:
             same = first.setdefault(tuple(one.model.identified.items()), one)
             if same is not one:
                 told.append(
-                    f"warning: gives the same numbers as {same.group.files}; a log that is there "
-                    "twice makes a population look alike"
+                    f"warning: gives the same numbers as {same.group.files}; a duplicate log "
+                    "makes the population look more uniform than it is"
                 )
         lines += [f"{one.group.files}: {text}" for text in told]
     return lines
@@ -175,8 +175,8 @@ def population_lines(parameters: dict[str, Population], bench: Bench) -> list[st
         figures = f"{one.count:>6}{one.mean:>12.5g}{one.spread:>12.3g}{one.expected:>12.3g}"
         lines.append(f"{name:<{width}}{figures}  {unit_of(name, bench):<11} {conclusion(one)}")
     lines.append(
-        "spread: standard deviation of the values; expected: what their intervals let expect of "
-        "one population"
+        "spread: standard deviation of the values; expected: standard deviation of "
+        "one population with these intervals"
     )
     return lines
 

@@ -55,8 +55,7 @@ def _breakaway(logs: AxisLogs, identified: Mapping[str, Interval]) -> Breakaway:
     for record in logs.ramps:
         if record.velocity is not None:
             raise UnusableLogs(
-                f"{record.name} has a velocity and no position, whose counts tell when the axis "
-                "breaks away"
+                f"{record.name} has no position; its counts show when the axis breaks away"
             )
     axis, confidence = sliding_intervals(identified, logs.bench), logs.settings.confidence
     ramp = breakaway(logs.ramps, logs.bench, axis, confidence, identified.get("stribeck_velocity"))

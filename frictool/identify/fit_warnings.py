@@ -33,10 +33,9 @@ def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> 
                 "outside the bench's"
             )
             out.append(
-                f"{name}: {shown} [{known.low:.4g}, {known.high:.4g}]; the log's value is used, "
-                f"since the bench's does not explain the log: correct mechanics.{name} of the "
-                "bench, or, if that is certain, leave out the log: it is of another rig, or of a "
-                "motion that the model does not describe"
+                f"{name}: {shown} [{known.low:.4g}, {known.high:.4g}]; the log's value is "
+                "used, because the bench's value does not explain the log: correct mechanics."
+                f"{name} of the bench, or leave out a log of another rig or of another motion"
             )
     return out
 

@@ -90,14 +90,14 @@ def slow_effort_warnings(
         advice = "log the current as often as the position, and not a set point"
         if found.low > SLOW:
             raise UnusableLogs(
-                f"{Path(record.name).name}: the effort {rates}, and is not what acted in between: "
-                f"the inertia would be {found.logged:.4g} {unit} instead of "
-                f"{found.interpolated:.4g} {unit} or so; {advice}"
+                f"{Path(record.name).name}: the effort {rates}, and differs from the true "
+                f"effort in between: the inertia would be {found.logged:.4g} {unit} instead "
+                f"of about {found.interpolated:.4g} {unit}; {advice}"
             )
         warnings.append(
-            f"{Path(record.name).name}: the effort {rates}; the log does not tell whether it "
-            "acted as logged (inertia "
-            f"{found.logged:.4g} {unit}) or not (inertia {found.interpolated:.4g} {unit}); {advice}"
+            f"{Path(record.name).name}: the effort {rates}; the log does not show whether "
+            f"it acted as logged (inertia {found.logged:.4g} {unit}) or not (inertia "
+            f"{found.interpolated:.4g} {unit}); {advice}"
         )
     return warnings
 

@@ -85,9 +85,9 @@ def refuse_self_explained(fit: SlidingFit, records: list[MotionRecord]) -> None:
     size = _rms([record.effort for record in records])
     if abs(coulomb.value) < NO_FRICTION * size:
         raise UnusableLogs(
-            f"the motion alone explains the effort to {100 * fit.residual:.1g} %, with a friction "
-            f"of {coulomb.value:.2g} beside an effort of {size:.2g} (rms): it was computed from "
-            "the encoder, by a controller or a model, and not measured; log the measured current"
+            f"the motion alone explains the effort to {100 * fit.residual:.1g} %, with a "
+            f"friction of {coulomb.value:.2g} and an effort of {size:.2g} (rms): the "
+            "effort was computed from the encoder, not measured; log the measured current"
         )
 
 

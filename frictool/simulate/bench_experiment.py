@@ -52,8 +52,7 @@ def read_excitation(path: Path) -> Log:
     if found is None or EXCITATION not in found.metadata:
         raise LogError(
             str(path),
-            "is no test of frictool excite; write one with -o NAME.mcap, which carries how it is "
-            "played",
+            ("is not a test of frictool excite; write one with frictool excite -o NAME.mcap"),
         )
     return found
 

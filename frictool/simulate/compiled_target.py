@@ -168,8 +168,7 @@ def _header(folder: Path, sha256: str, controller: str) -> tuple[Path, str, Numb
     if not folder.is_dir():
         raise InputFileError(
             folder,
-            f"is no folder; allowed: one that frictool export {controller} --lang c -o DIR has "
-            "written",
+            (f"is not a folder; allowed: a folder of frictool export {controller} --lang c -o DIR"),
         )
     others = []
     for header in sorted(folder.glob("*.h")):

@@ -49,8 +49,10 @@ def reference_from_log(replay: Replay, log: Log, axis: Axis, period: float) -> V
     if replay.from_s >= time[-1] or end > time[-1] + 0.5 * stream.period:
         raise LogError(
             log.source,
-            f"lasts for {float(time[-1]):g} s, but the scenario replays {replay.from_s:g} s to "
-            f"{end:g} s of it",
+            (
+                f"has a duration of {float(time[-1]):g} s, but the scenario replays "
+                f"{replay.from_s:g} s to {end:g} s of it"
+            ),
         )
     instants: Vector = replay.from_s + period * np.arange(
         int((end - replay.from_s) / period + 1e-9) + 1, dtype=np.float64

@@ -122,10 +122,9 @@ class _BlockRules:
         if not self.design.reads_speed and not winding:
             if requested is not None:
                 raise FrictoolError(
-                    "velocity: nothing in this design reads a speed; allowed: with action brake, "
-                    "a limiter of the energy or with virtual "
-                    "friction, friction_compensation, a pid of the speed, or actuator.winding in "
-                    "the bench; leave it out"
+                    "velocity: no block of this design reads a speed; remove it. It belongs to "
+                    "action brake, a limiter by energy or with virtual friction, "
+                    "friction_compensation, a speed pid, or actuator.winding"
                 ).at("design", "velocity")
             return stored.Velocity()
         if requested is not None and requested.source == "measured":
@@ -149,8 +148,8 @@ class _BlockRules:
         if bandwidth * self.period >= 2.0:
             raise FrictoolError(
                 f"velocity.filter_rad_s: found {bandwidth:g}; allowed: below "
-                f"{2.0 / self.period:g} rad/s, two per sample period, from "
-                "where on the filter alternates from sample to sample; 0 leaves it out"
+                f"{2.0 / self.period:g} rad/s (two per sample period); above it the filter "
+                "alternates from sample to sample; 0 for none"
             ).at("design", "velocity.filter_rad_s")
         order = (requested.order if requested is not None else None) or 2
         return (
@@ -232,9 +231,8 @@ class _BlockRules:
             return requested.smoothing_speed.value
         if self.velocity.source == "measured":
             raise FrictoolError(
-                "friction_compensation.smoothing_speed: missing; with a measured speed nothing "
-                "tells it, give the speed below which the "
-                "modelled friction fades"
+                "friction_compensation.smoothing_speed: missing, and a measured speed has no "
+                "default; write the speed below which the modelled friction fades"
             ).at("design", "friction_compensation.smoothing_speed")
         block = FeedbackLoop("velocity", low_pass(self.velocity, self.period), (DIFFERENCE,))
         value = count_current(from_position(block), self.model.bench.encoder.resolution)

@@ -233,7 +233,7 @@ class _TradeSearch:
     def _end(self, effort: float) -> str:
         less = [other for other in self.tried if other < effort]
         if not less:
-            return "one encoder count alone would then be what the weight on the error lets pass"
+            return "one encoder count alone would then exceed the bound of the error weight"
         if not any(other in self.curve for other in less):
             return (
                 f"with W3 {math.exp(max(less)) * self.chosen.weights.drive:.3g} nothing reaches "

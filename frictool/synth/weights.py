@@ -190,8 +190,8 @@ class _WeightRules:
             )
         if bandwidth is None:
             raise FrictoolError(
-                "weights.bandwidth_rad_s: missing in the design, and response_time_95_s in the "
-                "specification; the weight W2 needs one"
+                "weights.bandwidth_rad_s: missing in the design, and response_time_95_s in "
+                "the specification; the error weight W2 needs one of them"
             ).at("design", "weights.bandwidth_rad_s")
         return template(bandwidth, margin, error)
 

@@ -185,9 +185,9 @@ def _of_one_rig(controller: Controller, observer: Observer) -> None:
                 f"{value:.9g}" if isinstance(value, float) else str(value) for value in (found, has)
             ]
             raise FrictoolError(
-                f"the observer {observer.name} is of another rig: its {name} is {shown[0]}, "
-                f"{controller.name} has {shown[1]}; design it "
-                "from the model that the controller was made of"
+                f"the observer {observer.name} belongs to another rig: its {name} is "
+                f"{shown[0]}, {controller.name} has {shown[1]}; design it from the model of "
+                "the controller"
             )
 
 

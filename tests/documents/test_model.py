@@ -64,7 +64,11 @@ def test_the_schema_describes_the_laws() -> None:
         (
             "forward: [1.0, 0.004]",
             "forward: [-1.0, 0.004]",
-            ["laws.position", "coulomb.forward: found a mean of -0.88 over the travel", "above 0"],
+            [
+                "laws.position",
+                "coulomb.forward: found a mean of -0.88 over the travel",
+                "allowed: > 0",
+            ],
         ),
         (
             "forward: [1.0, 0.004]",

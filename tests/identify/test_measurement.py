@@ -63,7 +63,7 @@ def test_what_does_not_tell_a_lag_is_refused() -> None:
         loop_lag(np.ones(6000), measured, PERIOD, 0.95)
     with pytest.raises(UnusableLogs, match=r"leaves .* of the measured current"):
         loop_lag(command, np.random.default_rng(1).standard_normal(6000), PERIOD, 0.95)
-    with pytest.raises(UnusableLogs, match="below what samples of"):
+    with pytest.raises(UnusableLogs, match="too short for samples of"):
         loop_lag(
             command,
             np.append(command[0], command[:-1])
@@ -93,10 +93,10 @@ def test_backlash_and_delay_come_back(width: float, delay: float, seed: int) -> 
 def test_no_backlash_is_said_and_a_coarse_encoder_does_not_tell_its_width() -> None:
     tight = TRUTH._replace(encoder_step=FINE_STEP, backlash=0.0)
     gap, late = reversals([record(sines(1, tight), tight)], clutch(), 0.95)
-    assert "no backlash shows" in str(gap)
+    assert "no sign of backlash" in str(gap)
     assert isinstance(late, Interval)
     assert late.low <= 0.0 <= late.high
-    assert "tells next to nothing" in str(reversals([record(sines(0))], clutch(), 0.95)[0])
+    assert "too wide to be useful" in str(reversals([record(sines(0))], clutch(), 0.95)[0])
 
 
 def test_the_command_measures_the_bench(tmp_path: Path) -> None:

@@ -138,7 +138,7 @@ def test_what_does_not_know_the_load_is_not_promised() -> None:
 def test_the_commands_say_what_is_missing(tmp_path: Path) -> None:
     bench = tmp_path / "bench.yaml"
     bench.write_text(CLUTCH.read_text() + "\nload: {terms: [offset, gravity]}\n")
-    missing = "load.terms names gravity, and load.most does not say how much effort that takes"
+    missing = "load.terms contains gravity, but load.most is missing"
     assert missing in run("assess", "--bench", bench).stderr
     assert (
         missing

@@ -148,12 +148,12 @@ def test_paths_do_not_depend_on_how_finely_they_are_walked(
 
 def test_what_does_not_tell_presliding_is_refused() -> None:
     with pytest.raises(
-        UnusableLogs, match=r"sees \d counts of the longest branch .* a count of .* or less"
+        UnusableLogs, match=r"longest branch .* \d encoder counts; .* a count of .* or less"
     ):
         find_loops([slow_loops("lugre", 1, 0.5 * Z_MAX)], KNOWN)
     with pytest.raises(UnusableLogs, match="reverses 2 times; at least 5"):
         find_loops([slow_loops("lugre", 1, COUNT, turns=(0.8, -0.8, 0.8))], KNOWN)
-    with pytest.raises(UnusableLogs, match="% of the breakaway; at least 50 % are needed"):
+    with pytest.raises(UnusableLogs, match="% of the breakaway; z_max needs at least 50 %"):
         maxwell(
             find_loops([slow_loops("maxwell_slip", 1, 0.1 * COUNT, turns=(0.2, -0.2) * 4)], KNOWN),
             0.95,
@@ -218,7 +218,7 @@ def test_the_clutch_is_refused_in_one_line(tmp_path: Path) -> None:
     refused(
         run("identify", "--loops", still, "--bench", CLUTCH, "-o", target),
         1,
-        "presliding: the encoder sees 0 counts",
+        "presliding: the longest branch below the breakaway has 0 encoder counts",
         "or less",
     )
     assert not target.exists()
@@ -231,4 +231,4 @@ def test_the_clutch_is_refused_in_one_line(tmp_path: Path) -> None:
         CLUTCH,
     )
     assert both.code == 0, both.stderr
-    assert "not identified: presliding: the encoder sees" in both.stdout
+    assert "not identified: presliding: the longest branch" in both.stdout

@@ -123,7 +123,7 @@ def test_which_methods_a_log_can_feed():
     assert "a count is" in str(told(with_signals(position=coarse, effort=force))["inverse-dynamic"])
     assert told(with_signals(position=coarse, effort=force))["least-squares"] is None
     one_way = told(with_signals(position=k * 1e-3, current=force))
-    assert "one way only" in str(one_way["least-squares"])
+    assert "in one direction only" in str(one_way["least-squares"])
     for name, stream in {
         "no position": with_signals(effort=force),
         "none of effort, current, voltage": with_signals(position=fine),

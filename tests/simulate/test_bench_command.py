@@ -104,7 +104,7 @@ def test_a_command_line_that_makes_no_sense_is_refused(
 def test_a_log_that_is_no_test_is_refused(tests: Path, tmp_path: Path) -> None:
     play(tests / "steps.mcap", tmp_path / "log.mcap", *GAINS)
     for other in (tmp_path / "log.mcap", ROOT / "sample_logs" / "steps.csv"):
-        refused(play(other, tmp_path / "again.mcap", *GAINS), 3, "is no test of frictool excite")
+        refused(play(other, tmp_path / "again.mcap", *GAINS), 3, "is not a test of frictool excite")
 
 
 def test_a_test_of_another_kind_of_axis_is_refused(tmp_path: Path) -> None:

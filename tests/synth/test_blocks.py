@@ -77,7 +77,7 @@ def test_without_a_prefilter_the_filter_has_to_be_given() -> None:
 
 
 def test_a_velocity_that_nothing_reads_is_refused() -> None:
-    with pytest.raises(FrictoolError, match="velocity: nothing in this design reads a speed"):
+    with pytest.raises(FrictoolError, match="velocity: no block of this design reads a speed"):
         made(
             limiter=LimiterDesign("error", band=rad(2.0)),
             velocity=VelocityDesign(filter_rad_s=100.0),
@@ -192,8 +192,8 @@ def test_a_measured_speed_tells_no_smoothing_speed() -> None:
     compensation = FrictionCompensationDesign("model")
     with pytest.raises(
         FrictoolError,
-        match=r"friction_compensation.smoothing_speed: missing; with a measured speed nothing "
-        r"tells it",
+        match=r"friction_compensation.smoothing_speed: missing, and a measured speed has no "
+        r"default",
     ):
         made(velocity=VelocityDesign(source="measured"), friction_compensation=compensation)
 

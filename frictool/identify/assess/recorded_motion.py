@@ -36,9 +36,7 @@ def recorded_facts(records: list[MotionRecord], bench: Bench) -> AssessmentInput
     """Return the inputs for records of sliding motion; raise UnusableLogs if nothing moves."""
     found = np.concatenate([_strokes(record) for record in records])
     if found.size == 0:
-        raise UnusableLogs(
-            "no sample slips: nothing moves by more than the encoder's own count to and fro"
-        )
+        raise UnusableLogs("no sample slips: no motion exceeds one encoder count")
     strokes, known = _representatives(found), bench.mechanics
     fastest, slowest = time_constants(bench)
     noise = (

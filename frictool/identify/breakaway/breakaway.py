@@ -134,7 +134,9 @@ def breakaway(
         half_step = 0.5 * max(o.rate for o in data.onsets) * records[0].period if held else 0.0
         errors = _errors(data, fit, axis, fall, half_step, confidence)
     except SingularRegressors as error:
-        raise UnusableLogs(f"the breakaways do not tell friction over position: {error}") from None
+        raise UnusableLogs(
+            f"the breakaways do not determine friction over position: {error}"
+        ) from None
     places, levels = data.places, _levels(fit.structure)
     mean = errors.interval(np.mean(levels, axis=0))
     rising = law = None

@@ -60,9 +60,7 @@ def friction_force(
     if top == 0.0:
         raise UnusableLogs("nothing moves")
     if not both and rows.known_offset is None:
-        raise UnusableLogs(
-            f"{ONE_DIRECTION}; write mechanics.offset into the bench where it is known"
-        )
+        raise UnusableLogs(f"{ONE_DIRECTION}; write mechanics.offset into the bench if it is known")
     peak = _peak(rows, force, both, top)
     columns, ratio = _design(rows, peak, both), np.abs(rows.velocity) / peak
     value = np.linalg.lstsq(columns, force, rcond=None)[0]

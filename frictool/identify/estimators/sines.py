@@ -193,7 +193,7 @@ def stroke_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
     samples = joined([part for part, _ in parts])
     position = np.concatenate([place for _, place in parts])
     if samples.velocity.size == 0:
-        raise UnusableLogs("no stroke is long enough to see the middle of it slip")
+        raise UnusableLogs("no stroke is long enough for its middle to slip for certain")
     starts = np.flatnonzero(np.diff(samples.stroke, prepend=-1))
     lengths = np.diff(np.append(starts, samples.stroke.size))
     sign = samples.sign[starts]

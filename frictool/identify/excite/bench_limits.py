@@ -131,8 +131,8 @@ def unsaid_load(bench: Bench) -> str | None:
         return None
     names = ", ".join(named)
     return (
-        f"load.terms names {names}, and load.most does not say how much effort that takes: "
-        "none of the drive's limit is left for it"
+        f"load.terms contains {names}, but load.most is missing: no part of the "
+        "drive's limit is reserved for this load"
     )
 
 

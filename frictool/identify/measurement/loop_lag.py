@@ -31,8 +31,8 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
     """
     if command.size < 10 * PARTS or float(np.ptp(command)) == 0.0:
         raise UnusableLogs(
-            "the commanded current does not change, or the record is too short to tell the "
-            "current loop's lag"
+            "the commanded current does not change, or the record is too short to "
+            "determine the lag of the current loop"
         )
     if np.array_equal(command, measured):
         raise UnusableLogs(
@@ -71,12 +71,12 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
     try:
         solution = solve(np.column_stack((columns, moved)), measured, np.ones(command.size), parts)
     except SingularRegressors as fault:
-        raise UnusableLogs(f"the current does not tell the loop's lag: {fault}") from None
+        raise UnusableLogs(f"the current does not determine the lag of the loop: {fault}") from None
     half = float(solution.half_width(confidence)[-1])
     if lag < 1.1 * SHORTEST * period or lag < SURE * float(solution.deviation[-1]):
         raise UnusableLogs(
-            f"the current loop's lag is below what samples of {period:g} s tell: {lag:.3g} s, "
-            f"+-{half:.3g}"
+            f"the lag of the current loop is too short for samples of {period:g} s: "
+            f"{lag:.3g} s, +-{half:.3g}"
         )
     return Interval.around(lag, half, 0.0)
 

@@ -117,8 +117,8 @@ def reversals(
         gap = width.high
     if isinstance(width, Interval) and width.half_width >= width.value:
         width = UnusableLogs(
-            f"the backlash's width lies in [{width.low:.3g}, {width.high:.3g}], which tells next "
-            "to nothing"
+            f"the interval of the backlash is too wide to be useful: [{width.low:.3g}, "
+            f"{width.high:.3g}]"
         )
     return width, late
 
@@ -152,14 +152,14 @@ def _delay(records: list[MotionRecord], gap: float, confidence: float, window: i
         delay -= float(solution.value[SLOPE])
         if abs(delay) > LARGEST_DELAY * window * records[0].period:
             raise UnusableLogs(
-                f"the delay found, {delay:.3g} s, is too long for windows of {window} samples"
+                f"the estimated delay, {delay:.3g} s, is too long for windows of {window} samples"
             )
     statistical = float(solution.half_width(confidence)[SLOPE]) / float(
         ndtri(0.5 + 0.5 * confidence)
     )
     if not np.isfinite(statistical):
         raise UnusableLogs(
-            "the motion does not repeat often enough to tell the delay between the channels"
+            "the motion does not repeat often enough to determine the delay between the channels"
         )
     between = max(_between(record) for record in records)
     half = half_width(confidence, statistical, [between])
@@ -185,12 +185,13 @@ def _backlash(
     width = _width(rows, widest)
     if width == 0.0:
         raise UnusableLogs(
-            "friction does not rise with the way after a reversal: no backlash shows"
+            "friction does not rise with the distance after a reversal: there is no sign "
+            "of backlash"
         )
     half = float(_solved(rows, width).half_width(confidence)[-1])
     normal = float(ndtri(0.5 + 0.5 * confidence))
     if not np.isfinite(half):
-        raise UnusableLogs("too few reversals to tell how uncertain the backlash's width is")
+        raise UnusableLogs("too few reversals for an interval of the backlash")
     reach = half_width(confidence, half / normal, ranges)
     return Interval.around(width, reach, 0.0)
 
@@ -292,4 +293,4 @@ def _solved(rows: list[ReversalRows], width: float) -> LeastSquaresSolution:
     try:
         return solve(plain, effort, np.ones(effort.size), stroke)
     except SingularRegressors as error:
-        raise UnusableLogs(f"the motion does not tell it: {error}") from None
+        raise UnusableLogs(f"the motion does not determine it: {error}") from None

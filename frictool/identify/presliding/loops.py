@@ -73,8 +73,8 @@ def find_loops(records: list[MotionRecord], breakaway: Interval) -> PreslidingLo
     rows = np.bincount(branch[used], minlength=above)
     if rows.max() < FEWEST_ROWS:
         raise UnusableLogs(
-            f"the encoder sees {rows.max()} counts of the longest branch below the breakaway; at "
-            f"least {FEWEST_ROWS} are needed to tell presliding, a count of "
+            f"the longest branch below the breakaway has {rows.max()} encoder counts; "
+            f"presliding needs at least {FEWEST_ROWS}, that is, a count of "
             f"{records[0].resolution * max(int(rows.max()), 1) / FEWEST_ROWS:.2g} or less"
         )
     if above < FEWEST_BRANCHES:

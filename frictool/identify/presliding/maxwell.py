@@ -85,8 +85,8 @@ def maxwell(loops: PreslidingLoops, confidence: float) -> MaxwellFit:
     found = statistics(value)
     if found[ELEMENTS - 1] < ENOUGH * loops.breakaway.value:
         raise UnusableLogs(
-            f"the loops reach {100.0 * found[ELEMENTS - 1] / loops.breakaway.value:.3g} % of the "
-            f"breakaway; at least {100 * ENOUGH:g} % are needed to tell z_max"
+            f"the loops reach {100.0 * found[ELEMENTS - 1] / loops.breakaway.value:.3g} % "
+            f"of the breakaway; z_max needs at least {100 * ENOUGH:g} %"
         )
     left = np.array([statistics(_stiffnesses(gram - one, right - other)) for one, other in parts])
     deviation = np.sqrt((count - 1) / count * np.sum((left - left.mean(axis=0)) ** 2, axis=0))

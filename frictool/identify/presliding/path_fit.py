@@ -66,7 +66,7 @@ def fit_path(loops: PreslidingLoops, path: Path, start: Vector, confidence: floa
     try:
         solution = solve(columns, residual, np.ones(residual.size), loops.branch[loops.used])
     except SingularRegressors as error:
-        raise UnusableLogs(f"the loops do not tell the law: {error}") from None
+        raise UnusableLogs(f"the loops do not determine the law: {error}") from None
     statistical = solution.half_width(confidence)[:-2] / float(ndtri(0.5 + 0.5 * confidence))
     ends = [
         _minimum(with_breakaway(loops, end), path, value, loops.used)[0]
@@ -75,7 +75,7 @@ def fit_path(loops: PreslidingLoops, path: Path, start: Vector, confidence: floa
     # half a count relative to z_max: uncertainty of the reversal within its count
     counts = 0.5 * loops.count * float(value[0]) / loops.breakaway.value
     if not np.all(np.isfinite(statistical) & (statistical < MOST_UNSURE)):
-        raise UnusableLogs("the loops tell a parameter to no better than a factor of ten")
+        raise UnusableLogs("the loops determine a parameter within a factor of ten only")
     found = []
     for k, centre in enumerate(value):
         width = half_width(

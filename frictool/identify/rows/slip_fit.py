@@ -145,9 +145,7 @@ def slipping_window(records: list[MotionRecord], window: int | None) -> int:
     Raises UnusableLogs if nothing moves.
     """
     if all(stroke_samples(record) == 0.0 for record in records):
-        raise UnusableLogs(
-            "no sample slips: nothing moves by more than the encoder's own count to and fro"
-        )
+        raise UnusableLogs("no sample slips: no motion exceeds one encoder count")
     return window or shortest_window(records, SMALLEST_SHARE)
 
 

@@ -108,9 +108,7 @@ def validate(
     """
     record = record_of(match_bench(log, model.bench), model.bench)
     if record.velocity is not None:
-        raise LogError(
-            record.name, "has a velocity and no position, against which a model is validated"
-        )
+        raise LogError(record.name, "has no position, with which the simulation is compared")
     pieces = [
         piece for piece in whole([record]) if piece.last - piece.first > skip + 3 * FILTER_ORDER
     ]
@@ -129,8 +127,10 @@ def validate(
     if servo is not None and record.reference is None:
         raise LogError(
             record.name,
-            "has no channel reference, which a closed loop follows; leave the gains out for the "
-            "open loop",
+            (
+                "has no channel reference, which a closed loop needs; without the gains, the "
+                "open loop is validated"
+            ),
         )
     cutoff = min(cutoff_hz, HIGHEST_CUTOFF / record.period)
     force = _force(model, record)
