@@ -70,6 +70,6 @@ def _record(title: str, keys: dict[str, Any]) -> Any:
 
 
 def _registered(name: str) -> list[str]:
-    """Return the names in a registry of the package, such as documents.metric_table.HOLD_METRICS."""
+    """Return the names in a registry, such as documents.metric_table.HOLD_METRICS."""
     module, _, registry = name.rpartition(".")
     return list(getattr(importlib.import_module(f"frictool.{module}"), registry))

@@ -14,7 +14,8 @@ from frictool.presentation.page import render_page
 def page(found: Comparison, provenance: Provenance, explain: bool = False) -> str:
     """Return the HTML text; the same inputs give the same bytes.
 
-    The template escapes every text from a file. `explain` adds the cells that differ from the thesis.
+    The template escapes every text from a file. `explain` adds the cells that differ from the
+    thesis.
     """
     return render_page(
         Path(__file__).parent,

@@ -259,7 +259,7 @@ METRICS = (
         needs=("load_position", "response_time"),
         key="load_static_error",
         limit=PositiveLength,
-        meaning="Largest error of the mechanical position behind the backlash, at the end of a hold.",
+        meaning="Largest static error of the mechanical position behind the backlash.",
         rank=5,
     ),
     Metric(
@@ -297,8 +297,8 @@ METRICS = (
         "drive_peak",
         "peak drive",
         "drive",
-        "the larger of two values over the whole record: the largest absolute command, if there is one, "
-        "and the largest absolute measured drive less its noise floor",
+        "the larger of two values over the whole record: the largest absolute command, if there "
+        "is one, and the largest absolute measured drive less its noise floor",
         scope="stream",
         compute="drive_peak.larger_peak",
         needs=("drive",),

@@ -46,7 +46,7 @@ class Pid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults
 
 
 def check_gains(design: Design) -> None:
-    """Raise ValueError if the gains are missing, or if gains or weights do not suit the structure."""
+    """Raise ValueError if gains are missing, or gains or weights do not suit the structure."""
     if design.pid is None:
         raise ValueError("method pid needs the key pid with the gains")
     if (design.structure == "position") != (design.pid.gain is not None):

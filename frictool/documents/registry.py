@@ -114,10 +114,8 @@ def same_axis(documents: dict[Path, Any]) -> None:
             if first is not None and value != first[1]:
                 raise InputFileError(
                     path,
-                    (
-                        f"{name}: found {value}, but {first[0]} has {first[1]}; the documents of one "
-                        "rig must agree"
-                    ),
+                    f"{name}: found {value}, but {first[0]} has {first[1]}; the documents of "
+                    "one rig must agree",
                 )
 
 

@@ -21,8 +21,9 @@ from frictool.control.program import Program, ProgramNode
 
 Index = tuple[int, ...]
 RESERVED = """
-auto break case char const continue default do double else enum extern float for goto if inline int long register restrict return
-short signed sizeof static struct switch typedef union unsigned void volatile while asm bool true false
+auto break case char const continue default do double else enum extern float for goto if
+inline int long register restrict return short signed sizeof static struct switch typedef union
+unsigned void volatile while asm bool true false
 sqrt sqrtf gamma index round signal time remove
 main state value is_valid absolute smaller larger bounded shifted raised word whole_root
 """

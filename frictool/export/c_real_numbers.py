@@ -25,7 +25,7 @@ LOOSER = {
 
 
 class RealNumbers:
-    """Writer of numbers in `kind`, the C type double or float; it has the fields of FixedNumbers."""
+    """Writer of numbers in `kind`, the C type double or float; fields as in FixedNumbers."""
 
     def __init__(self, kind: str) -> None:
         self.kind = self.constant_kind = kind

@@ -11,8 +11,9 @@ from frictool.typing import Vector
 def energy(time: Vector, drive: Vector, energy_window: float) -> float | str:
     """Return the mean square of the drive (n,) [A^2 | V^2] over the first `energy_window` [s].
 
-    This is (T_e/t_int) sum i^2 with t_int = `energy_window`, from the step on. Each sample holds until the next, so that an
-    uneven sample rate does not matter. The result is a reason if the hold is shorter than the window.
+    This is (T_e/t_int) sum i^2 with t_int = `energy_window`, from the step on. Each sample holds
+    until the next, so that an uneven sample rate does not matter. The result is a reason if the
+    hold is shorter than the window.
     """
     period = median(np.diff(time))
     if float(time[-1] - time[0]) + 1.5 * period < energy_window:

@@ -205,8 +205,8 @@ def _velocity(outcome: ObservationOutcome, unit: str) -> list[str]:
             against = (
                 ""
                 if other is None
-                else f"; best low-pass filter of the difference{f', {at:.3g} Hz' if at is not None else ''}"
-                f": {other:.4g} {unit}"
+                else "; best low-pass filter of the difference"
+                f"{f', {at:.3g} Hz' if at is not None else ''}: {other:.4g} {unit}"
             )
             shown.append(f"{own:.4g} {unit} rms from {reference}{against}")
     return shown

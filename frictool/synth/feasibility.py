@@ -157,8 +157,8 @@ def _check_time(
     least = delay + slowest.per_root * math.sqrt(shortest)
     if required < least:
         raise NoSolutionError(
-            f"{key} of the specification is {required:.4g} s; the drive needs at least {least:.4g} s "
-            f"for a step of {shortest:.4g} {unit}, the "
+            f"{key} of the specification is {required:.4g} s; the drive needs at least "
+            f"{least:.4g} s for a step of {shortest:.4g} {unit}, the "
             f"shortest that it can mean ({plant}); raise {key}, take a drive with a higher "
             "actuator.limit, or narrow the "
             "intervals of inertia and coulomb"

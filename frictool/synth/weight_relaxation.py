@@ -85,10 +85,10 @@ def relaxed_problem(
 ) -> tuple[SynthesisProblem, Trade]:
     """Return the problem with relaxed weights, and the trade.
 
-    `guide` is the bound of a method, which is brought to `required`. The bound of inequalities rises
-    with W1, as the search requires; the true norm of a frozen controller does not. The controller
-    that runs is verified afterwards. If it fails, a constant controller (minimax) with the same
-    weights may pass.
+    `guide` is the bound of a method, which is brought to `required`. The bound of inequalities
+    rises with W1, as the search requires; the true norm of a frozen controller does not. The
+    controller that runs is verified afterwards. If it fails, a constant controller (minimax) with
+    the same weights may pass.
     """
 
     def level(weights: PlantWeights) -> float:

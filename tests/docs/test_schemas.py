@@ -1,5 +1,5 @@
-"""docs/schemas holds what `frictool schema` prints, of every document and of every object of --json;
-`make schemas` writes them anew."""
+"""docs/schemas holds what `frictool schema` prints, of every document and of every object of
+--json; `make schemas` writes them anew."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Outcomes are merged, not filled: a parameter is identified or refused, and the later one counts."""
+"""Outcomes are merged: a parameter is identified or refused, and the later outcome counts."""
 
 from __future__ import annotations
 

@@ -146,8 +146,8 @@ def test_text_is_large_enough_to_be_read_on_a_phone(
     """At least 12 px beside the plots, and 7 in them as they are scaled."""
     chromium.open(pages["full"], PHONE)
     sizes = """[...document.querySelectorAll('main *')].filter(e => !e.closest('svg')
-        && [...e.childNodes].some(n => n.nodeType === 3 && n.textContent.trim()) && e.checkVisibility())
-        .map(e => parseFloat(getComputedStyle(e).fontSize))"""
+        && [...e.childNodes].some(n => n.nodeType === 3 && n.textContent.trim())
+        && e.checkVisibility()).map(e => parseFloat(getComputedStyle(e).fontSize))"""
     assert min(chromium.evaluate(sizes)) >= 12.0
     heights = (
         "[...document.querySelectorAll('figure svg text')].map(e => "

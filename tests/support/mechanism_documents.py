@@ -28,7 +28,7 @@ sources:
   drive: {on: motor, drive: current, constant: {value: 20, unit: mN m/A}, limit: {value: 10, unit: A}}
 sensors:
   encoder: {on: motor, counts_per_revolution: 500}
-"""
+"""  # noqa: E501  # a link or a source on one line
 
 
 def document(text: str, folder: Path) -> Mechanism:

@@ -96,7 +96,8 @@ WRONG = [
      "width: {value: 0.2, unit: mm}, at: shaft"), "links.rack.backlash.at",
      ["shaft, whose position is not measured in m; allowed: cart"]),
     (RACK, RACK.replace("radius",
-     "compliance: {stiffness: {value: 1, unit: N m/rad}, damping: {value: 1, unit: N s/m}}, radius"),
+     "compliance: {stiffness: {value: 1, unit: N m/rad}, damping: {value: 1, unit: N s/m}}, "
+     "radius"),
      "links.rack.compliance.stiffness.unit", ["allowed: N/m", "it is at cart, which slides"]),
     (DRIVE, DRIVE.replace("mN m/A", "N/A"), "sources.drive.constant.unit", ["N/A; allowed: N m/A",
      "motor turns"]),
@@ -217,7 +218,8 @@ def test_ways_that_do_not_fit_each_other_are_noted(tmp_path: Path) -> None:
             "46",
             "-1",
             [
-                "the backlash of rack, 0.046 m at cart, is wider than the distance between its stops: ends leaves it 0.045 m"
+                "the backlash of rack, 0.046 m at cart, is wider than the distance between its "
+                "stops: ends leaves it 0.045 m"
             ],
         ),
         ("44", "1", ["travel from 1 to 100 rad does not hold where motor starts, 0 rad"]),
