@@ -1,11 +1,9 @@
 """Simulation of any law of friction/law_registry.py through successive drives.
 
-    static    coulomb, svc, stribeck, and the smoothed forms    exact engine with events,
-                                                                `tolerance`
-              svc_band, karnopp                                 as printed, in a fixed step
-    dynamic   dahl, lugre, elasto_plastic, leuven, ...          Rosenbrock method with error
-                                                                control, `tolerance`
-    hybrid    hybrid_a, hybrid_b, hybrid_c                      as printed, in a fixed step
+    static    without a band of rest    exact engine with events, `tolerance`
+              with a band of rest       as printed, in a fixed step
+    dynamic                             Rosenbrock method with error control, `tolerance`
+    hybrid                              as printed, in a fixed step
 
 There is one driver per kind of law. It is compiled once and calls the law's kernels through
 pointers.
