@@ -84,14 +84,16 @@ class HybridKernels(NamedTuple):
 class Law:
     """A friction law: its name, its parameters and its kernels.
 
-    `equations` are equation numbers of the thesis. `approximation` marks a regularised law, which
-    never sticks. `slip_terms`: terms of the slip force in `frictool equations`; without them the
-    law appears there by its name. `slip_scales` of a static law returns two speeds [m/s | rad/s]
-    for the exact engine: above the first the slip force is the line p[0] + viscous |v|, and
-    tolerances are relative to the second. `tail` returns the values behind the fixed parameters in
-    p, for the values of a friction.yaml or, from an empty mapping, by default; it is None if p
-    holds the fixed parameters only. `tail_parameters` returns the number of parameters to identify
-    in a tail of the given size.
+    title: name for users.
+    equations: equation numbers of the thesis.
+    approximation: True for a regularised law, which never sticks.
+    slip_terms: terms of the slip force in `frictool equations`; without them the law appears there
+        by its name.
+    slip_scales: of a static law, p -> two speeds [m/s | rad/s]. Above the first the slip force is
+        the line p[0] + viscous |v|; tolerances are relative to the second.
+    tail: values of a friction.yaml, or an empty mapping -> values behind the fixed parameters in
+        p; None if p holds the fixed parameters only.
+    tail_parameters: size of a tail -> number of its parameters to identify.
     """
 
     name: str
