@@ -15,28 +15,28 @@ from frictool.compare.thesis_tables import PROPERTIES, TESTS
 from frictool.documents.quantity import Axis
 
 
-def as_json(found: Comparison) -> dict[str, Any]:
+def as_json(comparison: Comparison) -> dict[str, Any]:
     """Return the measures of each law, both tables, and the cells that differ from the print."""
-    axis = found.setting.axis
+    axis = comparison.setting.axis
     return {
-        "parameters": asdict(found.setting),
+        "parameters": asdict(comparison.setting),
         "reference": {
             "law": REFERENCE,
-            "stick_slip": _pulled(found.reference, axis),
-            "limit_cycle": _cycle(found.reference_cycle, axis),
+            "stick_slip": _pulled(comparison.reference, axis),
+            "limit_cycle": _cycle(comparison.reference_cycle, axis),
         },
-        "laws": {name: _law(tested, axis) for name, tested in found.laws.items()},
+        "laws": {name: _law(tested, axis) for name, tested in comparison.laws.items()},
         "tables": {
             "3.2": {
                 name: {row: tested.verdicts[row] for row in (*TESTS, "parameters")}
-                for name, tested in found.laws.items()
+                for name, tested in comparison.laws.items()
             },
             "2.1": {
                 name: {row: tested.properties[row] for row in PROPERTIES}
-                for name, tested in found.laws.items()
+                for name, tested in comparison.laws.items()
             },
         },
-        "differences": [asdict(difference) for difference in found.differences],
+        "differences": [asdict(difference) for difference in comparison.differences],
     }
 
 
@@ -44,36 +44,36 @@ def _unit(axis: Axis) -> str:
     return "rad" if axis == "rotary" else "m"
 
 
-def _pulled(found: StickSlipResult, axis: Axis) -> dict[str, Any]:
+def _pulled(result: StickSlipResult, axis: Axis) -> dict[str, Any]:
     unit = _unit(axis)
     return {
-        "sticks": found.sticks,
-        "first_breakaway_s": found.first_breakaway_s,
-        "period_s": found.period_s,
-        f"jump_{unit}": found.jump,
-        "stuck_share": found.stuck_share,
-        f"top_speed_{unit}_s": found.top_speed,
+        "sticks": result.sticks,
+        "first_breakaway_s": result.first_breakaway_s,
+        "period_s": result.period_s,
+        f"jump_{unit}": result.jump,
+        "stuck_share": result.stuck_share,
+        f"top_speed_{unit}_s": result.top_speed,
     }
 
 
-def _cycle(found: LimitCycleResult, axis: Axis) -> dict[str, Any]:
+def _cycle(result: LimitCycleResult, axis: Axis) -> dict[str, Any]:
     return {
-        f"amplitude_{_unit(axis)}": found.amplitude,
-        "period_s": found.period_s,
-        "lasting": found.lasting,
+        f"amplitude_{_unit(axis)}": result.amplitude,
+        "period_s": result.period_s,
+        "lasting": result.lasting,
     }
 
 
-def _law(found: LawResult, axis: Axis) -> dict[str, Any]:
+def _law(result: LawResult, axis: Axis) -> dict[str, Any]:
     return {
-        "title": found.title,
-        "stick_slip": _pulled(found.stick_slip, axis),
-        "limit_cycle": _cycle(found.limit_cycle, axis),
-        "presliding": asdict(found.presliding),
+        "title": result.title,
+        "stick_slip": _pulled(result.stick_slip, axis),
+        "limit_cycle": _cycle(result.limit_cycle, axis),
+        "presliding": asdict(result.presliding),
         "drift": {
-            "z_max_units": found.drift.z_max_units,
-            f"displacement_{_unit(axis)}": found.drift.displacement,
+            "z_max_units": result.drift.z_max_units,
+            f"displacement_{_unit(axis)}": result.drift.displacement,
         },
-        "verdicts": {test: found.verdicts[test] for test in TESTS},
-        "properties": found.properties,
+        "verdicts": {test: result.verdicts[test] for test in TESTS},
+        "properties": result.properties,
     }

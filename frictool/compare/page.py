@@ -11,7 +11,7 @@ from frictool.documents.provenance import Provenance
 from frictool.presentation.page import render_page
 
 
-def page(found: Comparison, provenance: Provenance, explain: bool = False) -> str:
+def page(comparison: Comparison, provenance: Provenance, explain: bool = False) -> str:
     """Return the HTML text; the same inputs give the same bytes.
 
     The template escapes every text from a file. `explain` adds the cells that differ from the
@@ -20,10 +20,10 @@ def page(found: Comparison, provenance: Provenance, explain: bool = False) -> st
     return render_page(
         Path(__file__).parent,
         provenance,
-        setting=found.setting,
-        scaling=text_view.scaling(found),
-        tables=text_view.tables(found),
-        differences=found.differences if explain else (),
+        setting=comparison.setting,
+        scaling=text_view.scaling(comparison),
+        tables=text_view.tables(comparison),
+        differences=comparison.differences if explain else (),
         rows=text_view.ROWS,
-        pictures=pictures(found),
+        pictures=pictures(comparison),
     )

@@ -31,9 +31,9 @@ def number(value: float | None, digits: int = 4) -> str:
     return "–" if value is None else f"{value:.{digits}g}"
 
 
-def tables(found: Comparison) -> list[TextTable]:
+def tables(comparison: Comparison) -> list[TextTable]:
     """Return the tables of measures, of table 3.2 and of table 2.1, with one row per law."""
-    unit = si_unit("position", found.setting.axis)
+    unit = si_unit("position", comparison.setting.axis)
     measures = (
         "law",
         "sticks",
@@ -47,7 +47,7 @@ def tables(found: Comparison) -> list[TextTable]:
         "drift z_max",
     )
     tests = (*TESTS, "parameters")
-    laws = found.laws.items()
+    laws = comparison.laws.items()
     return [
         TextTable(
             "What was measured", measures, tuple((name, *_row(tested)) for name, tested in laws)
@@ -65,8 +65,8 @@ def tables(found: Comparison) -> list[TextTable]:
     ]
 
 
-def _row(found: LawResult) -> tuple[str, ...]:
-    pulled, cycle, contact = found.stick_slip, found.limit_cycle, found.presliding
+def _row(result: LawResult) -> tuple[str, ...]:
+    pulled, cycle, contact = result.stick_slip, result.limit_cycle, result.presliding
     lasts = cycle.period_s is not None
     return (
         str(pulled.sticks),
@@ -77,13 +77,17 @@ def _row(found: LawResult) -> tuple[str, ...]:
         number(cycle.period_s),
         "rigid" if not contact.compliance else f"{contact.closure:.3f}",
         "rigid" if not contact.compliance else f"{contact.area:.3f}",
-        f"{found.drift.z_max_units:.2g}",
+        f"{result.drift.z_max_units:.2g}",
     )
 
 
-def scaling(found: Comparison) -> str:
+def scaling(comparison: Comparison) -> str:
     """Return a sentence on the units of the tests, and on their travel and top speed."""
-    scales, axis, reference = found.setting.scales, found.setting.axis, found.laws.get(REFERENCE)
+    scales, axis, reference = (
+        comparison.setting.scales,
+        comparison.setting.axis,
+        comparison.laws.get(REFERENCE),
+    )
     length, force = si_unit("position", axis), si_unit("effort", axis)
     units = (
         f"{number(scales.force)} {force}, {number(scales.time)} s, {number(scales.length)} {length}"
@@ -103,12 +107,12 @@ def scaling(found: Comparison) -> str:
     )
 
 
-def lines(found: Comparison, explain: bool = False) -> list[str]:
+def lines(comparison: Comparison, explain: bool = False) -> list[str]:
     """Return all lines of the text; `explain` adds the cells that differ from the thesis."""
-    out = [scaling(found), ""]
-    for table in tables(found):
+    out = [scaling(comparison), ""]
+    for table in tables(comparison):
         out += [*table.lines(), ""]
-    for item in found.differences if explain else ():
+    for item in comparison.differences if explain else ():
         out.append(
             f"table {item.table}, {item.law}, {ROWS[item.row]}: computed "
             f"{item.computed}, printed {item.printed}: {item.reason}"

@@ -37,23 +37,23 @@ NAMES = {
 }
 
 
-def pictures(found: Comparison) -> list[PageFigure]:
+def pictures(comparison: Comparison) -> list[PageFigure]:
     """Return the thesis's figures of the compared laws in order, then further figures."""
-    shown = [_inputs(found, "3.17"), _inputs(found, "3.22")]
+    shown = [_inputs(comparison, "3.17"), _inputs(comparison, "3.22")]
     covered: set[tuple[str, str]] = set()
     for number, test, laws in THESIS:
-        present = {law: found.laws[law] for law in laws if law in found.laws}
+        present = {law: comparison.laws[law] for law in laws if law in comparison.laws}
         if len(present) == len(laws) and _exists(test, present):
-            shown.append(_picture(found, number, test, present))
+            shown.append(_picture(comparison, number, test, present))
             covered |= {(test, law) for law in laws}
     shown.sort(key=lambda picture: picture.title)
     others = [
         (test, {law: tested})
-        for law, tested in found.laws.items()
+        for law, tested in comparison.laws.items()
         for test in TESTS
         if (test, law) not in covered
     ]
-    shown += [_picture(found, "", test, laws) for test, laws in others if _exists(test, laws)]
+    shown += [_picture(comparison, "", test, laws) for test, laws in others if _exists(test, laws)]
     return shown
 
 
@@ -66,12 +66,14 @@ def _exists(test: str, laws: dict[str, LawResult]) -> bool:
     return test != "presliding" or all(tested.loop is not None for tested in laws.values())
 
 
-def _units(found: Comparison) -> tuple[str, str]:
-    return si_unit("position", found.setting.axis), si_unit("effort", found.setting.axis)
+def _units(comparison: Comparison) -> tuple[str, str]:
+    return si_unit("position", comparison.setting.axis), si_unit("effort", comparison.setting.axis)
 
 
-def _picture(found: Comparison, number: str, test: str, laws: dict[str, LawResult]) -> PageFigure:
-    units, names = _units(found), "; ".join(tested.title for tested in laws.values())
+def _picture(
+    comparison: Comparison, number: str, test: str, laws: dict[str, LawResult]
+) -> PageFigure:
+    units, names = _units(comparison), "; ".join(tested.title for tested in laws.values())
     title = f"{NAMES[test]}: {names}"
     label = f"{test} {' '.join(laws)}"
     if test == "presliding":
@@ -85,19 +87,19 @@ def _picture(found: Comparison, number: str, test: str, laws: dict[str, LawResul
         law: tested.runs["drift" if test == "drift_zoom" else test] for law, tested in laws.items()
     }
     if test == "drift_zoom":
-        end = drift_criterion.END * found.setting.scales.time
-        window = next(iter(runs.values())).between(end - 2.0 * found.setting.scales.time, end)
+        end = drift_criterion.END * comparison.setting.scales.time
+        window = next(iter(runs.values())).between(end - 2.0 * comparison.setting.scales.time, end)
         return _figure(number, title, draw_rows(label, "t [s]", over_time(runs, units, window)[:1]))
     rows = over_time(runs, units)
     # force is left out: 200 waves would be a black bar
     return _figure(number, title, draw_rows(label, "t [s]", rows[:2] if test == "drift" else rows))
 
 
-def _inputs(found: Comparison, number: str) -> PageFigure:
+def _inputs(comparison: Comparison, number: str) -> PageFigure:
     """Return a figure of the input of the presliding or the drift test."""
-    scales, units = found.setting.scales, _units(found)
+    scales, units = comparison.setting.scales, _units(comparison)
     if number == "3.17":
-        path, _ = input_protocol.presliding_path(found.setting.presliding, POINTS_PER_LEG)
+        path, _ = input_protocol.presliding_path(comparison.setting.presliding, POINTS_PER_LEG)
         travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path)))])
         time = travelled / (input_protocol.CREEP_SPEED * scales.speed)
         return _figure(

@@ -37,7 +37,7 @@ FULL = 1e-6  # smallest singular value of D12 and D21, relative to gamma, that c
 
 
 def scheduled_controllers(
-    found: GriddedSolution, points: Sequence[Values], plants: Sequence[GeneralisedPlant]
+    solution: GriddedSolution, points: Sequence[Values], plants: Sequence[GeneralisedPlant]
 ) -> tuple[Lti, ...]:
     """Return one controller for each point and its plant.
 
@@ -45,16 +45,16 @@ def scheduled_controllers(
     an X of degree 0, else raises ValueError. Raises NoSolutionError if the inequalities admit no
     controller to working precision at some point.
     """
-    if found.frame.disc or found.bases[0].degree:
+    if solution.frame.disc or solution.bases[0].degree:
         raise ValueError("scheduled controllers need continuous time and an X of degree 0")
     cells = [
-        _ScheduledPlant(found, values, found.frame.plant(plant).transformed(found.t))
+        _ScheduledPlant(solution, values, solution.frame.plant(plant).transformed(solution.t))
         for values, plant in zip(points, plants, strict=True)
     ]
-    full = min(cell.rank for cell in cells) > FULL * found.gamma
+    full = min(cell.rank for cell in cells) > FULL * solution.gamma
     for small in WEIGHTS if full else WEIGHTS[1:]:
         if all(cell.holds(small) for cell in cells):
-            return tuple(found.frame.back(cell.controller(small), 0.0) for cell in cells)
+            return tuple(solution.frame.back(cell.controller(small), 0.0) for cell in cells)
     raise NoSolutionError(
         "no scheduled controller keeps the bound at every point to working precision; raise "
         "`recentring`"
@@ -64,17 +64,17 @@ def scheduled_controllers(
 class _ScheduledPlant:
     """One plant in balanced coordinates, with the constant parts of (5.62)."""
 
-    def __init__(self, found: GriddedSolution, values: Values, plant: GeneralisedPlant) -> None:
-        self.plant, self.gamma = plant, found.gamma
-        self.x = found.x[0]
-        self.y = np.tensordot(found.bases[1].at(values), found.y, 1)
+    def __init__(self, solution: GriddedSolution, values: Values, plant: GeneralisedPlant) -> None:
+        self.plant, self.gamma = plant, solution.gamma
+        self.x = solution.x[0]
+        self.y = np.tensordot(solution.bases[1].at(values), solution.y, 1)
         self.drifts = [
-            np.tensordot(found.bases[1].along(values, motion), found.y, 1)
-            for motion in found.motions
+            np.tensordot(solution.bases[1].along(values, motion), solution.y, 1)
+            for motion in solution.motions
         ]
-        p, root = plant, 1.0 / found.gamma
+        p, root = plant, 1.0 / solution.gamma
         self.rank = min(np.linalg.norm(p.d12, -2), np.linalg.norm(p.d21.T, -2))
-        inside = np.linalg.norm(p.d11, 2) < found.gamma
+        inside = np.linalg.norm(p.d11, 2) < solution.gamma
         self.d = (
             np.zeros((p.b2.shape[1], len(p.c2)))
             if inside
@@ -83,7 +83,9 @@ class _ScheduledPlant:
         through = p.d11 + p.d12 @ self.d @ p.d21
         w, z = p.b1.shape[1], len(p.c1)
         self.v = np.linalg.inv(
-            np.block([[found.gamma * np.eye(w), -through.T], [-through, found.gamma * np.eye(z)]])
+            np.block(
+                [[solution.gamma * np.eye(w), -through.T], [-through, solution.gamma * np.eye(z)]]
+            )
         )
         self.e, self.f = (
             np.vstack([np.zeros((w, p.d12.shape[1])), p.d12]),
@@ -129,20 +131,20 @@ class _ScheduledPlant:
         return Lti(found_a, found_b, found_c, self.d, 0.0)
 
 
-def lyapunov(found: GriddedSolution, values: Values) -> Matrix:
+def lyapunov(solution: GriddedSolution, values: Values) -> Matrix:
     """Return P(r) of the loop of plant and scheduled controller, in the original states.
 
     [X I; I 0] P = [I Y; 0 N'].
     """
-    back = block_diag(np.linalg.inv(found.t), np.eye(len(found.t)))
-    return np.asarray(back.T @ _balanced(found, values) @ back)
+    back = block_diag(np.linalg.inv(solution.t), np.eye(len(solution.t)))
+    return np.asarray(back.T @ _balanced(solution, values) @ back)
 
 
-def _balanced(found: GriddedSolution, values: Values) -> Matrix:
+def _balanced(solution: GriddedSolution, values: Values) -> Matrix:
     x, y, identity = (
-        found.x[0],
-        np.tensordot(found.bases[1].at(values), found.y, 1),
-        np.eye(len(found.t)),
+        solution.x[0],
+        np.tensordot(solution.bases[1].at(values), solution.y, 1),
+        np.eye(len(solution.t)),
     )
     first = np.block([[x, identity], [identity, np.zeros_like(x)]])
     second = np.block([[identity, y], [np.zeros_like(x), identity - x @ y]])
@@ -151,25 +153,25 @@ def _balanced(found: GriddedSolution, values: Values) -> Matrix:
 
 
 def certified_gamma(
-    found: GriddedSolution, values: Values, plant: GeneralisedPlant, controller: Lti
+    solution: GriddedSolution, values: Values, plant: GeneralisedPlant, controller: Lti
 ) -> float:
     """Return the gamma that P(r) proves at r for any controller; inf if none.
 
     The proof covers every corner of the rates. The controller must have the coordinates of the
     scheduled ones. An example is a sum of them (5.64), which the synthesis alone does not cover.
     """
-    states = block_diag(found.t, np.eye(controller.order))
-    loop, unit = plant.closed(controller).transformed(states), found.frame.scale
-    p, still = _balanced(found, values), np.zeros((controller.order,) * 2)
+    states = block_diag(solution.t, np.eye(controller.order))
+    loop, unit = plant.closed(controller).transformed(states), solution.frame.scale
+    p, still = _balanced(solution, values), np.zeros((controller.order,) * 2)
     if np.linalg.eigvalsh(p)[0] <= 0.0:
         return np.inf
     w, z = loop.b.shape[1], len(loop.c)
     flow, cross = unit * p @ loop.a, np.sqrt(unit) * np.vstack([loop.b.T @ p, loop.c])
     rest = np.block([[np.zeros((w, w)), loop.d.T], [loop.d, np.zeros((z, z))]])
     worst = 0.0
-    for motion in found.motions:
-        drift = np.tensordot(found.bases[1].along(values, motion), found.y, 1)
-        decrease = -(flow + flow.T + _carried(found, drift, still))
+    for motion in solution.motions:
+        drift = np.tensordot(solution.bases[1].along(values, motion), solution.y, 1)
+        decrease = -(flow + flow.T + _carried(solution, drift, still))
         if np.linalg.eigvalsh(decrease)[0] <= 0.0:
             return np.inf
         worst = max(
@@ -178,8 +180,8 @@ def certified_gamma(
     return worst
 
 
-def _carried(found: GriddedSolution, drift: Matrix, still: Matrix) -> Matrix:
+def _carried(solution: GriddedSolution, drift: Matrix, still: Matrix) -> Matrix:
     """Return P' = T^-T diag(0, Y') T^-1 with the constant map T = [X I; I 0]."""
-    x, identity = found.x[0], np.eye(len(drift))
+    x, identity = solution.x[0], np.eye(len(drift))
     inverse = np.linalg.inv(np.block([[x, identity], [identity, still]]))
     return np.asarray(inverse.T @ block_diag(still, drift) @ inverse)

@@ -179,8 +179,8 @@ def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
     return TextTable("Figures", (), tuple(shown))
 
 
-def _range(found: EstimateRange) -> str:
-    return f"{found.value:.4g} in [{found.low:.4g}, {found.high:.4g}]"
+def _range(estimate: EstimateRange) -> str:
+    return f"{estimate.value:.4g} in [{estimate.low:.4g}, {estimate.high:.4g}]"
 
 
 def _velocity(outcome: ObservationOutcome, unit: str) -> list[str]:

@@ -30,7 +30,7 @@ def implausible(model: Model, estimate: WearEstimate) -> tuple[str, ...]:
     return tuple(odd)
 
 
-def _inertia(model: Model, found: EstimateRange, scale: EstimateRange | None) -> list[str]:
+def _inertia(model: Model, estimate: EstimateRange, scale: EstimateRange | None) -> list[str]:
     known = (model.parameters.inertia, model.bench.mechanics.inertia)
     nominal = model.parameters.inertia.value
     low = (
@@ -39,9 +39,12 @@ def _inertia(model: Model, found: EstimateRange, scale: EstimateRange | None) ->
     high = (
         max(own.interval[1] for own in known) / nominal * (scale.high if scale is not None else 1.0)
     )
-    if found.high >= low * (1.0 - INERTIA_SPREAD) and found.low <= high * (1.0 + INERTIA_SPREAD):
+    if estimate.high >= low * (1.0 - INERTIA_SPREAD) and estimate.low <= high * (
+        1.0 + INERTIA_SPREAD
+    ):
         return []
     allowed = f"the bench and its constant allow {low:.3g} to {high:.3g}"
     return [
-        f"the inertia is {found.value:.3g} of the model's, {allowed}: do not trust the wear; {TRY}"
+        f"the inertia is {estimate.value:.3g} of the model's, {allowed}: do not trust the wear; "
+        f"{TRY}"
     ]

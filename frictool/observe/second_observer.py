@@ -73,12 +73,12 @@ class SecondObserver:
         return {"name": self.observer.name, "kind": self.observer.kind, **last, **found}
 
 
-def samples_of(found: ObserverOutput) -> SampleBlock:
+def samples_of(output: ObserverOutput) -> SampleBlock:
     """Return the samples of the output stream."""
-    wear = () if found.wear is None else (found.wear,)
+    wear = () if output.wear is None else (output.wear,)
     return SampleBlock(
-        np.rint(found.time * NS).astype(np.int64),
-        (found.position, found.velocity, found.friction, *wear),
+        np.rint(output.time * NS).astype(np.int64),
+        (output.position, output.velocity, output.friction, *wear),
     )
 
 

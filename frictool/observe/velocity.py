@@ -102,19 +102,25 @@ class VelocityEstimator:
         self._waiting = _part(last, slice(None), follows=True), before
         return _joined(parts)
 
-    def _half(self, piece: MotionBlock, found: ObserverOutput) -> Vector:
+    def _half(self, piece: MotionBlock, output: ObserverOutput) -> Vector:
         """Return half the interval's width (n,) [rad/s | m/s]."""
         if not piece.follows:
             self._state[:] = 0.0
         acceleration = np.where(
-            found.velocity != 0.0,
-            (piece.effort - found.friction) / self.observer.inertia.value,
+            output.velocity != 0.0,
+            (piece.effort - output.friction) / self.observer.inertia.value,
             0.0,
         )
         half = np.empty(piece.time.size)
-        assert found.miss is not None
+        assert output.miss is not None
         velocity_interval(
-            found.velocity, acceleration, piece.position, found.miss, self._sizes, self._state, half
+            output.velocity,
+            acceleration,
+            piece.position,
+            output.miss,
+            self._sizes,
+            self._state,
+            half,
         )
         return self._widening * half
 

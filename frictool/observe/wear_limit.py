@@ -74,8 +74,8 @@ def _of_all_and_parts(
     return of_all
 
 
-def _judged(name: str, found: EstimateRange, moves: int, limit: float) -> WearVerdict:
-    shown = _shown(name, found)
+def _judged(name: str, estimate: EstimateRange, moves: int, limit: float) -> WearVerdict:
+    shown = _shown(name, estimate)
     if moves == 0:
         return WearVerdict(
             limit,
@@ -83,7 +83,7 @@ def _judged(name: str, found: EstimateRange, moves: int, limit: float) -> WearVe
             False,
             "no move tells of the wear: the verdict needs some, from rest to rest or to and fro",
         )
-    if found.high <= 0.0:
+    if estimate.high <= 0.0:
         return WearVerdict(
             limit,
             None,
@@ -91,8 +91,8 @@ def _judged(name: str, found: EstimateRange, moves: int, limit: float) -> WearVe
             f"{shown} is below 0, which friction cannot be: "
             "the log is not what the bench says of it",
         )
-    if found.low > limit or found.high <= limit:
-        exceeded = found.low > limit
+    if estimate.low > limit or estimate.high <= limit:
+        exceeded = estimate.low > limit
         return WearVerdict(
             limit, exceeded, True, f"{shown} is {'above' if exceeded else 'not above'} {limit:g}"
         )
@@ -100,7 +100,7 @@ def _judged(name: str, found: EstimateRange, moves: int, limit: float) -> WearVe
         return WearVerdict(
             limit, None, False, f"{shown} after {moves} move{'s' * (moves != 1)}: too few to tell"
         )
-    if found.low <= HEALTHY < limit:
+    if estimate.low <= HEALTHY < limit:
         return WearVerdict(
             limit,
             None,
@@ -108,7 +108,7 @@ def _judged(name: str, found: EstimateRange, moves: int, limit: float) -> WearVe
             f"{shown} holds both {HEALTHY:g} and {limit:g}: "
             "a longer log, or faster moves, may tell",
         )
-    exceeded = found.value > limit
+    exceeded = estimate.value > limit
     return WearVerdict(
         limit,
         exceeded,
@@ -142,5 +142,5 @@ def _reference(wear: EstimateRange, ratio: EstimateRange) -> EstimateRange:
     return EstimateRange(value, value - below, value + above)
 
 
-def _shown(name: str, found: EstimateRange) -> str:
-    return f"{name} {found.value:.4g} in [{found.low:.4g}, {found.high:.4g}]"
+def _shown(name: str, estimate: EstimateRange) -> str:
+    return f"{name} {estimate.value:.4g} in [{estimate.low:.4g}, {estimate.high:.4g}]"

@@ -55,10 +55,10 @@ def rounded_down(value: float) -> float:
     return math.floor(value / step) * step
 
 
-def needed_tolerance(told: Iterable[StepReport], play: float) -> float:
+def needed_tolerance(reports: Iterable[StepReport], play: float) -> float:
     """Return the least tolerance that passes, rounded up to 0.01; `play` is allowed on top."""
     errors = [0.0]
-    for one in told:
+    for one in reports:
         errors += [one.predicted] if one.covered is None else []
         errors += (
             [(one.measured.distance - play) / one.measured.way]
@@ -68,9 +68,9 @@ def needed_tolerance(told: Iterable[StepReport], play: float) -> float:
     return math.ceil(100.0 * max(errors) * (1.0 + 1e-9)) / 100.0
 
 
-def other_tolerance(told: Iterable[StepReport], play: float) -> str:
+def other_tolerance(reports: Iterable[StepReport], play: float) -> str:
     """Return the end of a sentence: the tolerance that passes, or that none does."""
-    needed = needed_tolerance(told, play)
+    needed = needed_tolerance(reports, play)
     if needed <= MOST_TOLERANCE:
         return f"--tolerance {needed:g}"
     return "the mechanism itself (frictool simulate): no --tolerance allows this error"

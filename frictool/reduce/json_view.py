@@ -53,16 +53,16 @@ def json_view(
     }
 
 
-def _step(told: StepReport, blocks: int) -> dict[str, Any]:
-    measured = told.measured
+def _step(report: StepReport, blocks: int) -> dict[str, Any]:
+    measured = report.measured
     return {
-        "step": told.step,
+        "step": report.step,
         "blocks": blocks,
-        "did": told.did,
-        "neglects": told.neglects,
-        "expected_error": told.predicted,
-        "of": told.of,
-        "covered_by": told.covered,
+        "did": report.did,
+        "neglects": report.neglects,
+        "expected_error": report.predicted,
+        "of": report.of,
+        "covered_by": report.covered,
         "measured": None
         if measured is None
         else {
@@ -72,8 +72,8 @@ def _step(told: StepReport, blocks: int) -> dict[str, Any]:
             "run": measured.where,
             "to_whole": measured.whole,
         },
-        "figures": [_figure(figure) for figure in told.figures],
-        "notes": list(told.notes),
+        "figures": [_figure(figure) for figure in report.figures],
+        "notes": list(report.notes),
     }
 
 

@@ -188,14 +188,14 @@ def _distance(a: Vector, b: Vector, whole: Vector) -> float:
 
 
 def _refused(
-    told: list[StepReport], tolerance: float, play: float, chain: ReductionChain, unit: str
+    reports: list[StepReport], tolerance: float, play: float, chain: ReductionChain, unit: str
 ) -> str | None:
     """Return the first error above the allowed one, and what to try; None if there is none.
 
     With kept resonances, the measured error of the one inertia is reported but not judged.
     """
-    judged = told[:-1] if chain.kept else told
-    for one in told:
+    judged = reports[:-1] if chain.kept else reports
+    for one in reports:
         if one.predicted > tolerance and one.covered is None:
             error = f"an error of {100 * one.predicted:.3g} % of {one.of}"
             allowed = (
@@ -207,7 +207,7 @@ def _refused(
                 f"{other_tolerance(judged, play)}"
             )
         found = one.measured
-        if found is None or (chain.kept and one is told[-1]):
+        if found is None or (chain.kept and one is reports[-1]):
             continue
         if found.distance > tolerance * found.way + play:
             return (
@@ -220,14 +220,14 @@ def _refused(
     return None
 
 
-def _held(told: StepReport, chain: ReductionChain) -> str:
+def _held(report: StepReport, chain: ReductionChain) -> str:
     """Return the bounds of the reflected inertia if an interval covers the error, else ""."""
-    if told.covered is None:
+    if report.covered is None:
         return ""
     least, most = (chain.one.inertia * end for end in (chain.one.felt.least, chain.one.felt.most))
     return (
         f"; an inertia from {least:.4g} to {most:.4g} is felt, by which way the load presses: "
-        f"no value is both, {told.covered} holds both"
+        f"no value is both, {report.covered} holds both"
     )
 
 

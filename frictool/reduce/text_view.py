@@ -82,19 +82,19 @@ def _in_loop(loop: LoopComparison, unit: str) -> list[str]:
     return [*aligned([heading, *rows]), verdict]
 
 
-def _row(told: StepReport, blocks: int, unit: str) -> tuple[str, ...]:
-    expected = "0" if told.predicted == 0.0 else f"{told.predicted:.2g} of {told.of}"
-    if told.predicted > 0.0 and told.covered is not None:
-        expected += f", in {told.covered}"
-    if told.measured is None:
-        return (told.step, str(blocks), told.neglects, expected, "–", "–")
+def _row(report: StepReport, blocks: int, unit: str) -> tuple[str, ...]:
+    expected = "0" if report.predicted == 0.0 else f"{report.predicted:.2g} of {report.of}"
+    if report.predicted > 0.0 and report.covered is not None:
+        expected += f", in {report.covered}"
+    if report.measured is None:
+        return (report.step, str(blocks), report.neglects, expected, "–", "–")
     return (
-        told.step,
+        report.step,
         str(blocks),
-        told.neglects,
+        report.neglects,
         expected,
-        f"{told.measured.distance:.3g} {unit}",
-        f"{100.0 * told.measured.share:.2g} %",
+        f"{report.measured.distance:.3g} {unit}",
+        f"{100.0 * report.measured.share:.2g} %",
     )
 
 

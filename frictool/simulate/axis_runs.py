@@ -35,13 +35,13 @@ def play(
     Raises NoSolutionError if a variant cannot be simulated.
     """
     samples, total, done = loop.reference.size, len(variants), 0
-    alone = loop.target is not None or bool(loop.told)
+    alone = loop.target is not None or bool(loop.scheduled)
     batch = 1 if alone else max(LEAST, AT_ONCE // max(samples, 1))
     loop.progress(0, total)
     while done < total:
         chosen = variants[done : done + batch]
         records = np.zeros((len(chosen), samples, RECORD_SIZE))
-        scheduled = loop.told[done] if loop.told else {}
+        scheduled = loop.scheduled[done] if loop.scheduled else {}
         if loop.target is not None:
             loop.target.told = list(scheduled.values())
             status = _run_target(chosen[0], loop.target, loop, load.as_array(), records[0])

@@ -246,15 +246,15 @@ def _drifting(
     )
 
 
-def _told(found: MechanismOutcome, status: int) -> str:
+def _told(outcome: MechanismOutcome, status: int) -> str:
     """Return the message of a failed run, with time, reason and the element of the last event."""
-    instant = float(found.state.pace[1])
-    text = f"{found.variant.topic}: at {instant:.6g} s {MESSAGES[status]}"
-    events = found.out.events
-    if events.size and int(found.out.happened[0]) <= ROOM_FOR_EVENTS:
+    instant = float(outcome.state.pace[1])
+    text = f"{outcome.variant.topic}: at {instant:.6g} s {MESSAGES[status]}"
+    events = outcome.out.events
+    if events.size and int(outcome.out.happened[0]) <= ROOM_FOR_EVENTS:
         last = events[-1]
         text += (
-            f"; last at {last[0]:.6g} s: {element_of(found.variant, last)} {NAMES[int(last[1])]}"
+            f"; last at {last[0]:.6g} s: {element_of(outcome.variant, last)} {NAMES[int(last[1])]}"
         )
     return text + "; check the mechanism around it"
 

@@ -75,7 +75,7 @@ class SimulatedLoop(NamedTuple):
 
     The controller is `running` in the simulation's number format, or compiled code (`target`).
     `start` is in rad | m, `reference` (n,) too; `conditions` (n, 8) are those that act on the loop
-    (engine/conditions.py). `told` has the scheduled parameters of each variant by state index.
+    (engine/conditions.py). `scheduled` has the scheduled parameters of each variant by state index.
     `progress(done, total)` is called before the first variants and after each batch.
     """
 
@@ -86,7 +86,7 @@ class SimulatedLoop(NamedTuple):
     start: float
     reference: Vector
     conditions: Vector
-    told: Sequence[Mapping[int, float]]
+    scheduled: Sequence[Mapping[int, float]]
     progress: Callable[[int, int], None]
 
 

@@ -84,49 +84,49 @@ def search_worst(badness: Badness, starts: Vector, evaluations: int, seed: int) 
 
 
 def _to_corners(
-    found: SearchState, generator: np.random.Generator, most: int
+    state: SearchState, generator: np.random.Generator, most: int
 ) -> list[tuple[Vector, float]]:
     """Move each factor of the worst point to its worse end, until a round changes nothing."""
-    known, end = list[tuple[Vector, float]](), found.tried + most
-    while not found.ended and found.tried < end:
-        before = found.worst
-        for factor in generator.permutation(found.at.size):
+    known, end = list[tuple[Vector, float]](), state.tried + most
+    while not state.ended and state.tried < end:
+        before = state.worst
+        for factor in generator.permutation(state.at.size):
             for side in (0.0, 1.0):
-                if found.at[factor] == side or found.ended or found.tried >= end:
+                if state.at[factor] == side or state.ended or state.tried >= end:
                     continue
-                unit = found.at.copy()
+                unit = state.at.copy()
                 unit[factor] = side
-                known.append((unit, found.at_point(unit)))
-        if found.worst == before:
+                known.append((unit, state.at_point(unit)))
+        if state.worst == before:
             break
     return known
 
 
 def _evolve(
-    found: SearchState, known: list[tuple[Vector, float]], generator: np.random.Generator
+    state: SearchState, known: list[tuple[Vector, float]], generator: np.random.Generator
 ) -> None:
     """Run differential evolution from the worst known points, filled up with random ones."""
-    factors = found.at.size
+    factors = state.at.size
     size = min(
-        max(LEAST_POPULATION, 3 * factors), MOST_POPULATION, max(LEAST_POPULATION, found.left // 4)
+        max(LEAST_POPULATION, 3 * factors), MOST_POPULATION, max(LEAST_POPULATION, state.left // 4)
     )
     known = sorted(known, key=lambda one: -one[1])[: max(1, size // 2)]
-    while len(known) < size and not found.ended:
+    while len(known) < size and not state.ended:
         unit = generator.random(factors)
-        known.append((unit, found.at_point(unit)))
+        known.append((unit, state.at_point(unit)))
     units, values = np.stack([unit for unit, _ in known]), np.array([value for _, value in known])
     step, crossover = 0.5, 0.5
-    while not found.ended and len(known) > 3:
+    while not state.ended and len(known) > 3:
         steps, crossovers = [], []
         for place in range(len(known)):
-            if found.ended:
+            if state.ended:
                 return
             f, cr = (
                 _cauchy(generator, step),
                 float(np.clip(generator.normal(crossover, 0.1), 0.0, 1.0)),
             )
             unit = _child(units, values, place, f, cr, generator)
-            value = found.at_point(unit)
+            value = state.at_point(unit)
             if value >= values[place]:
                 if value > values[place]:
                     steps.append(f)

@@ -42,12 +42,13 @@ FACTORS = 6  # largest number of factors with a figure of failures over their ra
 ROW = 0.3  # inches, height of a row of rates
 
 
-def rates(found: Findings) -> PageFigure:
+def rates(findings: Findings) -> PageFigure:
     """Return the figure of the pass rate as a whole and for each requirement, with intervals."""
-    rate = found.rate
+    rate = findings.rate
     rows = [("all of them", rate.passed, rate.undecided)]
     rows += [
-        (one.metric.name.replace("_", " "), one.met, one.undecided) for one in found.distributions
+        (one.metric.name.replace("_", " "), one.met, one.undecided)
+        for one in findings.distributions
     ]
     height = 0.75 + ROW * len(rows)
     with drawing("rates"):
@@ -73,9 +74,9 @@ def rates(found: Findings) -> PageFigure:
             if open_ < rate.count:
                 axes.plot([share], [place], "o", color=colour, markersize=5.0)
                 lows.append(low)
-        if found.asked is not None:
-            axes.axvline(found.asked, color=MUTED, linewidth=1.2, linestyle=(0, (4, 2)))
-            lows.append(found.asked)
+        if findings.asked is not None:
+            axes.axvline(findings.asked, color=MUTED, linewidth=1.2, linestyle=(0, (4, 2)))
+            lows.append(findings.asked)
         room = 1.08 * (1.0 - min(lows)) or 0.01
         axes.set(
             xlim=(max(-0.02, 1.0 - room), 1.0 + 0.03 * room),
@@ -88,7 +89,7 @@ def rates(found: Findings) -> PageFigure:
         axes.grid(visible=False, axis="y")
         svg = render_compact(figure, "share of the trials that pass, as a whole and by requirement")
     bars = "" if rate.whole else f" Bars: {percent_text(rate.confidence)} intervals."
-    asked = "" if found.asked is None else f" Dashed: {percent_text(found.asked)}, asked."
+    asked = "" if findings.asked is None else f" Dashed: {percent_text(findings.asked)}, asked."
     return PageFigure(
         "What passes",
         svg,
@@ -97,7 +98,7 @@ def rates(found: Findings) -> PageFigure:
     )
 
 
-def metric(found: Findings, one: Distribution) -> PageFigure | None:
+def metric(findings: Findings, one: Distribution) -> PageFigure | None:
     """Return the histogram and distribution of a metric; None if it does not vary."""
     if not one.varies:
         return None
@@ -105,7 +106,7 @@ def metric(found: Findings, one: Distribution) -> PageFigure | None:
     with drawing(f"metric {one.metric.name}"):
         figure, (top, bottom) = new_figure(rows=2, height=3.5)
         _bars(top, one)
-        _curve(bottom, found, one)
+        _curve(bottom, findings, one)
         low, high = one.histogram.edges[0], one.histogram.edges[-1]
         drawn = low - 1.5 * (high - low) <= one.metric.limit <= high + 1.5 * (high - low)
         for axes in (top, bottom):
@@ -127,29 +128,29 @@ def metric(found: Findings, one: Distribution) -> PageFigure | None:
         )
         bottom.yaxis.set_major_formatter(_in_percent())
         svg = render_compact(figure, f"distribution of {name} over the trials")
-    return PageFigure(name, svg, _metric_caption(found, one, drawn))
+    return PageFigure(name, svg, _metric_caption(findings, one, drawn))
 
 
-def causes(found: Findings) -> list[PageFigure]:
+def causes(findings: Findings) -> list[PageFigure]:
     """Return a figure of the failing share over the range of each factor that causes failures."""
-    questions = found.sensitivity.questions
+    questions = findings.sensitivity.questions
     if not questions or questions[0].name != "":
         return []
-    return [_over_range(found, questions[0], i) for i in questions[0].named[:FACTORS]]
+    return [_over_range(findings, questions[0], i) for i in questions[0].named[:FACTORS]]
 
 
-def failing_plane(found: Findings) -> PageFigure | None:
+def failing_plane(findings: Findings) -> PageFigure | None:
     """Return the figure of failures in the plane of the two leading factors.
 
     None without failures or without a second factor.
     """
-    pair = found.sensitivity.pair
+    pair = findings.sensitivity.pair
     if pair is None:
         return None
-    first, second = (found.trials.space.factors[i] for i in (pair.first, pair.second))
+    first, second = (findings.trials.space.factors[i] for i in (pair.first, pair.second))
     with drawing("plane"):
         figure, (axes,) = new_figure(height=3.9)
-        told = plane(axes, found.trials, pair.first, pair.second)
+        told = plane(axes, findings.trials, pair.first, pair.second)
         axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
         axes.set(
             xlabel=axis_label(first.label, unit_shown(first.unit), pair.first),
@@ -183,17 +184,17 @@ def _bars(axes: Axes, one: Distribution) -> None:
     axes.set_ylim(0.0, 1.06 * counts.max())
 
 
-def _curve(axes: Axes, found: Findings, one: Distribution) -> None:
+def _curve(axes: Axes, findings: Findings, one: Distribution) -> None:
     """Draw the cumulative distribution of all trials with a value, and its confidence band."""
-    index = found.trials.metrics.index(one.metric)
-    known = np.sort(found.trials.found[~np.isnan(found.trials.found[:, index]), index])
+    index = findings.trials.metrics.index(one.metric)
+    known = np.sort(findings.trials.found[~np.isnan(findings.trials.found[:, index]), index])
     finite = known[np.isfinite(known)]
     kept = np.unique(np.round(np.linspace(0.0, finite.size - 1.0, POINTS)).astype(int))
     values, shares = finite[kept], (kept + 1.0) / known.size
-    if not found.rate.whole:  # simultaneous band of Dvoretzky, Kiefer and Wolfowitz
+    if not findings.rate.whole:  # simultaneous band of Dvoretzky, Kiefer and Wolfowitz
         half = np.sqrt(
-            np.log(2.0 / (1.0 - found.rate.confidence))
-            / (2.0 * max(1, known.size - (found.rate.method == "latin")))
+            np.log(2.0 / (1.0 - findings.rate.confidence))
+            / (2.0 * max(1, known.size - (findings.rate.method == "latin")))
         )
         axes.fill_between(
             values,
@@ -206,15 +207,15 @@ def _curve(axes: Axes, found: Findings, one: Distribution) -> None:
     axes.step(values, shares, where="post", color=GOOD)
 
 
-def _metric_caption(found: Findings, one: Distribution, drawn: bool) -> str:
+def _metric_caption(findings: Findings, one: Distribution, drawn: bool) -> str:
     unit, relation = one.metric.unit, "≤" if one.metric.relation == "<=" else "≥"
-    share = f"{percent(one.broken / found.rate.count)} break" if one.broken else "None breaks"
+    share = f"{percent(one.broken / findings.rate.count)} break" if one.broken else "None breaks"
     said = [f"{share} the limit {relation} {quantity(one.metric.limit, unit)}"]
     said[0] += " (dashed)." if drawn else ", which lies outside of the picture."
     if one.bound is not None:
         bound = (
             f"{relation} {quantity(one.bound, unit)} (dotted; "
-            f"{percent_text(found.rate.confidence)} confidence)"
+            f"{percent_text(findings.rate.confidence)} confidence)"
         )
         said.append(f"{percent_text(COVERED)} of all plants are {bound}.")
     if one.histogram.outside:
@@ -226,14 +227,14 @@ def _metric_caption(found: Findings, one: Distribution, drawn: bool) -> str:
     return " ".join(said)
 
 
-def _over_range(found: Findings, question: FailureComparison, i: int) -> PageFigure:
-    factor, place = found.trials.space.factors[i], question.regions[i]
+def _over_range(findings: Findings, question: FailureComparison, i: int) -> PageFigure:
+    factor, place = findings.trials.space.factors[i], question.regions[i]
     with drawing(f"factor {i}"):
         figure, (axes,) = new_figure()
         if place.chance is not None:
             counts = np.rint(place.failing * place.sizes).astype(int)
             ends = [
-                interval(int(bad), int(n), found.rate.confidence)
+                interval(int(bad), int(n), findings.rate.confidence)
                 for bad, n in zip(counts, place.sizes, strict=True)
             ]
             axes.vlines(

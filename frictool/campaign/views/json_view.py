@@ -25,27 +25,27 @@ VERDICTS: dict[Outcome, str] = {
 }
 
 
-def as_json(found: Findings) -> dict[str, Any]:
+def as_json(findings: Findings) -> dict[str, Any]:
     """Return counts, pass rate, metrics and sensitivities as JSON values.
 
     `verdict` is `pass`, `fail` or `undecided`. If a requested rate is not shown, `verdict` is
     `fail` and `outcome` is NOT SHOWN.
     """
-    rate, pair, factors = found.rate, found.sensitivity.pair, found.trials.space.factors
+    rate, pair, factors = findings.rate, findings.sensitivity.pair, findings.trials.space.factors
     return {
         "format": FORMAT,
-        "verdict": VERDICTS[found.outcome],
-        "outcome": found.outcome,
-        "summary": headline(found),
+        "verdict": VERDICTS[findings.outcome],
+        "outcome": findings.outcome,
+        "summary": headline(findings),
         "method": rate.method,
         "trials": rate.count,
         "passed": rate.passed,
         "failed": rate.failed,
         "undecided": rate.undecided,
-        "undecided_requirements": list(found.undecided_requirements),
-        "warnings": list(found.remarks),
+        "undecided_requirements": list(findings.undecided_requirements),
+        "warnings": list(findings.remarks),
         "not_simulated": [
-            {"draw": draw, "reason": reason} for draw, reason in found.trials.failed.items()
+            {"draw": draw, "reason": reason} for draw, reason in findings.trials.failed.items()
         ],
         "pass_rate": {
             "share": rate.share,
@@ -53,9 +53,9 @@ def as_json(found: Findings) -> dict[str, Any]:
             "high": rate.high,
             "at_least": rate.at_least,
             "confidence": rate.confidence,
-            "asked": found.asked,
-            "draws_needed": found.draws_needed,
-            "of": caveat(found),
+            "asked": findings.asked,
+            "draws_needed": findings.draws_needed,
+            "of": caveat(findings),
         },
         "factors": [
             {
@@ -69,12 +69,16 @@ def as_json(found: Findings) -> dict[str, Any]:
             }
             for f in factors
         ],
-        "metrics": [_metric(found.trials, one, rate.confidence) for one in found.distributions],
-        "failures": [_question(found.trials, question) for question in found.sensitivity.questions],
+        "metrics": [
+            _metric(findings.trials, one, rate.confidence) for one in findings.distributions
+        ],
+        "failures": [
+            _question(findings.trials, question) for question in findings.sensitivity.questions
+        ],
         "influences": [
-            _influence(found.trials, one.metric.name, influence)
+            _influence(findings.trials, one.metric.name, influence)
             for one, influence in zip(
-                found.distributions, found.sensitivity.influences, strict=True
+                findings.distributions, findings.sensitivity.influences, strict=True
             )
         ],
         "pair": None
@@ -85,7 +89,7 @@ def as_json(found: Findings) -> dict[str, Any]:
             "only_together": pair.beyond,
             "error": pair.error,
         },
-        "worst": [_worst(one) for one in found.worst],
+        "worst": [_worst(one) for one in findings.worst],
     }
 
 

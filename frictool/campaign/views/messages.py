@@ -58,11 +58,11 @@ def chance_text(chance: float | None) -> str:
     return "chance below 1e-6" if chance < 1e-6 else f"chance {chance:.1g}"
 
 
-def headline(found: Findings) -> str:
+def headline(findings: Findings) -> str:
     """Return one sentence that begins with the outcome."""
-    rate = found.rate
-    undecided_requirements = [name.replace("_", " ") for name in found.undecided_requirements]
-    return f"{found.outcome}: {_counted(rate)}{_rated(rate)}{_asked(found)}" + (
+    rate = findings.rate
+    undecided_requirements = [name.replace("_", " ") for name in findings.undecided_requirements]
+    return f"{findings.outcome}: {_counted(rate)}{_rated(rate)}{_asked(findings)}" + (
         f"; no trial decides: {', '.join(undecided_requirements)}" if undecided_requirements else ""
     )
 
@@ -107,8 +107,8 @@ def _rated(rate: PassRate) -> str:
     )
 
 
-def _asked(found: Findings) -> str:
-    rate, asked = found.rate, found.asked
+def _asked(findings: Findings) -> str:
+    rate, asked = findings.rate, findings.asked
     if asked is None:
         return ""
     if rate.at_least is None:
@@ -119,15 +119,15 @@ def _asked(found: Findings) -> str:
             f"{shown}, which no number of draws shows; ask for less, or for no rate, so "
             "that every draw has to pass"
         )
-    needed = found.draws_needed
+    needed = findings.draws_needed
     return (
         shown if needed is None else f"{shown}: {needed} draws would do if as many of them passed"
     )
 
 
-def caveat(found: Findings) -> str:
+def caveat(findings: Findings) -> str:
     """Return a sentence on the population that the pass rate refers to."""
-    rate = found.rate
+    rate = findings.rate
     if rate.whole:
         return (
             "Every combination of the factors' ends was played once: these are no "
@@ -139,7 +139,7 @@ def caveat(found: Findings) -> str:
             "the interval is of all of them, not of what lies between."
         )
     drawn = "independently" if rate.method == "random" else "as a Latin hypercube"
-    above = any(factor.least is not None for factor in found.trials.space.factors)
+    above = any(factor.least is not None for factor in findings.trials.space.factors)
     over = (
         "its range, a breakaway over what of it is not below its Coulomb friction"
         if above
@@ -152,18 +152,18 @@ def caveat(found: Findings) -> str:
     )
 
 
-def failure_reasons(found: Findings) -> list[tuple[str, int, int]]:
+def failure_reasons(findings: Findings) -> list[tuple[str, int, int]]:
     """Return (reason, number of trials, first draw) of failed runs, most frequent first."""
     draws: dict[str, list[int]] = {}
-    for draw, reason in found.trials.failed.items():
+    for draw, reason in findings.trials.failed.items():
         draws.setdefault(reason, []).append(draw)
     counted = [(reason, len(each), each[0]) for reason, each in draws.items()]
     return sorted(counted, key=lambda item: (-item[1], item[2]))
 
 
-def worst_values(found: Findings, one: WorstCase) -> str:
+def worst_values(findings: Findings, one: WorstCase) -> str:
     """Return a worst case's factor values as text, such as "Coulomb friction 0.14 N m, ..."."""
-    known = {factor.name: factor for factor in found.trials.space.factors}
+    known = {factor.name: factor for factor in findings.trials.space.factors}
     return ", ".join(
         f"{known[name].label} {quantity(value, known[name].unit)}"
         if name in known

@@ -43,58 +43,59 @@ class ShareCell:
     told: str
 
 
-def page(found: Findings, provenance: Provenance) -> str:
+def page(findings: Findings, provenance: Provenance) -> str:
     """Return the HTML text; the same inputs give the same bytes.
 
     The template escapes every text from a file.
     """
     metrics = [
-        picture for one in found.distributions if (picture := metric(found, one)) is not None
+        picture for one in findings.distributions if (picture := metric(findings, one)) is not None
     ]
-    plane = failing_plane(found)
+    plane = failing_plane(findings)
     return render_page(
         Path(__file__).parent,
         provenance,
-        headline=headline(found),
-        tone=TONES[found.outcome],
-        caveat=caveat(found),
-        remarks=found.remarks,
-        noun=found.rate.noun,
-        rates=rates(found),
-        distributions=found.distributions,
+        headline=headline(findings),
+        tone=TONES[findings.outcome],
+        caveat=caveat(findings),
+        remarks=findings.remarks,
+        noun=findings.rate.noun,
+        rates=rates(findings),
+        distributions=findings.distributions,
         covered=percent_text(COVERED),
-        sure=percent_text(found.rate.confidence),
-        drawn=not found.rate.whole,
-        reasons=failure_reasons(found)[:MORE],
+        sure=percent_text(findings.rate.confidence),
+        drawn=not findings.rate.whole,
+        reasons=failure_reasons(findings)[:MORE],
         questions=[
-            (question_text(one), one, _rows(found, one)) for one in found.sensitivity.questions
+            (question_text(one), one, _rows(findings, one))
+            for one in findings.sensitivity.questions
         ],
-        causes=([plane] if plane else []) + causes(found),
+        causes=([plane] if plane else []) + causes(findings),
         metrics=metrics,
-        constant=[one for one in found.distributions if one.has_values and not one.varies],
-        columns=_columns(found),
+        constant=[one for one in findings.distributions if one.has_values and not one.varies],
+        columns=_columns(findings),
         silent=[
             factor.label
-            for i, factor in enumerate(found.trials.space.factors)
-            if i not in _columns(found)
+            for i, factor in enumerate(findings.trials.space.factors)
+            if i not in _columns(findings)
         ],
-        table=_table(found),
-        worst=[(one, worst_values(found, one)) for one in found.worst],
-        factors=found.trials.space.factors,
+        table=_table(findings),
+        worst=[(one, worst_values(findings, one)) for one in findings.worst],
+        factors=findings.trials.space.factors,
         number=number,
         quantity=quantity,
         unit_shown=unit_shown,
     )
 
 
-def _rows(found: Findings, question: FailureComparison) -> list[tuple[str, str, str, str]]:
+def _rows(findings: Findings, question: FailureComparison) -> list[tuple[str, str, str, str]]:
     """Return (label, direction, failing shares, p-value) of each named factor."""
-    factors = found.trials.space.factors
+    factors = findings.trials.space.factors
     return [
         (
             factors[i].label,
             place.direction,
-            fails_where(found, i, place),
+            fails_where(findings, i, place),
             chance_text(place.chance).removeprefix("chance "),
         )
         for i in question.named[:MORE]
@@ -102,12 +103,12 @@ def _rows(found: Findings, question: FailureComparison) -> list[tuple[str, str, 
     ]
 
 
-def _columns(found: Findings) -> list[int]:
+def _columns(findings: Findings) -> list[int]:
     """Return the factors of the table of shares, in order.
 
     They are the named factors with the largest shares in any metric.
     """
-    influences = found.sensitivity.influences
+    influences = findings.sensitivity.influences
     named = {i for one in influences for i in one.named}
     largest = {
         i: max(max(one.shares[i].share, one.shares[i].of_ranks) for one in influences if one.shares)
@@ -116,31 +117,33 @@ def _columns(found: Findings) -> list[int]:
     return sorted(sorted(named, key=lambda i: (-largest[i], i))[:FACTORS])
 
 
-def _table(found: Findings) -> list[tuple[str, str, list[ShareCell], float | None]]:
+def _table(findings: Findings) -> list[tuple[str, str, list[ShareCell], float | None]]:
     """Return rows (name, reason without shares, shares, rest), one for each metric.
 
     A second row shows the shares of the ranks if these reveal more.
     """
     rows = []
-    for one, influence in zip(found.distributions, found.sensitivity.influences, strict=True):
+    for one, influence in zip(findings.distributions, findings.sensitivity.influences, strict=True):
         name = one.metric.name.replace("_", " ")
-        rows.append((name, influence.reason, _cells(found, influence, ranks=False), influence.rest))
+        rows.append(
+            (name, influence.reason, _cells(findings, influence, ranks=False), influence.rest)
+        )
         if influence.by_rank:
             rows.append(
                 (
                     f"{name}, its ranks",
                     "",
-                    _cells(found, influence, ranks=True),
+                    _cells(findings, influence, ranks=True),
                     influence.rest_of_ranks,
                 )
             )
     return rows
 
 
-def _cells(found: Findings, influence: MetricInfluence, ranks: bool) -> list[ShareCell]:
+def _cells(findings: Findings, influence: MetricInfluence, ranks: bool) -> list[ShareCell]:
     """Return one cell for each column."""
     cells = []
-    for i in _columns(found) if influence.shares else []:
+    for i in _columns(findings) if influence.shares else []:
         one, named = influence.shares[i], i in influence.named
         share, error = (one.of_ranks, one.error_of_ranks) if ranks else (one.share, one.error)
         share = max(0.0, share)

@@ -28,30 +28,30 @@ REASONS = 5  # largest number of reasons shown
 MOST = 8  # largest number of factors shown per comparison
 
 
-def lines(found: Findings, colour: bool = False) -> list[str]:
+def lines(findings: Findings, colour: bool = False) -> list[str]:
     """Return the text lines of the findings; the outcome is the last line."""
-    answer = plain(headline(found))
+    answer = plain(headline(findings))
     told = [
-        *_requirements(found),
-        *_not_simulated(found),
-        *_failures(found),
-        *_influences(found),
-        *_worst(found),
+        *_requirements(findings),
+        *_not_simulated(findings),
+        *_failures(findings),
+        *_influences(findings),
+        *_worst(findings),
         "",
-        caveat(found),
-        *(f"warning: {remark}" for remark in found.remarks),
-        click.style(answer, fg=COLOURS[found.outcome], bold=True) if colour else answer,
+        caveat(findings),
+        *(f"warning: {remark}" for remark in findings.remarks),
+        click.style(answer, fg=COLOURS[findings.outcome], bold=True) if colour else answer,
     ]
     return [told[-1] if line is told[-1] else plain(line) for line in told]
 
 
-def fails_where(found: Findings, factor: int, place: FailureRegion) -> str:
+def fails_where(findings: Findings, factor: int, place: FailureRegion) -> str:
     """Return the factor values with the largest and the smallest failing share.
 
     Example: "fails 40 % around 0.14 N m, 0 % around 0.11 N m".
     """
-    one, shares = found.trials.space.factors[factor], place.failing
-    near = "at" if found.rate.whole or one.whole else "around"
+    one, shares = findings.trials.space.factors[factor], place.failing
+    near = "at" if findings.rate.whole or one.whole else "around"
 
     def around(k: int) -> str:
         return f"{shares[k]:.0%} {near} {place.places[k]:.3g} {unit_shown(one.unit)}".replace(
@@ -61,7 +61,7 @@ def fails_where(found: Findings, factor: int, place: FailureRegion) -> str:
     return f"fails {around(int(shares.argmax()))}, {around(int(shares.argmin()))}"
 
 
-def influence_told(found: Findings, influence: MetricInfluence) -> list[str]:
+def influence_told(findings: Findings, influence: MetricInfluence) -> list[str]:
     """Return a line with the named factors and their shares of the variance.
 
     A second line shows the shares of the ranks if these reveal more.
@@ -71,24 +71,24 @@ def influence_told(found: Findings, influence: MetricInfluence) -> list[str]:
     if not influence.named:
         return ["no factor is told apart from chance"]
     values = [(share.share, share.error) for share in influence.shares]
-    told = [_shares_told(found, influence, values, influence.rest)]
+    told = [_shares_told(findings, influence, values, influence.rest)]
     if influence.by_rank:
         ranks = [(share.of_ranks, share.error_of_ranks) for share in influence.shares]
         told.append(
-            f"of its ranks: {_shares_told(found, influence, ranks, influence.rest_of_ranks)}"
+            f"of its ranks: {_shares_told(findings, influence, ranks, influence.rest_of_ranks)}"
         )
     return told
 
 
 def _shares_told(
-    found: Findings,
+    findings: Findings,
     influence: MetricInfluence,
     shares: Sequence[tuple[float, float]],
     rest: float | None,
 ) -> str:
     """Return the shares with errors, the largest first; shares below 0.5 % are listed together."""
     order = sorted(influence.named, key=lambda i: -shares[i][0])
-    factors = found.trials.space.factors
+    factors = findings.trials.space.factors
     alone = [
         f"{factors[i].label} {share_text(*shares[i])} ({influence.shares[i].direction})"
         for i in order
@@ -118,7 +118,7 @@ def _whole(share: float) -> str:
     return f"{share:.0%}".replace("%", " %")
 
 
-def _requirements(found: Findings) -> list[str]:
+def _requirements(findings: Findings) -> list[str]:
     head = (
         "requirement",
         "met",
@@ -126,11 +126,11 @@ def _requirements(found: Findings) -> list[str]:
         "undecided",
         "median",
         "5 to 95 %",
-        f"{percent_text(COVERED)} keep ({percent_text(found.rate.confidence)} sure)",
+        f"{percent_text(COVERED)} keep ({percent_text(findings.rate.confidence)} sure)",
         "worst",
         "limit",
     )
-    return aligned([head, *(_row(one) for one in found.distributions)], 1)
+    return aligned([head, *(_row(one) for one in findings.distributions)], 1)
 
 
 def _row(one: Distribution) -> tuple[str, ...]:
@@ -151,8 +151,8 @@ def _row(one: Distribution) -> tuple[str, ...]:
     )
 
 
-def _not_simulated(found: Findings) -> list[str]:
-    common = failure_reasons(found)
+def _not_simulated(findings: Findings) -> list[str]:
+    common = failure_reasons(findings)
     if not common:
         return []
     told = [
@@ -161,31 +161,31 @@ def _not_simulated(found: Findings) -> list[str]:
     left = len(common) - REASONS
     return [
         "",
-        f"not simulated, counted as failing: {len(found.trials.failed)}",
+        f"not simulated, counted as failing: {len(findings.trials.failed)}",
         *told,
         *([f"  {left} more reasons"] if left > 0 else []),
     ]
 
 
-def _failures(found: Findings) -> list[str]:
+def _failures(findings: Findings) -> list[str]:
     told: list[str] = []
-    for question in found.sensitivity.questions:
+    for question in findings.sensitivity.questions:
         told += [
             "",
             f"{question_text(question)}: {question.failing} against {question.passing}",
-            *(f"  {row}" for row in _causes(found, question)),
+            *(f"  {row}" for row in _causes(findings, question)),
         ]
         if question.name == "":
-            told += [f"  {sentence}" for sentence in pair_told(found)]
+            told += [f"  {sentence}" for sentence in pair_told(findings)]
     return told
 
 
-def pair_told(found: Findings) -> list[str]:
+def pair_told(findings: Findings) -> list[str]:
     """Return a line on the interaction of the two leading factors; none if it is within noise."""
-    pair = found.sensitivity.pair
+    pair = findings.sensitivity.pair
     if pair is None or pair.beyond <= max(0.01, 3.0 * pair.error):
         return []
-    first, second = (found.trials.space.factors[i].label for i in (pair.first, pair.second))
+    first, second = (findings.trials.space.factors[i].label for i in (pair.first, pair.second))
     shares = f"{pair.joint:.0%} of the variance of pass or fail, {pair.beyond:.0%}".replace(
         "%", " %"
     )
@@ -199,10 +199,10 @@ def question_text(question: FailureComparison) -> str:
     )
 
 
-def _causes(found: Findings, question: FailureComparison) -> list[str]:
+def _causes(findings: Findings, question: FailureComparison) -> list[str]:
     if not question.named:
         return ["no factor is told apart from chance"]
-    rows = [_cause(found, i, question.regions[i]) for i in question.named[:MOST]]
+    rows = [_cause(findings, i, question.regions[i]) for i in question.named[:MOST]]
     left = len(question.named) - MOST
     return [
         *aligned(rows),
@@ -210,27 +210,29 @@ def _causes(found: Findings, question: FailureComparison) -> list[str]:
     ]
 
 
-def _cause(found: Findings, factor: int, place: FailureRegion) -> tuple[str, ...]:
+def _cause(findings: Findings, factor: int, place: FailureRegion) -> tuple[str, ...]:
     return (
-        found.trials.space.factors[factor].label,
+        findings.trials.space.factors[factor].label,
         place.direction,
-        fails_where(found, factor, place),
+        fails_where(findings, factor, place),
         chance_text(place.chance),
     )
 
 
-def _influences(found: Findings) -> list[str]:
-    if not found.trials.space.size:
+def _influences(findings: Findings) -> list[str]:
+    if not findings.trials.space.size:
         return []
-    names = [one.metric.name.replace("_", " ") for one in found.distributions]
+    names = [one.metric.name.replace("_", " ") for one in findings.distributions]
     width, told = max(map(len, names), default=0), []
-    for name, one in zip(names, found.sensitivity.influences, strict=True):
-        rows = influence_told(found, one)
+    for name, one in zip(names, findings.sensitivity.influences, strict=True):
+        rows = influence_told(findings, one)
         told += [
             f"  {heading.ljust(width)}  {row}"
             for heading, row in zip([name, *[""] * len(rows)], rows, strict=False)
         ]
-    drawn = any(share.error > 0.0 for one in found.sensitivity.influences for share in one.shares)
+    drawn = any(
+        share.error > 0.0 for one in findings.sensitivity.influences for share in one.shares
+    )
     return (
         [
             "",
@@ -242,13 +244,13 @@ def _influences(found: Findings) -> list[str]:
     )
 
 
-def _worst(found: Findings) -> list[str]:
+def _worst(findings: Findings) -> list[str]:
     told: list[str] = []
-    for one in found.worst:
+    for one in findings.worst:
         limit = f"{one.relation} {number(one.limit)} {unit_shown(one.unit)}".rstrip()
         told += [
             f"  {one.requirement.replace('_', ' ')} {quantity(one.value, one.unit)} "
-            f"where {limit} is asked: {worst_values(found, one)}",
+            f"where {limit} is asked: {worst_values(findings, one)}",
             f"    {one.typed}",
         ]
     return ["", "worst cases found by search", *told] if told else []

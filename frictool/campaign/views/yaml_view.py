@@ -11,10 +11,10 @@ from frictool.documents.writing import tree_to_yaml
 from frictool.presentation.json_text import finite
 
 
-def as_document(found: Findings, provenance: Provenance) -> str:
+def as_document(findings: Findings, provenance: Provenance) -> str:
     """Return the YAML text; the same inputs give the same bytes.
 
     An absent or infinite value is null.
     """
-    tree = {**as_json(found), "provenance": msgspec.to_builtins(provenance)}
+    tree = {**as_json(findings), "provenance": msgspec.to_builtins(provenance)}
     return tree_to_yaml(finite(tree))
