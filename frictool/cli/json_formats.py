@@ -50,8 +50,10 @@ def json_format_schema(name: str) -> dict[str, Any]:
 def _type(title: str, kind: Any) -> Any:
     if isinstance(kind, list):
         return list[_type(title, kind[0])]  # type: ignore[misc]
+    if isinstance(kind, dict) and "*" in kind:
+        return dict[str, _type(title, kind["*"])]  # type: ignore[misc]
     if isinstance(kind, dict):
-        return dict[str, _type(title, kind["*"])] if "*" in kind else _record(title, kind)  # type: ignore[misc]
+        return _record(title, kind)
     base = kind.removesuffix("~")
     found = KINDS.get(base) or Literal[tuple(base.split(" | "))]
     return found if base == kind else found | None
