@@ -7,7 +7,7 @@ import ast
 from pathlib import Path
 
 from tests.mutation.mutants import draw, mutants_of
-from tests.mutation.selection import files_that_reach
+from tests.mutation.selection import files_that_reach, import_graph
 
 SOURCE = '''"""A docstring - no code."""
 def f(a: float | None, b: int = -3) -> float | None:
@@ -47,6 +47,12 @@ def test_a_seed_draws_the_same_lines_and_each_once():
     assert drawn == draw(root, ["frictool/metrics"], 20, "seed")
     assert drawn != draw(root, ["frictool/metrics"], 20, "another")
     assert len({(mutant.path, mutant.line) for mutant in drawn}) == 20
+
+
+def test_a_rig_of_studies_links_a_test_to_the_package():
+    graph = import_graph(Path(__file__).parents[2])
+    assert "studies.rigs.clutch_model" in graph["tests.synth.test_weights"]
+    assert "frictool.documents.model" in graph["studies.rigs.clutch_model"]
 
 
 def test_the_nearest_tests_come_first():
