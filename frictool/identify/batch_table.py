@@ -146,7 +146,7 @@ def reasons(batch: Sequence[BatchResult]) -> list[str]:
     lines = []
     first: dict[tuple[tuple[str, Interval], ...], BatchResult] = {}
     for one in batch:
-        told = (
+        texts = (
             [one.reason]
             if one.model is None
             else [f"warning: {text}" for text in one.model.warnings]
@@ -154,11 +154,11 @@ def reasons(batch: Sequence[BatchResult]) -> list[str]:
         if one.model is not None:
             same = first.setdefault(tuple(one.model.identified.items()), one)
             if same is not one:
-                told.append(
+                texts.append(
                     f"warning: gives the same numbers as {same.group.files}; a duplicate log "
                     "makes the population look more uniform than it is"
                 )
-        lines += [f"{one.group.files}: {text}" for text in told]
+        lines += [f"{one.group.files}: {text}" for text in texts]
     return lines
 
 

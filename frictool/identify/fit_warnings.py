@@ -64,7 +64,7 @@ def replacement_warnings(
     return [
         f"the bench's values replace {values} of the log, and raise the force error from "
         f"{100 * free.force_error:.3g} % to {100 * final.force_error:.3g} %; correct them in the "
-        "bench, or record a log that tells them"
+        "bench, or record a log that determines them"
     ]
 
 

@@ -49,21 +49,23 @@ def pooling_warnings(
             continue
     out = []
     for name in SLIDING:
-        told = {
+        intervals = {
             log: one[name]
             for log, one in alone.items()
             if name in one and one[name].half_width > 0.0
         }
-        if name not in pooled.parameters or not told:
+        if name not in pooled.parameters or not intervals:
             continue
-        best = min(told, key=lambda log: told[log].half_width)
-        ratio = pooled.parameters[name].half_width / told[best].half_width
+        best = min(intervals, key=lambda log: intervals[log].half_width)
+        ratio = pooled.parameters[name].half_width / intervals[best].half_width
         if ratio > WIDER:
             values = ", ".join(
                 f"{log} {one.value:.4g} [{one.low:.4g}, {one.high:.4g}]"
-                for log, one in told.items()
+                for log, one in intervals.items()
             )
-            apart = max(one.low for one in told.values()) > min(one.high for one in told.values())
+            apart = max(one.low for one in intervals.values()) > min(
+                one.high for one in intervals.values()
+            )
             reason = "because the logs disagree" if apart else OTHERS_DIFFER
             out.append(
                 f"{name}: the interval from all logs is {ratio:.3g} times as wide as that of "

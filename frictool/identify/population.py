@@ -116,10 +116,10 @@ def populations(
     `confidence` is that of the intervals. It is also the probability that no parameter of one
     population is rejected, over all parameters together (Bonferroni).
     """
-    told = {name: own for name, own in values.items() if len(own) >= 2}
+    repeated = {name: own for name, own in values.items() if len(own) >= 2}
     return {
-        name: population(own, confidence, (1.0 - confidence) / len(told))
-        for name, own in told.items()
+        name: population(own, confidence, (1.0 - confidence) / len(repeated))
+        for name, own in repeated.items()
     }
 
 

@@ -119,7 +119,7 @@ def presliding_lines(model: Model) -> list[str]:
             f"  preisach: {len(size.table) // 2} amplitudes, {shown('up to', size.limit)}, "
             f"{shown('saturation', size.saturation)}"
         )
-    return lines + [f"  {name}: not told: {reason}" for name, reason in found.refused.items()]
+    return lines + [f"  {name}: not determined: {reason}" for name, reason in found.refused.items()]
 
 
 def force_line(error: float | None) -> str:

@@ -72,7 +72,7 @@ def test_a_fall_that_the_runs_do_not_reach_is_not_identified(tmp_path: Path, see
     extrapolated over orders of magnitude."""
     told = identify(tmp_path, runs(tmp_path, 0.105, seed))
     assert not {"breakaway", "stribeck_velocity"} & told["parameters"].keys()
-    assert "slower runs would tell it" in str(told["not_identified"]["breakaway"])
+    assert "slower runs would determine it" in str(told["not_identified"]["breakaway"])
     coulomb = told["parameters"]["coulomb"]
     assert coulomb["low"] <= ARM.coulomb <= coulomb["high"]
 
@@ -93,7 +93,7 @@ def test_breakaway_and_stribeck_velocity_are_refused_together(
     )
     told = identify(tmp_path, runs(tmp_path, 0.6, 1))
     assert not {"breakaway", "stribeck_velocity"} & told["parameters"].keys()
-    assert "too vague; slower runs would tell it" in told["not_identified"]["breakaway"]
+    assert "too vague; slower runs would determine it" in told["not_identified"]["breakaway"]
     assert load(tmp_path / "model.yaml", Model).law == "coulomb"
 
 

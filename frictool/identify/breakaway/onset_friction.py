@@ -128,12 +128,14 @@ class OnsetData:
             efforts(self.onsets, axis, self.resolution, expected, shape, self.velocity)[1]
             for expected in (0.0, 1.0)
         )
-        told, tells = float(np.mean(low)), max(1.0 - float(np.mean(high - low)), 1e-6)
+        intercept, gain = float(np.mean(low)), max(1.0 - float(np.mean(high - low)), 1e-6)
         independent = max(1.0, low.size / FOLLOWING)
-        spread = max(float(np.var(0.5 * (low + high))), 1e-9) / (tells**2 * independent)
+        spread = max(float(np.var(0.5 * (low + high))), 1e-9) / (gain**2 * independent)
         # variance left to one onset by the timing; all onsets repeat the same errors
-        repeated = max(1.0 - tells, 0.0) / (12.0 * tells)
-        mean = (min(max(told / tells, 0.0), 1.0) / spread + 0.5 * PRIOR) / (1.0 / spread + PRIOR)
+        repeated = max(1.0 - gain, 0.0) / (12.0 * gain)
+        mean = (min(max(intercept / gain, 0.0), 1.0) / spread + 0.5 * PRIOR) / (
+            1.0 / spread + PRIOR
+        )
         return mean, float(1.0 / np.sqrt(1.0 / (spread + repeated) + PRIOR))
 
     def friction(

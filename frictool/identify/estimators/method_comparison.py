@@ -181,7 +181,7 @@ def _why(
         if unseen
         else "simulated on the logs themselves, which are too short for halves"
     )
-    told = "; ".join(score.shown(unit) for score in scores)
+    tried = "; ".join(score.shown(unit) for score in scores)
     smallest = min(scores, key=lambda score: score.force)
     best = min(scores, key=lambda score: score.position)
     lost = (
@@ -189,10 +189,10 @@ def _why(
         f"{smallest.name})"
     )
     barred = lost if best.force > MOST_FORCE * smallest.force else ""
-    told = f"tried, {how} (position error rms, force error): {told}"
+    tried = f"tried, {how} (position error rms, force error): {tried}"
     if winner is scores[0]:
-        return f"{first.why}; {told}; no other allowed one is better by a tenth{barred}"
-    return f"{told}; {winner.name} is the first within a tenth of the best allowed one{barred}"
+        return f"{first.why}; {tried}; no other allowed one is better by a tenth{barred}"
+    return f"{tried}; {winner.name} is the first within a tenth of the best allowed one{barred}"
 
 
 def regression_scores(

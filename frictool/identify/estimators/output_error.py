@@ -155,13 +155,13 @@ def simulation_error(
     start = power_balance(records, bench_with_terms(bench, terms), settings)
     if "coulomb" in start.refused:
         raise UnusableLogs(start.refused["coulomb"])
-    untold = next(
+    undetermined = next(
         (f"{name}: {reason}" for name, reason in start.refused.items() if name not in SLIDING), None
     )
-    if untold is not None:
+    if undetermined is not None:
         raise UnusableLogs(
-            "output-error does not know what a load may do that the log does not tell; use "
-            f"least-squares ({untold})"
+            "output-error needs every load to be determined by the log; use "
+            f"least-squares ({undetermined})"
         )
     hidden = start.refused.get("inertia", "")
     if hidden.endswith(OWN_INERTIA):

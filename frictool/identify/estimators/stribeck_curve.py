@@ -97,7 +97,10 @@ def stribeck_curve(
     straight = _fitted(runs, 0.0, exponent, settings.confidence)
     return replace(
         straight,
-        refused={**straight.refused, **dict.fromkeys(FALL, f"{reason}; slower runs would tell it")},
+        refused={
+            **straight.refused,
+            **dict.fromkeys(FALL, f"{reason}; slower runs would determine it"),
+        },
     )
 
 

@@ -30,7 +30,7 @@ def table(information: Information) -> str:
     ]
     for one in facts["clocks"]:
         drift = (
-            "too short to tell a drift"
+            "too short to estimate a drift"
             if one["drift"] is None
             else f"drift {1e6 * one['drift']:.4g} us in a second"
         )
@@ -112,7 +112,7 @@ def _motion(facts: dict[str, Any], surveys: Sequence[StreamSurvey]) -> list[str]
     test = facts["test"]
     meaning = f": {KINDS[test['kind']]}" if test["kind"] in KINDS else ""
     lines.append(
-        f"test: {test['kind'] or 'too short to tell'} "
+        f"test: {test['kind'] or 'too short to recognise'} "
         f"({'given' if test['given'] else 'detected'}){meaning}"
     )
     return lines

@@ -2,7 +2,7 @@
 
 - fixed: a parameter held at the bench's value. The others are widened by the bench's interval of
   it.
-- untold: a declared load that the travel cannot separate (`load_columns.indistinct_terms`). The
+- hidden: a declared load that the travel cannot separate (`load_columns.indistinct_terms`). The
   model holds 0, and the others are widened by its possible effect. With `load.most` of the bench,
   this is any load of at most that effort. Without it, the others are as uncertain as in a fit with
   the load.
@@ -42,7 +42,7 @@ class OmittedParameters:
         hidden: Sequence[str],
     ) -> None:
         self.free = [name for name in names if name not in fixed and name not in hidden]
-        self._names, self._weighted, self._untold = list(names), weighted, list(hidden)
+        self._names, self._weighted, self._hidden = list(names), weighted, list(hidden)
         self._known = {name: fixed[name] for name in names if name in fixed}
         self._added = np.zeros(len(self.free))
         whole, outside = merged(weighted), [*self._known, *hidden]
@@ -62,13 +62,13 @@ class OmittedParameters:
     def add_loads(
         self, loads: Mapping[str, Vector], most: float | None, cluster: IntVector, confidence: float
     ) -> None:
-        """Add the effect of the untold loads; it is infinite if nothing bounds it.
+        """Add the effect of the hidden loads; it is infinite if nothing bounds it.
 
         - loads: column (n,) of each load
         - most: largest effort of a load, N m | N
         - cluster: (g,), cluster of each run
         """
-        if not self._untold:
+        if not self._hidden:
             return
         beside = self._beside(cluster, confidence)
         if most is None:
@@ -76,7 +76,7 @@ class OmittedParameters:
             return
         total = np.zeros(len(self.free))
         for own in TERMS.values():
-            group = [name for name in own if name in self._untold]
+            group = [name for name in own if name in self._hidden]
             if group:
                 points = most * _unit_loads([loads[name] for name in group])
                 total += np.max(
@@ -98,12 +98,12 @@ class OmittedParameters:
         self._added = np.hypot(self._added, half)
 
     def _beside(self, cluster: IntVector, confidence: float) -> Vector:
-        """Return the distance (p,) of the free parameters from a fit with the untold loads.
+        """Return the distance (p,) of the free parameters from a fit with the hidden loads.
 
         It is inf if there is no such fit.
         """
         with_loads, without = (
-            self._solution([*self.free, *more], cluster) for more in (self._untold, [])
+            self._solution([*self.free, *more], cluster) for more in (self._hidden, [])
         )
         if with_loads is None or without is None:
             return np.full(len(self.free), np.inf)
