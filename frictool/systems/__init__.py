@@ -9,15 +9,13 @@ if TYPE_CHECKING:
     from frictool.systems.document_systems import loop_system as loop_system
     from frictool.systems.document_systems import plant_system as plant_system
     from frictool.systems.lti_conversion import as_lti as as_lti
-    from frictool.systems.python_control import to_control as to_control
-    from frictool.systems.scipy_signal import to_scipy as to_scipy
+    from frictool.systems.lti_conversion import to_control as to_control
+    from frictool.systems.lti_conversion import to_scipy as to_scipy
 else:
     __getattr__, __dir__, __all__ = lazy_exports(
         __name__,
         {
             "document_systems": ["controller_system", "loop_system", "plant_system"],
-            "lti_conversion": ["as_lti"],
-            "python_control": ["to_control"],
-            "scipy_signal": ["to_scipy"],
+            "lti_conversion": ["as_lti", "to_control", "to_scipy"],
         },
     )

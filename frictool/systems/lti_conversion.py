@@ -1,4 +1,7 @@
-"""Systems of python-control and scipy as frictool systems."""
+"""Conversion of linear systems from and to python-control and scipy.
+
+python-control is an optional dependency and imported only here, in `to_control`.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +11,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy import signal
 
+from frictool.documents.controller import Controller
+from frictool.documents.model import Model
 from frictool.errors import FrictoolError
 from frictool.plant.lti import Lti, tustin
+from frictool.systems.document_systems import DRIVE, ETA, POSITION, as_linear_system
 
 SAME_PERIOD = 1e-9  # relative tolerance of equal sample periods
 
@@ -95,3 +101,66 @@ def _space(
         )
     a, b, c, d = signal.tf2ss(above if len(above) else [0.0], below)
     return a, b, c, d
+
+
+def to_control(system: Lti | Model | Controller) -> Any:
+    """Return a `control.StateSpace` of a controller, a model or a system.
+
+    Parameters
+    ----------
+    system : Lti, Model or Controller
+        A controller gives its sampled linear controller (eta to drive [A | V]), a model its axis in
+        continuous time (drive [A | V] to position [rad | m]).
+
+    Returns
+    -------
+    control.StateSpace
+        The system; inputs and outputs of a document are named.
+
+    Raises
+    ------
+    FrictoolError
+        If `system` has another type.
+    ImportError
+        If python-control is not installed; the message says how to install it.
+    """
+    try:
+        import control
+    except ImportError as error:
+        raise ImportError(
+            "to_control needs python-control: pip install 'frictool[control]'"
+        ) from error
+    found, names = as_linear_system(system), dict[str, Any]()
+    if isinstance(system, Controller):
+        names = {"inputs": [ETA], "outputs": [DRIVE], "name": system.name}
+    elif isinstance(system, Model):
+        names = {"inputs": [DRIVE], "outputs": [POSITION], "name": system.name}
+    return control.ss(found.a, found.b, found.c, found.d, found.period, **names)
+
+
+def to_scipy(system: Lti | Model | Controller) -> Any:
+    """Return a `scipy.signal.StateSpace` of a controller, a model or a system.
+
+    Parameters
+    ----------
+    system : Lti, Model or Controller
+        A controller gives its sampled linear controller, a model its axis in continuous time, as in
+        `to_control`.
+
+    Returns
+    -------
+    scipy.signal.StateSpace
+        The system, with `dt` [s] if it is sampled.
+
+    Raises
+    ------
+    FrictoolError
+        If `system` has another type.
+    """
+    found = as_linear_system(system)
+    matrices = (found.a, found.b, found.c, found.d)
+    return (
+        signal.StateSpace(*matrices, dt=found.period)
+        if found.period
+        else signal.StateSpace(*matrices)
+    )
