@@ -166,7 +166,7 @@ def _load(evidence: list[StreamEvidence], unit: str) -> PageFigure:
         draw_references(axes, evidence)
         axes.set(xlabel="time [s]", ylabel=f"load [{unit}]")
         bounded = any(item.load_is_bounded for item in evidence)
-        told = (
+        known = (
             (
                 "Where only the motor's position was measured: between the bounds that it "
                 "and the backlash leave."
@@ -177,7 +177,7 @@ def _load(evidence: list[StreamEvidence], unit: str) -> PageFigure:
         return PageFigure(
             "Mechanical position",
             render_compact(figure, "load over time"),
-            f"Behind the backlash. {told}".rstrip(),
+            f"Behind the backlash. {known}".rstrip(),
         )
 
 

@@ -213,13 +213,13 @@ def _load(
         load = _signal(stream, "load_position", gaps)
         return None if load is None else (load, load)
     if position is None or rig.backlash is None:
-        told = (
+        gap = (
             "the bench gives no backlash"
             if rig.known
             else "no bench tells the backlash (--bench or --controller)"
         )
         gaps["load_position"] = (
-            gaps["position"] if position is None else f"the log has no load_position, and {told}"
+            gaps["position"] if position is None else f"the log has no load_position, and {gap}"
         )
         return None
     return load_bounds(position, rig.backlash, resolution + 0.5 * rig.backlash_unsure)

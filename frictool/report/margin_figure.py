@@ -19,20 +19,20 @@ def margin_figure(spec: Spec, controller: Controller) -> PageFigure | None:
     vertices = controller.verified.vertices
     if not vertices:
         return None
-    asked = (
+    specified = (
         spec.modulus_margin
         if spec.modulus_margin is not None
         else controller.verified.modulus_margin_specified
     )
     heights = [vertex.modulus_margin if vertex.stable else 0.0 for vertex in vertices]
     colours = [
-        LOG_COLOURS[0] if vertex.stable and vertex.modulus_margin >= asked else LIMIT
+        LOG_COLOURS[0] if vertex.stable and vertex.modulus_margin >= specified else LIMIT
         for vertex in vertices
     ]
     with drawing("modulus margin"):
         figure, (axes,) = new_figure()
         axes.bar(range(1, len(vertices) + 1), heights, color=colours, width=0.7)
-        axes.axhline(asked, color=MUTED, linewidth=1.2, linestyle=(0, (4, 2)))
+        axes.axhline(specified, color=MUTED, linewidth=1.2, linestyle=(0, (4, 2)))
         axes.grid(visible=False, axis="x")
         axes.xaxis.set_major_locator(MaxNLocator(16, integer=True, min_n_ticks=1))
         axes.set(
@@ -45,5 +45,5 @@ def margin_figure(spec: Spec, controller: Controller) -> PageFigure | None:
     return PageFigure(
         "Modulus margin at the vertices",
         svg,
-        f"Dashed: the margin asked, {asked:g}. An unstable vertex has none.",
+        f"Dashed: the specified margin, {specified:g}. An unstable vertex has none.",
     )

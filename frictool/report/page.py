@@ -49,7 +49,7 @@ def page(
         if controller is not None and isinstance(transfers, VertexTransfers)
         else []
     )
-    told = {
+    measured_names = {
         name
         for _, holds in verdict.evidence
         for measured in holds
@@ -74,7 +74,7 @@ def page(
         tables=hold_tables(spec, streams),
         streams=stream_table(spec, streams),
         comparison=side_by_side(spec, verdict),
-        definitions=[metric for name, metric in HOLD_METRICS.items() if name in told],
+        definitions=[metric for name, metric in HOLD_METRICS.items() if name in measured_names],
         controller=controller,
         plant_units=[] if controller is None else _plant_units(controller),
         blocks=[] if controller is None else block_descriptions(controller),

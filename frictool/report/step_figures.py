@@ -164,7 +164,7 @@ def _title(plays: list[tuple[StreamEvidence, HoldMetrics]], unit: str) -> str:
 def _caption(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> str:
     responses = [m.values["response_time_95"] for _, m in plays if "response_time_95" in m.values]
     worst = max(responses, default=math.nan)
-    told = (
+    caption = (
         ""
         if math.isnan(worst)
         else "Not every stream settles. "
@@ -178,4 +178,4 @@ def _caption(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> str
         marks.append("grey dots: response time allowed")
     if any(evidence.has_backlash and evidence.load_is_bounded for evidence, _ in plays):
         marks.append("load: between the bounds that the position and the backlash leave")
-    return f"{told}{'; '.join(marks).capitalize()}."
+    return f"{caption}{'; '.join(marks).capitalize()}."

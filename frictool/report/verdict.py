@@ -141,10 +141,10 @@ def _measured(
     spec: Spec, logs: list[Log], bench: Bench | None, loop: JudgedLoop | None, whole: bool
 ) -> JudgedStreams:
     """Return the evidence with hold metrics; `whole` includes metrics that are not specified."""
-    asked = loop if whole or spec.modulus_margin is not None else None
+    margin_loop = loop if whole or spec.modulus_margin is not None else None
     return tuple(
         (item, tuple(measure_holds(spec, item, whole)))
-        for item in gather_evidence(spec, logs, RigFacts.of(bench), asked)
+        for item in gather_evidence(spec, logs, RigFacts.of(bench), margin_loop)
     )
 
 

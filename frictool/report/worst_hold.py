@@ -101,8 +101,8 @@ def reasons(metric: str, evidence: JudgedStreams) -> Iterator[str]:
     needed = ("position", "reference", "step" if "step" in HOLD_METRICS[metric].needs else "hold")
     said: set[str] = set()
     for item, holds in evidence:
-        told = any(metric in m.values for m in holds)
-        gaps = [] if told else [item.gaps[signal] for signal in needed if signal in item.gaps]
+        measured = any(metric in m.values for m in holds)
+        gaps = [] if measured else [item.gaps[signal] for signal in needed if signal in item.gaps]
         lacking = [m.missing[metric] for m in holds if m.missing.get(metric, NO_STEP) != NO_STEP]
         for reason in (gaps or lacking)[:1]:
             if reason not in said:

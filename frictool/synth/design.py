@@ -104,8 +104,8 @@ def synthesise_verified(
             controller, schedule=verified_schedule(posed, candidate)
         )
     if beyond:
-        controller, told = _beyond(posed, controller, progress)
-        notes = (*notes, *told)
+        controller, remarks = _beyond(posed, controller, progress)
+        notes = (*notes, *remarks)
     if controller.certificate is None and posed.weighs:
         controller = msgspec.structs.replace(controller, weights=certified_weights(posed.weights))
     return SynthesisResult(
@@ -147,11 +147,11 @@ def _beyond(
     found = robustness(posed, loops[0].system) if posed.weighs else sensitivity_inside(posed, loops)
     verified = msgspec.structs.replace(controller.verified, robustness=found)
     progress("certificate")
-    certificate, told = _certificate(posed, controller)
+    certificate, remarks = _certificate(posed, controller)
     if posed.weighs and len(loops) > 1:
         sensitivity_inside(posed, loops)
-        told = (*told, WHOLE)
-    return msgspec.structs.replace(controller, verified=verified, certificate=certificate), told
+        remarks = (*remarks, WHOLE)
+    return msgspec.structs.replace(controller, verified=verified, certificate=certificate), remarks
 
 
 def _certificate(

@@ -109,9 +109,9 @@ def external_controller(
     posed = _ExternalProblem(
         polytope(model), lag, period, bench.delay_samples, chosen.weights, design, model, spec
     )
-    given = as_lti(system, period)
-    composed, linear = blocks(model, design), stored_forms(given)
-    verified = accept(posed, ControllerCandidate(given, given), linear, composed)
+    lti = as_lti(system, period)
+    composed, linear = blocks(model, design), stored_forms(lti)
+    verified = accept(posed, ControllerCandidate(lti, lti), linear, composed)
     origin = provenance_of_call("frictool.synth.external_controller", model=model, spec=spec)
     document = _document(posed, linear, verified, composed, origin)
     return with_digests(

@@ -135,20 +135,20 @@ class SynthesisProblem:
         Its slowest pole is moved to an integrator or to the stable side if necessary, and its order
         is reduced if the design requests that.
         """
-        told = list(notes)
+        remarks = list(notes)
         moved = (
             with_integrator(k, self.bandwidth)
             if self.design.integrator
             else stabilise_slow_pole(k, self.bandwidth, self.weights.error.pole)
         )
         if moved is not k:
-            told.append(
+            remarks.append(
                 "the slowest pole of the controller was moved "
                 + ("to an integrator" if self.design.integrator else "inside")
             )
         kept = self._reduced(moved)
         if kept is not moved:
-            told.append(
+            remarks.append(
                 f"the controller was reduced from order {moved.order} to {kept.order}, each step "
                 "verified"
             )
@@ -157,7 +157,7 @@ class SynthesisProblem:
             kept, corners = with_register(kept), tuple(with_register(corner) for corner in corners)
         sampled = tuple(self.discretised(corner) for corner in corners)
         return ControllerCandidate(
-            self.discretised(kept), kept, gamma, optimum, tuple(told), sampled, over
+            self.discretised(kept), kept, gamma, optimum, tuple(remarks), sampled, over
         )
 
     def _reduced(self, k: Lti) -> Lti:

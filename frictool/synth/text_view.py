@@ -43,12 +43,12 @@ def text(result: SynthesisResult, disturbance: LoadDisturbance) -> str:
 def _head(controller: Controller) -> list[str]:
     verified, law = controller.verified, controller.position_law
     position = si_unit("position", controller.axis)
-    asked = "" if verified.gamma_asked is None else f"gamma asked {verified.gamma_asked:.4g}, "
+    required = "" if verified.gamma_asked is None else f"gamma asked {verified.gamma_asked:.4g}, "
     lines = [
         f"{controller.name}: {controller.structure.replace('_', ' ')} by {controller.method} in "
         f"{controller.domain} time, "
         f"order {len(controller.linear.discrete.a)}, {controller.sample_period_s * 1e3:g} ms, "
-        f"{delay_words(controller.delay_samples)}; {asked}verified {verified.gamma_verified:.4g}"
+        f"{delay_words(controller.delay_samples)}; {required}verified {verified.gamma_verified:.4g}"
     ]
     if law is not None and law.kind == "proportional":
         band = f"band {law.band:.4g} {position}, " if law.band else ""
@@ -173,11 +173,11 @@ def _margins(controller: Controller) -> list[str]:
             "the limit"
         )
     if verified.rounded:
-        told = ", ".join(
+        figures = ", ".join(
             f"{one.number} {one.gamma:.6g} and margin {one.modulus_margin:.4f}"
             for one in verified.rounded
         )
-        lines.append(f"  rounded: norm {told}")
+        lines.append(f"  rounded: norm {figures}")
         missing = [
             number
             for number in get_args(Number)

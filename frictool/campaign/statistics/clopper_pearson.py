@@ -50,16 +50,16 @@ def interval(
 
 
 def draws_to_show(
-    asked: float, share: float, confidence: float = CONFIDENCE, method: Method = "random"
+    required: float, share: float, confidence: float = CONFIDENCE, method: Method = "random"
 ) -> int | None:
-    """Return the number of draws that would show the rate `asked` if the pass share stayed `share`.
+    """Return the number of draws that show the rate `required` if the pass share stays `share`.
 
-    None if `share` is not above `asked`, or if more than 2^40 draws would be needed.
+    None if `share` is not above `required`, or if more than 2^40 draws would be needed.
     """
-    if not share > asked:
+    if not share > required:
         return None
     low, high = 1, 2
-    while lower(_counted(share, high), high, confidence, method) < asked:
+    while lower(_counted(share, high), high, confidence, method) < required:
         low, high = high, 2 * high
         if high > 1 << 40:
             return None
@@ -67,7 +67,7 @@ def draws_to_show(
         middle = (low + high) // 2
         low, high = (
             (low, middle)
-            if lower(_counted(share, middle), middle, confidence, method) >= asked
+            if lower(_counted(share, middle), middle, confidence, method) >= required
             else (middle, high)
         )
     return high

@@ -54,12 +54,12 @@ class PassRate:
             else ("draw" if self.count == 1 else "draws")
         )
 
-    def reaches(self, asked: float) -> bool:
-        """Return True if the pass rate is at least `asked` with the confidence.
+    def reaches(self, required: float) -> bool:
+        """Return True if the pass rate is at least `required` with the confidence.
 
         If all vertices were played, their share is compared.
         """
-        return (self.share if self.at_least is None else self.at_least) >= asked
+        return (self.share if self.at_least is None else self.at_least) >= required
 
 
 def pass_rate(trials: Trials, method: Method, confidence: float = CONFIDENCE) -> PassRate:

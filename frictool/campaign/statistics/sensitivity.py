@@ -168,15 +168,15 @@ def sensitivity(trials: Trials, drawn: bool) -> Sensitivity:
 
 def masks(trials: Trials) -> list[tuple[str, BoolVector, BoolVector]]:
     """Return (name, failing, passing) of each comparison; repeated comparisons are left out."""
-    asked = [("", trials.passed == BROKEN, trials.passed == MET)]
-    asked += [
+    questions = [("", trials.passed == BROKEN, trials.passed == MET)]
+    questions += [
         (metric.name, trials.met[:, j] == BROKEN, trials.met[:, j] == MET)
         for j, metric in enumerate(trials.metrics)
     ]
     not_run = np.isin(np.arange(trials.count), list(trials.failed))
-    asked.append(("not simulated", not_run, ~not_run))
+    questions.append(("not simulated", not_run, ~not_run))
     kept: list[tuple[str, BoolVector, BoolVector]] = []
-    for name, failing, passing in asked:
+    for name, failing, passing in questions:
         same = any(
             np.array_equal(failing, other) and np.array_equal(passing, good)
             for _, other, good in kept
@@ -191,9 +191,9 @@ def _believed(chance: float | None, large: bool) -> bool:
 
 
 def _questions(trials: Trials, draws: SortedDraws, drawn: bool) -> tuple[FailureComparison, ...]:
-    asked = masks(trials)
+    questions = masks(trials)
     regions: list[FailureRegion] = []
-    for _, failing, passing in asked:
+    for _, failing, passing in questions:
         chosen = failing | passing
         for factor in range(trials.space.size):
             slices = draws.sliced(factor, TENTHS, chosen)
@@ -217,7 +217,7 @@ def _questions(trials: Trials, draws: SortedDraws, drawn: bool) -> tuple[Failure
         FailureComparison(
             name, int(failing.sum()), int(passing.sum()), tuple(regions[k * d : (k + 1) * d])
         )
-        for k, (name, failing, passing) in enumerate(asked)
+        for k, (name, failing, passing) in enumerate(questions)
     )
 
 
@@ -258,19 +258,19 @@ def _adding_up(one: MetricInfluence) -> MetricInfluence:
 def _influence(trials: Trials, draws: SortedDraws, metric: int, drawn: bool) -> MetricInfluence:
     values = trials.found[:, metric]
     known, finite = ~np.isnan(values), np.isfinite(values)
-    told, used = int(known.sum()), int(finite.sum())
-    if told == 0:
+    count, used = int(known.sum()), int(finite.sum())
+    if count == 0:
         return MetricInfluence(used, reason="no trial has a value")
-    if told < FEWEST and drawn:
-        return MetricInfluence(used, reason=f"{told} trials have a value, {FEWEST} are needed")
+    if count < FEWEST and drawn:
+        return MetricInfluence(used, reason=f"{count} trials have a value, {FEWEST} are needed")
     scores = scores_of(values[known])
     if not scores:
         return MetricInfluence(used, reason="it is the same in every trial")
     shares = []
     for factor in range(trials.space.size):
-        ranked = draws.sliced(factor, slices_for(told), known)
-        slices = ranked if used == told else draws.sliced(factor, slices_for(used), finite)
-        few = draws.sliced(factor, few_slices_for(told), known)
+        ranked = draws.sliced(factor, slices_for(count), known)
+        slices = ranked if used == count else draws.sliced(factor, slices_for(used), finite)
+        few = draws.sliced(factor, few_slices_for(count), known)
         share, error = variance_share(slices, values[finite], drawn)
         of_ranks = variance_share(ranked, scores[0], drawn)
         chance = chance_of_ranks(few, scores) if drawn else None

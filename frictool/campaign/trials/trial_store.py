@@ -63,12 +63,12 @@ class TrialStore:
             self.trials[trial.draw] = trial
         self._write(*(_row(trial) for trial in trials))
 
-    def add_worst(self, asked: SearchKey, worst: SearchResult) -> None:
+    def add_worst(self, key: SearchKey, worst: SearchResult) -> None:
         """Append the result of a search."""
-        self.worst[asked] = worst
+        self.worst[key] = worst
         self._write(
             {
-                "worst": list(asked),
+                "worst": list(key),
                 "value": _number(worst.value),
                 "drawn": _number(worst.drawn),
                 "unit": list(worst.unit),

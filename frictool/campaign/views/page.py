@@ -40,7 +40,7 @@ class ShareCell:
 
     text: str
     weight: float
-    told: str
+    title: str
 
 
 def page(findings: Findings, provenance: Provenance) -> str:
@@ -149,7 +149,7 @@ def _cells(findings: Findings, influence: MetricInfluence, ranks: bool) -> list[
         share = max(0.0, share)
         arrow = {"rises": " ↗", "falls": " ↘"}.get(one.direction, "") if named else ""
         text = share_text(share, error) if named else "·"
-        told = f"{one.of_ranks if ranks else one.share:.3f} ± {error:.3f}; " if error > 0.0 else ""
-        told += one.direction + (f"; {chance_text(one.chance)}" if one.chance is not None else "")
-        cells.append(ShareCell(text + arrow, min(1.0, share) if named else 0.0, told))
+        title = f"{one.of_ranks if ranks else one.share:.3f} ± {error:.3f}; " if error > 0.0 else ""
+        title += one.direction + (f"; {chance_text(one.chance)}" if one.chance is not None else "")
+        cells.append(ShareCell(text + arrow, min(1.0, share) if named else 0.0, title))
     return cells
