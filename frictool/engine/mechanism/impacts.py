@@ -17,7 +17,7 @@ import math
 
 from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.guard_tolerances import joint_gap, stop_slack
-from frictool.engine.mechanism.lossy_impulses import is_group_lossy, yielding
+from frictool.engine.mechanism.lossy_impulses import Group, is_group_lossy, yielding
 from frictool.engine.mechanism.state import OPEN, RIGID
 from frictool.engine.status import OK, UNRESOLVED
 from frictool.runtime.kernels import inset_kernel, part_kernel
@@ -78,6 +78,7 @@ def _meet(
     a, b = ly.joint_a(k, joint), ly.joint_b(k, joint)
     group_a, group_b = ly.group_of(k, a), ly.group_of(k, b)
     along_a, along_b = ratio * ly.group_ratio(k, p, a), ly.group_ratio(k, p, b)
+    hit_a, hit_b = Group(k, p, group_a, a, w), Group(k, p, group_b, b, w)
     lossy_a, lossy_b = is_group_lossy(k, p, group_a), is_group_lossy(k, p, group_b)
     s = _approach(k, p, joint, side, y)
     # flanks that separate, but are to move together, are pulled
@@ -86,8 +87,8 @@ def _meet(
     least = -s * (ly.restitution(p, row) if s > BOUNCE * ly.speed_scale(k, p, b) else 0.0)
     v_a, v_b, absorbed = y[n + group_a], y[n + group_b], 0.0
     for _ in range(MAX_PIECES):
-        x_a = yielding(k, p, group_a, a, row, -towards, v_a, lossy_a, w)
-        x_b = yielding(k, p, group_b, b, -1, -towards, v_b, lossy_b, w)
+        x_a = yielding(hit_a, row, -towards, v_a, lossy_a)
+        x_b = yielding(hit_b, -1, -towards, v_b, lossy_b)
         if math.isnan(x_a) or math.isnan(x_b):  # a group that wedges stops at once
             v_a, v_b = 0.0 if math.isnan(x_a) else v_a, 0.0 if math.isnan(x_b) else v_b
             s = towards * (along_b * v_b - along_a * v_a)
@@ -125,8 +126,9 @@ def _strike(
     group, speed = ly.group_of(k, block), side * y[n + block]
     thrown = ly.throw_back(p, row) if speed > BOUNCE * ly.speed_scale(k, p, block) else 0.0
     if thrown > 0.0 and is_group_lossy(k, p, group):
-        stopping = yielding(k, p, group, block, -1, -side, y[n + group], True, w)
-        leaving = yielding(k, p, group, block, -1, -side, 0.0, True, w)
+        hit = Group(k, p, group, block, w)
+        stopping = yielding(hit, -1, -side, y[n + group], True)
+        leaving = yielding(hit, -1, -side, 0.0, True)
         thrown = 0.0 if math.isnan(stopping) else min(thrown, math.sqrt(leaving / stopping))
     after = -thrown * y[n + group] if thrown > 0.0 else 0.0
     at = k[ly.SOURCES] + n + 2 * k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.FRICTIONS] + k[ly.PRESSINGS]

@@ -11,6 +11,7 @@ group at rest that locks by its friction stays at rest.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from frictool.engine.mechanism import layout as ly
 from frictool.engine.mechanism.joint_losses import is_lossy, received, slope_of, transmitted
@@ -34,22 +35,27 @@ def is_group_lossy(k: IntVector, p: Vector, group: int) -> bool:
     return False
 
 
+class Group(NamedTuple):
+    """Group of rigidly joined blocks, and the block on which an impulse acts.
+
+    group: first block of the group. w: workspace_rows.py.
+    """
+
+    k: IntVector
+    p: Vector
+    group: int
+    block: int
+    w: Vector
+
+
 @part_kernel
-def _need(
-    k: IntVector,
-    p: Vector,
-    group: int,
-    block: int,
-    impulse: float,
-    towards: float,
-    x: float,
-    w: Vector,
-) -> None:
+def _need(hit: Group, impulse: float, towards: float, x: float) -> None:
     """Fill VALUE and SLOPE of the group's first block for a speed change x per unit of impulse.
 
     VALUE is the impulse that the first block needs in addition to `impulse` on `block`. SLOPE is
     the derivative of VALUE by x.
     """
+    k, p, group, block, w = hit
     n = k[ly.BLOCKS]
     for i in range(n):
         if ly.group_of(k, i) == group:
@@ -74,20 +80,12 @@ def _need(
 
 
 @inset_kernel
-def _search(
-    k: IntVector,
-    p: Vector,
-    group: int,
-    block: int,
-    impulse: float,
-    towards: float,
-    start: float,
-    w: Vector,
-) -> float:
+def _search(hit: Group, impulse: float, towards: float, start: float) -> float:
     """Return the speed change x at which VALUE of `_need` is 0; NaN if it does not rise there."""
+    k, p, group, block, w = hit
     low, high, x = -math.inf, math.inf, start
     for _ in range(MAX_PIECES):
-        _need(k, p, group, block, impulse, towards, x, w)
+        _need(hit, impulse, towards, x)
         value, slope = w[VALUE, group], w[SLOPE, group]
         if abs(value) <= FOUND * abs(impulse * ly.group_ratio(k, p, block)):
             return x if slope > 0.0 else math.nan
@@ -107,21 +105,12 @@ def _search(
 
 
 @inset_kernel
-def _by_direction(
-    k: IntVector,
-    p: Vector,
-    group: int,
-    block: int,
-    row: int,
-    force: float,
-    towards: float,
-    lossy: bool,
-    w: Vector,
-) -> float:
+def _by_direction(hit: Group, row: int, force: float, towards: float, lossy: bool) -> float:
     """Return the speed change of the group's first block per unit, while it moves `towards`.
 
     The result is NaN if the group jams.
     """
+    k, p, group, block, _ = hit
     impulse = force
     if row >= 0:
         direction = math.copysign(1.0, towards * ly.group_ratio(k, p, block))
@@ -129,32 +118,22 @@ def _by_direction(
     free = impulse * ly.group_ratio(k, p, block) / ly.group_mass(k, p, group)
     if not lossy or impulse == 0.0:
         return float(free)
-    x = _search(k, p, group, block, impulse, towards, free, w)
-    return _search(k, p, group, block, impulse, towards, 0.0, w) if math.isnan(x) else x
+    x = _search(hit, impulse, towards, free)
+    return _search(hit, impulse, towards, 0.0) if math.isnan(x) else x
 
 
 @part_kernel
-def yielding(
-    k: IntVector,
-    p: Vector,
-    group: int,
-    block: int,
-    row: int,
-    force: float,
-    speed: float,
-    lossy: bool,
-    w: Vector,
-) -> float:
+def yielding(hit: Group, row: int, force: float, speed: float, lossy: bool) -> float:
     """Return the speed change of the group's first block per unit of impulse, at `speed`.
 
     force: ±1, on `block`. If `row` is a joint's, the force acts on the joint's end b, and `block`
     is its end a. lossy: `is_group_lossy`. The result is NaN if the group jams.
     """
     if speed != 0.0:
-        return _by_direction(k, p, group, block, row, force, math.copysign(1.0, speed), lossy, w)
+        return _by_direction(hit, row, force, math.copysign(1.0, speed), lossy)
     for side in range(2):
         towards = 2.0 * side - 1.0
-        x = _by_direction(k, p, group, block, row, force, towards, lossy, w)
+        x = _by_direction(hit, row, force, towards, lossy)
         if x * towards > 0.0:
             return x
     return 0.0
