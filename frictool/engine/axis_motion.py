@@ -290,10 +290,8 @@ def drive_range(p: Vector, velocity: float) -> tuple[float, float]:
     low, high = -p[ax.DRIVE_LIMIT], p[ax.DRIVE_LIMIT]
     if p[ax.RESISTANCE] > 0.0:
         back = p[ax.CONSTANT] * velocity
-        low, high = (
-            max(low, (-p[ax.SUPPLY] - back) / p[ax.RESISTANCE]),
-            min(high, (p[ax.SUPPLY] - back) / p[ax.RESISTANCE]),
-        )
+        low = max(low, (-p[ax.SUPPLY] - back) / p[ax.RESISTANCE])
+        high = min(high, (p[ax.SUPPLY] - back) / p[ax.RESISTANCE])
     return low, high
 
 
@@ -324,10 +322,8 @@ def advance(state: Vector, command: float, parameters: Vector, duration: float) 
     command = min(max(command, -limit), limit)
     if parameters[ax.RESISTANCE] > 0.0:
         low, high = drive_range(parameters, state[ax.VELOCITY])
-        command, state[ax.DRIVE] = (
-            min(max(command, low), high),
-            min(max(state[ax.DRIVE], low), high),
-        )
+        command = min(max(command, low), high)
+        state[ax.DRIVE] = min(max(state[ax.DRIVE], low), high)
     if parameters[ax.LAG] == 0.0:
         state[ax.DRIVE] = command
     if parameters.shape[0] > al.PLAIN_SIZE:

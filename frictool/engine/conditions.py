@@ -60,14 +60,10 @@ def impose(axis: Vector, p: Vector, row: Vector) -> None:
     """
     friction, viscous = row[FRICTION], row[VISCOUS_FACTOR]
     p[ax.COULOMB], p[ax.BREAKAWAY] = friction * axis[ax.COULOMB], friction * axis[ax.BREAKAWAY]
-    p[ax.BACKLASH_COULOMB], p[ax.BACKLASH_BREAKAWAY] = (
-        friction * axis[ax.BACKLASH_COULOMB],
-        friction * axis[ax.BACKLASH_BREAKAWAY],
-    )
-    p[ax.VISCOUS], p[ax.CONSTANT] = (
-        viscous * axis[ax.VISCOUS],
-        row[CONSTANT_FACTOR] * axis[ax.CONSTANT],
-    )
+    p[ax.BACKLASH_COULOMB] = friction * axis[ax.BACKLASH_COULOMB]
+    p[ax.BACKLASH_BREAKAWAY] = friction * axis[ax.BACKLASH_BREAKAWAY]
+    p[ax.VISCOUS] = viscous * axis[ax.VISCOUS]
+    p[ax.CONSTANT] = row[CONSTANT_FACTOR] * axis[ax.CONSTANT]
     p[ax.OFFSET] = axis[ax.OFFSET] - row[DISTURBANCE]
     p[ax.DRIVE_LIMIT] = (
         math.inf

@@ -172,11 +172,9 @@ def _sample(driven: _DrivenBody, t: float, y: Vector, zdot: Vector, row: Vector)
     rate, force, laws, _, drive = driven
     added, law = _hold(laws, y), laws[3]
     rate(y[CONTACT:], y[1], law, zdot)
-    row[fb.SAMPLE_POSITION], row[fb.SAMPLE_VELOCITY], row[fb.SAMPLE_EFFORT] = (
-        y[0],
-        y[1],
-        effort(t, y[0], y[1], y[2], drive),
-    )
+    row[fb.SAMPLE_POSITION] = y[0]
+    row[fb.SAMPLE_VELOCITY] = y[1]
+    row[fb.SAMPLE_EFFORT] = effort(t, y[0], y[1], y[2], drive)
     row[fb.SAMPLE_FRICTION] = force(y[CONTACT:], zdot, y[1], law) + added
     row[fb.SAMPLE_MODE] = float(np.sign(y[1]))
 

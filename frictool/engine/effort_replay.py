@@ -94,10 +94,8 @@ def slip_through_period(
     )
     if not (w > least and slowest > least and w < most and fastest < most):
         return False
-    settled, transient = (
-        (direction * (command - p[ax.OFFSET]) - c[side, 0]) / p[ax.INERTIA],
-        direction * (first - command) / p[ax.INERTIA],
-    )
+    settled = (direction * (command - p[ax.OFFSET]) - c[side, 0]) / p[ax.INERTIA]
+    transient = direction * (first - command) / p[ax.INERTIA]
     moved = w * c[side, 2] + settled * c[side, 3] + transient * c[side, 5]
     after = w * c[side, 1] + settled * c[side, 2] + transient * c[side, 4]
     ahead = state[ax.POSITION] + direction * moved

@@ -56,11 +56,9 @@ def _layer_event(
     if state[fb.REGION] == fb.IN_LAYER:
         if body[fb.LAYER] == math.inf:
             return spent, fb.NO_EVENT
-        sign, level, kind = (
-            -state[fb.DIRECTION],
-            state[fb.DIRECTION] * (laws[2][BOUNDARY] + body[fb.LAYER]),
-            fb.LEAVES_LAYER,
-        )
+        sign = -state[fb.DIRECTION]
+        level = state[fb.DIRECTION] * (laws[2][BOUNDARY] + body[fb.LAYER])
+        kind = fb.LEAVES_LAYER
     elif body[fb.LAYER] > 0.0:
         sign = math.copysign(1.0, piece[row, 0])
         level, kind = sign * (laws[2][BOUNDARY] + BELOW * body[fb.LAYER]), fb.ENTERS_LAYER
@@ -75,11 +73,9 @@ def extended_slip_event(
     laws: ExtendedLaws, body: Vector, state: Vector, piece: Vector, longest: float, probe: Vector
 ) -> tuple[float, int]:
     """Return time and kind of the first event on a piece of slip: stop, knee, layer or end stop."""
-    regimes, passed, direction = (
-        regime_table(laws[2]),
-        int(state[KNEES_PASSED]),
-        state[fb.DIRECTION],
-    )
+    regimes = regime_table(laws[2])
+    passed = int(state[KNEES_PASSED])
+    direction = state[fb.DIRECTION]
     spent, kind = longest, fb.NO_EVENT
     below = regimes[2 * passed - 2] if passed > 0 else 0.0
     crossing = sooner(piece, DENSE_TERMS, 1, direction, direction * below, spent, probe)
@@ -105,11 +101,9 @@ def extended_slip_event(
 @kernel
 def _pass_knee(laws: ExtendedLaws, state: Vector) -> None:
     """Set the speed to that of the nearest knee, and the regime to the one on its other side."""
-    regimes, passed, speed = (
-        regime_table(laws[2]),
-        int(state[KNEES_PASSED]),
-        abs(state[fb.VELOCITY]),
-    )
+    regimes = regime_table(laws[2])
+    passed = int(state[KNEES_PASSED])
+    speed = abs(state[fb.VELOCITY])
     upper = regimes[2 * passed] if 2 * passed < regimes.shape[0] else math.inf
     up = passed == 0 or upper - speed < speed - regimes[2 * passed - 2]
     state[fb.VELOCITY] = state[fb.DIRECTION] * (upper if up else regimes[2 * passed - 2])

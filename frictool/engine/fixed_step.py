@@ -55,17 +55,10 @@ def _switch(events: Vector, happened: int, t: float, stuck: bool, x: float, v: f
 @kernel
 def _put(row: Vector, x: float, v: float, u: float, friction: float, stuck: bool) -> None:
     """Fill one sample; its mode is the direction of slip, 0 in stick."""
-    (
-        row[fb.SAMPLE_POSITION],
-        row[fb.SAMPLE_VELOCITY],
-        row[fb.SAMPLE_EFFORT],
-        row[fb.SAMPLE_FRICTION],
-    ) = (
-        x,
-        v,
-        u,
-        friction,
-    )
+    row[fb.SAMPLE_POSITION] = x
+    row[fb.SAMPLE_VELOCITY] = v
+    row[fb.SAMPLE_EFFORT] = u
+    row[fb.SAMPLE_FRICTION] = friction
     row[fb.SAMPLE_MODE] = 0.0 if stuck else math.copysign(1.0, v if v != 0.0 else u)
 
 

@@ -122,10 +122,8 @@ def run_law(
         return simulate(body_of(law, p, mass, extension), segments, times, room=room)
     packed = pack_plain_law(p) if extension is None or extension.plain else extension.pack(law, p)
     laws = (*packed, p.copy())
-    samples, events = (
-        np.full((sample_times.size, SAMPLE_SIZE), np.nan),
-        np.zeros((room, EVENT_SIZE)),
-    )
+    samples = np.full((sample_times.size, SAMPLE_SIZE), np.nan)
+    events = np.zeros((room, EVENT_SIZE))
     if isinstance(kernels, DynamicKernels):
         scales = np.array([tolerance, speed_scale, 0.0, length_scale])
         return _run_dynamic(kernels, laws, mass, (ends, drives), sample_times, samples, scales)

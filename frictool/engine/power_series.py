@@ -37,12 +37,10 @@ def motion(
     in because rounding is removed from it at the start of a slip. The further coefficients contain
     friction through `viscous` only.
     """
-    frequency, proportional, derivative, integral = (
-        drive[dr.FREQUENCY],
-        drive[dr.PROPORTIONAL],
-        drive[dr.DERIVATIVE],
-        drive[dr.INTEGRAL],
-    )
+    frequency = drive[dr.FREQUENCY]
+    proportional = drive[dr.PROPORTIONAL]
+    derivative = drive[dr.DERIVATIVE]
+    integral = drive[dr.INTEGRAL]
     cycle, mobility = frequency * t + drive[dr.PHASE], 1.0 / mass
     swing, other = 0.0, 0.0
     if drive[dr.AMPLITUDE] != 0.0:

@@ -165,12 +165,10 @@ def curved_slip(
     m]: distance to the flank of the backlash, not above 0 if the motor carries the load. Returns
     duration [s], distance [rad | m], final speed, and how the slip ended.
     """
-    at, slopes, piece, probe = (
-        np.zeros(ROWS),
-        np.zeros((ROWS, dp.STAGES)),
-        np.empty((ROWS, TERMS)),
-        np.empty(TERMS),
-    )
+    at = np.zeros(ROWS)
+    slopes = np.zeros((ROWS, dp.STAGES))
+    piece = np.empty((ROWS, TERMS))
+    probe = np.empty(TERMS)
     law = np.array([0.0, 0.0, p[STRIBECK_VELOCITY], p[STRIBECK_EXPONENT], 0.0, 1.0])
     at[SPEED] = abs(state[ax.VELOCITY])
     length, place = next_place(p, state[ax.POSITION], direction)[0], PLACE

@@ -131,12 +131,12 @@ def _through(
             pace[0], h = max(pace[0], longer) if looked or last else longer, longer
         elif status == OK:
             counted += 1
-            status, h = (
+            status = (
                 handle_event(machine, state, t, events)
                 if counted <= MAX_EVENTS
-                else TOO_MANY_EVENTS,
-                pace[0],
+                else TOO_MANY_EVENTS
             )
+            h = pace[0]
         looked = False
     let_flow(k, p, room.lines[st.INPUTS], t, state.drive)
     pace[1], pace[2] = pace[1] + t, t

@@ -42,10 +42,8 @@ def play_reference(
     without signals and drifts. Returns a status of engine/status.py.
     """
     constant = ly.constant(machine.numbers, ly.source_row(machine.whole, sight.source))
-    waiting, memory = (
-        np.zeros(delay + 1),
-        ServoMemory(measure(state.y[sight.sensor], sight.step), reference[0], 0.0),
-    )
+    waiting = np.zeros(delay + 1)
+    memory = ServoMemory(measure(state.y[sight.sensor], sight.step), reference[0], 0.0)
     for k in range(reference.shape[0]):
         measured = measure(state.y[sight.sensor], sight.step)
         effort, memory = servo_effort(servo, memory, reference[k], measured, period)
@@ -81,10 +79,8 @@ def play_ramps(
     Fills position and drive (n,), and their number in `played` (1,). Returns a status of
     engine/status.py.
     """
-    waiting, place = (
-        np.zeros(delay + 1),
-        RampProgress(0, segment[0], measure(state.y[sight.sensor], sight.step)),
-    )
+    waiting = np.zeros(delay + 1)
+    place = RampProgress(0, segment[0], measure(state.y[sight.sensor], sight.step))
     for k in range(rows.shape[0]):
         measured = measure(state.y[sight.sensor], sight.step)
         place = next_place(place, rows.shape[0], segment, following, turning, rules, measured)

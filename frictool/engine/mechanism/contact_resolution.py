@@ -99,11 +99,9 @@ def resolve(
     """
     k, p, _ = machine
     y, modes, room, w = state.y, state.modes, state.room, out.w
-    n, stops, places = (
-        k[ly.BLOCKS],
-        k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS],
-        room.places[st.FOUND],
-    )
+    n = k[ly.BLOCKS]
+    stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
+    places = room.places[st.FOUND]
     _flanks(k, p, y, modes, out.guard, state.work)
     _ready(k, y, modes, w)
     if all_efforts(machine, t, y, modes, room.lines[st.INPUTS], out) != 0:

@@ -118,12 +118,10 @@ def _couplings(
     at, row, ends = k[ly.SOURCES] + n + k[ly.JOINTS], k[ly.COUPLING], k[ly.COUPLING_ENDS]
     for c in range(k[ly.COUPLINGS]):
         a, b, curve = k[ends], k[ends + 1], k[ends + 2]
-        ratio, gap, stiffness, damping = (
-            ly.ratio(p, row),
-            ly.gap(p, row),
-            ly.stiffness(p, row),
-            ly.damping(p, row),
-        )
+        ratio = ly.ratio(p, row)
+        gap = ly.gap(p, row)
+        stiffness = ly.stiffness(p, row)
+        damping = ly.damping(p, row)
         drive, back = ly.drive_loss(p, row), ly.back_loss(p, row)
         e, rate = y[b] - ly.offset(p, row), y[n + b]
         row, ends = row + ly.COUPLING_WIDTH, ends + 3
@@ -170,11 +168,9 @@ def _frictions(
     k, p, laws = machine
     rates, w, power = out.rates, out.w, out.power
     n, status = k[ly.BLOCKS], OK
-    at, row, first_value = (
-        k[ly.SOURCES] + n + k[ly.JOINTS] + k[ly.COUPLINGS],
-        k[ly.FRICTION_PLACES],
-        k[ly.LAW_VALUES],
-    )
+    at = k[ly.SOURCES] + n + k[ly.JOINTS] + k[ly.COUPLINGS]
+    row = k[ly.FRICTION_PLACES]
+    first_value = k[ly.LAW_VALUES]
     for f in range(k[ly.FRICTIONS]):
         block, kind, curve = ly.block(k, row), ly.kind(k, row), ly.level(k, row)
         values = p[first_value + k[row + ly.VALUES] : first_value + k[row + ly.VALUES_END]]
@@ -211,10 +207,8 @@ def _pressings(
 ) -> None:
     """Add the friction that each pressing causes on its block."""
     w, power = out.w, out.power
-    n, at = (
-        k[ly.BLOCKS],
-        k[ly.SOURCES] + k[ly.BLOCKS] + k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.FRICTIONS],
-    )
+    n = k[ly.BLOCKS]
+    at = k[ly.SOURCES] + k[ly.BLOCKS] + k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.FRICTIONS]
     for s in range(k[ly.PRESSINGS]):
         block = ly.pressing_block(k, s)
         row, motion = ly.pressing_row(k, s), modes[block]

@@ -69,12 +69,10 @@ def write(events: EventRows, t: float, kind: int, element: int, speed: float) ->
     """Add a row; if the array is full, only count the event."""
     row = events.happened[0]
     if row < events.rows.shape[0]:
-        events.rows[row, 0], events.rows[row, 1], events.rows[row, 2], events.rows[row, 3] = (
-            t,
-            kind,
-            element,
-            speed,
-        )
+        events.rows[row, 0] = t
+        events.rows[row, 1] = kind
+        events.rows[row, 2] = element
+        events.rows[row, 3] = speed
     events.happened[0] = row + 1
 
 

@@ -64,12 +64,10 @@ def timed_frictions(
         begin, end = 2 * n + k[row + ly.FIRST_INNER], 2 * n + k[row + ly.INNER_END]
         level = 1.0 if ly.level(k, row) < 0 else curve_value(k, p, ly.level(k, row), y[block])
         root, along = _root_of(k, p, modes, block)
-        v, u, mass, friction = (
-            y[n + block],
-            -w[NEED, root] / (along * level),
-            w[INERTIA, root] / (along * along),
-            0.0,
-        )
+        v = y[n + block]
+        u = -w[NEED, root] / (along * level)
+        mass = w[INERTIA, root] / (along * along)
+        friction = 0.0
         w[ON_BLOCK, block] = u
         if kind == lk.HYBRID:
             status += lk.hybrid_rate(laws[f, 4], mode, v, y[begin:end], values, rates[begin:end])

@@ -56,11 +56,9 @@ def _flank_left(
     a, b = ly.coupling_a(k, coupling), ly.coupling_b(k, coupling)
     e, rate, change = y[b] - ly.offset(p, row), y[n + b], rates[n + b]
     if a >= 0:
-        e, rate, change = (
-            e - ly.ratio(p, row) * y[a],
-            rate - ly.ratio(p, row) * y[n + a],
-            change - ly.ratio(p, row) * rates[n + a],
-        )
+        e = e - ly.ratio(p, row) * y[a]
+        rate = rate - ly.ratio(p, row) * y[n + a]
+        change = change - ly.ratio(p, row) * rates[n + a]
     side = -1.0 if e < 0.0 else 1.0
     if mode != OPEN:
         side = float(mode)
@@ -92,10 +90,8 @@ def distance_to_guard(
         joint = index - n
         row = ly.joint_row(k, joint)
         a, b = ly.joint_a(k, joint), ly.joint_b(k, joint)
-        e, rate = (
-            y[b] - ly.ratio(p, row) * y[a] - ly.offset(p, row),
-            y[n + b] - ly.ratio(p, row) * y[n + a],
-        )
+        e = y[b] - ly.ratio(p, row) * y[a] - ly.offset(p, row)
+        rate = y[n + b] - ly.ratio(p, row) * y[n + a]
         return (ly.gap(p, row) + e, rate) if e < 0.0 else (ly.gap(p, row) - e, -rate)
     stop = index - n - 2 * j - c
     block, row = ly.stop_block(k, stop), ly.stop_row(k, stop)

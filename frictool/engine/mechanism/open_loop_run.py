@@ -124,11 +124,9 @@ def run(
         )
     m = given.shape[0] + 1
     positions, speeds = np.full((c["blocks"], m), np.nan), np.full((c["blocks"], m), np.nan)
-    drives, events, happened = (
-        np.full((c["sources"], m), np.nan),
-        np.zeros((room_for_events, EVENT_SIZE)),
-        np.zeros(1, dtype=np.int64),
-    )
+    drives = np.full((c["sources"], m), np.nan)
+    events = np.zeros((room_for_events, EVENT_SIZE))
+    happened = np.zeros(1, dtype=np.int64)
     start = float(state.pace[1])
     runner: Any = _run
     status, _ = runner(

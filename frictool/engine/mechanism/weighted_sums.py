@@ -55,12 +55,10 @@ def _add(
     """Add h times a weighted sum of slopes to `point`."""
     for first in range(0, terms, FOUR):
         j0, j1, j2, j3 = places[first], places[first + 1], places[first + 2], places[first + 3]
-        w0, w1, w2, w3 = (
-            h * weights[first],
-            h * weights[first + 1],
-            h * weights[first + 2],
-            h * weights[first + 3],
-        )
+        w0 = h * weights[first]
+        w1 = h * weights[first + 1]
+        w2 = h * weights[first + 2]
+        w3 = h * weights[first + 3]
         for i in range(slopes.shape[1]):
             point[i] += (
                 w0 * slopes[j0, i] + w1 * slopes[j1, i] + w2 * slopes[j2, i] + w3 * slopes[j3, i]
