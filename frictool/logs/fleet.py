@@ -75,7 +75,7 @@ def _below(folder: Path, named: bool) -> list[FleetLog]:
     if not logs:
         raise LogError(
             folder,
-            f"holds no log; what counts as one ends in {', '.join(SUFFIXES)}, or is a ROS 2 bag",
+            (f"contains no log; logs are ROS 2 bags and files that end in {', '.join(SUFFIXES)}"),
         )
     return logs
 

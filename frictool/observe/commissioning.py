@@ -33,8 +33,10 @@ def commissioning_of_estimate(estimate: WearEstimate, source: str) -> Commission
     if not estimate.moves or not estimate.wear.low > 0.0:
         raise InputFileError(
             source,
-            f"tells no wear to compare with: {estimate.moves} moves; "
-            "a commissioning log needs some",
+            (
+                f"gives no wear for comparison: {estimate.moves} moves; a commissioning log "
+                "needs some"
+            ),
         )
     return Commissioning(estimate.wear, source)
 

@@ -114,8 +114,8 @@ def _chain(
         progress("compliance")
         if bandwidth is None:
             raise NoSolutionError(
-                f"{whole.name}: {', '.join(one.name for one in compliant_links(now))} yields, "
-                "and no bandwidth says what to keep"
+                f"{whole.name}: {', '.join(one.name for one in compliant_links(now))} "
+                "yields, and no bandwidth determines the resonances to keep"
             )
         now = take(stiffen_above(now, root, bandwidth))
     progress("losses")

@@ -75,9 +75,9 @@ def view(mechanism: Mechanism, root: str) -> MechanismView:
     apart = [name for k, name in enumerate(assembled.blocks) if k not in seen]
     if apart:
         raise NoSolutionError(
-            f"{mechanism.name}: {', '.join(apart)} {'does' if len(apart) == 1 else 'do'} "
-            f"not move with {root}: more than one motion, which "
-            "no one-inertia model has; reduce each part on its own"
+            f"{mechanism.name}: {', '.join(apart)} {('does' if len(apart) == 1 else 'do')}"
+            f" not move with {root}: a one-inertia model has one motion; reduce each part "
+            "separately"
         )
     return MechanismView(mechanism, assembled, links, number, seen, assembled.kinds[number])
 

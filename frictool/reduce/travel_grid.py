@@ -38,8 +38,8 @@ def travel_of(mechanism: Mechanism) -> tuple[float, float]:
     reach = float(np.max(sources.constant * sources.limit)) / stiffness
     if not np.isfinite(reach):
         raise NoSolutionError(
-            f"{mechanism.name}: nothing tells how far its springs are moved; "
-            "give travel, end stops, or the source's limit"
+            f"{mechanism.name}: the travel of its springs is unknown; give travel, end "
+            "stops, or the source's limit"
         )
     return start - reach, start + reach
 

@@ -251,7 +251,7 @@ def test_a_campaign_that_cannot_be_is_told_by_its_documents() -> None:
     documents = MODEL, truthful(controller()), rig.played(), clutch_spec()
     with pytest.raises(DocumentError, match=r"scenario: spread.start: .*the travel of the bench"):
         campaign(*documents[:2], rig.played(Spread(start=Span(-5.0, 9.0, "rad"))), documents[3])
-    with pytest.raises(DocumentError, match="spec: asks for nothing that a run can tell"):
+    with pytest.raises(DocumentError, match="spec: has no requirement that a run can decide"):
         campaign(*documents[:3], Spec(format="spec/1", name="none", axis="rotary", drive="current"))
     source = load(CLUTCH / "mechanism.yaml", Mechanism)
     with pytest.raises(DocumentError, match=r"model: control\.source: found"):

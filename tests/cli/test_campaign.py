@@ -503,5 +503,5 @@ def test_a_campaign_of_nothing_is_refused(tmp_path: Path) -> None:
     refused(
         run(*write(tmp_path, played(WEAR), **dict.fromkeys(names))),
         3,
-        "spec.yaml: asks for nothing that a run can tell",
+        "spec.yaml: has no requirement that a run can decide",
     )

@@ -276,7 +276,7 @@ def test_refusals_are_one_line(fleet: SimpleNamespace, tmp_path: Path) -> None:
     (tmp_path / "file").touch()
     (tmp_path / "empty").mkdir()
     refused(each("log", fleet.folder, "-o", tmp_path / "file"), 3, "name a folder for the models")
-    refused(each("log", tmp_path / "empty"), 3, "holds no log")
+    refused(each("log", tmp_path / "empty"), 3, "contains no log")
     refused(each("log", fleet.folder, "--cluster", "nowhere"), 3, "allowed: tcp://HOST:PORT")
     missing = each("log", fleet.first, tmp_path / "none.csv", "-o", tmp_path / "m")
     assert missing.code == 3

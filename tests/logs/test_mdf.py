@@ -212,7 +212,7 @@ def test_a_file_whose_description_was_cut_off_says_where_it_ends(tmp_path: Path)
         file.write_bytes(data[:end])
         with pytest.raises(
             LogError,
-            match=rf"cut.mf4: is cut off at byte {end}: what its channels are stands at byte "
+            match=rf"cut.mf4: is cut off at byte {end}: its channels are described at byte "
             rf"{group}, ",
         ):
             mdf_format.tables(file)

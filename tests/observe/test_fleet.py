@@ -307,7 +307,7 @@ def test_what_an_earlier_run_wrote_into_the_folder_is_no_log(
 
 def test_refusals_are_one_line(rig: SimpleNamespace, tmp_path: Path) -> None:
     (tmp_path / "empty").mkdir()
-    refused(observe(rig.model, tmp_path / "empty"), 3, "holds no log")
+    refused(observe(rig.model, tmp_path / "empty"), 3, "contains no log")
     for arguments, word in (
         (("-o", tmp_path / "fleet.mcap"), "several logs give a table"),
         (("-o", tmp_path / "a.csv", "--plot", tmp_path / "a.csv"), "end it in .svg, .html or .htm"),

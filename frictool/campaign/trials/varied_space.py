@@ -57,8 +57,10 @@ def check_requirements(spec: Spec, name: str) -> None:
     if all(getattr(spec, key) is None for key in REQUIREMENTS):
         raise DocumentError(
             name,
-            "asks for nothing that a run can tell; write at least one of "
-            f"{', '.join(REQUIREMENTS)}",
+            (
+                "has no requirement that a run can decide; write at least one of "
+                f"{', '.join(REQUIREMENTS)}"
+            ),
             line=None,
             key="",
         )

@@ -116,8 +116,8 @@ def _asked(findings: Findings) -> str:
     shown = f"; shown are {percent(rate.at_least, 'down')}, asked {percent_text(asked)}"
     if asked == 1.0:
         return (
-            f"{shown}, which no number of draws shows; ask for less, or for no rate, so "
-            "that every draw has to pass"
+            f"{shown}, which no number of draws can show; lower --at-least, or leave it "
+            "out so that every draw must pass"
         )
     needed = findings.draws_needed
     return (

@@ -106,8 +106,8 @@ def _unreadable(path: Path) -> str:
         )
     end = path.stat().st_size
     return (
-        f"is cut off at byte {end}: what its channels are stands at byte {behind}, "
-        "and nothing can be salvaged; copy or export it again"
+        f"is cut off at byte {end}: its channels are described at byte {behind}, so "
+        "that nothing can be salvaged; copy or export it again"
     )
 
 

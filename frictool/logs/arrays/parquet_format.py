@@ -45,8 +45,10 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
         if stream.read() != MAGIC:
             raise LogError(
                 path,
-                "is cut off: a Parquet file says at its end what is in it, and has no such end; "
-                "nothing can be salvaged",
+                (
+                    "is cut off: the description at the end of a Parquet file is missing, so "
+                    "that nothing can be salvaged"
+                ),
             )
     return open_guarded(path, _open)
 

@@ -70,7 +70,8 @@ def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> Clo
     best = int(np.argmin(misfit))
     if best in (0, lags.size - 1):
         raise ValueError(
-            f"the best offset lies at the end of what is allowed, {lags[best]:.6g} s; is it larger?"
+            f"the best offset lies at the end of the allowed range, {lags[best]:.6g} s; "
+            "it may be larger"
         )
     tau = float(
         minimize_scalar(
