@@ -54,10 +54,8 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
     backward = laws.backward
     ratio = today.breakaway.value / today.coulomb.value if today.coulomb.value > 0.0 else 0.0
     values.setdefault("breakaway", ratio * values["coulomb"] if ratio else today.breakaway.value)
-    loose, least = (
-        bench.mechanics.backlash_coulomb,
-        min(values["coulomb"], backward.coulomb if backward else values["coulomb"]),
-    )
+    loose = bench.mechanics.backlash_coulomb
+    least = min(values["coulomb"], backward.coulomb if backward else values["coulomb"])
     values.setdefault("backlash_coulomb", min(dry * loose.value, least) if loose else least)
     values.setdefault("backlash_breakaway", BACKLASH_BREAKAWAY_RATIO * values["backlash_coulomb"])
     axis = AxisParameters(**values, laws=laws)
@@ -76,7 +74,8 @@ def _slope(model: Model, overrides: dict[str, float]) -> Callable[[float], float
     """Return a function that scales a viscous friction, of any regime and direction."""
     if "viscous" not in overrides:
         return lambda value: value
-    wanted, factor = overrides["viscous"], viscous_factor(model, overrides["viscous"])
+    wanted = overrides["viscous"]
+    factor = viscous_factor(model, overrides["viscous"])
     return (lambda value: wanted) if factor is None else (lambda value: factor * value)
 
 
@@ -91,7 +90,9 @@ def load_of(model: Model) -> PositionLoad:
 
 def load_law(document: LoadDocument) -> PositionLoad:
     """Return the load of a document."""
-    gravity, ripple, harmonics = document.gravity, document.ripple, []
+    gravity = document.gravity
+    ripple = document.ripple
+    harmonics = []
     if gravity is not None:
         harmonics.append(LoadHarmonic(1.0, gravity.sine.value, gravity.cosine.value))
     if ripple is not None:
@@ -129,7 +130,8 @@ def _backward(
 
 
 def _laws(model: Model, dry: float, slope: Callable[[float], float]) -> AxisLaws:
-    travel, velocity = model.bench.mechanics.travel, model.parameters.stribeck_velocity
+    travel = model.bench.mechanics.travel
+    velocity = model.parameters.stribeck_velocity
     laws = AxisLaws(
         backward=_backward(model, dry, slope), stribeck_velocity=velocity.value if velocity else 0.0
     )

@@ -70,12 +70,14 @@ class _Composition:
     """The document's blocks, written into one program in the order in which they run."""
 
     def __init__(self, controller: Controller) -> None:
-        self.document, self.period = controller, controller.sample_period_s
+        self.document = controller
+        self.period = controller.sample_period_s
         self.program = Program()
         self.low, self.high = reach(controller.bench)
         program = self.program
         guard = write_guard(program, self._inputs(), controller.measurement_hold_samples)
-        self.fault, self.sensed = guard.fault, guard.used.get("velocity")
+        self.fault = guard.fault
+        self.sensed = guard.used.get("velocity")
         self.reference, self.position = guard.used["reference"], guard.used["position"]
         self.zero = program.constant(0.0)
         self.speed_reference: ProgramNode | None = None
@@ -113,7 +115,8 @@ class _Composition:
         """Write the observer's update from the drive commanded at this sample."""
         if self.move is not None:
             assert self.program.output is not None
-            own, actuator = self.document, self.document.bench.actuator
+            own = self.document
+            actuator = self.document.bench.actuator
             drive = own.drive_limit, own.delay_samples, actuator.loop_time_constant_s
             self.move(
                 mean_effort(
@@ -123,7 +126,8 @@ class _Composition:
 
     def _motion(self) -> tuple[ProgramNode | None, ProgramNode | None]:
         """Return the position's difference, and the speed if a block uses one."""
-        own, program = self.document.velocity, self.program
+        own = self.document.velocity
+        program = self.program
         measured = None
         if own.observer is not None and uses_speed(self.document):
             found, self.move = observer_block(program, self.position, own.observer)
@@ -201,8 +205,11 @@ class _Composition:
         return gain * (math.sqrt(width) if kind == "square_root" else width)
 
     def _position(self) -> None:
-        own, program, limiter = self.document, self.program, self.document.limiter
-        released, braking = None, self.zero
+        own = self.document
+        program = self.program
+        limiter = self.document.limiter
+        released = None
+        braking = self.zero
         if limiter is not None:
             if limiter.condition == "energy":
                 assert self.speed is not None
@@ -227,7 +234,8 @@ class _Composition:
 
     def _compensation(self) -> tuple[ProgramNode | None, ProgramNode | None]:
         """Return the drive that is added and the friction of the observer, each None if unused."""
-        own, program = self.document.friction_compensation, self.program
+        own = self.document.friction_compensation
+        program = self.program
         if own is None:
             return None, None
         constant = self.document.bench.actuator.constant.value
@@ -254,7 +262,8 @@ class _Composition:
         braking: ProgramNode,
     ) -> None:
         """Write the linear controller, the compensation, the limit and the update of the states."""
-        own, program = self.document.linear, self.program
+        own = self.document.linear
+        program = self.program
         compensation, observed = self._compensation()
         equation = _equation(own.discrete, own.anti_windup)
         chain = own.sos if own.form == "sos" and self.document.schedule is None else None
@@ -287,7 +296,8 @@ class _Composition:
         if compensation is not None:
             drive = program.named("drive", drive + compensation)
         limited, met = drive_limit.limit(program, drive, self.drive_low, self.drive_high)
-        excess, held = program.named("excess", limited - drive), None
+        excess = program.named("excess", limited - drive)
+        held = None
         if own.conditional:
             program.block("conditional integration")
             held = program.named("held", met * entering > self.zero)

@@ -27,7 +27,8 @@ Ends = tuple[float, float]
 def coulomb_level(model: Model) -> Ends:
     """Return (low, high) of the Coulomb level [N m | N]; equal if the model has no interval."""
     forward, backward = _mean_factors(model)
-    own, opposite = model.parameters.coulomb, _opposite(model, "coulomb")
+    own = model.parameters.coulomb
+    opposite = _opposite(model, "coulomb")
     low, high = (
         0.5 * (forward * a + backward * b)
         for a, b in zip(own.interval, opposite.interval, strict=True)
@@ -85,7 +86,8 @@ def _opposite(model: Model, name: str) -> Quantity:
 
 def _mean_factors(model: Model) -> Ends:
     """Return the mean factor of the Coulomb map over the travel, forward and backward."""
-    travel, law = model.bench.mechanics.travel, None if model.laws is None else model.laws.position
+    travel = model.bench.mechanics.travel
+    law = None if model.laws is None else model.laws.position
     if travel is None or law is None or not travel.low < travel.high:
         return 1.0, 1.0
     ends, curve = (law.over.low, law.over.high), law.coulomb

@@ -61,7 +61,8 @@ def default_unit(model: Model) -> float:
     widths = half_widths(model)
     if widths["coulomb"] > 0.0:
         return widths["coulomb"]
-    actuator, inertia = model.bench.actuator, model.parameters.inertia.value
+    actuator = model.bench.actuator
+    inertia = model.parameters.inertia.value
     at_limit = (
         widths["constant"] + widths["inertia"] * actuator.constant.value / inertia
     ) * actuator.limit.value
@@ -82,11 +83,9 @@ def uncertain_polytope(
     contain the viscous and Coulomb friction between them (annex 5.1), so that scheduling regimes
     removes both from the channel. Raises the errors of `polytope`.
     """
-    box, left, chosen = (
-        polytope(model, scheduled),
-        unscheduled_half_widths(model, scheduled),
-        unit or default_unit(model),
-    )
+    box = polytope(model, scheduled)
+    left = unscheduled_half_widths(model, scheduled)
+    chosen = unit or default_unit(model)
     return box, tuple(with_channel(point, left, chosen) for point in box.vertices)
 
 

@@ -39,7 +39,8 @@ class ObserverProgram(NamedTuple):
 
 def observer_program(observer: Observer) -> ObserverProgram:
     """Return the program of the observer alone; its output is the velocity."""
-    program, most = Program(), _most_effort(observer.bench)
+    program = Program()
+    most = _most_effort(observer.bench)
     position = program.input("position", *reach(observer.bench))
     effort = program.input("effort", -most, most)
     found, move = observer_block(program, position, observer)

@@ -33,7 +33,8 @@ def ranges(model: Model) -> dict[str, tuple[float, float]]:
     hull is used, not the intersection: the log gives the parameter of this bench today, the bench
     its future range.
     """
-    known, today = model.bench.mechanics, model.parameters
+    known = model.bench.mechanics
+    today = model.parameters
     pairs: dict[str, tuple[Quantity, ...]] = {
         "inertia": (today.inertia, known.inertia),
         "viscous": (today.viscous, known.viscous),

@@ -59,7 +59,8 @@ def _section(numerator: np.ndarray, denominator: np.ndarray) -> Lti:
     n = len(denominator) - 1
     top = np.concatenate([np.zeros(n + 1 - len(numerator)), numerator]) / denominator[0]
     below = denominator / denominator[0]
-    direct, rest = top[0], top[1:] - top[0] * below[1:]
+    direct = top[0]
+    rest = top[1:] - top[0] * below[1:]
     scale = abs(below[-1]) ** (1.0 / n)  # s in units of the section's frequency
     powers = scale ** np.arange(1, n + 1)
     a = np.zeros((n, n))

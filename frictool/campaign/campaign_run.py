@@ -221,7 +221,8 @@ def conduct(
     begun = time.perf_counter()
     trial.nominal()  # second run, without compilation, for the duration of a trial
     each = time.perf_counter() - begun
-    metrics, left = metrics_of(nominal), draws.units.shape[0] - len(store.trials)
+    metrics = metrics_of(nominal)
+    left = draws.units.shape[0] - len(store.trials)
     with progress("campaign") as tell:
         trials = run_trials(trial, metrics, draws.units, store, shared(left * each), tell, each)
     if not evaluations:

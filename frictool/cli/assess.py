@@ -216,7 +216,8 @@ def text(found: Assessment, bench: Bench) -> str:
     """Return an assessment as text."""
     from frictool.identify.assess.decision_text import scheme
 
-    facts, unit = found.facts, "rad" if bench.axis == "rotary" else "m"
+    facts = found.facts
+    unit = "rad" if bench.axis == "rotary" else "m"
     lines = [
         f"{bench.name}: step {facts.sensing.step:.4g} {unit}, period "
         f"{facts.sensing.period:g} s, top speed {facts.speed:.4g} {unit}/s, "

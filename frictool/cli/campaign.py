@@ -280,7 +280,8 @@ def _play(
     from frictool.cli.campaign_inputs import commands_of
     from frictool.cli.progress import progress
 
-    count, already = draws.units.shape[0], len(store.trials)
+    count = draws.units.shape[0]
+    already = len(store.trials)
     if already:
         others = "; the others are played" if already < count else ""
         note(f"{store.path}: {min(already, count)} of {count} trials are there{others}")
@@ -338,7 +339,8 @@ def _save(
     options: CampaignOptions,
 ) -> None:
     """Save all requested outputs; all contents are complete before the first byte is written."""
-    inputs, contents = list(paths.inputs.values()), dict[Path, str]()
+    inputs = list(paths.inputs.values())
+    contents = dict[Path, str]()
     if options.worst is not None:
         from frictool.campaign.trials.worst_case import text_of
 

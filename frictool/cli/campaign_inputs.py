@@ -52,7 +52,8 @@ def setting_of(paths: CampaignPaths, number: Number) -> tuple[CampaignSetting, C
     from frictool.simulate.document_agreement import DocumentNames
     from frictool.verify.recheck import recheck
 
-    plant, controller = _plant(paths.model), load(paths.controller, Controller)
+    plant = _plant(paths.model)
+    controller = load(paths.controller, Controller)
     scenario, spec = load(paths.scenario, Scenario), load(paths.spec, Spec)
     same_axis({paths.controller: controller, paths.spec: spec})
     check_requirements(spec, str(paths.spec))
@@ -60,7 +61,8 @@ def setting_of(paths: CampaignPaths, number: Number) -> tuple[CampaignSetting, C
     note_changes(paths.controller, controller)
     controller = with_observer_option(controller, paths.observer)
     names = DocumentNames(str(paths.model), str(paths.controller), str(paths.scenario))
-    replay, log = scenario.reference, None
+    replay = scenario.reference
+    log = None
     if replay is not None:
         from dataclasses import replace
 

@@ -41,10 +41,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Identify parameters with intervals from logs (model.yaml).",
     ),
     "validate": ("frictool.cli.validate", "Compare a model with a measured log."),
-    "synth": (
-        "frictool.cli.synth",
-        "Synthesise and verify a controller (controller.yaml).",
-    ),
+    "synth": ("frictool.cli.synth", "Synthesise and verify a controller (controller.yaml)."),
     "verify": (
         "frictool.cli.verify",
         "Prove the certificate of a controller again, without a solver.",
@@ -63,27 +60,12 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "frictool.cli.export",
         "Export a controller to C99 with golden vectors, JSON or MATLAB.",
     ),
-    "observe": (
-        "frictool.cli.observe",
-        "Estimate velocity, friction and wear; design observers.",
-    ),
-    "compare": (
-        "frictool.cli.compare",
-        "Compare friction laws in four tests.",
-    ),
-    "equations": (
-        "frictool.cli.equations",
-        "Print the equations of a mechanism.",
-    ),
+    "observe": ("frictool.cli.observe", "Estimate velocity, friction and wear; design observers."),
+    "compare": ("frictool.cli.compare", "Compare friction laws in four tests."),
+    "equations": ("frictool.cli.equations", "Print the equations of a mechanism."),
     "schema": ("frictool.cli.schema", "Print the JSON Schema of a document."),
-    "doctor": (
-        "frictool.cli.doctor",
-        "Check this installation, and clean up after former ones.",
-    ),
-    "completion": (
-        "frictool.cli.completion",
-        "Print the completion script for bash, zsh or fish.",
-    ),
+    "doctor": ("frictool.cli.doctor", "Check this installation, and clean up after former ones."),
+    "completion": ("frictool.cli.completion", "Print the completion script for bash, zsh or fish."),
 }
 
 EXIT_CODES = """\

@@ -146,14 +146,18 @@ def command(
     # the engine takes longest of all to compile
     compiling = notifications.receiving(compiling=partial(note_compiling, everywhere=True))
     click.get_current_context().with_resource(compiling)
-    form, view, text = "simulate/1", summary, run_text
+    form = "simulate/1"
+    view = summary
+    text = run_text
     gains = ServoGains(servo["position_gain"], servo["speed_gain"], servo["integral_gain"])
     if excitation is not None:
         if any(given is not None for given in (controller, scenario, observer, target, number)):
             names = "--controller, --scenario, --observer, --target and --number"
             raise click.UsageError(f"--excitation is played as on the bench; leave out {names}.")
         log = _bench_test(model, excitation, gains, drive_noise, seed, output)
-        form, view, text = "simulate-bench/1", bench_summary, bench_text
+        form = "simulate-bench/1"
+        view = bench_summary
+        text = bench_text
     elif scenario is None:
         raise click.UsageError(
             "give --controller and --scenario, or --excitation; of a mechanism, --scenario alone."
@@ -203,7 +207,8 @@ def _bench_test(
     from frictool.documents.registry import load
     from frictool.simulate.bench_experiment import bench_test, is_ramps, read_excitation
 
-    closed, test = gains.given, read_excitation(excitation)
+    closed = gains.given
+    test = read_excitation(excitation)
     plant: Model | MechanismBenchPlant
     if is_mechanism(model):
         plant, servo = on_bench(model, gains)

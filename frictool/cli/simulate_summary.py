@@ -82,16 +82,16 @@ def _duration(stream: Stream) -> float:
 def run_text(log: Log) -> str:
     """Return the summary of a scenario as text."""
     found = summary(log)
-    rows, mechanisms = found["streams"], found.get("mechanisms", [])
-    first, count = (rows or mechanisms)[0], len(rows) or len(mechanisms)
+    rows = found["streams"]
+    mechanisms = found.get("mechanisms", [])
+    first = (rows or mechanisms)[0]
+    count = len(rows) or len(mechanisms)
     runs = f"{count} streams, each" if count > 1 else "1 stream"
     lines = [f"{log.source}: {runs} of {first['samples']} samples, {first['duration_s']:g} s"]
     if rows:
-        unit, drive, key = (
-            first["units"]["position"],
-            first["units"]["command"],
-            "final_error" if "final_error" in first else "final_position",
-        )
+        unit = first["units"]["position"]
+        drive = first["units"]["command"]
+        key = "final_error" if "final_error" in first else "final_position"
         lines.append(
             f"{'stream':<14}{key.replace('_', ' ') + ' ' + unit:>20}"
             f"{'command peak ' + drive:>18}  end"
@@ -118,7 +118,8 @@ def run_text(log: Log) -> str:
 
 def bench_summary(log: Log) -> dict[str, Any]:
     """Return the summary of a simulated bench test as JSON values."""
-    stream, position = log.main, log.main.signals["position"]
+    stream = log.main
+    position = log.main.signals["position"]
     return {
         "test": log.source,
         "samples": int(stream.time.size),

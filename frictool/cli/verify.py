@@ -47,9 +47,7 @@ MOST_LINES = 12  # differences that the text lists
 @click.command("verify", help=HELP)
 @click.argument("controller", type=existing, help="Controller to verify (controller.yaml).")
 @click.option(
-    "--model",
-    type=existing,
-    help="Model that the controller must be verified for (model.yaml).",
+    "--model", type=existing, help="Model that the controller must be verified for (model.yaml)."
 )
 @json_option
 @click.pass_context
@@ -214,7 +212,8 @@ def _proved(controller: Controller, proved: tuple[ProvedBound, ...]) -> list[str
 
 def _computed(controller: Controller, verification: Verification) -> list[str]:
     """Return the lines on the stored figures: all agree, or the list of those that do not."""
-    found, differences = [], verification.differences
+    found = []
+    differences = verification.differences
     if not differences:
         inside = "" if controller.verified.robustness is None else " and inside the box"
         found.append(

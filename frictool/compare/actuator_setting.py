@@ -65,7 +65,9 @@ def from_model(model: Model) -> ComparisonSetting:
 
 def _longest(bench: Bench, mass: float, coulomb: float) -> float:
     """Return the unit of time [s] at which the tests just fit the bench's travel and speed."""
-    travel, speed, acceleration = bench.mechanics.travel, bench.mechanics.top_speed, coulomb / mass
+    travel = bench.mechanics.travel
+    speed = bench.mechanics.top_speed
+    acceleration = coulomb / mass
     by_travel = (
         math.sqrt((travel.high - travel.low) / (TRAVEL_NEEDED * acceleration))
         if travel
@@ -76,7 +78,8 @@ def _longest(bench: Bench, mass: float, coulomb: float) -> float:
 
 def _on_bench(setting: ComparisonSetting, bench: Bench, effort_limit: float) -> ComparisonSetting:
     """Return the setting with the simulation parameters that follow from the bench."""
-    mass, resolution = setting.mass, bench.encoder.resolution
+    mass = setting.mass
+    resolution = bench.encoder.resolution
     decay = STUCK_IN_A_SAMPLE / bench.sample_period_s
     speed = min(setting.stribeck_velocity, WITHIN_ENCODER * resolution * decay / ABOVE_STRIBECK)
     capture = ABOVE_STRIBECK * speed

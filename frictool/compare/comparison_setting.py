@@ -33,7 +33,9 @@ TIME_CONSTANT = 2.5  # s, m/sigma_v of table 3.1
 STRIBECK_VELOCITY, PRESLIDING, EFFORT_LIMIT, DEAD_BAND = 1e-3, 1e-5, 2.0, 1e-3
 # printed: 1e-4 and 1e-4, which violate (3.11) and Sigma > 3 v_s
 STEP, SWITCH_VELOCITY, DECAY = 4e-5, 4e-3, 1e3
-PLASTIC_FROM, LEUVEN_EXPONENT, PREISACH_INTERVALS = 0.9, 10.0, 20
+PLASTIC_FROM = 0.9
+LEUVEN_EXPONENT = 10.0
+PREISACH_INTERVALS = 20
 SHORTEST = 1e-9  # s | m, smallest plausible unit; its inverse is the largest
 FALL = 0.5  # (F_s - F_c)/F_c of table 3.1
 LEAST_FALL = 0.1  # smallest fall to which the tests are scaled, relative to FALL
@@ -214,7 +216,8 @@ def scaled_setting(
     `longest`: as in `scales_of`.
     """
     scales = scales_of(mass, coulomb, breakaway, viscous, longest)
-    speed, presliding = scales.fall * scales.speed, PRESLIDING * scales.fall * scales.length
+    speed = scales.fall * scales.speed
+    presliding = PRESLIDING * scales.fall * scales.length
     stiffness = breakaway / presliding
     return ComparisonSetting(
         name=name,

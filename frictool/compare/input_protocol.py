@@ -60,7 +60,9 @@ def limit_cycle(scales: UnitScales) -> tuple[Segment, ...]:
 
 def drift(scales: UnitScales) -> tuple[Segment, ...]:
     """Return a peak that breaks the mass away, then a wave below the Coulomb friction."""
-    force, time, peak = scales.force, scales.time, scales.breakaway + ABOVE_BREAKAWAY
+    force = scales.force
+    time = scales.time
+    peak = scales.breakaway + ABOVE_BREAKAWAY
     omega = 2.0 * math.pi * FREQUENCY / time
     wave = EffortFunction(
         offset=BIAS * force,

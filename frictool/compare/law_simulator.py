@@ -22,7 +22,9 @@ from frictool.typing import Vector
 
 SLOW = 0.1  # units of v_s, speed below which a law without exact stick sticks
 SHORTEST_STICK = 0.1  # units of time
-YIELD_FORCE, YIELD_SAMPLES, RETURNED = 0.25, 3001, 0.5
+YIELD_FORCE = 0.25
+YIELD_SAMPLES = 3001
+RETURNED = 0.5
 SLOW_RATE, FAST_RATE = 0.1, 1.0  # units of force per unit of time, rates of the two ramps
 RAMP_END = 1.15  # units of F_s, end of a ramp
 RAMP_SAMPLES = 60_001
@@ -91,7 +93,8 @@ class LawSimulator:
 
     def check(self, laws: tuple[str, ...]) -> None:
         """Raise ValueError if a parameter is out of range or makes the simulation too long."""
-        setting, scales = self._setting, self._setting.scales
+        setting = self._setting
+        scales = self._setting.scales
         loop = input_protocol.limit_cycle(scales)[-1][0]
         for name, value, low, high in (
             ("breakaway", setting.breakaway, scales.force, MOST_BREAKAWAY * scales.force),
@@ -147,7 +150,8 @@ class LawSimulator:
 
         Raises ValueError if the setting is out of the law's range.
         """
-        found, values = LAWS[law], law_values(self._setting)
+        found = LAWS[law]
+        values = law_values(self._setting)
         chosen = {}
         for parameter in found.parameters:
             if parameter.comparison_value is not None:
@@ -173,10 +177,13 @@ class LawSimulator:
 
         Raises NoSolutionError if the engine cannot complete the run.
         """
-        setting, found = self._setting, LAWS[law]
+        setting = self._setting
+        found = LAWS[law]
         end = segments[-1][0]
         times = np.linspace(0.0, end, samples)
-        p, speed, length = self.packed(law), setting.stribeck_velocity, setting.presliding
+        p = self.packed(law)
+        speed = setting.stribeck_velocity
+        length = setting.presliding
         ran = run_law(
             found,
             p,
@@ -218,7 +225,8 @@ class LawSimulator:
         It must return by more than half of its displacement.
         """
         scales = self._setting.scales
-        force, time = YIELD_FORCE * scales.force, scales.time
+        force = YIELD_FORCE * scales.force
+        time = scales.time
         segments = (
             (time, ramped(0.0, force / time)),
             (2.0 * time, ramped(force, -force / time, time)),
@@ -233,7 +241,9 @@ class LawSimulator:
 
         `drift`: the run of the drift test.
         """
-        setting, found, p = self._setting, LAWS[law], self.packed(law)
+        setting = self._setting
+        found = LAWS[law]
+        p = self.packed(law)
 
         def follow(velocity: Vector, steps: Vector) -> Vector:
             return prescribed_motion.friction_along(found, p, velocity, steps)

@@ -39,7 +39,9 @@ def _dynamic(
     If a state saturates within a step, Heun's rule still moves it by half of the step.
     """
     z = kernels.reset(p)
-    begin, out, friction = np.zeros_like(z), np.zeros_like(z), np.empty(velocity.size)
+    begin = np.zeros_like(z)
+    out = np.zeros_like(z)
+    friction = np.empty(velocity.size)
     for k, (v, h) in enumerate(zip(velocity.tolist(), steps.tolist(), strict=True)):
         failed = kernels.rate(z, v, p, begin)
         failed += kernels.rate(z + h * begin, v, p, out)
@@ -57,8 +59,10 @@ def _hybrid(
     name: str, kernels: HybridKernels, p: Vector, velocity: Vector, steps: Vector
 ) -> Vector:
     """Integrate z by Euler's rule, which is exact in stick: z' = v."""
-    z, mode = kernels.reset(p), STUCK
-    out, friction = np.zeros_like(z), np.empty(velocity.size)
+    z = kernels.reset(p)
+    mode = STUCK
+    out = np.zeros_like(z)
+    friction = np.empty(velocity.size)
     for k, (v, h) in enumerate(zip(velocity.tolist(), steps.tolist(), strict=True)):
         u = math.copysign(math.inf, v)
         after = kernels.mode_after(mode, v, u, z, p)

@@ -73,7 +73,8 @@ def frictional_memory(follow: Follow, setting: ComparisonSetting) -> str:
     phase = 2.0 * math.pi * (np.arange(2 * MEMORY_STEPS) + 0.5) / MEMORY_STEPS
     velocity = setting.stribeck_velocity * (MEMORY_MEAN - MEMORY_SWING * np.cos(phase))
     friction = follow(velocity, np.full(phase.size, period / MEMORY_STEPS))[MEMORY_STEPS:]
-    rising, falling = friction[: MEMORY_STEPS // 2], friction[MEMORY_STEPS // 2 :][::-1]
+    rising = friction[: MEMORY_STEPS // 2]
+    falling = friction[MEMORY_STEPS // 2 :][::-1]
     return "±" if float(np.max(np.abs(rising - falling))) > _noticeable(setting) else "-"
 
 

@@ -83,11 +83,9 @@ def _row(result: LawResult) -> tuple[str, ...]:
 
 def scaling(comparison: Comparison) -> str:
     """Return a sentence on the units of the tests, and on their travel and top speed."""
-    scales, axis, reference = (
-        comparison.setting.scales,
-        comparison.setting.axis,
-        comparison.laws.get(REFERENCE),
-    )
+    scales = comparison.setting.scales
+    axis = comparison.setting.axis
+    reference = comparison.laws.get(REFERENCE)
     length, force = si_unit("position", axis), si_unit("effort", axis)
     units = (
         f"{number(scales.force)} {force}, {number(scales.time)} s, {number(scales.length)} {length}"

@@ -73,7 +73,8 @@ def _units(comparison: Comparison) -> tuple[str, str]:
 def _picture(
     comparison: Comparison, number: str, test: str, laws: dict[str, LawResult]
 ) -> PageFigure:
-    units, names = _units(comparison), "; ".join(tested.title for tested in laws.values())
+    units = _units(comparison)
+    names = "; ".join(tested.title for tested in laws.values())
     title = f"{NAMES[test]}: {names}"
     label = f"{test} {' '.join(laws)}"
     if test == "presliding":
@@ -97,7 +98,8 @@ def _picture(
 
 def _inputs(comparison: Comparison, number: str) -> PageFigure:
     """Return a figure of the input of the presliding or the drift test."""
-    scales, units = comparison.setting.scales, _units(comparison)
+    scales = comparison.setting.scales
+    units = _units(comparison)
     if number == "3.17":
         path, _ = input_protocol.presliding_path(comparison.setting.presliding, POINTS_PER_LEG)
         travelled = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(path)))])
@@ -107,7 +109,8 @@ def _inputs(comparison: Comparison, number: str) -> PageFigure:
             "Position of the presliding test",
             draw_rows("presliding input", "t [s]", [(f"x [{units[0]}]", [("", time, path)])]),
         )
-    time, start = np.linspace(0.0, 6.0 * scales.time, 3001), 0.0
+    time = np.linspace(0.0, 6.0 * scales.time, 3001)
+    start = 0.0
     force = np.zeros_like(time)
     for end, drive in input_protocol.drift(scales):
         here = (time >= start) & (time <= end)

@@ -179,7 +179,8 @@ def start_at(machine: CompiledProgram, position: float) -> None:
         elif machine.number == FLOAT:
             machine.single[place] = np.float32(position)
         else:  # through the word of the measured position, as on the target
-            form, measured = machine.formats[place], machine.formats[machine.ports[1]]
+            form = machine.formats[place]
+            measured = machine.formats[machine.ports[1]]
             word = shift_rounded(
                 from_real(measured, position), measured[op.FRACTION] - form[op.FRACTION]
             )
@@ -274,7 +275,11 @@ def run_values(code: Rows, terms: Rows, writes: Rows, v: Values, first: int = 0)
     Every operation rounds to the type of v. The states are updated after the last operation.
     """
     for k in range(first, code.shape[0]):
-        operation, d, a, b, c = code[k, 0], code[k, 1], code[k, 2], code[k, 3], code[k, 4]
+        operation = code[k, 0]
+        d = code[k, 1]
+        a = code[k, 2]
+        b = code[k, 3]
+        c = code[k, 4]
         if operation == op.DOT:
             total = v[terms[a, 0]] * v[terms[a, 1]]
             for j in range(a + 1, b):

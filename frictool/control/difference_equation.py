@@ -142,13 +142,15 @@ def state_bounds(
     and moves no other state. The bounds do not cover a drive that is released or to which something
     is added before its limit; in these cases a fixed-point word saturates.
     """
-    n, held = len(equation.b), equation.integrators if conditional else []
+    n = len(equation.b)
+    held = equation.integrators if conditional else []
     free = [i for i in range(n) if i not in held]
     closed = equation.a - np.outer(equation.gains, equation.c)
     a = closed[np.ix_(free, free)]
     # with the limit: x+ = (a - l c) x + (b - l d) e + l (limited u), plus the terms that held
     # integrators add through l
-    into_e, into_u = (equation.b - equation.gains * equation.d)[free], equation.gains[free]
+    into_e = (equation.b - equation.gains * equation.d)[free]
+    into_u = equation.gains[free]
     bounds = np.full(n, np.inf)
     if held and (np.any(equation.gains[free]) or np.any(equation.a[np.ix_(free, held)])):
         return bounds
@@ -179,12 +181,14 @@ def impulse_sums(a: Matrix, b: Matrix) -> Matrix:
         return np.zeros(n)
     if float(np.max(np.abs(np.linalg.eigvals(a)))) >= 1.0:
         return np.full(n, np.inf)
-    responses, power = b[:, None], a
+    responses = b[:, None]
+    power = a
     while True:
         total = np.sum(np.abs(responses), axis=1)
         if responses.shape[1] >= SUMMED or np.all(np.abs(power) @ total <= DIED * total):
             break
-        responses, power = np.hstack([responses, power @ responses]), power @ power
+        responses = np.hstack([responses, power @ responses])
+        power = power @ power
     # each further block of m samples is at most |a^m| times the block before: a geometric series
     if float(np.max(np.abs(np.linalg.eigvals(np.abs(power))))) >= 1.0:
         return np.full(n, np.inf)

@@ -42,7 +42,8 @@ def limit(
     """Return the drive within its bounds, and the bound that it met: -1, 0 (none) or +1."""
     program.block("limit of the drive")
     zero, one = program.constant(0.0), program.constant(1.0)
-    above, below = program.named("above", drive > high), program.named("below", drive < low)
+    above = program.named("above", drive > high)
+    below = program.named("below", drive < low)
     limited = program.named("limited_drive", program.smaller(program.larger(drive, low), high))
     met = program.named(
         "met", program.select(above, one, program.select(below, program.constant(-1.0), zero))

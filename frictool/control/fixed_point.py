@@ -79,7 +79,8 @@ def fixed_program(program: Program, bits: int) -> FixedProgram:
 
 def fixed_machine(scaled: FixedProgram) -> CompiledProgram:
     """Return the program as the simulation runs it."""
-    program, plain = scaled.program, compile_program(scaled.program)
+    program = scaled.program
+    plain = compile_program(scaled.program)
     writes = plain.writes
     formats = np.zeros((len(program.nodes) + len(writes), 6), dtype=np.int64)
     word = np.zeros(len(formats), dtype=np.int64)
@@ -95,7 +96,8 @@ def fixed_machine(scaled: FixedProgram) -> CompiledProgram:
             word[node.index] = scaled.constants[node.index]
         elif node.op == "state":
             word[node.index] = round(math.ldexp(node.value, scaled.fractions[node.index]))
-    terms, at = plain.terms.copy(), 0
+    terms = plain.terms.copy()
+    at = 0
     for node in program.nodes:
         if node.op == "dot":
             for shift in scaled.term_shifts[node.index]:
@@ -221,7 +223,8 @@ class _Scaling:
 
     def _scale(self, node: ProgramNode) -> None:
         """Set the fraction of the result and the shifts of the operation."""
-        index, of = node.index, [self.fraction[arg.index] for arg in node.args]
+        index = node.index
+        of = [self.fraction[arg.index] for arg in node.args]
         wanted = 0 if node.is_logical else self._fraction(node, *self.real[index])
         match node.op:
             case "add" | "sub" | "lt" | "le":

@@ -35,7 +35,8 @@ def shift_rounded(value: int, shift: int) -> int:
 @kernel
 def whole_root(value: int) -> int:
     """Return the largest integer whose square is at most `value` >= 0, computed bit by bit."""
-    root, bit = 0, 1 << 62
+    root = 0
+    bit = 1 << 62
     while bit > value:
         bit >>= 2
     while bit != 0:
@@ -73,7 +74,11 @@ def run_words(
 ) -> None:
     """Run one sample on words: control/compiled_program.py `run_values` in integers."""
     for k in range(first, code.shape[0]):
-        operation, d, a, b, c = code[k, 0], code[k, 1], code[k, 2], code[k, 3], code[k, 4]
+        operation = code[k, 0]
+        d = code[k, 1]
+        a = code[k, 2]
+        b = code[k, 3]
+        c = code[k, 4]
         sa, sb, s = formats[d, op.SHIFT_A], formats[d, op.SHIFT_B], formats[d, op.SHIFT]
         if operation == op.DOT:
             total = shift_rounded(w[terms[a, 0]] * w[terms[a, 1]], terms[a, op.TERM_SHIFT])

@@ -30,7 +30,8 @@ def write_guard(
         f"an input that is no number keeps its last valid value for at most {hold_samples} "
         "samples; then the fault is set"
     )
-    used, valid = {}, None
+    used = {}
+    valid = None
     for name, given in inputs.items():
         one = program.named(f"{name}_valid", program.valid(given))
         before = program.state(
@@ -43,11 +44,9 @@ def write_guard(
         program.update(f"{name}_before", used[name])
         valid = one if valid is None else valid & one
     assert valid is not None
-    zero, one_sample, hold = (
-        program.constant(0.0),
-        program.constant(1.0),
-        program.constant(float(hold_samples), "hold_samples"),
-    )
+    zero = program.constant(0.0)
+    one_sample = program.constant(1.0)
+    hold = program.constant(float(hold_samples), "hold_samples")
     left = program.state("holds_left", FAULT, float(hold_samples), start=float(hold_samples))
     counted = program.larger(left - one_sample, program.constant(FAULT))
     now = program.named("holds_left_now", program.select(valid & (left >= zero), hold, counted))

@@ -22,10 +22,14 @@ Chain = tuple[tuple[float, ...], ...]
 def chain_state_space(sections: Chain) -> tuple[Matrix, Matrix, Matrix, float]:
     """Return (a, b, c, d) of the chain; its states are s1, s2 of each section in turn."""
     n = 2 * len(sections)
-    a, b = np.zeros((n, n)), np.zeros(n)
-    c, d = np.zeros(n), 1.0  # output equation of the input of the next section
+    a = np.zeros((n, n))
+    b = np.zeros(n)
+    # output equation of the input of the next section
+    c = np.zeros(n)
+    d = 1.0
     for k, (b0, b1, b2, _, a1, a2) in enumerate(sections):
-        first, second = 2 * k, 2 * k + 1
+        first = 2 * k
+        second = 2 * k + 1
         for row, ahead, back in ((first, b1, a1), (second, b2, a2)):
             a[row] += (ahead - back * b0) * c
             a[row, first] -= back
@@ -44,7 +48,8 @@ def output(
     `bounds` (2 m,) are the bounds of the states.
     """
     program.block("linear controller: second-order sections, transposed direct form II")
-    passed, signal = [], entering
+    passed = []
+    signal = entering
     for k, (b0, *_) in enumerate(sections):
         program.constant(1.0, f"sos[{k}][3]")
         one = program.state(f"s[{k}][0]", -float(bounds[2 * k]), float(bounds[2 * k]))

@@ -128,7 +128,8 @@ def write_correction(
     program.block("switched observer: the mode's model to the next sample, put right by its gains")
     theta, omega, wear = (program.states[name] for name in STATES)
     error = program.named("innovation", position - theta)
-    one, period = program.constant(1.0), program.constant(facts.period, "period")
+    one = program.constant(1.0)
+    period = program.constant(facts.period, "period")
     program.update(STATES[0], program.dot([one, period, chosen.gains[0]], [theta, omega, error]))
     push = effort - found.friction
     if facts.viscous != 0.0:

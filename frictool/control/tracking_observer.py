@@ -87,7 +87,9 @@ def write_prediction(
     The states start at the measured position, at rest, in the middle of the backlash.
     """
     program.block("tracking observer: what the position misses the encoder's cell by")
-    zero, top, most = program.constant(0.0), facts.top_speed, facts.most_effort
+    zero = program.constant(0.0)
+    top = facts.top_speed
+    most = facts.most_effort
     x = program.state(STATES[0], position.low, position.high, start="position")
     v = program.state(STATES[1], -top, top)
     d = program.state(STATES[2], -most, most)
@@ -115,7 +117,8 @@ def write_prediction(
         "position_found", found_x + program.constant(0.5 * facts.step, "half_step")
     )
     gap, friction = _friction(program, true_x, shift, facts)
-    forth, back = found_v > zero, found_v < zero
+    forth = found_v > zero
+    back = found_v < zero
     dry = program.select(forth, friction[0], program.select(back, -friction[1], zero))
     seen = program.named("friction_seen", program.select(forth | back, dry - found_d, zero))
     tracked = TrackingNodes(
@@ -129,7 +132,8 @@ def write_update(
 ) -> None:
     """Write the update of the states under an effort [N m | N] that acts until the next sample."""
     program.block("tracking observer: the model to the next sample")
-    zero, v = program.constant(0.0), tracked.velocity
+    zero = program.constant(0.0)
+    v = tracked.velocity
     rate = program.constant(facts.period / facts.inertia, "period_per_inertia")
     drive = (
         effort - program.constant(facts.offset, "observer_offset")
@@ -193,10 +197,8 @@ def _friction(
     before = program.state(STATES[3], -0.5 * facts.backlash, 0.5 * facts.backlash)
     gap = program.named("gap_found", _within(program, before + shift, half))
     near = max(LEAST_EDGE * facts.backlash, min(facts.step, 0.25 * facts.backlash))
-    edge, loose = (
-        program.constant(0.5 * facts.backlash - near, "edge"),
-        program.constant(facts.loose, "loose_friction"),
-    )
+    edge = program.constant(0.5 * facts.backlash - near, "edge")
+    loose = program.constant(facts.loose, "loose_friction")
     carried = gap >= edge, gap <= -edge
     forward, backward = (
         program.select(carries, side, program.smaller(side, loose))

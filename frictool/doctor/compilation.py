@@ -137,7 +137,8 @@ def _uniform(kind: Any) -> list[Any]:
 
 def kept(folder: Path) -> Iterator[list[Any]]:
     """Yield the rows of the package's kernels in the folder of a toolchain, callers first."""
-    sources, found = Sources(PACKAGE.parent, folder), []
+    sources = Sources(PACKAGE.parent, folder)
+    found = []
     for state in kernel_cache.states(folder):
         module = f"frictool.{kernel_cache.module_of(state.path)}"
         if not sources.holds(module) or not state.path.name.endswith(

@@ -14,12 +14,7 @@ from frictool.logs.formats import FORMATS
 
 PACKAGE = "frictool"
 # extras for users; the package may have only some of them
-FOR_USERS = (
-    *(one.library[1] for one in FORMATS if one.library),
-    "protobuf",
-    "cluster",
-    "control",
-)
+FOR_USERS = (*(one.library[1] for one in FORMATS if one.library), "protobuf", "cluster", "control")
 ASKED = re.compile(
     r"(?P<name>[A-Za-z0-9._-]+)(\[[^]]*\])?\s*>=\s*(?P<least>[0-9.]+)"
     r"(.*extra == \"(?P<extra>\w+)\")?"
@@ -74,7 +69,8 @@ def _installed(name: str) -> str | None:
 
 def check_python() -> InstallationCheck:
     """Check the interpreter against `requires-python`."""
-    found, wanted = sys.version.split()[0], metadata.metadata(PACKAGE)["Requires-Python"] or ">=3"
+    found = sys.version.split()[0]
+    wanted = metadata.metadata(PACKAGE)["Requires-Python"] or ">=3"
     least = wanted.removeprefix(">=")
     facts = {"version": found, "executable": sys.executable, "frictool": __version__}
     if _numbers(found) < _numbers(least):

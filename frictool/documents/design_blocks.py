@@ -8,11 +8,7 @@ from typing import Annotated, Literal
 import msgspec
 
 from frictool.documents.bench import PositiveNumber
-from frictool.documents.quantity import (
-    PositiveEffort,
-    PositiveLength,
-    PositiveVelocity,
-)
+from frictool.documents.quantity import PositiveEffort, PositiveLength, PositiveVelocity
 
 
 class PositionLawDesign(

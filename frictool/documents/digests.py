@@ -88,7 +88,8 @@ def with_digests(controller: Controller, *blocks: str) -> Controller:
 
 def changed_blocks(controller: Controller) -> tuple[str, ...]:
     """Return the names of the blocks changed, added or removed since verification."""
-    now, then = block_digests(controller), controller.verified.digests
+    now = block_digests(controller)
+    then = controller.verified.digests
     return tuple(name for name in sorted({*now, *then}) if now.get(name) != then.get(name))
 
 

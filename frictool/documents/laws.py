@@ -65,7 +65,8 @@ class Polynomial(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
                     f"found {len(side)} coefficients; allowed: 1 to {MOST_COEFFICIENTS}"
                 )
         for name in ("forward", "backward"):
-            ends, side = getattr(self, f"{name}_interval"), getattr(self, name)
+            ends = getattr(self, f"{name}_interval")
+            side = getattr(self, name)
             if ends is not None and (side is None or len(ends) != len(side)):
                 raise ValueError(
                     f"{name}_interval: found {len(ends)}; allowed: one for each "

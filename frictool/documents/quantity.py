@@ -225,7 +225,8 @@ def factor_to_si(unit: str, dimension: str, axis: Axis) -> float:
     target = si_unit(dimension, axis)
     if unit == target:
         return 1.0
-    units, errors = unit_registry(), _pint().errors
+    units = unit_registry()
+    errors = _pint().errors
     try:
         factor = float(units.Quantity(1.0, _spelling(unit)).to(_spelling(target)).magnitude)
     except errors.DimensionalityError:

@@ -314,7 +314,9 @@ class DocumentReader:
         if not isinstance(node, yaml.SequenceNode):
             self.fail(node, key, f"found {_shown(node)}; allowed: a list")
         for item in meta:
-            least, most, found = item.min_length or 0, item.max_length, len(node.value)
+            least = item.min_length or 0
+            most = item.max_length
+            found = len(node.value)
             if found < least or (most is not None and found > most):
                 allowed = (
                     f"at least {least}"
@@ -388,7 +390,8 @@ class DocumentReader:
     def _in_range(
         self, pairs: Pairs, numbers: dict[str, float], unit: str, extra: dict[str, Any], key: str
     ) -> None:
-        minimum, exclusive = extra.get("minimum"), bool(extra.get("exclusive"))
+        minimum = extra.get("minimum")
+        exclusive = bool(extra.get("exclusive"))
         for name, number in numbers.items():
             if minimum is not None and (number < minimum or (exclusive and number == minimum)):
                 found = f"found {_shown(pairs[name][1])} {unit}"

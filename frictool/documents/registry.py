@@ -94,10 +94,7 @@ def _kind(node: yaml.Node, path: Path) -> type[msgspec.Struct]:
                 key="format",
             )
     raise DocumentError(
-        path,
-        "missing; write the kind of document, such as format: bench/1",
-        line=1,
-        key="format",
+        path, "missing; write the kind of document, such as format: bench/1", line=1, key="format"
     )
 
 

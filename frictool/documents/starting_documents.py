@@ -118,7 +118,8 @@ def _rendered(start: StartingRig) -> dict[str, str]:
 
 def _context(start: StartingRig) -> dict[str, Any]:
     """Return the variables and functions of the templates."""
-    rotary, drive = start.axis == "rotary", start.drive or DRIVES[start.axis]
+    rotary = start.axis == "rotary"
+    drive = start.drive or DRIVES[start.axis]
     unit = si_unit(drive, start.axis)
 
     def note(text: str = "", *, guessed: object = None, example: bool = False) -> str:

@@ -20,7 +20,8 @@ from frictool.typing import Vector
 Laws = Vector | None
 
 # speeds at which a slowing slip enters the lower piece, relative to that of knee or layer
-BELOW_KNEE, BELOW_LAYER = 1.0 - 2.0**-40, 0.98
+BELOW_KNEE = 1.0 - 2.0**-40
+BELOW_LAYER = 0.98
 NOWHERE, MAP_EDGE, END_STOP = 0, 1, 2
 
 
@@ -108,7 +109,8 @@ def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
 
     The kind is MAP_EDGE, an end of the range of the position polynomials, or END_STOP.
     """
-    length, kind = distance_to_stop(p, x, direction), END_STOP
+    length = distance_to_stop(p, x, direction)
+    kind = END_STOP
     if p[al.MAPPED] > 0.0:
         near, far = (
             (p[al.MAP_LOW], p[al.MAP_HIGH]) if direction > 0.0 else (p[al.MAP_HIGH], p[al.MAP_LOW])
@@ -136,7 +138,8 @@ def is_curved(state: Vector, p: Vector, direction: float) -> bool:
 @kernel
 def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
     """Return (added, viscous) of the friction F_c + added + viscous w, without Stribeck curve."""
-    added, viscous = 0.0, p[al.VISCOUS_PAIR + _side(direction)]
+    added = 0.0
+    viscous = p[al.VISCOUS_PAIR + _side(direction)]
     for row in range(al.REGIMES, al.COULOMB_MAPS, al.REGIME_SIZE):
         if w < p[row]:
             break
@@ -149,7 +152,8 @@ def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
 @kernel
 def speed_band(p: Vector, w: float) -> tuple[float, float]:
     """Return the lowest and highest speed of the piece of the law at w, for an extended axis."""
-    lower, upper = 0.0, math.inf
+    lower = 0.0
+    upper = math.inf
     for row in range(al.REGIMES, al.COULOMB_MAPS, al.REGIME_SIZE):
         if w < p[row]:
             upper = p[row]

@@ -79,7 +79,9 @@ def _rest(
     which a slip has just failed to start; its effort is on the threshold to rounding and does not
     rise.
     """
-    lag, drive, opposing = p[ax.LAG], state[ax.DRIVE], _opposing(p, laws, state[ax.POSITION])
+    lag = p[ax.LAG]
+    drive = state[ax.DRIVE]
+    opposing = _opposing(p, laws, state[ax.POSITION])
     forward, backward = threshold(state, p, laws, 1.0), threshold(state, p, laws, -1.0)
     direction = breakaway_direction(p[ax.CONSTANT] * drive - opposing, forward, backward)
     if direction not in (0.0, refused):
@@ -161,7 +163,10 @@ def _straight_slip(
     """
     coulomb, viscous = slip_line(state, p, laws, direction, driving)
     phase = _phase(state, command, p, direction, coulomb, viscous)
-    lower, upper, length, place = 0.0, math.inf, math.inf, CONTACT
+    lower = 0.0
+    upper = math.inf
+    length = math.inf
+    place = CONTACT
     if not driving:
         length = to_edge
     if laws is not None:
@@ -172,7 +177,8 @@ def _straight_slip(
             length, place = ahead, PLACE
         if length <= 0.0:
             return 0.0, 0.0, phase[0], place
-    end, kind = fall_time(phase, lower, remaining), SLOWER
+    end = fall_time(phase, lower, remaining)
+    kind = SLOWER
     if end == NEVER:
         end, kind = remaining, HELD
     if upper < math.inf:
@@ -230,7 +236,8 @@ def _slip(
     """
     to_edge = 0.5 * p[ax.BACKLASH] - direction * state[ax.GAP]
     driving = to_edge <= 0.0
-    w, x = direction * state[ax.VELOCITY], state[ax.POSITION]
+    w = direction * state[ax.VELOCITY]
+    x = state[ax.POSITION]
     if laws is not None and (is_loaded(laws) or (driving and is_curved(state, laws, direction))):
         spent, moved, after, kind = curved_slip(state, command, laws, direction, remaining, to_edge)
     else:
@@ -259,7 +266,8 @@ def _slip(
 @inner_kernel
 def _advance(state: Vector, command: float, p: Vector, laws: Laws, duration: float) -> int:
     direction = math.copysign(1.0, state[ax.VELOCITY]) if state[ax.VELOCITY] != 0.0 else 0.0
-    remaining, refused = duration, 0.0
+    remaining = duration
+    refused = 0.0
     for _ in range(MAX_EVENTS if laws is None else MAX_REBOUNDS):
         if direction == 0.0:
             spent, direction = _rest(state, command, p, laws, remaining, refused)
@@ -287,7 +295,8 @@ def _advance(state: Vector, command: float, p: Vector, laws: Laws, duration: flo
 @kernel
 def drive_range(p: Vector, velocity: float) -> tuple[float, float]:
     """Return the lowest and highest drive [A | V] at a speed, by drive limit and winding."""
-    low, high = -p[ax.DRIVE_LIMIT], p[ax.DRIVE_LIMIT]
+    low = -p[ax.DRIVE_LIMIT]
+    high = p[ax.DRIVE_LIMIT]
     if p[ax.RESISTANCE] > 0.0:
         back = p[ax.CONSTANT] * velocity
         low = max(low, (-p[ax.SUPPLY] - back) / p[ax.RESISTANCE])

@@ -100,14 +100,16 @@ def play_reference(
     axis: plant/axis.py. load: plant/position_load.py. servo (5,): `PositionServo` in effort; its
     limit is that of the axis's drive. Returns a status of engine/status.py.
     """
-    p, waiting = with_load(axis, load), np.zeros(delay + 1)
+    p = with_load(axis, load)
+    waiting = np.zeros(delay + 1)
     memory = ServoMemory(measure(state[POSITION], axis[ENCODER_STEP]), reference[0], 0.0)
     for k in range(reference.shape[0]):
         measured = measure(state[POSITION], axis[ENCODER_STEP])
         effort, memory = servo_effort(servo, memory, reference[k], measured, period)
         waiting[k % (delay + 1)] = effort / axis[CONSTANT]
         acting = waiting[(k + 1) % (delay + 1)]
-        position[k], drive[k] = measured, drive_from_now(state, acting, axis)
+        position[k] = measured
+        drive[k] = drive_from_now(state, acting, axis)
         status = advance(state, acting, p, period)
         if status != OK:
             return status
@@ -137,7 +139,8 @@ def play_ramps(
     distance after which a segment ends, lower and upper position at which the direction changes.
     played (1,): set to the number of rows played. Returns a status of engine/status.py.
     """
-    p, waiting = with_load(axis, load), np.zeros(delay + 1)
+    p = with_load(axis, load)
+    waiting = np.zeros(delay + 1)
     place = RampProgress(0, segment[0], measure(state[POSITION], axis[ENCODER_STEP]))
     for k in range(rows.shape[0]):
         measured = measure(state[POSITION], axis[ENCODER_STEP])
@@ -146,8 +149,10 @@ def play_ramps(
             return OK
         waiting[k % (delay + 1)] = rows[place.row]
         acting = waiting[(k + 1) % (delay + 1)]
-        position[k], drive[k] = measured, drive_from_now(state, acting, axis)
-        played[0], place = k + 1, RampProgress(place.row + 1, place.segment, place.start)
+        position[k] = measured
+        drive[k] = drive_from_now(state, acting, axis)
+        played[0] = k + 1
+        place = RampProgress(place.row + 1, place.segment, place.start)
         status = advance(state, acting, p, period)
         if status != OK:
             return status

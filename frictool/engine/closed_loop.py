@@ -65,7 +65,8 @@ def run(
     sample.
     """
     axis = with_load(axis, load)
-    p, waiting = axis.copy(), np.zeros(delay_samples + 1)
+    p = axis.copy()
+    waiting = np.zeros(delay_samples + 1)
     measured = measure(state[ax.POSITION], axis[ax.ENCODER_STEP])
     for k in range(reference.shape[0]):
         measured = encoder_reading(axis, state, measured, conditions, k)
@@ -109,8 +110,10 @@ def advance_sample(
     do not act yet. The loop passes p and waiting from sample to sample. Returns a status of
     engine/status.py.
     """
-    changing, parts = conditions.shape[0] > 0, PARTS if axis[ax.RESISTANCE] > 0.0 else 1
-    part, places = period / parts, waiting.shape[0]
+    changing = conditions.shape[0] > 0
+    parts = PARTS if axis[ax.RESISTANCE] > 0.0 else 1
+    part = period / parts
+    places = waiting.shape[0]
     waiting[k % places] = command
     acting = waiting[(k + 1) % places]
     if changing:

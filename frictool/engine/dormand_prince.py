@@ -20,14 +20,33 @@ Force = Callable[[float, float, Vector], float]
 STAGES = 7
 # y(t0 + c_i h) = y0 + h sum_j a_ij k_j, written out below so that the compiler keeps all in
 # registers
-C2, C3, C4, C5 = 1 / 5, 3 / 10, 4 / 5, 8 / 9
+C2 = 1 / 5
+C3 = 3 / 10
+C4 = 4 / 5
+C5 = 8 / 9
 A21 = 1 / 5
 A31, A32 = 3 / 40, 9 / 40
 A41, A42, A43 = 44 / 45, -56 / 15, 32 / 9
-A51, A52, A53, A54 = 19372 / 6561, -25360 / 2187, 64448 / 6561, -212 / 729
-A61, A62, A63, A64, A65 = 9017 / 3168, -355 / 33, 46732 / 5247, 49 / 176, -5103 / 18656
-A71, A73, A74, A75, A76 = 35 / 384, 500 / 1113, 125 / 192, -2187 / 6784, 11 / 84
-E1, E3, E4, E5, E6, E7 = 71 / 57600, -71 / 16695, 71 / 1920, -17253 / 339200, 22 / 525, -1 / 40
+A51 = 19372 / 6561
+A52 = -25360 / 2187
+A53 = 64448 / 6561
+A54 = -212 / 729
+A61 = 9017 / 3168
+A62 = -355 / 33
+A63 = 46732 / 5247
+A64 = 49 / 176
+A65 = -5103 / 18656
+A71 = 35 / 384
+A73 = 500 / 1113
+A74 = 125 / 192
+A75 = -2187 / 6784
+A76 = 11 / 84
+E1 = 71 / 57600
+E3 = -71 / 16695
+E4 = 71 / 1920
+E5 = -17253 / 339200
+E6 = 22 / 525
+E7 = -1 / 40
 # y(t0 + s h) = y0 + h sum_i k_i (DENSE[i][0] s + DENSE[i][1] s^2
 #                                 + DENSE[i][2] s^3 + DENSE[i][3] s^4)
 DENSE = (
@@ -98,8 +117,10 @@ def layer_step(
     direction, law)` opposes the motion.
     """
     x, v, q = y[0], y[1], y[2]
-    v1, slip = v, _Slip(force, law, 1.0 / mass, direction, drive)
-    a1, e1 = start, x - reference(t, drive)
+    v1 = v
+    slip = _Slip(force, law, 1.0 / mass, direction, drive)
+    a1 = start
+    e1 = x - reference(t, drive)
     v2 = v + h * A21 * a1
     x2 = x + h * A21 * v1
     e2 = x2 - reference(t + C2 * h, drive)

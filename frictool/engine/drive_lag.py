@@ -32,7 +32,8 @@ def _last_fall(age: float, lag: float, level: float, remaining: float) -> float:
     """Return the last time within `remaining` at which `_steepness` reaches `level`, or NEVER."""
     if _steepness(age, lag, remaining) >= level:
         return remaining
-    low, high = max(0.0, 2.0 * lag - age), remaining
+    low = max(0.0, 2.0 * lag - age)
+    high = remaining
     if low >= high or _steepness(age, lag, low) <= level:
         return NEVER
     t = 0.5 * (low + high)
@@ -65,8 +66,10 @@ def outgrowing_time(
     e^{-t/lag} > lost lag/losing. It therefore rises, falls and rises again at most, and its first
     zero is on the falling part.
     """
-    lost, age = (1.0 - fresh) * full * rise, rise + rested
-    low, high = 0.0, _last_fall(age, lag, lost * lag / losing, remaining)
+    lost = (1.0 - fresh) * full * rise
+    age = rise + rested
+    low = 0.0
+    high = _last_fall(age, lag, lost * lag / losing, remaining)
     if high == NEVER or full * dwell_factor(
         rested + high, fresh, rise
     ) > settled - losing * math.exp(-high / lag):

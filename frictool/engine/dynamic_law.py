@@ -75,7 +75,8 @@ class _Linearisation(NamedTuple):
 def _field(driven: _DrivenBody, t: float, y: Vector, out: Vector) -> int:
     """Fill out with y'; return a status of friction/status.py."""
     rate, force, laws, mass, drive = driven
-    added, law = _hold(laws, y), laws[3]
+    added = _hold(laws, y)
+    law = laws[3]
     status = rate(y[CONTACT:], y[1], law, out[CONTACT:])
     out[0] = y[1]
     out[1] = (
@@ -96,9 +97,14 @@ def _linearise(
     """
     rate, force, laws, mass, drive = driven
     gains, couplings, in_time = linear
-    m, z, zdot, table, law = couplings.shape[1], y[CONTACT:], slope[CONTACT:], laws[2], laws[3]
+    m = couplings.shape[1]
+    z = y[CONTACT:]
+    zdot = slope[CONTACT:]
+    table = laws[2]
+    law = laws[3]
     _hold(laws, y)
-    out, there = np.zeros_like(z), z.copy()
+    out = np.zeros_like(z)
+    there = z.copy()
     friction = force(z, zdot, y[1], law)
     step = math.copysign(DIFFERENCE * max(scales[1], abs(y[1])), y[1])
     failed = rate(z, y[1] + step, law, out)
@@ -113,7 +119,9 @@ def _linearise(
     failed += rate(there, y[1], law, out)
     couplings[1] = (out[:m] - zdot[:m]) / (there[:m] - z[:m])
     for j in range(m):
-        here, turned, step = z[j], zdot[j], there[j] - z[j]
+        here = z[j]
+        turned = zdot[j]
+        step = there[j] - z[j]
         z[j], zdot[j] = there[j], out[j]
         couplings[2, j] = (force(z, zdot, y[1], law) - friction) / (step * mass)
         z[j], zdot[j] = here, turned
@@ -170,7 +178,8 @@ def _try_step(
 def _sample(driven: _DrivenBody, t: float, y: Vector, zdot: Vector, row: Vector) -> None:
     """Fill one sample at time t and state y."""
     rate, force, laws, _, drive = driven
-    added, law = _hold(laws, y), laws[3]
+    added = _hold(laws, y)
+    law = laws[3]
     rate(y[CONTACT:], y[1], law, zdot)
     row[fb.SAMPLE_POSITION] = y[0]
     row[fb.SAMPLE_VELOCITY] = y[1]
@@ -203,10 +212,15 @@ def _segment(
     """Simulate one drive up to `end`; return status, time reached and number of samples filled."""
     laws = driven.laws
     n = y.shape[0]
-    slope, after, at, zdot = np.zeros(n), y.copy(), y.copy(), np.zeros(n - CONTACT)
+    slope = np.zeros(n)
+    after = y.copy()
+    at = y.copy()
+    zdot = np.zeros(n - CONTACT)
     stages = np.zeros((STAGES, n))
     linear = _Linearisation(np.zeros(3), np.zeros((3, moving)), np.zeros(CONTACT))
-    h, shortest, fresh = FIRST_STEP * (end - t), SHORTEST_STEP * max(abs(t), abs(end)), True
+    h = FIRST_STEP * (end - t)
+    shortest = SHORTEST_STEP * max(abs(t), abs(end))
+    fresh = True
     while t < end:
         step = min(h, end - t)
         if fresh:
@@ -221,7 +235,8 @@ def _segment(
             h = step * _factor(error)
             continue
         if y[1] * after[1] < 0.0 and min(abs(y[1]), abs(after[1])) > AT_REVERSAL * scales[1]:
-            h, fresh = step * y[1] / (y[1] - after[1]), False
+            h = step * y[1] / (y[1] - after[1])
+            fresh = False
             continue
         later = t + step if step < end - t else end
         while filled < times.shape[0] and times[filled] < later:
@@ -234,7 +249,8 @@ def _segment(
             return LAW_FAILED, later, filled
         after[CONTACT + moving :] = y[CONTACT + moving :]
         at[CONTACT + moving :] = y[CONTACT + moving :]
-        t, h = later, max(h if step < h else 0.0, step * _factor(error))
+        t = later
+        h = max(h if step < h else 0.0, step * _factor(error))
     return OK, t, filled
 
 
@@ -264,7 +280,8 @@ def run_dynamic(
 
     Returns a status of engine/status.py and the time reached.
     """
-    t, filled = start, 0
+    t = start
+    filled = 0
     for k in range(ends.shape[0]):
         driven = _DrivenBody(rate, force, laws, mass, drives[k])
         status, t, filled = _segment(

@@ -78,7 +78,9 @@ def slip_through_period(
     side = 1 if direction > 0.0 else 0
     if direction * state[ax.GAP] < 0.5 * p[ax.BACKLASH]:
         return False
-    w, least, most = abs(velocity), 0.0, math.inf
+    w = abs(velocity)
+    least = 0.0
+    most = math.inf
     if p.shape[0] > al.PLAIN_SIZE:
         if p[al.MAPPED] > 0.0:
             return False
@@ -103,7 +105,8 @@ def slip_through_period(
         return False
     state[ax.POSITION] = ahead
     state[ax.LOAD_POSITION] += direction * moved
-    state[ax.VELOCITY], state[ax.MODE] = direction * after, direction * ax.SLIPPING
+    state[ax.VELOCITY] = direction * after
+    state[ax.MODE] = direction * ax.SLIPPING
     return True
 
 
@@ -128,7 +131,8 @@ def replay(
     """
     coefficients = np.empty((2, 6))
     period_coefficients(p, period, coefficients)
-    lag, n = p[ax.LAG], effort.shape[0]
+    lag = p[ax.LAG]
+    n = effort.shape[0]
     share = -math.expm1(-period / lag) if lag > 0.0 else 1.0
     corrected = gains[0] != 0.0 or gains[1] != 0.0
     for k in range(n):

@@ -119,7 +119,8 @@ def sampled_friction(
     x, v, w = y
     lag = laws[2][LAG]
     if state[fb.DIRECTION] == 0.0:
-        w, rested = film_at_rest(state[FILM], lag, ahead), state[RESTED] + ahead
+        w = film_at_rest(state[FILM], lag, ahead)
+        rested = state[RESTED] + ahead
         most = threshold(driven, laws, x, 1.0, rested, w)
         least = -threshold(driven, laws, x, -1.0, rested, w)
         return min(max(u, least), most)
@@ -193,7 +194,9 @@ def _first_breakaway(
     threshold never falls. Therefore the body stays at rest on [a, b] if the largest effort there is
     below the threshold at a.
     """
-    bound, low, width = curvature_bound(u, h), 0.0, h
+    bound = curvature_bound(u, h)
+    low = 0.0
+    width = h
     above = direction * u[0] - _threshold_after(driven, laws, state, direction, 0.0) - more
     if above > ROUNDING * size:
         return 0.0, True
@@ -211,13 +214,15 @@ def _first_breakaway(
         if max(direction * value(u, low), end) + 0.125 * bound * width * width < least:
             if high >= h:
                 return h, False
-            low, width = high, 2.0 * width
+            low = high
+            width = 2.0 * width
         elif width <= RESOLUTION * h:
             if end >= _threshold_after(driven, laws, state, direction, high) + more:
                 return _crossing(driven, laws, state, direction, u, low, high, more), True
             if high >= h:
                 return h, False
-            low, width = high, 2.0 * width
+            low = high
+            width = 2.0 * width
         else:
             width *= 0.5
     return low, False
@@ -239,7 +244,8 @@ def rest_piece(
     """
     body, drive = driven.body, driven.drive
     motion(state, t, drive, body[fb.MASS], 0.0, False, 0.0, piece)
-    spent, towards = min(longest, reach(piece[3])), 0.0
+    spent = min(longest, reach(piece[3]))
+    towards = 0.0
     for direction in (-1.0, 1.0):
         blocked = (
             state[fb.POSITION] >= body[fb.UPPER_STOP]
@@ -299,8 +305,13 @@ def slip_piece(
     pace (3,): as in `motion_pieces.layer_piece`. slopes (7, 4).
     """
     body, drive = driven.body, driven.drive
-    mass, y, point = body[fb.MASS], np.empty(ROWS), np.empty(ROWS)
-    y[0], y[1], y[2], y[3] = state[0], state[1], state[2], state[FILM]
+    mass = body[fb.MASS]
+    y = np.empty(ROWS)
+    point = np.empty(ROWS)
+    y[0] = state[0]
+    y[1] = state[1]
+    y[2] = state[2]
+    y[3] = state[FILM]
     _field(driven, laws, state, t, y, slopes[0])
     size = gross(state, t, drive)
     if y[1] == 0.0 and abs(slopes[0, 1]) * mass <= ROUNDING * (
@@ -310,9 +321,12 @@ def slip_piece(
     if pace[0] == 0.0:
         largest = body[fb.BREAKAWAY] + body[fb.BREAKAWAY + 1] + size
         pace[0] = FIRST_STEP * body[fb.SPEED_SCALE] * mass / largest if largest > 0.0 else longest
-        pace[1], pace[2] = 0.0, t
-    wish, cut = pace[0], pace[0] > longest
-    h, shortest = min(wish, longest), SHORTEST_STEP * max(abs(t), longest)
+        pace[1] = 0.0
+        pace[2] = t
+    wish = pace[0]
+    cut = pace[0] > longest
+    h = min(wish, longest)
+    shortest = SHORTEST_STEP * max(abs(t), longest)
     allowed = body[fb.TOLERANCE] * max(
         FLOOR * body[fb.SPEED_SCALE], abs(y[1]), abs(slopes[0, 1]) * (t - pace[2])
     )

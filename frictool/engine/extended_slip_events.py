@@ -61,7 +61,8 @@ def _layer_event(
         kind = fb.LEAVES_LAYER
     elif body[fb.LAYER] > 0.0:
         sign = math.copysign(1.0, piece[row, 0])
-        level, kind = sign * (laws[2][BOUNDARY] + BELOW * body[fb.LAYER]), fb.ENTERS_LAYER
+        level = sign * (laws[2][BOUNDARY] + BELOW * body[fb.LAYER])
+        kind = fb.ENTERS_LAYER
     else:
         return spent, fb.NO_EVENT
     crossing = sooner(piece, DENSE_TERMS, row, sign, level, spent, probe)
@@ -76,17 +77,20 @@ def extended_slip_event(
     regimes = regime_table(laws[2])
     passed = int(state[KNEES_PASSED])
     direction = state[fb.DIRECTION]
-    spent, kind = longest, fb.NO_EVENT
+    spent = longest
+    kind = fb.NO_EVENT
     below = regimes[2 * passed - 2] if passed > 0 else 0.0
     crossing = sooner(piece, DENSE_TERMS, 1, direction, direction * below, spent, probe)
     if crossing != NEVER:
-        spent, kind = crossing, fb.PASSES_KNEE if passed > 0 else fb.STOPS
+        spent = crossing
+        kind = fb.PASSES_KNEE if passed > 0 else fb.STOPS
     if 2 * passed < regimes.shape[0]:
         crossing = sooner(
             piece, DENSE_TERMS, 1, -direction, direction * regimes[2 * passed], spent, probe
         )
         if crossing != NEVER:
-            spent, kind = crossing, fb.PASSES_KNEE
+            spent = crossing
+            kind = fb.PASSES_KNEE
     crossing, change = _layer_event(laws, body, state, piece, spent, probe)
     if change != fb.NO_EVENT:
         spent, kind = crossing, change
@@ -94,7 +98,8 @@ def extended_slip_event(
     if math.isfinite(wall):
         crossing = sooner(piece, DENSE_TERMS, 0, -direction, wall, spent, probe)
         if crossing != NEVER:
-            spent, kind = crossing, fb.BOUNCES
+            spent = crossing
+            kind = fb.BOUNCES
     return spent, kind
 
 

@@ -48,7 +48,10 @@ def _switch(events: Vector, happened: int, t: float, stuck: bool, x: float, v: f
     if happened == events.shape[0]:
         return -1
     row = events[happened]
-    row[0], row[1], row[2], row[3] = t, fb.STOPS if stuck else fb.BREAKS_AWAY, x, v
+    row[0] = t
+    row[1] = fb.STOPS if stuck else fb.BREAKS_AWAY
+    row[2] = x
+    row[3] = v
     return happened + 1
 
 
@@ -159,10 +162,21 @@ def run_hybrid(
 
     Returns a status of engine/status.py, the time reached, and the number of events.
     """
-    steps, segment, filled, happened, mode = round((ends[-1] - start) / step), 0, 0, 0, STUCK
-    slope, middle, law, rested, w = np.zeros_like(z), np.zeros_like(z), laws[3], 0.0, 0.0
+    steps = round((ends[-1] - start) / step)
+    segment = 0
+    filled = 0
+    happened = 0
+    mode = STUCK
+    slope = np.zeros_like(z)
+    middle = np.zeros_like(z)
+    law = laws[3]
+    rested = 0.0
+    w = 0.0
     for k in range(steps + 1):
-        t, x, v, q = start + k * step, state[0], state[1], state[2]
+        t = start + k * step
+        x = state[0]
+        v = state[1]
+        q = state[2]
         while segment + 1 < ends.shape[0] and t + 0.5 * step >= ends[segment]:
             segment += 1
         u = effort(t, x, v, q, drives[segment])
@@ -175,7 +189,8 @@ def run_hybrid(
         if after != mode:
             rested = 0.0 if after == STUCK else rested
             _hold(laws, x, v, u, mode == STUCK, rested)
-            mode, happened = after, _switch(events, happened, t, after == STUCK, x, v)
+            mode = after
+            happened = _switch(events, happened, t, after == STUCK, x, v)
             if happened < 0:
                 return EVENTS_FULL, t, events.shape[0]
             if enter(mode, v, u, z, law) != OK:
@@ -196,7 +211,8 @@ def run_hybrid(
         half = v + 0.5 * step * _hybrid_acceleration(force, acceleration, mode, v, u, z, laws, w)
         between = _film_after(laws, w, v, half, 0.5 * step)
         middle[:] = z + 0.5 * step * slope
-        there, over = x + 0.5 * step * v, q + 0.5 * step * (x - reference(t, drives[segment]))
+        there = x + 0.5 * step * v
+        over = q + 0.5 * step * (x - reference(t, drives[segment]))
         u = effort(t + 0.5 * step, there, half, over, drives[segment])
         failed += rate(mode, half, middle, law, slope)
         state[0] = x + step * half
@@ -226,7 +242,9 @@ def _band_force(
     rested: float,
 ) -> float:
     """Return the friction of a law with a band."""
-    stuck, table, law = abs(v) <= width, laws[2], laws[3]
+    stuck = abs(v) <= width
+    table = laws[2]
+    law = laws[3]
     _hold(laws, x, v, u, stuck, rested)
     if stuck:
         # at rest the direction of the effort counts, not that of the velocity
@@ -256,11 +274,19 @@ def run_band(
 
     The laws are those of (2.32) and (2.35)-(2.36).
     """
-    steps, segment, filled, happened, stuck = round((ends[-1] - start) / step), 0, 0, 0, True
-    law, rested = laws[3], 0.0
+    steps = round((ends[-1] - start) / step)
+    segment = 0
+    filled = 0
+    happened = 0
+    stuck = True
+    law = laws[3]
+    rested = 0.0
     width = band(law)
     for k in range(steps + 1):
-        t, x, v, q = start + k * step, state[0], state[1], state[2]
+        t = start + k * step
+        x = state[0]
+        v = state[1]
+        q = state[2]
         while segment + 1 < ends.shape[0] and t + 0.5 * step >= ends[segment]:
             segment += 1
         seen = seen_velocity(v, law)
@@ -277,12 +303,14 @@ def run_band(
         if k == steps:
             break
         half = v + 0.5 * step * (u - friction) / mass
-        there, over = x + 0.5 * step * seen, q + 0.5 * step * (x - reference(t, drives[segment]))
+        there = x + 0.5 * step * seen
+        over = q + 0.5 * step * (x - reference(t, drives[segment]))
         seen = seen_velocity(half, law)
         u = effort(t + 0.5 * step, there, seen, over, drives[segment])
         rested += step if stuck else 0.0
         friction = _band_force(slip_force, breakaway, laws, width, there, half, u, rested)
-        state[0], state[1] = x + step * seen, v + step * (u - friction) / mass
+        state[0] = x + step * seen
+        state[1] = v + step * (u - friction) / mass
         state[2] = q + step * (there - reference(t + 0.5 * step, drives[segment]))
         if not math.isfinite(state[1]):
             return NOT_FINITE, t, happened

@@ -117,7 +117,8 @@ def run_law(
         If segments, times or step are invalid, or the law does not support the extension.
     """
     ends, drives, sample_times = segment_arrays(segments, times, 0.0)
-    kernels, p = law.kernels, np.array(p, dtype=np.float64)
+    kernels = law.kernels
+    p = np.array(p, dtype=np.float64)
     if isinstance(kernels, StaticKernels) and kernels.band(p) == 0.0:
         return simulate(body_of(law, p, mass, extension), segments, times, room=room)
     packed = pack_plain_law(p) if extension is None or extension.plain else extension.pack(law, p)

@@ -30,7 +30,9 @@ FLOOR = 2.0**-5
 GROWTH, SHRINKAGE, SAFETY = 10.0, 0.2, 0.85
 # exponents of this and the last error in the next step length: a proportional-integral controller
 # (Gustafsson 1991), which adapts to a layer that becomes stiffer
-NOW, BEFORE, LEAST_ERROR = 0.85 / 5.0, 0.4 / 5.0, 1e-10
+NOW = 0.85 / 5.0
+BEFORE = 0.4 / 5.0
+LEAST_ERROR = 1e-10
 
 
 class DrivenBody(NamedTuple):
@@ -52,7 +54,8 @@ def side(direction: float) -> int:
 def friction_line(body: Vector, region: float, direction: float) -> tuple[float, float]:
     """Return (friction, viscous) of the straight law friction + viscous v, signed."""
     index = side(direction)
-    coulomb, viscous = direction * body[fb.COULOMB + index], body[fb.VISCOUS + index]
+    coulomb = direction * body[fb.COULOMB + index]
+    viscous = body[fb.VISCOUS + index]
     if region != fb.BEYOND_KNEE:
         return coulomb, viscous
     beyond = body[fb.VISCOUS_BEYOND + index]
@@ -114,7 +117,8 @@ def rest_piece(
     """
     body, drive = driven.body, driven.drive
     motion(state, t, drive, body[fb.MASS], 0.0, False, 0.0, piece)
-    spent, towards = min(longest, reach(piece[3])), 0.0
+    spent = min(longest, reach(piece[3]))
+    towards = 0.0
     for direction in (-1.0, 1.0):
         blocked = (
             state[fb.POSITION] >= body[fb.UPPER_STOP]
@@ -184,7 +188,8 @@ def layer_piece(
     """
     force, law, body, drive = driven
     # the last stage of a step is the first of the next
-    mass, start = body[fb.MASS], slopes[1, STAGES - 1]
+    mass = body[fb.MASS]
+    start = slopes[1, STAGES - 1]
     if pace[0] == 0.0:
         start = _acceleration(driven, state, t)
         largest = body[fb.BREAKAWAY] + body[fb.BREAKAWAY + 1] + gross(state, t, drive)
@@ -193,9 +198,12 @@ def layer_piece(
             if largest > 0.0
             else longest
         )
-        pace[1], pace[2] = 0.0, t
-    wish, cut = pace[0], pace[0] > longest
-    h, shortest = wish, SHORTEST_STEP * max(abs(t), longest)
+        pace[1] = 0.0
+        pace[2] = t
+    wish = pace[0]
+    cut = pace[0] > longest
+    h = wish
+    shortest = SHORTEST_STEP * max(abs(t), longest)
     allowed = body[fb.TOLERANCE] * max(
         FLOOR * body[fb.SPEED_SCALE], abs(state[fb.VELOCITY]), abs(start) * (t - pace[2])
     )

@@ -68,13 +68,17 @@ def _first_zero(c: Vector, h: float) -> float:
 
     The search goes from left to right in intervals on which the curvature bound proves its result.
     """
-    bound, low, width = curvature_bound(c, h), 0.0, h
-    start, leaving = c[0], c[1] if c.shape[0] > 1 else 0.0
+    bound = curvature_bound(c, h)
+    low = 0.0
+    width = h
+    start = c[0]
+    leaving = c[1] if c.shape[0] > 1 else 0.0
     for _ in range(MAX_HALVINGS):
         high = min(low + width, h)
         width = high - low
         end, arriving = value_and_slope(c, high)
-        change, tiny = bound * width, width <= RESOLUTION * h
+        change = bound * width
+        tiny = width <= RESOLUTION * h
         if end <= 0.0 and (tiny or min(leaving, arriving) < -change):
             return _root(c, low, high, start, end)
         if end > 0.0 and (
@@ -82,7 +86,10 @@ def _first_zero(c: Vector, h: float) -> float:
         ):
             if high >= h:
                 return NEVER
-            low, start, leaving, width = high, end, arriving, 2.0 * width
+            low = high
+            start = end
+            leaving = arriving
+            width = 2.0 * width
         else:
             width *= 0.5
     return NEVER

@@ -41,7 +41,8 @@ def motion(
     proportional = drive[dr.PROPORTIONAL]
     derivative = drive[dr.DERIVATIVE]
     integral = drive[dr.INTEGRAL]
-    cycle, mobility = frequency * t + drive[dr.PHASE], 1.0 / mass
+    cycle = frequency * t + drive[dr.PHASE]
+    mobility = 1.0 / mass
     swing, other = 0.0, 0.0
     if drive[dr.AMPLITUDE] != 0.0:
         swing, other = drive[dr.AMPLITUDE] * math.sin(cycle), drive[dr.AMPLITUDE] * math.cos(cycle)
@@ -57,9 +58,14 @@ def motion(
             error -= drive[dr.TARGET_SPEED]
             u += drive[dr.SLOPE]
         u -= proportional * error + derivative * v + integral * q
-        piece[0, k], piece[1, k], piece[2, k], piece[3, k] = x, v, q, u
+        piece[0, k] = x
+        piece[1, k] = v
+        piece[2, k] = q
+        piece[3, k] = u
         net = (u - viscous * v) * mobility if k > 0 else start
-        x, v, q = (v * share if moving else 0.0), (net * share if moving else 0.0), error * share
+        x = v * share if moving else 0.0
+        v = net * share if moving else 0.0
+        q = error * share
         swing, other = frequency * other * share, -frequency * swing * share
 
 
@@ -74,7 +80,8 @@ def reach(c: Vector) -> float:
     for k in (TERMS - 2, TERMS - 1):
         if c[k] == 0.0:
             continue
-        h, smallest = 1.0, math.log(EXACT) - math.log(abs(c[k]))
+        h = 1.0
+        smallest = math.log(EXACT) - math.log(abs(c[k]))
         for _ in range(REFINEMENTS):
             largest, power = 0.0, 1.0
             for j in range(TERMS // 2):

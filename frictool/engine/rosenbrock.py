@@ -19,7 +19,8 @@ from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
 CONTACT = 3  # index of the first z in y
-STAGES, GAMMA = 6, 0.25
+STAGES = 6
+GAMMA = 0.25
 NODES = np.array((0.0, 0.386, 0.21, 0.63, 1.0, 1.0))
 IN_TIME = np.array((0.25, -0.1043, 0.1035, -0.03620000000000023, 0.0, 0.0))
 A = np.array(
@@ -87,7 +88,9 @@ def complete_stage(
     gains (3,): -dv'/d(x, v, q). couplings (3, m): dz'/dv, dz'/dz, -dv'/dz of each z with a rate.
     in_time (3,): d(x', v', q')/dt.
     """
-    m, k, c = couplings.shape[1], stages[i], 1.0 / (GAMMA * h)
+    m = couplings.shape[1]
+    k = stages[i]
+    c = 1.0 / (GAMMA * h)
     for row in range(CONTACT + m):
         total = k[row]
         for j in range(i):

@@ -78,11 +78,14 @@ def follow_reference(
             if k > 0
             else (start - direct if servo[INTEGRAL] > 0.0 else 0.0)
         )
-        before, wanted_before = x, reference[k]
+        before = x
+        wanted_before = reference[k]
         effort = min(max(direct + held, -servo[4]), servo[4])
         if not math.isfinite(effort):
             return NOT_FINITE
-        positions[k], velocities[k], efforts[k] = x, state[VELOCITY], effort
+        positions[k] = x
+        velocities[k] = state[VELOCITY]
+        efforts[k] = effort
         opposing = load_effort(load, x + 0.5 * period * state[VELOCITY])
         command = effort - opposing
         first = command if p[LAG] == 0.0 else (start - opposing if k == 0 else state[DRIVE])

@@ -70,9 +70,11 @@ def _root(phase: Phase, quantity: int, level: float, low: float, high: float) ->
     t = 0.5 * (low + high)
     for _ in range(MAX_ITERATIONS):
         if quantity == SPEED:
-            ahead, slope = speed(phase, t) - level, acceleration(phase, t)
+            ahead = speed(phase, t) - level
+            slope = acceleration(phase, t)
         else:
-            ahead, slope = level - distance(phase, t), -speed(phase, t)
+            ahead = level - distance(phase, t)
+            slope = -speed(phase, t)
         low, high, t, is_root = bracket_step(t, ahead, slope, low, high)
         if is_root:
             return t
@@ -98,7 +100,8 @@ def fall_time(phase: Phase, level: float, duration: float) -> float:
     elif w0 == level:
         return 0.0
     else:  # falls, then rises
-        low, high = 0.0, min(turning, duration)
+        low = 0.0
+        high = min(turning, duration)
     if speed(phase, high) > level:
         return NEVER
     return _root(phase, SPEED, level, low, high)

@@ -61,18 +61,27 @@ def slip_event(
     Events are a stop of the body, the layer's speed, the knee's speed, and an end stop. Without an
     event the result is (longest, NO_EVENT).
     """
-    direction, here, spent, kind = state[fb.DIRECTION], state[fb.REGION], longest, fb.NO_EVENT
+    direction = state[fb.DIRECTION]
+    here = state[fb.REGION]
+    spent = longest
+    kind = fb.NO_EVENT
     upwards, upper = math.inf, fb.NO_EVENT
-    downwards, lower = 0.0, fb.STOPS
+    downwards = 0.0
+    lower = fb.STOPS
     if here == fb.IN_LAYER:
-        upwards, upper = body[fb.LAYER], fb.LEAVES_LAYER
+        upwards = body[fb.LAYER]
+        upper = fb.LEAVES_LAYER
     elif here == fb.STRAIGHT:
-        upwards, upper = body[fb.KNEE], fb.PASSES_KNEE
+        upwards = body[fb.KNEE]
+        upper = fb.PASSES_KNEE
         if body[fb.LAYER] > 0.0:
-            downwards, lower = BELOW * body[fb.LAYER], fb.ENTERS_LAYER
+            downwards = BELOW * body[fb.LAYER]
+            lower = fb.ENTERS_LAYER
     else:
-        downwards, lower = BELOW_KNEE * body[fb.KNEE], fb.PASSES_KNEE
-    now, swing = direction * state[fb.VELOCITY], _swing(piece, terms, spent)
+        downwards = BELOW_KNEE * body[fb.KNEE]
+        lower = fb.PASSES_KNEE
+    now = direction * state[fb.VELOCITY]
+    swing = _swing(piece, terms, spent)
     if now - swing <= downwards:
         crossing = sooner(piece, terms, 1, direction, direction * downwards, spent, probe)
         if crossing != NEVER:
@@ -85,7 +94,8 @@ def slip_event(
     if math.isfinite(wall):
         crossing = sooner(piece, terms, 0, -direction, wall, spent, probe)
         if crossing != NEVER:
-            spent, kind = crossing, fb.BOUNCES
+            spent = crossing
+            kind = fb.BOUNCES
     return spent, kind
 
 
@@ -125,11 +135,14 @@ def arrive(
     body = driven.body
     direction = state[fb.DIRECTION]
     if kind == fb.BREAKS_AWAY:
-        state[fb.DIRECTION], state[fb.REGION] = towards, region(body, 0.0)
+        state[fb.DIRECTION] = towards
+        state[fb.REGION] = region(body, 0.0)
     elif kind == fb.LEAVES_LAYER:
-        state[fb.VELOCITY], state[fb.REGION] = direction * body[fb.LAYER], fb.STRAIGHT
+        state[fb.VELOCITY] = direction * body[fb.LAYER]
+        state[fb.REGION] = fb.STRAIGHT
     elif kind == fb.ENTERS_LAYER:
-        state[fb.VELOCITY], state[fb.REGION] = direction * BELOW * body[fb.LAYER], fb.IN_LAYER
+        state[fb.VELOCITY] = direction * BELOW * body[fb.LAYER]
+        state[fb.REGION] = fb.IN_LAYER
     elif kind == fb.PASSES_KNEE:
         up = state[fb.REGION] == fb.STRAIGHT
         state[fb.VELOCITY] = direction * (body[fb.KNEE] if up else BELOW_KNEE * body[fb.KNEE])

@@ -75,7 +75,8 @@ def _acceleration(slip: _Slip, t: float, y: float, w: float) -> float:
     if law[DRIVING] > 0.0:
         friction = coulomb_at(p, direction, x)
         if has_stribeck(p) and w < p[LAYER]:
-            law[0], law[1] = friction, breakaway_at(p, direction, x, state[ax.RESTED])
+            law[0] = friction
+            law[1] = breakaway_at(p, direction, x, state[ax.RESTED])
             friction = curve(w, law)
     else:
         friction = p[ax.BACKLASH_COULOMB]
@@ -92,7 +93,9 @@ def _step(slip: _Slip, t: float, h: float, start: float, at: Vector, slopes: Vec
 
     Fills the rows y' and w' of `slopes` (3, 7).
     """
-    y, w1, a1 = at[DISTANCE], at[SPEED], start
+    y = at[DISTANCE]
+    w1 = at[SPEED]
+    a1 = start
     w2 = w1 + h * dp.A21 * a1
     a2 = _acceleration(slip, t + dp.C2 * h, y + h * dp.A21 * w1, w2)
     w3 = w1 + h * (dp.A31 * a1 + dp.A32 * a2)
@@ -171,7 +174,8 @@ def curved_slip(
     probe = np.empty(TERMS)
     law = np.array([0.0, 0.0, p[STRIBECK_VELOCITY], p[STRIBECK_EXPONENT], 0.0, 1.0])
     at[SPEED] = abs(state[ax.VELOCITY])
-    length, place = next_place(p, state[ax.POSITION], direction)[0], PLACE
+    length = next_place(p, state[ax.POSITION], direction)[0]
+    place = PLACE
     if to_edge > 0.0:
         law[DRIVING] = 0.0
         layered, line, (lower, upper) = False, (0.0, 0.0), (0.0, math.inf)
@@ -188,7 +192,8 @@ def curved_slip(
     if at[SPEED] == 0.0 and abs(start) <= ROUNDING * gross:
         start = 0.0
     wish = FIRST_STEP * p[STRIBECK_VELOCITY] / gross if layered and gross > 0.0 else remaining
-    t, shortest = 0.0, SHORTEST_STEP * remaining
+    t = 0.0
+    shortest = SHORTEST_STEP * remaining
     for _ in range(MAX_STEPS):
         h = min(wish, remaining - t)
         error = _step(slip, t, h, start, at, slopes)

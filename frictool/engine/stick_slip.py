@@ -47,11 +47,7 @@ from frictool.engine.extended_motion_pieces import (
     slip_piece,
 )
 from frictool.engine.extended_motion_pieces import rest_piece as extended_rest_piece
-from frictool.engine.extended_slip_events import (
-    extended_arrival,
-    extended_slip_event,
-    locate,
-)
+from frictool.engine.extended_slip_events import extended_arrival, extended_slip_event, locate
 from frictool.engine.motion_pieces import (
     DrivenBody,
     friction,
@@ -123,7 +119,8 @@ def _fill(
             opposing = sampled_friction(driven, laws, state, ahead, y, u)
         row = samples[filled]
         row[fb.SAMPLE_POSITION], row[fb.SAMPLE_VELOCITY], row[fb.SAMPLE_EFFORT] = x, v, u
-        row[fb.SAMPLE_FRICTION], row[fb.SAMPLE_MODE] = opposing, state[fb.DIRECTION]
+        row[fb.SAMPLE_FRICTION] = opposing
+        row[fb.SAMPLE_MODE] = state[fb.DIRECTION]
         filled += 1
     return filled
 
@@ -209,7 +206,10 @@ def record(events: Vector, happened: int, t: float, kind: int, x: float, v: floa
     ):
         kind = fb.SLIPS_BACK
     row = events[happened]
-    row[0], row[1], row[2], row[3] = t, kind, x, v
+    row[0] = t
+    row[1] = kind
+    row[2] = x
+    row[3] = v
 
 
 @kernel
@@ -228,7 +228,9 @@ def _segment(
 ) -> tuple[int, float, int, int]:
     """Simulate one drive up to `end`; return status, time reached, number of samples and events."""
     body, drive = driven.body, driven.drive
-    piece, probe, pace = np.zeros((4, TERMS)), np.zeros(TERMS), np.zeros(3)
+    piece = np.zeros((4, TERMS))
+    probe = np.zeros(TERMS)
+    pace = np.zeros(3)
     left = pieces_allowed(body, drive, end - t, events.shape[0])
     if laws is None:
         slopes = np.empty((3, STAGES))
@@ -236,7 +238,8 @@ def _segment(
         slopes = np.zeros((STAGES, ROWS))
         if laws[2][LAG] > 0.0:
             left += 100.0 * (end - t) / laws[2][LAG]
-    refused, began = 0.0, -math.inf
+    refused = 0.0
+    began = -math.inf
     while t < end:
         left -= 1.0
         if laws is None:
@@ -267,7 +270,8 @@ def _segment(
             record(events, happened, t, kind, state[fb.POSITION], speed)
             happened += 1
             if kind == fb.BREAKS_AWAY:
-                began, refused = t, 0.0
+                began = t
+                refused = 0.0
             elif kind == fb.STOPS:
                 refused = direction if t == began else 0.0
     return OK, t, filled, happened
@@ -288,7 +292,10 @@ def _run(
     events: Vector,
 ) -> tuple[int, float, int]:
     """Simulate as `run`, or as `run_extended` with its `laws`."""
-    t, filled, happened, span = start, 0, 0, ends[-1] - start
+    t = start
+    filled = 0
+    happened = 0
+    span = ends[-1] - start
     if not (math.isfinite(span) and np.all(np.isfinite(state[:RESTED]))):
         return NOT_FINITE, t, 0
     if laws is None:
@@ -302,7 +309,8 @@ def _run(
         )
         if status != OK:
             return status, t, happened
-    driven, last = DrivenBody(force, law, body, drives[-1]), np.zeros((ROWS, 1))
+    driven = DrivenBody(force, law, body, drives[-1])
+    last = np.zeros((ROWS, 1))
     for row in range(3):
         last[row, 0] = state[row]
     if laws is not None:

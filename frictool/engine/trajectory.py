@@ -140,7 +140,8 @@ def simulate(
     now = np.array(at_rest() if state is None else state, dtype=np.float64)
     samples = np.full((sample_times.size, fb.SAMPLE_SIZE), np.nan)
     events = np.zeros((room, fb.EVENT_SIZE))
-    force, array = function_pointer(body.slip_force, SLIP_FORCE), body.as_array()
+    force = function_pointer(body.slip_force, SLIP_FORCE)
+    array = body.as_array()
     if body.extension is None:
         law = np.array(body.law, dtype=np.float64)
         status, reached, happened = run(

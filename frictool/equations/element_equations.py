@@ -91,7 +91,8 @@ def spring(name: str, element: Spring, notation: Notation, start: float) -> Elem
 
 def cam(name: str, element: Cam, notation: Notation) -> ElementEquations:
     """Return F(x) tan(alpha(x)) on the block and the friction mu F(x): (2.23), sign of (2.28)."""
-    key, block = f"links.{name}", element.on
+    key = f"links.{name}"
+    block = element.on
     place = notation.position(block)
     force, force_curve = _curve(f"F_{name}", name, "F", element.force, place, f"{key}.force")
     alpha, angle_curve = _curve(
@@ -121,7 +122,8 @@ def cam(name: str, element: Cam, notation: Notation) -> ElementEquations:
 
 def friction(name: str, element: FrictionOf, notation: Notation) -> ElementEquations:
     """Return -F on the block, with F by its friction law."""
-    key, block = f"links.{name}", element.on
+    key = f"links.{name}"
+    block = element.on
     kind = notation.kinds[block]
     force = notation.effort("F", name, kind).of(key)
     level = Term()
@@ -149,7 +151,8 @@ def friction(name: str, element: FrictionOf, notation: Notation) -> ElementEquat
 
 def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
     """Return N on the block at rigid ends, or -k s - d s' beyond compliant ones."""
-    key, block = f"links.{name}", element.on
+    key = f"links.{name}"
+    block = element.on
     kind = notation.kinds[block]
     place = notation.position(block)
     sides = [
@@ -215,7 +218,8 @@ def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
 
 def source(name: str, element: Source, notation: Notation) -> ElementEquations:
     """Return the effort of a source: constant times current or voltage, or an effort."""
-    key, block = f"sources.{name}", element.on
+    key = f"sources.{name}"
+    block = element.on
     kind = notation.kinds[block]
     efforts: list[tuple[str, Term]] = []
     if element.effort is not None:

@@ -80,7 +80,8 @@ class RigidTree:
             yield block, effort, mass
             for link in reversed([one for one in at.get(block, ()) if one is not above]):
                 first = link.a == block
-                passed, moved = link.passed.factor, link.passed.factor.times(link.ratio)
+                passed = link.passed.factor
+                moved = link.passed.factor.times(link.ratio)
                 through, carried = (passed, moved) if first else (passed.inverse(), moved.inverse())
                 waiting.append(
                     (link.b if first else link.a, link, effort.times(through), mass.times(carried))

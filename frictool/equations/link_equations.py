@@ -96,7 +96,8 @@ def _relations(
 ) -> tuple[Equation, ...]:
     """Return q_b = ratio q_a + o and its rate, or else the deviation e = q_b - ratio q_a - o."""
     a, b = link.between
-    key, source = f"links.{name}", SOURCES[str(link.__struct_config__.tag)]
+    key = f"links.{name}"
+    source = SOURCES[str(link.__struct_config__.tag)]
     place, rate, _ = RATES[notation.kinds[b]]
     follows = [ratio.times(notation.position(a)).of(key)]
     if offset:

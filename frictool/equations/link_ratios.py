@@ -199,7 +199,8 @@ def _as_printed(
     name: str, link: Screw, notation: Notation, ratio: Term, force: Term, mu: float
 ) -> EffortTransfer:
     """Return W = mu |R lambda - u tan(alpha)| sign(omega), (2.12)."""
-    key, screw = f"links.{name}", link.between[0]
+    key = f"links.{name}"
+    screw = link.between[0]
     pressed = _radius(name, link, notation).times(force)
     steep = tangent_of_lead(key, link)
     driven = symbol(f"u_{screw}", indexed_latex("u", screw), si_unit("effort", "rotary"))

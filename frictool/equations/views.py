@@ -23,11 +23,7 @@ def as_text(derivation: Derivation, explain: bool = False) -> str:
         for line in lines:
             out += _shown(line, numbers="eliminated" in title, explain=explain)
     if derivation.said:
-        out += [
-            "",
-            "Which way links can be driven",
-            *(f"  {said}" for said in derivation.said),
-        ]
+        out += ["", "Which way links can be driven", *(f"  {said}" for said in derivation.said)]
     out += ["", "Parameters", *_table(derivation.parameters), ""]
     out += [f"note: {note}" for note in derivation.notes]
     out.append(f"{derivation.checked} terms: each has the dimension of its equation")

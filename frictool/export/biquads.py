@@ -114,10 +114,13 @@ def _noise(name: str, made: Biquads, number: Number) -> float:
     Raises NoSolutionError if a stage might wrap or saturate.
     """
     bits = BITS[number]
-    unit, count = math.ldexp(1.0, made.post_shift - bits), math.ldexp(1.0, -bits)
+    unit = math.ldexp(1.0, made.post_shift - bits)
+    count = math.ldexp(1.0, -bits)
     rows = [[unit * value for value in stage] for stage in made.stages]
     chain = [(b0, b1, b2, 1.0, -a1, -a2) for b0, b1, b2, a1, a2 in rows]
-    noise, entered = 0.5 * count, REACH  # the input is rounded to the nearest
+    # the input is rounded to the nearest
+    noise = 0.5 * count
+    entered = REACH
     for k, (b0, b1, b2, a1, a2) in enumerate(rows):
         noise = (
             response_sum((tuple(chain[k]),)) * noise

@@ -156,10 +156,12 @@ def _format(controller: Controller, names: CNames, numbers: NumberWriter) -> dic
 
     It covers limits, conversions, the proof and notes on the fields.
     """
-    program, scaled = names.program, numbers.scaled if isinstance(numbers, FixedNumbers) else None
+    program = names.program
+    scaled = numbers.scaled if isinstance(numbers, FixedNumbers) else None
     drive = program.output
     assert drive is not None
-    mode, limit = program.states.get("mode"), controller.drive_limit
+    mode = program.states.get("mode")
+    limit = controller.drive_limit
     if scaled is None:
         modes = [numbers.literal(value) for value in (RUN, BRAKE, REST)] if mode is not None else []
         return {

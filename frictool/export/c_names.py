@@ -111,7 +111,8 @@ class CNames:
     def _free(self, name: str) -> str:
         """Return the name, or a similar one that is not taken."""
         word = re.sub(r"\W+", "_", name).strip("_")
-        found, count = (word if word not in TAKEN else f"{word}_"), 1
+        found = word if word not in TAKEN else f"{word}_"
+        count = 1
         while found in self.taken:
             count += 1
             found = f"{word}_{count}"

@@ -29,7 +29,9 @@ class RealNumbers:
 
     def __init__(self, kind: str) -> None:
         self.kind = self.constant_kind = kind
-        self.printed, self.cast, self.words = "%a", "" if kind == "double" else "(double)", ""
+        self.printed = "%a"
+        self.cast = "" if kind == "double" else "(double)"
+        self.words = ""
         self.suffix = "f" if kind == "float" else ""
 
     def literal(self, value: float) -> str:

@@ -39,7 +39,8 @@ class _StatementWriter:
         self.names, self.numbers = names, numbers
         self.inline: dict[int, str] = {}
         self.lines: list[str] = []
-        comment, pending = "", []
+        comment = ""
+        pending = []
         for node in names.program.nodes:
             comment = names.program.comments.get(node.index, comment)
             if node.op in ("constant", "input", "state") or not names.uses[node.index]:

@@ -89,7 +89,8 @@ def cmsis_header(
     controller: Controller, number: Number, arrays: CmsisArrays, margin: float, origin: ExportOrigin
 ) -> dict[str, str]:
     """Return the text of the header by file name."""
-    name, found = c_identifier(controller.name), arrays.biquads
+    name = c_identifier(controller.name)
+    found = arrays.biquads
     values = RealNumbers("float").literal if number == "float" else str
     padded = [
         [*stage[:1], 0, *stage[1:]] if number == "q15" else list(stage) for stage in found.stages
@@ -98,10 +99,8 @@ def cmsis_header(
         loader=jinja2.FileSystemLoader(FOLDER), undefined=jinja2.StrictUndefined, autoescape=False
     )
     environment.globals["comment"] = comment_text
-    position, drive = (
-        si_unit("position", controller.axis),
-        si_unit(controller.drive, controller.axis),
-    )
+    position = si_unit("position", controller.axis)
+    drive = si_unit(controller.drive, controller.axis)
     signals = {
         "error": f"filtered reference - position, {position}",
         "eta": f"integral(speed reference) - position, {position}",

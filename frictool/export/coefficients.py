@@ -150,7 +150,8 @@ def _program(program: Program, number: Number) -> dict[str, Any]:
 
     In fixed point its word and fraction are included.
     """
-    tables, hold = CNames(program).constants, coefficient_rounder(number)
+    tables = CNames(program).constants
+    hold = coefficient_rounder(number)
     found: dict[str, Any] = {
         "coefficients": {
             table.name: _nested(table, lambda node: hold(node.value), 0.0) for table in tables
@@ -197,7 +198,8 @@ def matlab_files(
     docs/formats.md lists the variables.
     """
     linear = rounded_linear(controller.linear, number)
-    space, n = linear.discrete, len(linear.discrete.a)
+    space = linear.discrete
+    n = len(linear.discrete.a)
     values: dict[str, Value] = {
         "a": np.array(space.a, dtype=np.float64).reshape(n, n),
         "b": np.array(space.b, dtype=np.float64).reshape(n, 1),

@@ -169,7 +169,8 @@ def _remedy(controller: Controller, error: FixedPointOverflow) -> str:
 
 
 def _c(controller: Controller, number: Number, origin: ExportOrigin) -> ExportResult:
-    loop, program = rounded_loop(controller, number), controller_program(controller)
+    loop = rounded_loop(controller, number)
+    program = controller_program(controller)
     vectors = golden_vectors(controller, program, number)
     files = c_sources(controller, program, number, vectors, loop, origin)
     visits = visit_conditions(program)

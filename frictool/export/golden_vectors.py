@@ -208,7 +208,8 @@ class _VectorSequence:
         It is held until the measured speed has decayed, and falls back faster than the speed of
         rest.
         """
-        reference, start = self.rows[-1][0], self.position
+        reference = self.rows[-1][0]
+        start = self.position
         self.position = start + bands * self.band
         for held in range(PHASE):
             self.sample(reference)

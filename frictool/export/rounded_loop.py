@@ -152,7 +152,8 @@ def _margin(
     delays: tuple[int, ...],
 ) -> float:
     """Return the modulus margin of the loop with rounded coefficients, one plant and `delays`."""
-    hold, lag = coefficient_rounder(number), controller.bench.actuator.loop_time_constant_s
+    hold = coefficient_rounder(number)
+    lag = controller.bench.actuator.loop_time_constant_s
     loops = feedbacks(
         controller.structure,
         linear,
@@ -187,7 +188,8 @@ def _brake(controller: Controller, number: Number) -> None:
     limiter = controller.limiter
     if limiter is None or limiter.virtual_coulomb == 0.0:
         return
-    hold, bench = coefficient_rounder(number), controller.bench.actuator
+    hold = coefficient_rounder(number)
+    bench = controller.bench.actuator
     slope = hold(limiter.virtual_coulomb / bench.constant.value) * hold(1.0 / limiter.virtual_speed)
     brake = virtual_friction(slope, controller.velocity, controller.sample_period_s)
     for _, point, delays in _loops(controller, controller.linear, number):
@@ -206,8 +208,6 @@ def _norms(controller: Controller, linear: LinearController) -> list[tuple[float
     """Return the norm at each vertex, if the document contains its weights."""
     if controller.judged_by is None:
         return []
-    loops, runs = (
-        loops_of(controller, vertex_points(controller)),
-        running_form(linear, controller.sample_period_s),
-    )
+    loops = loops_of(controller, vertex_points(controller))
+    runs = running_form(linear, controller.sample_period_s)
     return [(performance(runs, loops.plant(point.rates)), point.name) for point in loops.points]

@@ -34,7 +34,8 @@ Z_BA = 7
 @kernel
 def plasticity(z: float, v: float, p: Vector) -> float:
     """Return alpha(z, v) in [0, 1], (2.45)-(2.46): 0 is elastic, 1 is plastic."""
-    size, yielded = abs(z), p[BREAKAWAY] / p[SIGMA_0]
+    size = abs(z)
+    yielded = p[BREAKAWAY] / p[SIGMA_0]
     if z * v <= 0.0 or size < p[Z_BA]:
         return 0.0
     if size >= yielded:

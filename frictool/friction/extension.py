@@ -203,7 +203,9 @@ def levels(
 
     Returns the factor of the breakaway: position factor times dwell factor.
     """
-    first, second, last = COEFFICIENTS, int(table[BACKWARD_START]), int(table[KNEES_START])
+    first = COEFFICIENTS
+    second = int(table[BACKWARD_START])
+    last = int(table[KNEES_START])
     out[:] = forward if direction > 0.0 else backward
     coefficients = table[first:second] if direction > 0.0 else table[second:last]
     factor = position_factor(coefficients, table[LOW], table[HIGH], x)

@@ -89,9 +89,11 @@ def full_film_velocity(p: Vector) -> float:
         return 0.0
     if p[VISCOUS] == 0.0:
         return math.inf
-    low, high = steepest, 2.0 * max(scale, steepest)
+    low = steepest
+    high = 2.0 * max(scale, steepest)
     while slip_slope(high, 1.0, p) < 0.0:
-        low, high = high, 2.0 * high
+        low = high
+        high = 2.0 * high
     middle = 0.5 * (low + high)
     while low < middle < high:
         if slip_slope(middle, 1.0, p) < 0.0:

@@ -50,7 +50,8 @@ def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
     Returns a code of friction/status.py.
     """
     count = z.shape[0] // 2
-    level, towards = curve(v, p), math.copysign(1.0, v)
+    level = curve(v, p)
+    towards = math.copysign(1.0, v)
     total = 0.0
     for i in range(count):
         weight = p[FIXED + count + i]
@@ -78,7 +79,8 @@ def commit(z: Vector, v: float, p: Vector) -> int:
     if not math.isfinite(v):
         return NOT_FINITE
     count = z.shape[0] // 2
-    level, towards = curve(v, p), math.copysign(1.0, v)
+    level = curve(v, p)
+    towards = math.copysign(1.0, v)
     for i in range(count):
         if z[count + i] * v <= 0.0:
             z[count + i] = towards if _loaded(z[i], v, p[FIXED + count + i] * level) else 0.0

@@ -26,7 +26,8 @@ def minimum(coefficients: Sequence[float] | Vector, low: float, high: float) -> 
     The coefficients are finite, lowest power first.
     """
     b = [float(one) for one in coefficients]
-    place, smallest = float(low), _at(b, low)
+    place = float(low)
+    smallest = _at(b, low)
     for x in (float(high), *sign_changes(_derivative(b), low, high)):
         value = _at(b, x)
         if value < smallest:
@@ -65,7 +66,9 @@ def _zeros(b: list[float]) -> list[float]:
     if len(b) < 3:
         return [-b[0] / b[1]] if len(b) == 2 else []
     most = max(map(abs, b))
-    c, half, a = b[0] / most, 0.5 * b[1] / most, b[2] / most
+    c = b[0] / most
+    half = 0.5 * b[1] / most
+    a = b[2] / most
     inside = half * half - a * c
     if inside < 0.0:
         return []

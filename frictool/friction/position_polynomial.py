@@ -81,7 +81,8 @@ def mean_over(
     curve = np.polynomial.Polynomial(coefficients)
     whole = curve.integ()
     start, end = min(max(first, low), high), min(max(last, low), high)
-    below, above = max(0.0, min(last, low) - first), max(0.0, last - max(first, high))
+    below = max(0.0, min(last, low) - first)
+    above = max(0.0, last - max(first, high))
     return float(below * curve(low) + whole(end) - whole(start) + above * curve(high)) / (
         last - first
     )

@@ -48,7 +48,8 @@ def surviving(memory: Vector, z: float) -> tuple[int, bool]:
     The second value is True if the present position becomes one more reversal. The memory is not
     changed: a solver may try any z before `remember` accepts one.
     """
-    here, count = memory[POSITION], int(memory[COUNT])
+    here = memory[POSITION]
+    count = int(memory[COUNT])
     moved = z - here
     if moved == 0.0:
         return count, False
@@ -84,7 +85,8 @@ def branch_start(memory: Vector, z: float) -> tuple[bool, float, float]:
 @kernel
 def _forget_a_pair(memory: Vector, count: int) -> None:
     """Remove the inner pair of reversals without which the adjacent ones change least."""
-    chosen, least = 1, math.inf
+    chosen = 1
+    least = math.inf
     for j in range(1, count - 2):
         at = FIRST + 2 * j
         change = abs(memory[at + 2] - memory[at - 2]) + abs(memory[at + 4] - memory[at])

@@ -47,7 +47,8 @@ def count_passed_knees(speed: float, regimes: Vector) -> int:
 @kernel
 def knee_slope(v: float, regimes: Vector) -> float:
     """Return the derivative of `knee_force` by v; at a knee, the derivative from below."""
-    total, speed = 0.0, abs(v)
+    total = 0.0
+    speed = abs(v)
     for i in range(0, regimes.shape[0] - 1, 2):
         if speed > regimes[i]:
             total += regimes[i + 1]

@@ -52,7 +52,8 @@ def slip_force(v: float, direction: float, p: Vector) -> float:
 @kernel
 def slip_slope(v: float, direction: float, p: Vector) -> float:
     """Return the derivative of `slip_force` by v; -inf at v = 0 for an exponent below 1."""
-    drop, exponent = p[BREAKAWAY] - p[COULOMB], p[STRIBECK_EXPONENT]
+    drop = p[BREAKAWAY] - p[COULOMB]
+    exponent = p[STRIBECK_EXPONENT]
     ratio = abs(v) / p[STRIBECK_VELOCITY]
     if drop == 0.0:
         return float(p[VISCOUS])

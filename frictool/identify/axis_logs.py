@@ -76,7 +76,8 @@ def sort_logs(
         sliding, shortened = without_constant_effort(sliding, bench)
         warnings += [*slow, *shortened]
     except UnusableLogs as error:
-        sliding, unmeasured = [], str(error)
+        sliding = []
+        unmeasured = str(error)
     rows = motion_rows(sliding, bench)
     return AxisLogs(
         sliding, ramps, rows, bench, method, settings, kinds, tuple(warnings), unmeasured

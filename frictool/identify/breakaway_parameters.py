@@ -57,7 +57,8 @@ def _breakaway(logs: AxisLogs, identified: Mapping[str, Interval]) -> Breakaway:
             raise UnusableLogs(
                 f"{record.name} has no position; its counts show when the axis breaks away"
             )
-    axis, confidence = sliding_intervals(identified, logs.bench), logs.settings.confidence
+    axis = sliding_intervals(identified, logs.bench)
+    confidence = logs.settings.confidence
     ramp = breakaway(logs.ramps, logs.bench, axis, confidence, identified.get("stribeck_velocity"))
     if (
         not (ramp.forward > 0.0 and ramp.backward > 0.0)

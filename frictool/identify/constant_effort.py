@@ -99,8 +99,10 @@ def constant_stretches(record: MotionRecord, bench: Bench) -> tuple[list[Constan
     """Return the stretches of constant effort, and the number of samples in motion."""
     strokes = find_strokes(record)
     edges = np.flatnonzero(np.diff(strokes.number, prepend=-1, append=-1) != 0)
-    noise, inertia = NOISE_BAND * _noise(record.effort), bench.mechanics.inertia.interval[0]
-    found, moving = list[ConstantStretch](), 0
+    noise = NOISE_BAND * _noise(record.effort)
+    inertia = bench.mechanics.inertia.interval[0]
+    found = list[ConstantStretch]()
+    moving = 0
     for start, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
         travel = float(strokes.advance[end - 1])
         if strokes.sign[start] == 0.0 or travel <= 0.0:
@@ -142,8 +144,10 @@ def _stretch(
     inside = np.flatnonzero(np.abs(effort - level) <= 0.5 * band)
     if inside.size < max(IN_BAND * effort.size, SHORTEST):
         return None
-    first, last = part.start + int(inside[0]), part.start + int(inside[-1]) + 1
-    position, duration = record.position[first:last], (last - first) * record.period
+    first = part.start + int(inside[0])
+    last = part.start + int(inside[-1]) + 1
+    position = record.position[first:last]
+    duration = (last - first) * record.period
     cubic = legfit(np.linspace(-1.0, 1.0, position.size), position, 3)[3]
     # standard deviation of the cubic coefficient caused by quantisation
     counts = record.resolution / np.sqrt(12.0) * np.sqrt(7.0 / position.size)

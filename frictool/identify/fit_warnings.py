@@ -70,9 +70,11 @@ def replacement_warnings(
 
 def doubt_warnings(fit: SlidingFit, method: str) -> list[str]:
     """Return a warning if the model or the method leaves a large part of the effort unexplained."""
-    shown, left = "force error", fit.force_error or 0.0
+    shown = "force error"
+    left = fit.force_error or 0.0
     if left <= DOUBTFUL_FORCE_ERROR:
-        shown, left = "residual of the method's own equations", fit.residual
+        shown = "residual of the method's own equations"
+        left = fit.residual
     if left <= DOUBTFUL_FORCE_ERROR:
         return []
     advice = (

@@ -66,7 +66,8 @@ def slip_rows(record: MotionRecord, bench: Bench) -> SlipRows | None:
     length = stroke_samples(record)
     if length == 0.0:
         return None
-    strokes, window = find_strokes(record), choose_window(record, length, SMALLEST_SHARE)
+    strokes = find_strokes(record)
+    window = choose_window(record, length, SMALLEST_SHARE)
     while True:
         acceleration, velocity, effort = smoothed(record, window)
         index = np.flatnonzero(slip_mask(record, strokes, velocity, window, full_backlash(bench)))
@@ -135,7 +136,8 @@ def _one_way(
         return values[name] if given is None else given.value
 
     coulomb, slope = level("coulomb"), level("viscous")
-    dry, viscous = np.full(speed.size, coulomb), slope * speed
+    dry = np.full(speed.size, coulomb)
+    viscous = slope * speed
     for regime in () if laws is None else laws.regimes:
         above = ((regime.backward if side < 0.0 else None) or regime.viscous).value
         viscous = viscous + (above - slope) * np.maximum(speed - regime.above.value, 0.0)

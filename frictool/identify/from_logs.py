@@ -130,7 +130,8 @@ class PreparedLog:
 def _prepared(log: Log, bench: Bench, tell: Callable[[str], None]) -> PreparedLog:
     """Return a log prepared for identification; raise LogError if it does not fit the bench."""
     log = match_bench(log, bench)
-    record, signals = record_of(log, bench), log.main.signals
+    record = record_of(log, bench)
+    signals = log.main.signals
     for warning in log.warnings:
         if not repeats_plausibility_warning(warning, bench):
             tell(f"{Path(log.source).name}: {warning}")

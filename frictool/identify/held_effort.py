@@ -148,14 +148,17 @@ def held_effort(
             for signal in (needed[last] - needed, before)
         )
         kept = np.abs(mixed) < MIXED
-        columns, effort, weight = _columns(logged), logged.effort, np.ones(logged.effort.size)
+        columns = _columns(logged)
+        effort = logged.effort
+        weight = np.ones(logged.effort.size)
         plain = solve(columns, effort, weight, cluster).value
         both = solve(
             np.column_stack((columns, late))[kept], effort[kept], weight[kept], cluster[kept]
         )
     except (UnusableLogs, SingularRegressors):
         return None
-    share, half = float(both.value[-1]), float(both.half_width(settings.confidence)[-1])
+    share = float(both.value[-1])
+    half = float(both.half_width(settings.confidence)[-1])
     change = np.abs(plain - values) * np.sqrt(np.mean(columns**2, axis=0) / np.mean(effort**2))
     effect = max(abs(float(plain[0] / values[0] - 1.0)), float(np.max(change[1:])))
     return HeldEffort(

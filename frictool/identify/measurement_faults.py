@@ -56,7 +56,9 @@ def _refuse_saturated(record: MotionRecord, bench: Bench) -> None:
 
 def _refuse_clipped(record: MotionRecord, bench: Bench) -> None:
     """Raise UnusableLogs if the position stops at its extreme faster than the effort can brake."""
-    x, n, unit = record.position, STOPPING_SAMPLES, si_unit("position", bench.axis)
+    x = record.position
+    n = STOPPING_SAMPLES
+    unit = si_unit("position", bench.axis)
     friction, inertia = bench.mechanics.coulomb.interval[1], bench.mechanics.inertia.interval[0]
     for extreme in (x.max(), x.min()):
         stops = (

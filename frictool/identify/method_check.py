@@ -125,7 +125,8 @@ def _scores(
     fit: SlidingFit,
 ) -> tuple[tuple[PredictionScore, PredictionScore] | None, str]:
     """Return the scores of the method and of least squares (or None), and the data predicted."""
-    fits, held = [fit, replace(fit, method=REFERENCE)], with_held(settings, fit, fit.fixed)
+    fits = [fit, replace(fit, method=REFERENCE)]
+    held = with_held(settings, fit, fit.fixed)
     sides = halves(records)
     choices: list[tuple[Sides, Rows, str]] = [((records, records), [rows, rows], "the logs")]
     if sides is not None:

@@ -163,8 +163,10 @@ def record_of(log: Log, bench: Bench) -> MotionRecord:
     LogError
         If both position and velocity are missing, or both drive and effort.
     """
-    stream, lag = log.main, bench.actuator.loop_time_constant_s
-    effort, reference = _effort(log, stream, bench), stream.signals.get("reference")
+    stream = log.main
+    lag = bench.actuator.loop_time_constant_s
+    effort = _effort(log, stream, bench)
+    reference = stream.signals.get("reference")
     if "position" not in stream.signals and "velocity" in stream.signals:
         return velocity_record(
             log.source, stream.time, stream.signals["velocity"], effort, lag, reference

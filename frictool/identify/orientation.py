@@ -89,7 +89,8 @@ def stroke_efforts(record: MotionRecord) -> tuple[Vector, Vector]:
     starts = np.flatnonzero(np.diff(strokes.number, prepend=-1))
     for first, end in itertools.pairwise([*starts.tolist(), record.position.size]):
         advance = strokes.advance[first:end]
-        begin, last = int(np.argmax(advance > 0.0)), int(np.argmax(advance))
+        begin = int(np.argmax(advance > 0.0))
+        last = int(np.argmax(advance))
         if strokes.sign[first] != 0.0 and last > begin:
             direction.append(float(strokes.sign[first]))
             effort.append(float(np.mean(record.effort[first + begin : first + last])))
@@ -102,7 +103,8 @@ def stroke_friction(direction: Vector, effort: Vector, confidence: float) -> Int
         return None
     columns = np.column_stack((direction, np.ones(direction.size)))
     solution = solve(columns, effort, np.ones(direction.size), np.arange(direction.size))
-    value, half = float(solution.value[0]), float(solution.half_width(confidence)[0])
+    value = float(solution.value[0])
+    half = float(solution.half_width(confidence)[0])
     return Interval.around(value, half)
 
 
@@ -134,10 +136,16 @@ def _negative_effort(
         solution = solve(columns, samples.effort, np.ones(samples.sign.size), cluster)
     except SingularRegressors:
         return None
-    value, half = solution.value, solution.half_width(settings.confidence)
+    value = solution.value
+    half = solution.half_width(settings.confidence)
     inertial = abs(value[0]) * float(np.sqrt(np.mean(samples.acceleration**2)))
-    place, name, unit = (0, "the inertia", si_unit("inertia", bench.axis))
+    place = 0
+    name = "the inertia"
+    unit = si_unit("inertia", bench.axis)
     if abs(value[1]) > inertial:
-        place, name, unit = (1, "the mean friction", si_unit("effort", bench.axis))
-    low, high = value[place] - half[place], value[place] + half[place]
+        place = 1
+        name = "the mean friction"
+        unit = si_unit("effort", bench.axis)
+    low = value[place] - half[place]
+    high = value[place] + half[place]
     return f"{name} is {value[place]:.4g} {unit} in [{low:.4g}, {high:.4g}]" if high < 0.0 else None

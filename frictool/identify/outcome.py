@@ -63,7 +63,8 @@ def accept(
 
     `reasons` are those of parameters that a method has refused itself.
     """
-    identified, refused = dict[str, Interval](), dict(reasons or {})
+    identified = dict[str, Interval]()
+    refused = dict(reasons or {})
     for name, interval in offered.items():
         known: Quantity | None = getattr(bench.mechanics, name, None)
         nonnegative = without_negative(name, interval, known)

@@ -83,7 +83,8 @@ def friction_over_speed(model: Model, speed: Vector, direction: float) -> Vector
     own = None if laws is None or direction > 0.0 else laws.backward
     coulomb = (own.coulomb if own is not None else None) or today.coulomb
     first = (own.viscous if own is not None else None) or today.viscous
-    knees, before = [], first.value
+    knees = []
+    before = first.value
     for regime in () if laws is None else laws.regimes:
         slope = ((regime.backward if direction < 0.0 else None) or regime.viscous).value
         knees.append((regime.above.value, slope - before))
@@ -169,7 +170,8 @@ def _over_position(ax: Axes, model: Model, ramp: Breakaway) -> None:
             x = np.array([ramp.position.min(), ramp.position.max()])
             curve = level.value * curve
         else:
-            level, x = (law.forward, law.backward)[index], np.linspace(law.low, law.high, POINTS)
+            level = (law.forward, law.backward)[index]
+            x = np.linspace(law.low, law.high, POINTS)
             curve = np.polynomial.polynomial.polyval(x, np.array(law.powers[index]))
         ax.plot(x, curve, color=colour, linewidth=1.2)
         ax.fill_between(
@@ -191,8 +193,10 @@ def _over_both(figure: Figure, ax: Axes, model: Model, rows: StrokeRows | None) 
     """Draw friction in slip over position and signed speed: speed level times position shape."""
     assert model.laws is not None
     assert model.laws.position is not None
-    law, fastest = model.laws.position, _fastest(model, rows)
-    x, speed = np.linspace(law.over.low, law.over.high, POINTS), np.linspace(0.0, fastest, POINTS)
+    law = model.laws.position
+    fastest = _fastest(model, rows)
+    x = np.linspace(law.over.low, law.over.high, POINTS)
+    speed = np.linspace(0.0, fastest, POINTS)
     parts = []
     for side, powers in (
         (-1.0, law.coulomb.backward or law.coulomb.forward),

@@ -171,7 +171,9 @@ def _test(values: Vector, s: Vector, group: NDArray[np.int64] | None = None) -> 
     """Return the joint test of the scatter about the mean of each group (n,), or of all values."""
     w = s**-2.0
     group = np.zeros(values.size, dtype=np.int64) if group is None else group
-    q, free, reach = 0.0, values.size, 0.0
+    q = 0.0
+    free = values.size
+    reach = 0.0
     for one in np.unique(group):
         own = group == one
         mean = np.average(values[own], weights=w[own])
@@ -210,7 +212,8 @@ def _drift(
     days = [one.day for one in values]
     if any(day is None for day in days):
         return None
-    day, w = np.array(days, dtype=np.float64), s**-2.0
+    day = np.array(days, dtype=np.float64)
+    w = s**-2.0
     names, group = np.unique(units, return_inverse=True)
     for one in range(names.size):
         own = group == one
@@ -221,7 +224,8 @@ def _drift(
             group
         ]
     )
-    reach, free = float(np.sum(w * day**2)), estimates.size - names.size - 1
+    reach = float(np.sum(w * day**2))
+    free = estimates.size - names.size - 1
     if free < 1 or float(np.ptp(day)) == 0.0:
         return None
     slope = float(np.sum(w * day * about)) / reach

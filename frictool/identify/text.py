@@ -19,7 +19,9 @@ def law_lines(model: Model) -> list[str]:
     """Return the lines on friction and load laws beyond the parameters."""
     if model.laws is None:
         return []
-    lines, today, laws = [], model.parameters, model.laws
+    lines = []
+    today = model.parameters
+    laws = model.laws
     for regime in laws.regimes:
         speed, viscous = regime.above, regime.viscous
         lines.append(

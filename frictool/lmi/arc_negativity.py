@@ -25,7 +25,8 @@ def is_negative_on(system: Lti, pi: ComplexVector, start: float, stop: float) ->
 
     The system is sampled and stable, `pi` is Hermitian.
     """
-    middle, half = 0.5 * (start + stop), 0.5 * (stop - start)
+    middle = 0.5 * (start + stop)
+    half = 0.5 * (stop - start)
     stretch = np.tan(0.5 * half)
     turn = np.exp(-1j * middle)
     identity = np.eye(system.order)

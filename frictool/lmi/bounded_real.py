@@ -60,7 +60,9 @@ class ProjectedInequality:
 
         `null` is a basis of the directions that the controller does not affect.
         """
-        n, n_z, n_w = len(a), len(c), b.shape[1]
+        n = len(a)
+        n_z = len(c)
+        n_w = b.shape[1]
         outer = block_diag(null, np.eye(n_w)).T
         fixed = np.zeros((n + n_z + n_w,) * 2)
         fixed[: n + n_z, n + n_z :] = np.vstack([b, d])
@@ -103,7 +105,8 @@ Indices = tuple[NDArray[np.intp], NDArray[np.intp]]
 
 
 def _columns(p: Matrix, e: Matrix, disc: bool) -> Matrix:
-    rows, pairs = upper_triangle(len(p)), upper_triangle(p.shape[1])
+    rows = upper_triangle(len(p))
+    pairs = upper_triangle(p.shape[1])
     if disc:
         return _products(e, e, rows, pairs) - _products(p, p, rows, pairs)
     return -_products(p, e, rows, pairs) - _products(e, p, rows, pairs)
@@ -139,10 +142,8 @@ class BoundedRealInequalities:
                 raise ValueError("B2, C2, D12 and D21 must be the same at every vertex")
         self.n = len(first.a)
         self.half = self.n * (self.n + 1) // 2
-        null_r, null_s = (
-            null_space(np.hstack([first.b2.T, first.d12.T])),
-            null_space(np.hstack([first.c2, first.d21])),
-        )
+        null_r = null_space(np.hstack([first.b2.T, first.d12.T]))
+        null_s = null_space(np.hstack([first.c2, first.d21]))
         disc = first.period > 0.0
         self.sides_r = [
             ProjectedInequality.of(p.a, p.b1, p.c1, p.d11, null_r, disc) for p in plants

@@ -41,28 +41,28 @@ def lyapunov_ends(
 
 def _coefficient(low: Matrix, high: Matrix, n: int, below: float, index: int) -> Affine:
     """Return one Bernstein coefficient of the inequality minus the last variable times identity."""
-    half, m = n * (n + 1) // 2, low.shape[1]
+    half = n * (n + 1) // 2
+    m = low.shape[1]
     level = np.diag(np.concatenate([np.zeros(n), np.full(m - n, below**2)]))
 
     def gained(first: Matrix, p: Any, second: Matrix) -> Any:
         return first[:n].T @ p @ second[:n] + first[n:].T @ second[n:]
 
     def positive(x: Matrix) -> Matrix:
-        p, q = symmetric(x[:, :half], n), symmetric(x[:, half : 2 * half], n)
+        p = symmetric(x[:, :half], n)
+        q = symmetric(x[:, half : 2 * half], n)
         if index == 0:
-            kept, taken = p, gained(low, p, low)
+            kept = p
+            taken = gained(low, p, low)
         elif index == 1:
-            kept, taken = (
-                (2.0 * p + q) / 3.0,
-                (gained(low, q, low) + gained(low, p, high) + gained(high, p, low)) / 3.0,
-            )
+            kept = (2.0 * p + q) / 3.0
+            taken = (gained(low, q, low) + gained(low, p, high) + gained(high, p, low)) / 3.0
         elif index == 2:
-            kept, taken = (
-                (p + 2.0 * q) / 3.0,
-                (gained(high, p, high) + gained(low, q, high) + gained(high, q, low)) / 3.0,
-            )
+            kept = (p + 2.0 * q) / 3.0
+            taken = (gained(high, p, high) + gained(low, q, high) + gained(high, q, low)) / 3.0
         else:
-            kept, taken = q, gained(high, q, high)
+            kept = q
+            taken = gained(high, q, high)
         whole = level - taken - x[:, -1, None, None] * np.eye(m)
         whole[:, :n, :n] += kept
         return np.asarray(whole)

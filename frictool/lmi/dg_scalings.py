@@ -69,9 +69,13 @@ class ScalingForm:
 
 def form(blocks: Sequence[Uncertain], z: int, w: int) -> ScalingForm:
     """Return the form of an uncertainty; `z` and `w` count all outputs and inputs of M."""
-    z_at, w_at, found, placed = 0, 0, [], []
+    z_at = 0
+    w_at = 0
+    found = []
+    placed = []
     for block in blocks:
-        rows, columns = slice(z_at, z_at + block.entering), slice(z + w_at, z + w_at + block.size)
+        rows = slice(z_at, z_at + block.entering)
+        columns = slice(z + w_at, z + w_at + block.size)
         placed.append((rows, columns, isinstance(block, RealBlock)))
         found += (
             _real(block, rows, columns, z + w)
@@ -87,7 +91,8 @@ def _real(block: RealBlock, z: slice, w: slice, size: int) -> list[ComplexVector
     found = []
     for part in _hermitian(block.size):
         for_d, for_g = np.zeros((2, size, size), dtype=np.complex128)
-        for_d[z, z], for_d[w, w] = part, -part
+        for_d[z, z] = part
+        for_d[w, w] = -part
         for_g[w, z], for_g[z, w] = 1j * part, -1j * part
         found += [for_d, for_g]
     return found
@@ -100,7 +105,8 @@ def _hermitian(size: int) -> list[ComplexVector]:
         for column in range(row + 1):
             for value in (1.0,) if row == column else (1.0, 1j):
                 part = np.zeros((size, size), dtype=np.complex128)
-                part[row, column], part[column, row] = value, np.conj(value)
+                part[row, column] = value
+                part[column, row] = np.conj(value)
                 found.append(part)
     return found
 

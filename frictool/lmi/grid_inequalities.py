@@ -90,7 +90,8 @@ class GridInequalities:
     ) -> None:
         first = cells[0].plants[0]
         self.cells, self.bases, self.motions = cells, bases, motions
-        self.n, self.disc = len(first.a), first.period > 0.0
+        self.n = len(first.a)
+        self.disc = first.period > 0.0
         self.ports = (first.b1.shape[1], len(first.c1))
         self.half = self.n * (self.n + 1) // 2
         self.sizes = (len(bases[0].terms) * self.half, len(bases[1].terms) * self.half)
@@ -117,7 +118,8 @@ class GridInequalities:
 
     def blocks(self, x: Vector, gamma: float) -> tuple[Matrix, Matrix]:
         """Return the terms (terms, n, n) of X and of Y."""
-        first, second = x[: self.sizes[0]], x[self.sizes[0] : self.unknowns]
+        first = x[: self.sizes[0]]
+        second = x[self.sizes[0] : self.unknowns]
         return gamma * symmetric(first.reshape(-1, self.half), self.n), gamma * symmetric(
             second.reshape(-1, self.half), self.n
         )
@@ -179,7 +181,8 @@ class GridInequalities:
         e v e'. In continuous time w2 gives the derivative: +v' of X, -v' of Y. In discrete time w1
         and w2 belong to the two ends of a step.
         """
-        basis, found = self.bases[block], []
+        basis = self.bases[block]
+        found = []
         for motion in self.motions:
             now = basis.at(values)
             if self.disc:

@@ -65,14 +65,16 @@ class _ScheduledPlant:
     """One plant in balanced coordinates, with the constant parts of (5.62)."""
 
     def __init__(self, solution: GriddedSolution, values: Values, plant: GeneralisedPlant) -> None:
-        self.plant, self.gamma = plant, solution.gamma
+        self.plant = plant
+        self.gamma = solution.gamma
         self.x = solution.x[0]
         self.y = np.tensordot(solution.bases[1].at(values), solution.y, 1)
         self.drifts = [
             np.tensordot(solution.bases[1].along(values, motion), solution.y, 1)
             for motion in solution.motions
         ]
-        p, root = plant, 1.0 / solution.gamma
+        p = plant
+        root = 1.0 / solution.gamma
         self.rank = min(np.linalg.norm(p.d12, -2), np.linalg.norm(p.d21.T, -2))
         inside = np.linalg.norm(p.d11, 2) < solution.gamma
         self.d = (
@@ -81,16 +83,15 @@ class _ScheduledPlant:
             else parrott(root * p.d11, root * p.d12, p.d21)
         )
         through = p.d11 + p.d12 @ self.d @ p.d21
-        w, z = p.b1.shape[1], len(p.c1)
+        w = p.b1.shape[1]
+        z = len(p.c1)
         self.v = np.linalg.inv(
             np.block(
                 [[solution.gamma * np.eye(w), -through.T], [-through, solution.gamma * np.eye(z)]]
             )
         )
-        self.e, self.f = (
-            np.vstack([np.zeros((w, p.d12.shape[1])), p.d12]),
-            np.vstack([p.d21.T, np.zeros((z, len(p.c2)))]),
-        )
+        self.e = np.vstack([np.zeros((w, p.d12.shape[1])), p.d12])
+        self.f = np.vstack([p.d21.T, np.zeros((z, len(p.c2)))])
         self.a, self.b, self.c = (
             p.a + p.b2 @ self.d @ p.c2,
             p.b1 + p.b2 @ self.d @ p.d21,
@@ -99,8 +100,12 @@ class _ScheduledPlant:
 
     def hats(self, small: float) -> tuple[Matrix, Matrix, Matrix, Matrix]:
         """Return C^, B^, L1, L2."""
-        p, e, f, v = self.plant, self.e, self.f, self.v
-        first, second = np.vstack([self.b.T, p.c1 @ self.x]), np.vstack([p.b1.T @ self.y, self.c])
+        p = self.plant
+        e = self.e
+        f = self.f
+        v = self.v
+        first = np.vstack([self.b.T, p.c1 @ self.x])
+        second = np.vstack([p.b1.T @ self.y, self.c])
         c = -np.linalg.solve(e.T @ v @ e + small * np.eye(e.shape[1]), p.b2.T + e.T @ v @ first)
         b = -np.linalg.solve(f.T @ v @ f + small * np.eye(f.shape[1]), p.c2 + f.T @ v @ second).T
         return np.asarray(c), np.asarray(b), np.asarray(first + e @ c), np.asarray(second + f @ b.T)
@@ -109,7 +114,8 @@ class _ScheduledPlant:
         """Return True if both inequalities hold, the second at every corner of the rates."""
         p = self.plant
         c, b, first, second = self.hats(small)
-        flow_x, flow_y = p.a @ self.x + p.b2 @ c, self.y @ p.a + b @ p.c2
+        flow_x = p.a @ self.x + p.b2 @ c
+        flow_y = self.y @ p.a + b @ p.c2
         one = flow_x + flow_x.T + first.T @ self.v @ first
         two = flow_y + flow_y.T + second.T @ self.v @ second
         return bool(
@@ -141,11 +147,9 @@ def lyapunov(solution: GriddedSolution, values: Values) -> Matrix:
 
 
 def _balanced(solution: GriddedSolution, values: Values) -> Matrix:
-    x, y, identity = (
-        solution.x[0],
-        np.tensordot(solution.bases[1].at(values), solution.y, 1),
-        np.eye(len(solution.t)),
-    )
+    x = solution.x[0]
+    y = np.tensordot(solution.bases[1].at(values), solution.y, 1)
+    identity = np.eye(len(solution.t))
     first = np.block([[x, identity], [identity, np.zeros_like(x)]])
     second = np.block([[identity, y], [np.zeros_like(x), identity - x @ y]])
     p = second @ np.linalg.inv(first)
@@ -161,12 +165,16 @@ def certified_gamma(
     scheduled ones. An example is a sum of them (5.64), which the synthesis alone does not cover.
     """
     states = block_diag(solution.t, np.eye(controller.order))
-    loop, unit = plant.closed(controller).transformed(states), solution.frame.scale
-    p, still = _balanced(solution, values), np.zeros((controller.order,) * 2)
+    loop = plant.closed(controller).transformed(states)
+    unit = solution.frame.scale
+    p = _balanced(solution, values)
+    still = np.zeros((controller.order,) * 2)
     if np.linalg.eigvalsh(p)[0] <= 0.0:
         return np.inf
-    w, z = loop.b.shape[1], len(loop.c)
-    flow, cross = unit * p @ loop.a, np.sqrt(unit) * np.vstack([loop.b.T @ p, loop.c])
+    w = loop.b.shape[1]
+    z = len(loop.c)
+    flow = unit * p @ loop.a
+    cross = np.sqrt(unit) * np.vstack([loop.b.T @ p, loop.c])
     rest = np.block([[np.zeros((w, w)), loop.d.T], [loop.d, np.zeros((z, z))]])
     worst = 0.0
     for motion in solution.motions:
@@ -182,6 +190,7 @@ def certified_gamma(
 
 def _carried(solution: GriddedSolution, drift: Matrix, still: Matrix) -> Matrix:
     """Return P' = T^-T diag(0, Y') T^-1 with the constant map T = [X I; I 0]."""
-    x, identity = solution.x[0], np.eye(len(drift))
+    x = solution.x[0]
+    identity = np.eye(len(drift))
     inverse = np.linalg.inv(np.block([[x, identity], [identity, still]]))
     return np.asarray(inverse.T @ block_diag(still, drift) @ inverse)

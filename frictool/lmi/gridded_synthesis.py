@@ -126,7 +126,9 @@ class _GridSearch:
     """Grid and coordinates during the refinement."""
 
     def __init__(self, family: Family, schedule: GridSchedule, recentring: float) -> None:
-        self.family, self.recentring, parameters = family, recentring, len(schedule.rates)
+        self.family = family
+        self.recentring = recentring
+        parameters = len(schedule.rates)
         self.grid: list[Values] = list(
             product(*[np.linspace(-1.0, 1.0, schedule.points).tolist()] * parameters)
         )
@@ -140,7 +142,8 @@ class _GridSearch:
         everywhere = [plant for values in self.grid for plant in family(values)]
         self.frame = frame(everywhere, None)
         framed = [self.frame.plant(plant) for plant in everywhere]
-        self.t, self.level = even_out(framed), 1.0
+        self.t = even_out(framed)
+        self.level = 1.0
         refuse_fixed_modes([plant.transformed(self.t) for plant in framed], self.frame)
         speeds = [
             rate if self.frame.disc else rate * self.frame.scale for rate in schedule.rates
@@ -204,7 +207,8 @@ class _GridSearch:
         for k in range(PASSES + 1):
             problem = self.inequalities(self.grid)
             optimum = _optimum(problem)
-            gamma, inner = self.recentring * optimum, float(np.sqrt(self.recentring)) * optimum
+            gamma = self.recentring * optimum
+            inner = float(np.sqrt(self.recentring)) * optimum
             smallest = solve(_trace(problem), problem.at(inner, 1.0, STRICT)).x
             if (
                 k == PASSES or abs(optimum - 1.0) <= SETTLED

@@ -99,7 +99,9 @@ def _minimise(
 ) -> LyapunovPair:
     chosen = frame(plants, pole_region)
     framed = [chosen.plant(plant) for plant in plants]
-    t, level, before = even_out(framed), 1.0, np.nan
+    t = even_out(framed)
+    level = 1.0
+    before = np.nan
     refuse_fixed_modes([plant.transformed(t) for plant in framed], chosen)
     for _ in range(PASSES + 1):
         problem = BoundedRealInequalities(
@@ -108,7 +110,8 @@ def _minimise(
         optimum, r, s = _optimum(problem)
         if optimum * level > DIVERGED * before:
             raise NoSolutionError(NO_GAMMA)
-        gamma, inner = recentring * optimum, np.sqrt(recentring) * optimum
+        gamma = recentring * optimum
+        inner = np.sqrt(recentring) * optimum
         smallest = _smallest(problem, inner)
         if abs(optimum * level - before) <= SETTLED * before:
             for x in (_widest(problem, inner, smallest), smallest):

@@ -265,7 +265,8 @@ def _inequality(loop: Lti, p: Matrix, moved: Matrix, drift: Matrix) -> Matrix:
         whole[:, :n, :n], whole[:, n:inner, n:inner] = -0.5 * p, -0.5 * moved
         whole[:, n:inner, :n], whole[:, n:inner, inner : inner + w] = moved @ loop.a, moved @ loop.b
     else:
-        whole[:, :n, :n], whole[:, :n, n : n + w] = p @ loop.a + 0.5 * drift, p @ loop.b
+        whole[:, :n, :n] = p @ loop.a + 0.5 * drift
+        whole[:, :n, n : n + w] = p @ loop.b
     whole[:, inner + w :, :n], whole[:, inner + w :, inner : inner + w] = loop.c, loop.d
     return np.asarray(whole + whole.transpose(0, 2, 1))
 
@@ -276,7 +277,9 @@ def _smallest_gamma(whole: Matrix, loop: Lti) -> float:
     It is infinite if the block without gamma is not negative.
     """
     inner = len(whole) - _ports(loop)
-    decrease, cross, rest = -whole[:inner, :inner], whole[inner:, :inner], whole[inner:, inner:]
+    decrease = -whole[:inner, :inner]
+    cross = whole[inner:, :inner]
+    rest = whole[inner:, inner:]
     if np.linalg.eigvalsh(decrease)[0] <= 0.0:
         return np.inf
     return float(np.linalg.eigvalsh(rest + cross @ np.linalg.solve(decrease, cross.T))[-1])

@@ -77,7 +77,11 @@ def _discrete(
     p: GeneralisedPlant, r: Matrix, s: Matrix, gamma: float, d22: Matrix, period: float
 ) -> Lti:
     """Return Parrott's central controller for a plant with the direct term `d22`."""
-    n, n_w, n_z, n_u, n_y = len(p.a), p.b1.shape[1], len(p.c1), p.b2.shape[1], len(p.c2)
+    n = len(p.a)
+    n_w = p.b1.shape[1]
+    n_z = len(p.c1)
+    n_u = p.b2.shape[1]
+    n_y = len(p.c2)
     gap = s - np.linalg.inv(r)
     big = np.block([[s, -gap], [-gap, gap]])
     values, vectors = np.linalg.eigh(0.5 * (big + big.T))
@@ -86,10 +90,8 @@ def _discrete(
             "the Lyapunov matrix of the synthesis is not positive; raise `recentring` or relax "
             "the weights"
         )
-    root, root_inverse = (
-        vectors @ np.diag(np.sqrt(values)) @ vectors.T,
-        vectors @ np.diag(values**-0.5) @ vectors.T,
-    )
+    root = vectors @ np.diag(np.sqrt(values)) @ vectors.T
+    root_inverse = vectors @ np.diag(values**-0.5) @ vectors.T
     left = block_diag(root, np.eye(n_z) / np.sqrt(gamma))
     right = block_diag(root_inverse, np.eye(n_w) / np.sqrt(gamma))
     zero = np.zeros
@@ -120,7 +122,10 @@ def parrott(phi: Matrix, u: Matrix, v: Matrix) -> Matrix:
     q_v, r_v = np.linalg.qr(v.T, mode="complete")
     m, k = u.shape[1], v.shape[0]
     turned = q_u.T @ phi @ q_v
-    corner, b, c, a = turned[:m, :k], turned[:m, k:], turned[m:, :k], turned[m:, k:]
+    corner = turned[:m, :k]
+    b = turned[:m, k:]
+    c = turned[m:, :k]
+    a = turned[m:, k:]
     reach = max(np.linalg.norm(np.vstack([b, a]), 2), np.linalg.norm(np.hstack([c, a]), 2))
     if reach >= 1.0:
         raise NoSolutionError(

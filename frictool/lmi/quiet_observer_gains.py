@@ -122,7 +122,10 @@ class _QuietProblem:
         t: Matrix,
         apart: Mapping[int, NDArray[np.bool_]],
     ) -> None:
-        self.modes, self.switches, self.decay, self.t = modes, switches, decay, t
+        self.modes = modes
+        self.switches = switches
+        self.decay = decay
+        self.t = t
         posed = {index: mode.in_states(t) for index, mode in modes.items()}
         self.n = len(t)
         self.half = self.n * (self.n + 1) // 2
@@ -144,7 +147,9 @@ class _QuietProblem:
         self.masks = {
             i: (np.all(mask[:, None] == mask[None], axis=2), mask) for i, mask in masks.items()
         }  # masks of G_i and V_i
-        self.first, self.sizes, count = {}, {}, 0
+        self.first = {}
+        self.sizes = {}
+        count = 0
         for index, mode in self.posed.items():
             self.first[index], self.sizes[index] = (
                 count,
@@ -172,7 +177,9 @@ class _QuietProblem:
 
     def inequality(self, i: int, j: int, level: float | None, of_noise: bool) -> AffineConstraint:
         """Return the module's matrix for a switch; `level` is gamma^2, None if unknown."""
-        mode, same, own = self.posed[i], i == j, self.sizes[i]
+        mode = self.posed[i]
+        same = i == j
+        own = self.sizes[i]
         size = own + (0 if same else self.half) + 1
 
         def values(x: Matrix) -> Matrix:

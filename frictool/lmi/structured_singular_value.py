@@ -111,7 +111,9 @@ class _ArcCover:
         self.loop = _evened(tustin(loop, self.period) if self.continuous else loop, self.form)
 
     def found(self, start: float) -> CertifiedLevel:
-        level, where, arcs = max(start, self.least()) * (1.0 + self.tolerance), np.nan, 0
+        level = max(start, self.least()) * (1.0 + self.tolerance)
+        where = np.nan
+        arcs = 0
         waiting = list(pairwise(FIRST_ARCS.tolist()))
         # at the ends the response is real, and the level for real parameters may jump: below that
         # level the scalings nearby grow without limit
@@ -122,7 +124,8 @@ class _ArcCover:
                 if not np.isfinite(asked):
                     return CertifiedLevel(np.inf, self.frequency(angle), arcs)
                 if asked > level:
-                    level, where = asked * (1.0 + self.tolerance), self.frequency(angle)
+                    level = asked * (1.0 + self.tolerance)
+                    where = self.frequency(angle)
             while waiting and self.held(*waiting[-1], level):
                 waiting.pop()
                 arcs += 1
@@ -182,7 +185,8 @@ class _ArcCover:
         """
         low, high = level, level
         while self.scalings(*self.one(angle, high)) is None:
-            low, high = high, 2.0 * high
+            low = high
+            high = 2.0 * high
             if high > UNBOUNDED * level:
                 return np.inf
         while high > low * (1.0 + 0.25 * self.tolerance):
@@ -238,7 +242,8 @@ def _real(matrices: ComplexVector) -> Matrix:
 
 def _below(terms: ComplexVector) -> Affine:
     """Return the constraint -Phi - t >= 0, t the last unknown."""
-    fixed, parts = _real(terms[0]), _real(terms[1:])
+    fixed = _real(terms[0])
+    parts = _real(terms[1:])
     identity = np.eye(len(fixed))
 
     def positive(x: Matrix) -> Matrix:

@@ -186,7 +186,10 @@ class _SwitchedProblem:
     def __init__(
         self, modes: Mapping[int, ObserverMode], switches: Switches, decay: float, t: Matrix
     ) -> None:
-        self.modes, self.switches, self.decay, self.t = modes, switches, decay, t
+        self.modes = modes
+        self.switches = switches
+        self.decay = decay
+        self.t = t
         posed = {index: mode.in_states(t) for index, mode in modes.items()}
         self.n = len(t)
         self.half = self.n * (self.n + 1) // 2
@@ -194,12 +197,15 @@ class _SwitchedProblem:
             _largest(np.vstack([getattr(mode, part) for mode in posed.values()]))
             for part in ("weight", "q")
         )
-        self.weight, self.unit = weight, weight * entering  # self.unit is the unit of gamma
+        # self.unit is the unit of gamma
+        self.weight = weight
+        self.unit = weight * entering
         self.posed = {
             i: ObserverMode(m.a, m.c / _rows(m.c), m.q / entering, m.weight / weight)
             for i, m in posed.items()
         }
-        self.first, count = {}, 0
+        self.first = {}
+        count = 0
         for index, mode in self.posed.items():
             self.first[index] = count
             count += self.half + self.n * len(mode.c)
@@ -225,7 +231,9 @@ class _SwitchedProblem:
 
     def inequality(self, i: int, j: int) -> AffineConstraint:
         """Return minus the matrix of (6.6) for a switch, among all unknowns."""
-        mode, same, own = self.posed[i], i == j, self.half + self.n * len(self.posed[i].c)
+        mode = self.posed[i]
+        same = i == j
+        own = self.half + self.n * len(self.posed[i].c)
         size = own + (0 if same else self.half) + 1
 
         def values(x: Matrix) -> Matrix:
@@ -309,7 +317,9 @@ def state_units(modes: Mapping[int, ObserverMode]) -> Matrix:
     coupling = np.max(
         [np.abs(mode.a - np.diag(np.diag(mode.a))) for mode in modes.values()], axis=0
     )
-    n, rows, right = len(coupling), [], []
+    n = len(coupling)
+    rows = []
+    right = []
     for i, j in zip(*np.nonzero(coupling), strict=True):
         rows.append(np.eye(n)[j] - np.eye(n)[i])
         right.append(-np.log(coupling[i, j]))

@@ -95,6 +95,7 @@ def flat_names(streams: Sequence[OutgoingStream]) -> list[str]:
         name = stem = stream.head.topic.strip("/").replace("/", "_")
         number = 2
         while name in names:
-            name, number = f"{stem}_{number}", number + 1
+            name = f"{stem}_{number}"
+            number = number + 1
         names.append(name)
     return names

@@ -17,7 +17,8 @@ class UnpackedBudget:
     """Bytes that may still be unpacked from a file of `size` bytes."""
 
     def __init__(self, size: int) -> None:
-        self._size, self._allowed = size, allowed_bytes(size)
+        self._size = size
+        self._allowed = allowed_bytes(size)
         self._left = self._allowed
 
     def take(self, count: int) -> str | None:

@@ -13,7 +13,8 @@ def drive_rms(time: Vector, drive: Vector) -> float:
 
     Each sample holds until the next, `time` (n,) [s].
     """
-    weight, largest = sample_durations(time), float(np.max(np.abs(drive)))
+    weight = sample_durations(time)
+    largest = float(np.max(np.abs(drive)))
     if largest == 0.0:
         return 0.0
     share = drive / largest  # scaled, so that the square cannot overflow

@@ -46,7 +46,8 @@ def load_overshoot(
 
 def _play(position: Vector, half: float, start: float) -> Vector:
     """Return the play operator: y[k] is the value nearest to y[k-1] within half of position[k]."""
-    load, out = start, []
+    load = start
+    out = []
     for value in position.tolist():
         load = min(max(load, value - half), value + half)
         out.append(load)

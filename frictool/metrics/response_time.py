@@ -18,11 +18,7 @@ def zone_half_width(origin: float, target: float, resolution: float) -> float:
 
 
 def response_time_95(
-    time: Vector,
-    position: Vector,
-    origin: float,
-    target: float,
-    resolution: float = 0.0,
+    time: Vector, position: Vector, origin: float, target: float, resolution: float = 0.0
 ) -> float:
     """Return the time [s] after which `position` stays within 5 % of the step at its final value.
 

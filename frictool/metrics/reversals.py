@@ -32,17 +32,16 @@ def turning_points(position: Vector, threshold: float, direction: float = 0.0) -
     for sample in [*turns.tolist(), position.size - 1]:
         value = position[sample]
         if direction == 0.0:
-            low, high = (
-                (sample if value < position[low] else low),
-                (sample if value > position[high] else high),
-            )
+            low = sample if value < position[low] else low
+            high = sample if value > position[high] else high
             if position[high] - position[low] > threshold:
                 direction, extreme = (1.0, high) if high > low else (-1.0, low)
         elif direction * (value - position[extreme]) > 0.0:
             extreme = sample
         elif direction * (position[extreme] - value) > threshold:
             found.append(extreme)
-            direction, extreme = -direction, sample
+            direction = -direction
+            extreme = sample
     return found
 
 

@@ -21,7 +21,9 @@ def rise_time(time: Vector, position: Vector, origin: float, target: float) -> f
     result is infinite if the axis stops short of half of the step, 0 if it was at its final value
     before.
     """
-    final, start, step = final_value(position), float(position[0]), abs(target - origin)
+    final = final_value(position)
+    start = float(position[0])
+    step = abs(target - origin)
     if abs(target - final) > 0.5 * step:
         return math.inf
     if abs(final - start) <= LEAST_WAY * step:

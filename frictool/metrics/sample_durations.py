@@ -25,7 +25,8 @@ def median(values: Vector) -> float:
 
     The result equals `numpy.median` bit by bit, which takes three times as long.
     """
-    half, last = values.size // 2, values.size - 1
+    half = values.size // 2
+    last = values.size - 1
     ordered = np.partition(values, (max(half - 1, 0), half, last))
     if math.isnan(ordered[last]):  # NaN sorts last
         return math.nan

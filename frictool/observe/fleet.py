@@ -60,10 +60,8 @@ def observe_logs(
     few = (
         sum(member.path.stat().st_size for member in fleet if member.path.is_file()) < WORTH_SHARING
     )
-    observe, jobs = (
-        ObserveJob(model, settings, estimators),
-        [((member.path,), member) for member in fleet],
-    )
+    observe = ObserveJob(model, settings, estimators)
+    jobs = [((member.path,), member) for member in fleet]
     found: dict[int, FleetResult] = {}
     for index, one in share_files(
         observe, jobs, observe.lost, cores=cores or (1 if few else None), cluster=cluster

@@ -35,13 +35,7 @@ COLUMNS = (
 )
 TEXTS = ("unit", "date", "file", "kind", "reason")
 # columns on the right, because a terminal may be too narrow for the whole table
-SEEN_LAST = (
-    "kind",
-    "moves",
-    "velocity_rms",
-    "duration_s",
-    "reason",
-)
+SEEN_LAST = ("kind", "moves", "velocity_rms", "duration_s", "reason")
 
 
 @dataclass(frozen=True)
@@ -148,7 +142,9 @@ def _row(
     given: Commissioning | None,
     first: dict[str, FleetResult],
 ) -> FleetRow:
-    out, unit, date = one.outcome, one.origin.unit, one.origin.date
+    out = one.outcome
+    unit = one.origin.unit
+    date = one.origin.date
     if out is None:
         return FleetRow(one.member.name.file, unit, date, None, None, None, one.reason)
     start = first.get(unit or "")

@@ -48,7 +48,8 @@ class FrictionTracker:
             [_extended(one) for one in (model, _with_viscous(model, 0), _with_viscous(model, 1))]
         )
         self._load = load_of(model).as_array()
-        mechanics, inertia = model.bench.mechanics, model.parameters.inertia.interval[1]
+        mechanics = model.bench.mechanics
+        inertia = model.parameters.inertia.interval[1]
         loose = Quantity(axis_of(model).backlash_coulomb, *_ends(mechanics.backlash_coulomb))
         self._gap = np.stack(
             [_unsure(mechanics.backlash or Quantity(0.0), WIDTH), _unsure(loose, LOOSE)]
@@ -97,7 +98,8 @@ def _unsure(quantity: Quantity, part: float) -> Vector:
     """Return value, low, high (3,); without a range, `part` of the value either way."""
     low, high = quantity.interval
     if low == high:
-        low, high = (1.0 - part) * quantity.value, (1.0 + part) * quantity.value
+        low = (1.0 - part) * quantity.value
+        high = (1.0 + part) * quantity.value
     return np.array([quantity.value, low, high])
 
 
@@ -123,10 +125,8 @@ def _worn(estimate: WearEstimate, rough: float) -> tuple[Matrix, Matrix]:
 def _ends_of(wear: EstimateRange, rough: float) -> list[float]:
     """Return value, low, high of the wear at one position."""
     room = rough * wear.value
-    low, high = (
-        math.hypot(wear.value - wear.low, room),
-        math.hypot(min(wear.high, UNBOUNDED) - wear.value, room),
-    )
+    low = math.hypot(wear.value - wear.low, room)
+    high = math.hypot(min(wear.high, UNBOUNDED) - wear.value, room)
     return [max(0.0, one) for one in (wear.value, wear.value - low, wear.value + high)]
 
 

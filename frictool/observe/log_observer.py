@@ -88,7 +88,8 @@ class LogObserver:
         Raises LogError as `open_stream` does, DocumentError if the observer is for another axis or
         period, FrictoolError if the model has no dry friction.
         """
-        self.name, self.settings = name or LogName(path.name), settings
+        self.name = name or LogName(path.name)
+        self.settings = settings
         self.feed: SampleStream = open_stream(
             path, model.bench, settings.window, settings.topic, settings.salvage
         )
@@ -159,7 +160,8 @@ class LogObserver:
 
     def outcome(self) -> ObservationOutcome:
         """Return the outcome; complete when `parts` has ended."""
-        log, made = self.feed, self.feed.made
+        log = self.feed
+        made = self.feed.made
         found = origin_of(
             made.notes.get(KIND, {}), made.origin, log.first, self.name, self.settings.patterns
         )

@@ -128,11 +128,9 @@ def lines(outcome: ObservationOutcome, model: Model) -> list[str]:
 
 def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
     """Return the table of name and text of each result in the outcome."""
-    found, effort, position = (
-        outcome.estimate,
-        si_unit("effort", model.axis),
-        si_unit("position", model.axis),
-    )
+    found = outcome.estimate
+    effort = si_unit("effort", model.axis)
+    position = si_unit("position", model.axis)
     shown = [
         ("wear", f"{_range(found.wear)}   ({100.0 * outcome.confidence:g} % interval)"),
         ("kind", KINDS[found.kind]),

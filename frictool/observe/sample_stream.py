@@ -122,7 +122,8 @@ class SampleStream:
             self._check(samples)
             self._beginning.take(samples)
             effort = signals[name] if constant == 1.0 else constant * signals[name]
-            position, velocity = signals["position"], signals.get("velocity")
+            position = signals["position"]
+            velocity = signals.get("velocity")
             for low, high, follows in self._parts(samples, before):
                 known = None if velocity is None else velocity[low:high]
                 yield MotionBlock(
@@ -159,7 +160,8 @@ class SampleStream:
 
     def _count(self, samples: SampleBlock, jumps: Vector) -> None:
         self.first = self.first if self.samples else float(samples.time[0]) / NS
-        self.samples, self.last = self.samples + samples.time.size, float(samples.time[-1]) / NS
+        self.samples = self.samples + samples.time.size
+        self.last = float(samples.time[-1]) / NS
         self.gaps += jumps.size
         self.longest_gap = max(self.longest_gap, float(jumps.max(initial=0.0)))
         if self.gaps > MOST_BROKEN * self.samples and self.samples > FEWEST:
@@ -207,7 +209,8 @@ def _topic(made: LogAssembly, wanted: str | None) -> str:
 
 def _started(made: LogAssembly, ready: PendingStream, bench: Bench) -> SampleStream:
     """Return the stream after comparing its beginning with the bench."""
-    source, drive = made.flows[0].source, bench.actuator.drive
+    source = made.flows[0].source
+    drive = bench.actuator.drive
     fields = ready.head.fields
     _require(source, ready, made, bench)
     opening = _opening(ready, drive)

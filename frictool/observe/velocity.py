@@ -55,13 +55,12 @@ class VelocityEstimator:
             raise ValueError("the velocity's interval is that of a tracking observer")
         self._run = ObserverRun(self.observer)
         self._lagged = model.bench.actuator.loop_time_constant_s > 0.0
-        self._bandwidth, inertia, period = (
-            tracking.bandwidth_rad_s,
-            self.observer.inertia.value,
-            self.observer.sample_period_s,
-        )
+        self._bandwidth = tracking.bandwidth_rad_s
+        inertia = self.observer.inertia.value
+        period = self.observer.sample_period_s
         unsure, friction = spread(model)
-        step, passed = model.bench.encoder.resolution, error_gains(tracking.gains, inertia, period)
+        step = model.bench.encoder.resolution
+        passed = error_gains(tracking.gains, inertia, period)
         self._sizes = VelocityIntervalConstants(
             unsure, friction / inertia, step, tracking.cell, self._bandwidth, period, *passed
         )
@@ -91,10 +90,8 @@ class VelocityEstimator:
             last, before = self._waiting
             self._run.machine.real[:] = before
             self._run.take(_with_effort(last, 0.5 * (last.effort + piece.effort[:1])))
-        ahead, last = (
-            _part(piece, slice(0, -1)),
-            _part(piece, slice(-1, None), follows=True if piece.time.size > 1 else piece.follows),
-        )
+        ahead = _part(piece, slice(0, -1))
+        last = _part(piece, slice(-1, None), follows=True if piece.time.size > 1 else piece.follows)
         middle = 0.5 * (piece.effort[:-1] + piece.effort[1:])
         parts = [self._run.take(_with_effort(ahead, middle))] if ahead.time.size else []
         before = self._run.machine.real.copy()

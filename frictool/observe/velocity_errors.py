@@ -27,7 +27,8 @@ REMEMBERED = 10.0  # periods of the cut-off, after which the filter's response i
 BLOCK = 1 << 14  # samples
 # lowest cut-off [Hz] and number of the low-passes; the highest is that of the mean of two
 # differences
-SLOWEST_HZ, CUTOFFS = 1.0, 31
+SLOWEST_HZ = 1.0
+CUTOFFS = 31
 LEAST = 12  # samples, shortest piece that is compared
 
 
@@ -63,7 +64,8 @@ class VelocityErrors:
     """
 
     def __init__(self, cutoff: float, period: float) -> None:
-        self.period, self.cutoff = period, min(cutoff, 0.4 / period)
+        self.period = period
+        self.cutoff = min(cutoff, 0.4 / period)
         self.sections = butter(ORDER, self.cutoff, fs=1.0 / period, output="sos")
         self.overlap = math.ceil(REMEMBERED / (self.cutoff * period))
         self.tried = np.geomspace(min(SLOWEST_HZ, 0.01 / period), 1.0 / (math.pi * period), CUTOFFS)

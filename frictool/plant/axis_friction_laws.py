@@ -118,7 +118,9 @@ class AxisLaws(NamedTuple):
                 regime.forward,
             )
         if self.shape is not None:
-            out[MAPPED], out[MAP_LOW], out[MAP_HIGH] = 1.0, self.shape.low, self.shape.high
+            out[MAPPED] = 1.0
+            out[MAP_LOW] = self.shape.low
+            out[MAP_HIGH] = self.shape.high
             out[COULOMB_MAPS:] = _maps(self.shape, sides)
         return out[PLAIN_SIZE:]
 

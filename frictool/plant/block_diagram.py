@@ -66,11 +66,15 @@ def connect(
         block_diag(*(getattr(block.system, part) for block in blocks.values())) for part in "abcd"
     )
     # produced = c x + d entering,  entering = e_in inputs + e_out produced
-    e_in, e_out, l_in, l_out = entering[:, :m], entering[:, m:], leaving[:, :m], leaving[:, m:]
+    e_in = entering[:, :m]
+    e_out = entering[:, m:]
+    l_in = leaving[:, :m]
+    l_out = leaving[:, m:]
     loop = np.eye(len(produced)) - d @ e_out
     if len(produced) and np.linalg.cond(loop) > 1e12:
         raise ValueError("the diagram has an algebraic loop without a solution")
-    from_x, from_in = np.linalg.solve(loop, c), np.linalg.solve(loop, d @ e_in)
+    from_x = np.linalg.solve(loop, c)
+    from_in = np.linalg.solve(loop, d @ e_in)
     return Lti(
         a + b @ e_out @ from_x,
         b @ (e_in + e_out @ from_in),

@@ -47,15 +47,20 @@ def linear_axis(
     1 between the drive's effort and the axis (plant/resonance_filter.py). States: [drive,]
     [those of the filter,] speed, eta. Ports: INPUTS, OUTPUTS.
     """
-    k, s, f, p = rates.drive, rates.viscous, rates.friction, rates.push
+    k = rates.drive
+    s = rates.viscous
+    f = rates.friction
+    p = rates.push
     if lag > 0.0:
         a = np.array([[-1.0 / lag, 0.0, 0.0], [k, -s, 0.0], [0.0, -1.0, 0.0]])
         b = np.array([[1.0 / lag, 0.0, 0.0, 0.0], [0.0, 0.0, -f, p], [0.0, 1.0, 0.0, 0.0]])
-        c, d = np.eye(3), np.zeros((3, 4))
+        c = np.eye(3)
+        d = np.zeros((3, 4))
     else:
         a = np.array([[-s, 0.0], [-1.0, 0.0]])
         b = np.array([[k, 0.0, -f, p], [0.0, 1.0, 0.0, 0.0]])
-        c, d = np.vstack([np.zeros((1, 2)), np.eye(2)]), np.zeros((3, 4))
+        c = np.vstack([np.zeros((1, 2)), np.eye(2)])
+        d = np.zeros((3, 4))
         d[0, 0] = 1.0
     system = Lti(a, b, c, d, 0.0)
     if resonance is not None:
@@ -65,14 +70,18 @@ def linear_axis(
 
 def _resonant(axis: Lti, rates: AxisRates, resonance: Lti) -> Lti:
     """Return the continuous axis driven through the filter; its states precede speed and eta."""
-    head, m = axis.order - 2, resonance.order  # head: 1 with a lag, else 0
-    a, b = np.zeros((head + m + 2, head + m + 2)), np.zeros((head + m + 2, len(INPUTS)))
+    # head: 1 with a lag, else 0
+    head = axis.order - 2
+    m = resonance.order
+    a = np.zeros((head + m + 2, head + m + 2))
+    b = np.zeros((head + m + 2, len(INPUTS)))
     old = [*range(head), head + m, head + m + 1]
     a[np.ix_(old, old)], b[old] = axis.a, axis.b
     a[head : head + m, head : head + m] = resonance.a
     speed = head + m
     a[speed, head : head + m] = rates.drive * resonance.c[0]
-    into, through = resonance.b[:, 0], rates.drive * float(resonance.d[0, 0])
+    into = resonance.b[:, 0]
+    through = rates.drive * float(resonance.d[0, 0])
     if head:
         a[head : head + m, 0], a[speed, 0] = into, through
     else:

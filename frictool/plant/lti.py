@@ -121,7 +121,8 @@ def inverse_tustin(system: Lti) -> Lti:
 def delay(samples: int, period: float) -> Lti:
     """Return a delay of one signal by `samples` steps; the first state is the newest sample."""
     a = np.eye(samples, k=-1)
-    b, c = np.zeros((samples, 1)), np.zeros((1, samples))
+    b = np.zeros((samples, 1))
+    c = np.zeros((1, samples))
     if samples:
         b[0, 0] = c[0, -1] = 1.0
     return Lti(a, b, c, np.full((1, 1), 0.0 if samples else 1.0), period)

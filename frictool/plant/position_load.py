@@ -94,7 +94,8 @@ def with_load(axis: Vector, load: Vector) -> Vector:
         for side in range(2):
             out[VISCOUS_PAIR + side], out[COULOMB_PAIR + side] = axis[VISCOUS], axis[COULOMB]
             out[BREAKAWAY_PAIR + side] = axis[BREAKAWAY]
-        out[STOP_PAIR], out[STOP_PAIR + 1] = -math.inf, math.inf
+        out[STOP_PAIR] = -math.inf
+        out[STOP_PAIR + 1] = math.inf
         out[STRIBECK_EXPONENT], out[FRESH] = 2.0, 1.0
         out[REGIMES:COULOMB_MAPS:REGIME_SIZE] = math.inf
     return out

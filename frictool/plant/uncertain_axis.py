@@ -270,7 +270,9 @@ def _coefficients(s: float, lag: float, period: float, levels: int) -> Row:
     """Return Y_N of v' = i - s v + d, i' = (u - i)/lag, for a unit of v, i, u or d."""
     n = 4 + levels  # i, v, u, d, then the moments
     flow = np.zeros((n, n))
-    flow[1, 0], flow[1, 1], flow[1, 3] = 1.0, -s, 1.0
+    flow[1, 0] = 1.0
+    flow[1, 1] = -s
+    flow[1, 3] = 1.0
     if lag > 0.0:
         flow[0, 0], flow[0, 2] = -1.0 / lag, 1.0 / lag
     else:

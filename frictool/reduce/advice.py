@@ -19,7 +19,8 @@ from frictool.typing import Vector
 
 MOST_TOLERANCE = 1.0  # largest value of --tolerance
 # lowest bandwidth relative to the slowest resonance; number of bandwidths
-LOWEST, POINTS = 1e-4, 2000
+LOWEST = 1e-4
+POINTS = 2000
 # margin relative to the part: on a shorter travel the best line is slightly different
 ROOM = 0.02
 WORTH = 0.1  # least useful part, relative to the travel
@@ -83,7 +84,9 @@ def parts_of_travel(x: Vector, holds: Callable[[slice], bool]) -> list[tuple[flo
     """
     found = []
     for from_low in (True, False):
-        low, high = 2, len(x)  # invariant: `holds` for `low` points, not for `high`
+        # invariant: `holds` for `low` points, not for `high`
+        low = 2
+        high = len(x)
         while high - low > 1:
             middle_count = (low + high) // 2
             part = slice(0, middle_count) if from_low else slice(len(x) - middle_count, len(x))

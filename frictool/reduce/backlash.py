@@ -66,7 +66,8 @@ def play_figures(whole: Mechanism, source_block: str, sensor_block: str) -> tupl
     to_sensor = abs(seen[assembled.blocks.index(sensor_block)].ratio)
     figures = []
     for link in (one for one in links if one.gap > 0.0):
-        width, at_source = 2.0 * link.gap, 2.0 * link.gap / abs(seen[link.b].ratio)
+        width = 2.0 * link.gap
+        at_source = 2.0 * link.gap / abs(seen[link.b].ratio)
         figures += [
             StepFigure(
                 f"{link.name}: at {assembled.blocks[link.b]}", width, _unit(assembled, link.b)

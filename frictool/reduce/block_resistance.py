@@ -66,24 +66,28 @@ def resisting(assembled: AssembledMechanism, block: int, x: Vector) -> BlockResi
     pressings = packed.pressings
     for k in np.flatnonzero(pressings.block == block):
         pressed = pressings.coefficient[k] * curve_at(packed.curves, int(pressings.force[k]), x)
-        friction, breakaway = friction + pressed, breakaway + pressings.breakaway_ratio[k] * pressed
+        friction = friction + pressed
+        breakaway = breakaway + pressings.breakaway_ratio[k] * pressed
     load, damping = _loads(packed, block, x)
     return BlockResistance(load, friction, breakaway, falling, damping)
 
 
 def curve_at(curves: Curves, number: int, x: Vector) -> Vector:
     """Return curve `number` at x (n,), constant beyond its ends."""
-    first, last = int(curves.start[number]), int(curves.start[number + 1])
+    first = int(curves.start[number])
+    last = int(curves.start[number + 1])
     breaks = curves.breaks[first + number : last + number + 1]
     held = np.clip(x, breaks[0], breaks[-1])
     piece = np.clip(np.searchsorted(breaks, held, side="right") - 1, 0, last - first - 1)
-    way, cubic = held - breaks[piece], curves.cubic[first + piece]
+    way = held - breaks[piece]
+    cubic = curves.cubic[first + piece]
     return np.asarray(((cubic[:, 3] * way + cubic[:, 2]) * way + cubic[:, 1]) * way + cubic[:, 0])
 
 
 def _loads(packed: PackedMechanism, block: int, x: Vector) -> tuple[Vector, float]:
     """Return S (n,) and the damping of springs to the frame."""
-    load, damping = np.zeros_like(x), 0.0
+    load = np.zeros_like(x)
+    damping = 0.0
     couplings, pushes = packed.couplings, packed.pushes
     for k in np.flatnonzero((couplings.b == block) & (couplings.a == FRAME)):
         e = x - couplings.offset[k]
@@ -103,7 +107,8 @@ def _frictions(
     packed: PackedMechanism, block: int, x: Vector
 ) -> tuple[Vector, Vector, tuple[SpeedDependentFriction, ...]]:
     """Return Coulomb friction (n,), breakaway (n,) and the speed-dependent parts."""
-    frictions, falling = packed.frictions, []
+    frictions = packed.frictions
+    falling = []
     slip = np.zeros_like(x)
     for k in np.flatnonzero(frictions.block == block):
         law = ROWS[int(frictions.law[k])]

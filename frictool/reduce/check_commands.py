@@ -62,8 +62,10 @@ def runs(one: OneInertia, constant: float, limit: float, period: float) -> tuple
 def _command(
     one: OneInertia, place: float, direction: float, constant: float, limit: float, period: float
 ) -> Vector:
-    most, way = limit * constant, PART * _span(one)
-    parts, here = [], place
+    most = limit * constant
+    way = PART * _span(one)
+    parts = []
+    here = place
     for side in (direction, -direction):
         along = here + side * np.linspace(0.0, way, STEPS)
         slip, rest = _resisting(one, along, side)

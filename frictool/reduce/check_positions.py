@@ -30,14 +30,13 @@ def mechanism_positions(
     All blocks start at rest at `place` of the root in the view `here`, with each backlash in its
     middle. Raises NoSolutionError if the engine fails.
     """
-    assembled, names = here.assembled, here.assembled.blocks
+    assembled = here.assembled
+    names = here.assembled.blocks
     start = np.array([frame.ratio * place + frame.offset for frame in map(here.frame, names)])
     machine = prepare(assembled.packed)
     state = rest(assembled.packed, machine, start)
-    driven, seen = (
-        assembled.sources.index(source),
-        assembled.sensor_blocks[assembled.sensors.index(sensor)],
-    )
+    driven = assembled.sources.index(source)
+    seen = assembled.sensor_blocks[assembled.sensors.index(sensor)]
     commands = np.zeros((command.shape[0], len(assembled.sources)))
     commands[:, driven] = command
     found = run(machine, state, commands, here.document.sample_period_s, room_for_events=0)
@@ -55,7 +54,8 @@ def model_positions(model: Model, place: float, command: Vector) -> Vector:
     The axis starts in the middle of its backlash. Raises NoSolutionError if the engine fails.
     """
     p = with_load(axis_of(model).as_array(), load_of(model).as_array())
-    state, period = axis_rest(place), model.bench.sample_period_s
+    state = axis_rest(place)
+    period = model.bench.sample_period_s
     parts = PARTS if p[RESISTANCE] > 0.0 else 1
     positions = np.empty(command.shape[0])
     for k, value in enumerate(command):

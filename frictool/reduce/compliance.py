@@ -89,7 +89,8 @@ def stiffen_above(
     gain, phase = _difference(mechanism, reduced, bandwidth) if dropped else (0.0, 0.0)
     unit = "rad" if assemble_cached(mechanism).kinds[0] == "rotary" else "m"
     effort = "N m" if unit == "rad" else "N"
-    figures, notes = [StepFigure("bandwidth", bandwidth, "rad/s")], []
+    figures = [StepFigure("bandwidth", bandwidth, "rad/s")]
+    notes = []
     for one in found:
         figures += [
             StepFigure(f"{one.link.name}: resonance", one.frequency, "rad/s"),

@@ -146,7 +146,8 @@ def _both_ways(link: Connection) -> Iterator[tuple[int, int, float, float]]:
 
 def _agrees(link: Connection, found: dict[int, BlockMotion], names: Sequence[str]) -> None:
     """Refuse a link whose ratio contradicts that of the path from the root."""
-    there, expected = found[link.b].ratio, link.ratio * found[link.a].ratio
+    there = found[link.b].ratio
+    expected = link.ratio * found[link.a].ratio
     if not np.isclose(there, expected, rtol=SAME, atol=0.0):
         raise NoSolutionError(
             f"links.{link.name}: {names[link.b]} moves {expected:.6g} times as far as the source "

@@ -70,7 +70,8 @@ def view(mechanism: Mechanism, root: str) -> MechanismView:
     Raises NoSolutionError with the names of blocks that do not move with it.
     """
     assembled = assemble_cached(mechanism)
-    links, number = connections(assembled), assembled.blocks.index(root)
+    links = connections(assembled)
+    number = assembled.blocks.index(root)
     seen = seen_from(number, links, assembled.blocks)
     apart = [name for k, name in enumerate(assembled.blocks) if k not in seen]
     if apart:
@@ -128,9 +129,11 @@ def at_sensor(
     """
     root = mechanism.sources[source].on
     there = sensor_frame(whole, source, sensor)
-    size, side = abs(there.ratio), 1.0 if there.ratio > 0.0 else -1.0
+    size = abs(there.ratio)
+    side = 1.0 if there.ratio > 0.0 else -1.0
     here = view(mechanism, root)
-    ratio, offset = 1.0 / size, -side * there.offset / size
+    ratio = 1.0 / size
+    offset = -side * there.offset / size
     seen = {number: BlockMotion(ratio, offset) for number in here.seen}
     reduced = expressed(
         MechanismView(mechanism, here.assembled, here.links, here.root, seen, there.own)
@@ -307,7 +310,8 @@ def _one_body(here: MechanismView, blocks: list[str]) -> bool:
 
 def _bench_keys(here: MechanismView) -> dict[str, Span | Quantity]:
     """Return travel and top speed, which belong to the controlled sensor's block."""
-    document, found = here.document, dict[str, Span | Quantity]()
+    document = here.document
+    found = dict[str, Span | Quantity]()
     sensor = controlled_names(document)[1]
     frame = here.frame(document.sensors[sensor].on)
     if document.travel is not None:

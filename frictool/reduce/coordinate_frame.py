@@ -131,7 +131,8 @@ class CoordinateFrame:
 
     def friction(self, friction: FrictionOf, on: str) -> FrictionOf:
         """Return a friction with its parameters scaled by POWERS."""
-        law, sizes = LAWS[friction.law], si_parameters(on, friction, self.own)
+        law = LAWS[friction.law]
+        sizes = si_parameters(on, friction, self.own)
         parameters = {}
         for name, quantity in sizes.items():
             parameter = law.parameters[law.index(name)]

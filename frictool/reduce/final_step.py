@@ -19,7 +19,8 @@ def final(chain: ReductionChain, axis: Axis) -> StepReport:
     notes, neglects = [], []
     predicted = 0.0
     for name, side in (("forward", one.forward), ("backward", one.backward)):
-        degree, error = len(side.coulomb.coefficients) - 1, side.coulomb.error
+        degree = len(side.coulomb.coefficients) - 1
+        error = side.coulomb.error
         if degree:
             figures.append(
                 StepFigure(f"polynomial {name} of degree {degree}: worst error", error, effort)

@@ -50,7 +50,8 @@ def at(node: Any, path: Path, value: float) -> Any:
     """Return the document with another value at `path`, without an interval."""
     if isinstance(node, Quantity):
         return Quantity(value, unit=node.unit)
-    head, rest = path[0], path[1:]
+    head = path[0]
+    rest = path[1:]
     if isinstance(node, dict):
         return {**node, head: at(node[head], rest, value)}
     return msgspec.structs.replace(node, **{head: at(getattr(node, head), rest, value)})
@@ -73,7 +74,8 @@ def _at_corners(
     Raises NoSolutionError with the names of the quantities if a corner cannot be reduced.
     """
     for corner in itertools.product(*(one.interval for _, one in moved)):
-        there, said = mechanism, []
+        there = mechanism
+        said = []
         for (path, _), value in zip(moved, corner, strict=True):
             there = at(there, path, value)
             said.append(f"{'.'.join(path)} at {value:.6g}")

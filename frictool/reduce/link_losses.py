@@ -42,7 +42,10 @@ def as_friction(
     The mechanism is in one coordinate. whole: document with the original threads and efficiencies.
     Raises NoSolutionError if the source would have to drive an irreversible link backwards.
     """
-    x, figures, notes, predicted = positions(mechanism), [], [], 0.0
+    x = positions(mechanism)
+    figures = []
+    notes = []
+    predicted = 0.0
     slopes = dict.fromkeys(mechanism.blocks, (1.0, 1.0))
     for name in _deepest_first(mechanism, root):
         assembled = assemble_cached(mechanism)
@@ -73,11 +76,9 @@ def as_friction(
     lossless = lump_rigid_links(mechanism, root)[0]
     if not figures:
         return lossless, StepReport("losses", "no rigid link loses", "nothing"), ReflectedInertia()
-    felt, total, unit = (
-        _felt(mechanism, root, slopes),
-        _total(lossless),
-        "kg m^2" if _rotary(lossless) else "kg",
-    )
+    felt = _felt(mechanism, root, slopes)
+    total = _total(lossless)
+    unit = "kg m^2" if _rotary(lossless) else "kg"
     figures += [
         StepFigure("inertia felt, coasting", felt.least * total, unit),
         StepFigure("inertia felt, accelerating", felt.most * total, unit),
@@ -111,7 +112,8 @@ def _felt(
 
     Each block's inertia is multiplied by its slopes, coasting and accelerating.
     """
-    assembled, into = assemble_cached(mechanism), bodies(mechanism, root)
+    assembled = assemble_cached(mechanism)
+    into = bodies(mechanism, root)
     inertia = dict(zip(assembled.blocks, map(float, assembled.packed.inertia), strict=True))
 
     def share(names: list[str], end: int) -> float:
@@ -176,7 +178,8 @@ def _placed(
 
 def _verdict(name: str, link: Connection, whole: Mechanism) -> str:
     """Return the note on reversibility; for a thread, by comparison of mu with tan(alpha)."""
-    given, why = whole.links.get(name), f"efficiency driven back {1.0 - link.back_loss:.4g}"
+    given = whole.links.get(name)
+    why = f"efficiency driven back {1.0 - link.back_loss:.4g}"
     if isinstance(given, Screw) and given.friction_coefficient is not None:
         steep = tangent_of_lead(f"links.{name}", given)
         why = (

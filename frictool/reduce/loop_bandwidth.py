@@ -15,7 +15,8 @@ ABOVE = 10.0  # bandwidth relative to the crossover frequency
 
 def bandwidth_of(controller: Controller) -> float:
     """Return the bandwidth [rad/s]; raise NoSolutionError if no loop crosses gain 1."""
-    lag, found = controller.bench.actuator.loop_time_constant_s, []
+    lag = controller.bench.actuator.loop_time_constant_s
+    found = []
     for vertex in controller.verified.vertices:
         point = PlantPoint(
             vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant

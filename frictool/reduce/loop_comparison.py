@@ -49,9 +49,12 @@ def in_loop(
     whole: Stream, reduced: Stream, resolution: float, play: float, tolerance: float
 ) -> LoopComparison:
     """Compare two logs of one scenario; resolution and play: of the sensor [rad | m]."""
-    reference, time = whole.signals["reference"], whole.time
+    reference = whole.signals["reference"]
+    time = whole.time
     one, other = whole.signals["position_true"], reduced.signals["position_true"]
-    period, found, refused = float(time[1] - time[0]), [], None
+    period = float(time[1] - time[0])
+    found = []
+    refused = None
     for first, last in _holds(reference):
         origin = float(reference[first - 1]) if first else float(one[0])
         target = float(reference[first])

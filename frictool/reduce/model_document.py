@@ -77,7 +77,8 @@ def model_of(
     mechanism. Raises NoSolutionError if the bench contradicts the mechanism, or if the source has
     no limit.
     """
-    one, axis = chain.one, axis_kind(chain.last.blocks[chain.last.sources[chain.source].on])
+    one = chain.one
+    axis = axis_kind(chain.last.blocks[chain.last.sources[chain.source].on])
     own = bench_of(chain, ends, axis)
     used = own if bench is None else merged(bench, own)
     estimates = _Estimates(one, ends, axis)
@@ -139,7 +140,8 @@ def _laws(estimates: _Estimates, forward: Parameters) -> Laws:
 
 def _load(estimates: _Estimates) -> Load | None:
     """Return a spring or a harmonic; the latter is gravity if its number is 1 on a rotary axis."""
-    one, axis = estimates.one.beside, estimates.axis
+    one = estimates.one.beside
+    axis = estimates.axis
     if one.number == 0.0:
         return (
             None if one.stiffness == 0.0 else Load(stiffness=estimates.of("stiffness", "stiffness"))

@@ -250,7 +250,9 @@ def stopped(mechanism: Mechanism, behind: Mapping[str, float]) -> tuple[float, f
     A stop behind backlash is half of the backlash further out. A `travel` of the document that ends
     before the stops is used instead.
     """
-    lows, highs, travel = [], [], mechanism.travel
+    lows = []
+    highs = []
+    travel = mechanism.travel
     for link in mechanism.links.values():
         if isinstance(link, Stop):
             room = 0.5 * behind[link.on]
@@ -291,7 +293,8 @@ def _met(
 
     These are the positions that keep that part within its travel.
     """
-    places, shift = positions(mechanism), 0.5 * direction * max(behind.values(), default=0.0)
+    places = positions(mechanism)
+    shift = 0.5 * direction * max(behind.values(), default=0.0)
     room = 1e-9 * float(places[-1] - places[0])
     return np.asarray((x - shift >= places[0] - room) & (x - shift <= places[-1] + room))
 

@@ -20,13 +20,12 @@ def restrict_travel(whole: Mechanism, ends: tuple[float, float]) -> Mechanism:
     Raises OutsideTravelError if the mechanism's travel has no part in it.
     """
     block = whole.sensors[controlled_names(whole)[1]].on
-    unit, own = si_unit("position", axis_kind(whole.blocks[block])), whole.travel
+    unit = si_unit("position", axis_kind(whole.blocks[block]))
+    own = whole.travel
     if own is not None:
         if ends[1] <= own.low or ends[0] >= own.high:
-            found, allowed = (
-                f"{ends[0]:g} to {ends[1]:g} {unit}",
-                f"{own.low:g} to {own.high:g} {unit}",
-            )
+            found = f"{ends[0]:g} to {ends[1]:g} {unit}"
+            allowed = f"{own.low:g} to {own.high:g} {unit}"
             raise OutsideTravelError(
                 f"found {found}; allowed: a part of {allowed}, the travel of {whole.name}"
             )

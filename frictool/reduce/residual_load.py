@@ -176,7 +176,8 @@ def _rounded(one: ResidualLoad, scale: float, x: Vector) -> ResidualLoad:
 
 def _refusal(x: Vector, mean: Vector, half: Vector, nearest: ResidualLoad, words: LoadUnits) -> str:
     left = np.abs(mean - nearest.at(x)) - half
-    worst, side = int(np.argmax(left)), words.side
+    worst = int(np.argmax(left))
+    side = words.side
     parts = parts_of_travel(x, _straight(x, mean, half))
     told = [sorted(side * end for end in part) for part in parts]
     if not told:

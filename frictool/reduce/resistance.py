@@ -198,7 +198,8 @@ def falling_friction(one: SpeedDependentFriction, block: str, rotary: bool) -> F
 
 def free_name(links: dict[str, Link], wanted: str) -> str:
     """Return a name that no link has."""
-    name, count = wanted, 1
+    name = wanted
+    count = 1
     while name in links:
         count += 1
         name = f"{wanted}{count}"

@@ -27,7 +27,9 @@ def picture(chain: ReductionChain, model: Model) -> str:
 
 def figure(chain: ReductionChain, model: Model) -> Figure:
     """Return the figure: C_r(theta, sign) (2.29) with its load above, the fit error below."""
-    one, unit, effort = chain.one, si_unit("position", model.axis), si_unit("effort", model.axis)
+    one = chain.one
+    unit = si_unit("position", model.axis)
+    effort = si_unit("effort", model.axis)
     drawn = Figure(figsize=(WIDTH, HEIGHT))
     drawn.subplots_adjust(left=0.13, right=0.97, top=0.94, bottom=0.09, hspace=0.32)
     upper, lower = drawn.subplots(2, 1, height_ratios=[2, 1], sharex=True)

@@ -86,7 +86,9 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
 
     The mechanism is in one coordinate and without losses.
     """
-    x, figures, error = positions(mechanism), [], 0.0
+    x = positions(mechanism)
+    figures = []
+    error = 0.0
     exact = in_contact(mechanism, x)
     between = 0.5 * (x[1:] + x[:-1])
     wanted = in_contact(mechanism, between)

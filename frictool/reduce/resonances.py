@@ -55,11 +55,13 @@ def _poles(system: Lti) -> list[complex]:
 
 def _zeros(system: Lti) -> list[complex]:
     """Return the finite generalised eigenvalues of the pencil, scaled by the fastest pole."""
-    n, fastest = system.order, float(np.max(np.abs(np.linalg.eigvals(system.a))))
+    n = system.order
+    fastest = float(np.max(np.abs(np.linalg.eigvals(system.a))))
     count = n // 2
     scale = np.concatenate([np.ones(count), np.full(count, fastest)])  # positions, then speeds
     a = system.a * scale[None, :] / scale[:, None] / fastest
-    b, c = system.b / scale[:, None], system.c * scale[None, :]
+    b = system.b / scale[:, None]
+    c = system.c * scale[None, :]
     pencil = np.block(
         [
             [a, b / max(float(np.max(np.abs(b))), 1e-300)],

@@ -59,7 +59,8 @@ def lump_rigid_links(mechanism: Mechanism, root: str) -> tuple[Mechanism, StepRe
 def bodies(mechanism: Mechanism, root: str) -> dict[str, str]:
     """Map each block's name to the block that it becomes part of, the nearest to the root."""
     assembled = assemble_cached(mechanism)
-    names, links = assembled.blocks, connections(assembled)
+    names = assembled.blocks
+    links = connections(assembled)
     far = {
         number: len(seen.by) for number, seen in seen_from(names.index(root), links, names).items()
     }

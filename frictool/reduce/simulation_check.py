@@ -75,7 +75,8 @@ def check_reduction(
 
     Raises NoSolutionError if the engine fails or there is no test run.
     """
-    there, actuator = sensor_frame(chain.whole, chain.source, chain.sensor), model.bench.actuator
+    there = sensor_frame(chain.whole, chain.source, chain.sensor)
+    actuator = model.bench.actuator
     tests = runs(
         chain.one, actuator.constant.value, actuator.limit.value, model.bench.sample_period_s
     )
@@ -84,7 +85,8 @@ def check_reduction(
             f"{chain.whole.name}: not checked: friction fades along every step over its travel; "
             "give it a bearing's friction"
         )
-    size, side = abs(there.ratio), 1.0 if there.ratio > 0.0 else -1.0
+    size = abs(there.ratio)
+    side = 1.0 if there.ratio > 0.0 else -1.0
 
     def at_root(place: float) -> float:
         return (place - side * there.offset) / size
@@ -110,7 +112,10 @@ def check_reduction(
             for ways, run in zip(_ways(tests, player), tests, strict=True)
         ]
 
-    before, last, told, moved = whole, chain.whole, list[StepReport](), False
+    before = whole
+    last = chain.whole
+    told = list[StepReport]()
+    moved = False
     for step in chain.steps:
         progress(f"simulating after: {step.told.step}")
         moved = moved or step.told.step == "sensor"
@@ -127,7 +132,8 @@ def check_reduction(
             )
         )
         told.append(replace(step.told, measured=_measured(tests, before, now, whole)))
-        before, last = now, step.mechanism
+        before = now
+        last = step.mechanism
     progress("simulating the one inertia")
     now = crossing(lambda run: model_positions(model, run.place, run.command))
     told.append(replace(final, measured=_measured(tests, before, now, whole)))

@@ -22,7 +22,8 @@ INPUTS = {
 
 def block_descriptions(controller: Controller) -> list[tuple[str, str]]:
     """Return (name, description) of every block of the controller."""
-    unit, drive = si_unit("position", controller.axis), si_unit(controller.drive, controller.axis)
+    unit = si_unit("position", controller.axis)
+    drive = si_unit(controller.drive, controller.axis)
     law, filtered = controller.position_law, controller.prefilter
     found = (
         []
@@ -65,7 +66,8 @@ def _prefilter(frequency: float, damping: float) -> str:
 
 def _sees_velocity(controller: Controller) -> bool:
     """Return True if any block reads the velocity."""
-    law, cascade = controller.position_law, controller.structure == "speed_cascade"
+    law = controller.position_law
+    cascade = controller.structure == "speed_cascade"
     brakes = law is not None and law.action == "brake"
     by_speed = cascade and controller.linear.input == "speed_error"
     return (

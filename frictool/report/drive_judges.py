@@ -50,7 +50,8 @@ def judge_saturation(
 
     A stream without a hold counts as a whole.
     """
-    metric, found = REQUIREMENTS["saturation_time_s"], []
+    metric = REQUIREMENTS["saturation_time_s"]
+    found = []
     for item, holds in evidence:
         found += [
             JudgedValue(m.values[metric.name], item, m) for m in holds if metric.name in m.values

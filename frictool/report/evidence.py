@@ -157,7 +157,8 @@ def _evidence(spec: Spec, log: Log, label: str, stream: Stream, rig: RigFacts) -
     if stream.time.size == 0:
         raise LogError(log.source, f"stream {stream.topic} has no samples")
     for name in ("position", "reference"):
-        unit, expected = stream.units.get(name), si_unit("position", spec.axis)
+        unit = stream.units.get(name)
+        expected = si_unit("position", spec.axis)
         if unit not in (None, "", expected):
             raise LogError(
                 log.source,
@@ -166,7 +167,8 @@ def _evidence(spec: Spec, log: Log, label: str, stream: Stream, rig: RigFacts) -
             )
     gaps: dict[str, str] = {}
     position, reference = _signal(stream, "position", gaps), _signal(stream, "reference", gaps)
-    measured, command = _signal(stream, spec.drive, gaps), _signal(stream, "command", gaps)
+    measured = _signal(stream, spec.drive, gaps)
+    command = _signal(stream, "command", gaps)
     if stream.units.get("command") not in (None, "", si_unit(spec.drive, spec.axis)):
         command = None
     fault = stream.signals.get("controller_fault")

@@ -32,7 +32,8 @@ class JudgedLoop:
     """
 
     def __init__(self, controller: Controller, bench: Bench | None = None) -> None:
-        self.controller, self._margins = controller, PlantMargins(controller)
+        self.controller = controller
+        self._margins = PlantMargins(controller)
         self._bench = (
             ""
             if bench is None

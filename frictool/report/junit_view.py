@@ -15,7 +15,8 @@ def junit(verdict: Verdict, allow_undecided: bool = False) -> str:
     skipped test as a success. It is skipped only if undecided requirements are allowed and the
     verdict is then acceptable.
     """
-    requirements, skip = verdict.requirements, verdict.acceptable(allow_undecided)
+    requirements = verdict.requirements
+    skip = verdict.acceptable(allow_undecided)
     undecided = len(verdict.undecided)
     counts = {
         "tests": str(len(requirements)),

@@ -138,7 +138,8 @@ def no_drive(spec: Spec, evidence: StreamEvidence) -> str:
 
 def _cut_short(part: MeasuredPart) -> str:
     """Return the reason why a hold is too short for a final value, or an empty text."""
-    time, allowed = part.of(part.evidence.stream.time), part.spec.response_time_95_s
+    time = part.of(part.evidence.stream.time)
+    allowed = part.spec.response_time_95_s
     held = float(time[-1] - time[0])
     return (
         f"held for {held:.3g} s only, less than the response time allowed"

@@ -119,10 +119,8 @@ class Verdict:
     @property
     def played_on(self) -> str:
         """Return the numbers of simulated plants and recorded streams as text."""
-        plants, recorded = (
-            len(self.plants),
-            sum(not evidence.simulated for evidence, _ in self.evidence),
-        )
+        plants = len(self.plants)
+        recorded = sum(not evidence.simulated for evidence, _ in self.evidence)
         nominal = " (the nominal one)" if self.plants == {MAIN_TOPIC} else ""
         parts = [f"{plants} plant{'s' if plants > 1 else ''}{nominal}"] if plants else []
         parts += [f"{recorded} recorded stream{'s' if recorded > 1 else ''}"] if recorded else []

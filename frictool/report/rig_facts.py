@@ -31,10 +31,12 @@ class RigFacts:
         if bench is None:
             return RigFacts()
         backlash = bench.mechanics.backlash
-        width, unsure = None, 0.0
+        width = None
+        unsure = 0.0
         if backlash is not None:
             low, high = backlash.interval
-            width, unsure = backlash.value, max(high - backlash.value, backlash.value - low)
+            width = backlash.value
+            unsure = max(high - backlash.value, backlash.value - low)
         return RigFacts(bench.encoder.resolution, bench.actuator.limit.value, width, unsure, True)
 
     def played(self, log: Log) -> RigFacts:

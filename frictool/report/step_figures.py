@@ -88,7 +88,9 @@ def _view(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> PageFi
     plays = sorted(plays, key=lambda play: play[0].nominal)
     colours = log_colours([evidence for evidence, _ in plays])
     length = window(spec, plays)
-    unit, top, panels = si_unit("position", spec.axis), plays[-1], _panels(spec, plays)
+    unit = si_unit("position", spec.axis)
+    top = plays[-1]
+    panels = _panels(spec, plays)
     with drawing(f"step {top[1].number}"):
         figure, drawn = new_figure(len(panels), 1.2 + 1.5 * len(panels))
         axes = dict(zip(panels, drawn, strict=True))

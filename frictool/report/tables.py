@@ -48,7 +48,8 @@ def hold_tables(spec: Spec, streams: JudgedStreams) -> list[TextTable]:
 
 def heading(metric: Metric, spec: Spec) -> str:
     """Return title and unit of a metric; for the energy also t_int."""
-    unit, window = metric.unit(spec), energy_window(spec)
+    unit = metric.unit(spec)
+    window = energy_window(spec)
     title = (
         f"{metric.title} in {window:g} s"
         if "energy_window" in metric.needs and window is not None

@@ -73,7 +73,8 @@ def _view(controller: Controller, found: VertexTransfers, transfer: VertexTransf
                 linestyle=(0, (4, 2)),
                 zorder=4.0,
             )
-        low, high = float(levels.min()), top + 5.0
+        low = float(levels.min())
+        high = top + 5.0
         axes.set(
             xlabel="angular frequency [rad/s]",
             ylabel="gain [dB]",

@@ -13,12 +13,7 @@ from frictool.documents.metric_table import REQUIREMENTS
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
 from frictool.logs.log import Log
-from frictool.report.drive_judges import (
-    judge_energy,
-    judge_peak,
-    judge_rest,
-    judge_saturation,
-)
+from frictool.report.drive_judges import judge_energy, judge_peak, judge_rest, judge_saturation
 from frictool.report.evidence import StreamEvidence, gather_evidence, log_labels
 from frictool.report.hold_metrics import HoldMetrics, measure_holds
 from frictool.report.load_judge import judge_load

@@ -51,8 +51,10 @@ def largest_value(
 
     `undecided`: reason if there are none. An infinite value breaks the requirement.
     """
-    limit, unit = limit_of(spec, metric.key), metric.unit(spec)
-    name, key = metric.requirement or metric.name, metric.key
+    limit = limit_of(spec, metric.key)
+    unit = metric.unit(spec)
+    name = metric.requirement or metric.name
+    key = metric.key
     if not found:
         return Requirement(name, key, None, limit, unit, None, reason=undecided)
     _, at = largest(one.value for one in found)
@@ -70,7 +72,8 @@ def worst_hold(
 
     `with_reasons`: a decided requirement also names the holds without a value.
     """
-    name, reason = metric.name, "; ".join(reasons(metric.name, evidence))
+    name = metric.name
+    reason = "; ".join(reasons(metric.name, evidence))
     found = [
         JudgedValue(m.values[name], e, m, reason if with_reasons else "")
         for e, holds in evidence

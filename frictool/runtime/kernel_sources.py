@@ -92,7 +92,8 @@ class Sources:
         return self._states[key]
 
     def _follow(self, modules: Iterable[str]) -> State:
-        waiting, reached = list(modules), set()
+        waiting = list(modules)
+        reached = set()
         while waiting:
             name = waiting.pop()
             if name not in reached:

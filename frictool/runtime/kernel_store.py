@@ -66,7 +66,9 @@ class KernelStore(FunctionCache):
     """Store of one function's machine code in `folder`, used by numba as its cache."""
 
     def __init__(self, function: Any, folder: Path) -> None:
-        self._py_func, self._name, self._enabled = function, repr(function), True
+        self._py_func = function
+        self._name = repr(function)
+        self._enabled = True
         self._folder = folder
         self._claims: dict[Any, int] = {}
         self._source = function.__code__.co_filename
@@ -240,7 +242,9 @@ def reached(function: Any, is_followed: Callable[[str], bool]) -> set[str]:
 
     is_followed(module): True if the functions of a module are searched.
     """
-    left, seen, found = [function], set(), set()
+    left = [function]
+    seen = set()
+    found = set()
     while left:
         one = left.pop()
         one = one.py_func if isinstance(one, Dispatcher) else getattr(one, "_defn", one)
@@ -288,7 +292,8 @@ def _lock(folder: Path, byte: int) -> bool:
         if process != os.getpid():
             handle = os.open(folder / COMPILING, os.O_RDWR | os.O_CREAT, 0o600)
             _files[folder] = (os.getpid(), handle)
-        start, is_said = time.monotonic(), False
+        start = time.monotonic()
+        is_said = False
         while True:
             try:
                 fcntl.lockf(handle, fcntl.LOCK_EX | fcntl.LOCK_NB, 1, byte)

@@ -36,7 +36,8 @@ class ModuleSource:
 def analyse(content: bytes) -> ModuleSource:
     """Return digest, imports and names of a module; raise SyntaxError or ValueError if invalid."""
     tree = ast.parse(content)
-    names, table = frozenset(_bound(tree)), _table(tree)
+    names = frozenset(_bound(tree))
+    table = _table(tree)
     imports: set[Import] = set()
     is_open = False
     skipped = {

@@ -61,12 +61,10 @@ class AxisChannels:
         senses_velocity: bool = False,
         hold_samples: int = 0,
     ) -> None:
-        self.rig, self.reference, self.senses_velocity, self.hold_samples = (
-            rig,
-            reference,
-            senses_velocity,
-            hold_samples,
-        )
+        self.rig = rig
+        self.reference = reference
+        self.senses_velocity = senses_velocity
+        self.hold_samples = hold_samples
         self.noise, self.seed = scenario.drive_noise, scenario.seed
         self.time: Vector = np.arange(samples, dtype=np.float64) * rig.sample_period_s
         self.gain: Vector | float = conditions[:, SENSOR_GAIN] if conditions.size else 1.0
@@ -81,11 +79,9 @@ class AxisChannels:
         Its noise is drawn from (seed, index). `used_speed` (n,) is the speed that the controller
         used, None if it uses none.
         """
-        drive, noise = (
-            self.rig.drive,
-            np.random.Generator(np.random.PCG64([self.seed, index])).normal(
-                0.0, self.noise, self.time.size
-            ),
+        drive = self.rig.drive
+        noise = np.random.Generator(np.random.PCG64([self.seed, index])).normal(
+            0.0, self.noise, self.time.size
         )
         true_drive, velocity = (
             record[:, closed_loop.TRUE_DRIVE],

@@ -36,7 +36,9 @@ class AxisPlant:
     width = 1.0
 
     def __init__(self, model: Model) -> None:
-        self.model, self.name, self.rig = model, model.name, rig_of(model.bench, model)
+        self.model = model
+        self.name = model.name
+        self.rig = rig_of(model.bench, model)
 
     def check(
         self, controller: Controller | None, scenario: Scenario, names: DocumentNames
@@ -89,7 +91,8 @@ class AxisPlant:
             yield variant, VariantRun(record, warnings=tuple(self._against_stops(variant, record)))
 
     def linear(self, variant: AxisVariant, conditions: Vector) -> LoggedPlant:
-        axis, levels = variant.axis, self.known(variant)
+        axis = variant.axis
+        levels = self.known(variant)
         backward = axis.laws.backward
         slopes = [axis.viscous, *([backward.viscous] if backward else [])]
         slopes += [

@@ -34,7 +34,9 @@ def play(
     position. Variants run one by one for compiled code, or if the loop has scheduled parameters.
     Raises NoSolutionError if a variant cannot be simulated.
     """
-    samples, total, done = loop.reference.size, len(variants), 0
+    samples = loop.reference.size
+    total = len(variants)
+    done = 0
     alone = loop.target is not None or bool(loop.scheduled)
     batch = 1 if alone else max(LEAST, AT_ONCE // max(samples, 1))
     loop.progress(0, total)
@@ -88,9 +90,11 @@ def _run_target(
 ) -> int:
     """Fill the record (n, 7) with the step of the compiled controller; return the status."""
     axis = with_load(variant.axis.as_array(), load)
-    state, p = rest(loop.start), axis.copy()
+    state = rest(loop.start)
+    p = axis.copy()
     waiting = np.zeros(loop.controller.delay_samples + 1)
-    period, conditions = loop.controller.sample_period_s, loop.conditions
+    period = loop.controller.sample_period_s
+    conditions = loop.conditions
     measured = float(measure(state[POSITION], axis[ENCODER_STEP]))
     target.start(measured)
     for k in range(loop.reference.size):

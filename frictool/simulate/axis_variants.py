@@ -134,7 +134,8 @@ def parameters_of(model: Model) -> dict[str, VariedParameter]:
     They are PARAMETERS in their `ranges`, offset, backlash and breakaway. The breakaway has no
     range of its own: it keeps its ratio to the Coulomb friction unless it is given.
     """
-    bench, nominal = model.bench, _levels(model)
+    bench = model.bench
+    nominal = _levels(model)
     drive = drive_dimension(bench.actuator.drive, constant=True)
     dimensions = {
         "inertia": "inertia",
@@ -149,11 +150,9 @@ def parameters_of(model: Model) -> dict[str, VariedParameter]:
         for name, ends in ranges(model).items()
     }
     effort, position = si_unit("effort", model.axis), si_unit("position", model.axis)
-    breakaway, offset, backlash = (
-        model.parameters.breakaway.value,
-        model.parameters.offset,
-        bench.mechanics.backlash,
-    )
+    breakaway = model.parameters.breakaway.value
+    offset = model.parameters.offset
+    backlash = bench.mechanics.backlash
     level = nominal[
         "coulomb"
     ]  # mean level; the parameter is a share of it if the model has a map or backward friction
@@ -182,7 +181,8 @@ def _drawn(model: Model, plants: int, seed: int, owner: str) -> dict[str, dict[s
     parts = np.random.Generator(np.random.PCG64([seed, PLANTS_STREAM])).random(
         (plants, len(PARAMETERS))
     )
-    drawn, width = lows + parts * (highs - lows), len(str(plants))
+    drawn = lows + parts * (highs - lows)
+    width = len(str(plants))
     return {
         f"p{index:0{width}d}": dict(zip(PARAMETERS, map(float, row), strict=True))
         for index, row in enumerate(drawn, start=1)

@@ -95,7 +95,8 @@ class AxisBenchPlant:
     """Single axis as a `BenchPlant`."""
 
     def __init__(self, model: Model) -> None:
-        self.name, self.rig = model.name, rig_of(model.bench)
+        self.name = model.name
+        self.rig = rig_of(model.bench)
         self._axis, self._load = axis_of(model).as_array(), load_of(model).as_array()
 
     def follow(
@@ -133,7 +134,9 @@ def bench_test(
     does not belong to this plant's bench, NoSolutionError if it cannot be simulated.
     """
     bench = AxisBenchPlant(plant) if isinstance(plant, Model) else plant
-    rig, stream, ramps = bench.rig, excitation.main, is_ramps(excitation)
+    rig = bench.rig
+    stream = excitation.main
+    ramps = is_ramps(excitation)
     played = rig.drive if ramps else "reference"
     if played not in stream.signals:
         raise LogError(
@@ -205,13 +208,17 @@ def _ramps(bench: BenchPlant, excitation: Log, phase: float) -> tuple[Vector, Ve
 
     m is at most the number of rows.
     """
-    about, signals = excitation.metadata[EXCITATION], excitation.main.signals
-    rows, segment = signals[bench.rig.drive], signals["segment"]
+    about = excitation.metadata[EXCITATION]
+    signals = excitation.main.signals
+    rows = signals[bench.rig.drive]
+    segment = signals["segment"]
     low, high = (
         float(about.get(name, side)) for name, side in (("turn_low", "-inf"), ("turn_high", "inf"))
     )
     rules = np.array([float(about.get("advance_on", "inf")), low, high])
-    position, drive, played = np.empty(rows.size), np.empty(rows.size), np.zeros(1, dtype=np.int64)
+    position = np.empty(rows.size)
+    drive = np.empty(rows.size)
+    played = np.zeros(1, dtype=np.int64)
     ramps = RampRows(rows, segment, _next_change(segment), _next_change(np.sign(segment)), rules)
     _check(
         excitation,

@@ -116,7 +116,10 @@ class StepTest(Generic[V]):
         number: Number = "double",
         target: CompiledTarget | None = None,
     ) -> None:
-        self.plant, self.controller, self.names, self.target = plant, controller, names, target
+        self.plant = plant
+        self.controller = controller
+        self.names = names
+        self.target = target
         self._number: Number = number if target is None else target.number
         if self._number not in get_args(Number):
             raise FrictoolError(f"number: found {number!r}; allowed: {', '.join(get_args(Number))}")
@@ -133,12 +136,12 @@ class StepTest(Generic[V]):
 
         `with_speed` adds the speed that the controller used, for which its program runs again.
         """
-        plant, controller, rig = self.plant, self.controller, self.plant.rig
+        plant = self.plant
+        controller = self.controller
+        rig = self.plant.rig
         reference, start = self.reference(scenario, recorded)
-        variants, conditions = (
-            plant.variants(controller, scenario, self.names.model),
-            conditions_of(scenario, reference.size, rig.sample_period_s),
-        )
+        variants = plant.variants(controller, scenario, self.names.model)
+        conditions = conditions_of(scenario, reference.size, rig.sample_period_s)
         sensors = AxisChannels(
             rig,
             scenario,
@@ -148,7 +151,9 @@ class StepTest(Generic[V]):
             controller.velocity.source == "measured",
             controller.measurement_hold_samples,
         )
-        streams, warnings, metadata = [], _of_log(scenario, recorded), dict[str, dict[str, str]]()
+        streams = []
+        warnings = _of_log(scenario, recorded)
+        metadata = dict[str, dict[str, str]]()
         told = _told(plant, variants, scheduled(controller, self._program))
         loop = SimulatedLoop(
             controller,
@@ -288,7 +293,8 @@ def _reference(
     recorded: Log | None,
 ) -> tuple[Vector, float]:
     """Return the reference (n,) within the travel and the initial position at rest [rad | m]."""
-    rig, runs = plant.rig, plant.count(controller, scenario)
+    rig = plant.rig
+    runs = plant.count(controller, scenario)
     period = rig.sample_period_s
     if scenario.reference is not None:
         if recorded is None:

@@ -88,10 +88,14 @@ class CompiledTarget:
     def __init__(self, library: ctypes.CDLL, number: Number, sources: tuple[Path, ...]) -> None:
         self.number, self.sources = number, sources
         self._start, self._step = library.target_start, library.target_step
-        self._tell, self.told = library.target_tell, list[float]()
-        self._tell.argtypes, self._tell.restype = [ctypes.c_int, ctypes.c_double], None
-        self._start.argtypes, self._start.restype = [ctypes.c_double], None
-        self._step.argtypes, self._step.restype = [ctypes.c_double] * 3, ctypes.c_double
+        self._tell = library.target_tell
+        self.told = list[float]()
+        self._tell.argtypes = [ctypes.c_int, ctypes.c_double]
+        self._tell.restype = None
+        self._start.argtypes = [ctypes.c_double]
+        self._start.restype = None
+        self._step.argtypes = [ctypes.c_double] * 3
+        self._step.restype = ctypes.c_double
 
     def start(self, position: float) -> None:
         """Start at rest at `position` [rad | m], with the prefilter settled there."""

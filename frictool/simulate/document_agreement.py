@@ -37,7 +37,8 @@ def check_agreement(
 
     The message has both values and the remedy.
     """
-    owner, lag = rig.owner.format(names.model), controller.bench.actuator.loop_time_constant_s
+    owner = rig.owner.format(names.model)
+    lag = controller.bench.actuator.loop_time_constant_s
     for key, ours, theirs in (
         ("axis", controller.axis, rig.axis),
         ("drive", controller.drive, rig.drive),

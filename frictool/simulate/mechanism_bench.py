@@ -45,7 +45,9 @@ class MechanismBenchPlant:
     """
 
     def __init__(self, plant: MechanismPlant) -> None:
-        self.plant, self.name, self.rig = plant, plant.name, plant.rig
+        self.plant = plant
+        self.name = plant.name
+        self.rig = plant.rig
 
     def follow(
         self, start: float, servo: Vector, reference: Vector, position: Vector, drive: Vector
@@ -74,7 +76,8 @@ class MechanismBenchPlant:
     def ramp(
         self, start: float, ramps: RampRows, position: Vector, drive: Vector, played: IntVector
     ) -> int:
-        at, delay = self._ready(start, ramps.rows.size), self.rig.delay_samples
+        at = self._ready(start, ramps.rows.size)
+        delay = self.rig.delay_samples
         return int(
             play_ramps(
                 at.machine,

@@ -45,9 +45,11 @@ def field_names(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, st
     known = set(taken)
     for name in names:
         plain = re.sub(r"_+", "_", name.lower()).strip("_")
-        unique, number = plain, 2
+        unique = plain
+        number = 2
         while unique in known:
-            unique, number = f"{plain}_{number}", number + 1
+            unique = f"{plain}_{number}"
+            number = number + 1
         known.add(unique)
         found[name] = unique
     return found
@@ -110,7 +112,9 @@ class MechanismChannels:
     ) -> Iterator[tuple[str, Vector, str]]:
         made = variant.assembled
         names = field_names(variant.document.links)
-        packed, n, j = made.packed, len(made.blocks), len(made.joints)
+        packed = made.packed
+        n = len(made.blocks)
+        j = len(made.joints)
         places = [(name, n + i) for i, name in enumerate(made.joints) if packed.joints.gap[i] > 0.0]
         places += [
             (name, n + 2 * j + i)

@@ -78,7 +78,8 @@ def mean_over(course: Signal | Disturbance, level: float, edges: Vector) -> Vect
     The course must not jump inside a part.
     """
     begin, end = edges[:-1], edges[1:]
-    middle, slack = 0.5 * (begin + end), SAME_INSTANT * float(np.max(end - begin, initial=0.0))
+    middle = 0.5 * (begin + end)
+    slack = SAME_INSTANT * float(np.max(end - begin, initial=0.0))
     since = middle - course.at_s
     active = (since > -slack) & (middle < _end(course))
     found: Vector

@@ -47,7 +47,9 @@ class MechanismPlant:
         watch: Callable[[MechanismOutcome], None] = lambda moved: None,
     ) -> None:
         self.watch = watch
-        self.document, self.assembled, self.name = document, assembled, document.name
+        self.document = document
+        self.assembled = assembled
+        self.name = document.name
         self.rig, self.controlled = rig_of_mechanism(document, assembled)
         self.width = width_of(assembled)
 

@@ -58,7 +58,8 @@ def _leasts(one: Any, key: str) -> Iterator[tuple[str, tuple[str, float]]]:
 
 def _pairs(friction: FrictionOf) -> list[tuple[str, str]]:
     """Return the existing parameters that must not be below another one, with that one."""
-    law, there = LAWS.get(friction.law), friction.parameters
+    law = LAWS.get(friction.law)
+    there = friction.parameters
     named = (
         [(parameter.name, parameter.at_least or "") for parameter in law.parameters]
         if law is not None
@@ -99,7 +100,9 @@ def _ordered(document: FrictionOf, made: FrictionOf, given: set[str]) -> Frictio
     """
     parameters = dict(made.parameters)
     for name, other in _pairs(made):
-        own, least, before = parameters[name], parameters[other], document.parameters[other].value
+        own = parameters[name]
+        least = parameters[other]
+        before = document.parameters[other].value
         if name not in given and other in given and before > 0.0:
             own = parameters[name] = Quantity(value=own.value / before * least.value, unit=own.unit)
         if own.value < least.value * factor_between(least.unit, own.unit):

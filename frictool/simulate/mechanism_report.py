@@ -36,11 +36,9 @@ def energy_of(moved: MechanismOutcome) -> dict[str, float]:
     The keys are `input`, `kinetic`, `stored`, `lost in NAME` for each element with losses,
     `residual`.
     """
-    made, work, now = (
-        moved.variant.assembled,
-        work_by_element(moved.machine, moved.state),
-        balance(moved.machine, moved.state),
-    )
+    made = moved.variant.assembled
+    work = work_by_element(moved.machine, moved.state)
+    now = balance(moved.machine, moved.state)
     found = {
         "input": now.put_in,
         "kinetic": now.kinetic - moved.before.kinetic,

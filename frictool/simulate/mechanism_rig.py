@@ -74,7 +74,8 @@ def rig_of_mechanism(
             f"sensors.{name}.measures",
             f"found {senses.measures}; allowed: position, for what a controller follows",
         )
-    driven, sensed = int(assembled.packed.sources.block[source]), assembled.sensor_blocks[sensor]
+    driven = int(assembled.packed.sources.block[source])
+    sensed = assembled.sensor_blocks[sensor]
     rig = Rig(
         owner="{}",
         axis=assembled.kinds[sensed],
@@ -136,7 +137,8 @@ def chain_from(
     for a, b, ratio in ties:
         neighbours[a].append((b, ratio))
         neighbours[b].append((a, 1.0 / ratio))
-    found, waiting = {root: ChainPosition(1.0, 0)}, deque([root])
+    found = {root: ChainPosition(1.0, 0)}
+    waiting = deque([root])
     while waiting:
         here = waiting.popleft()
         for there, ratio in neighbours[here]:

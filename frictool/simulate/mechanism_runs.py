@@ -96,7 +96,8 @@ def play_all(
     `progress(done, total)` counts variants, or the samples of a single one. Raises NoSolutionError,
     with time and element, if a variant cannot be simulated.
     """
-    total, done = len(variants), 0
+    total = len(variants)
+    done = 0
     alone = progress if total == 1 else lambda done, total: None
     batch = 1 if tasks[0][0].target is not None else max(1, AT_ONCE // max(tasks[0][0].samples, 1))
     progress(0, total)
@@ -129,8 +130,10 @@ def moved(
     packed = variant.assembled.packed
     machine = prepare(packed)
     state = rest(packed, machine, start)
-    before, drifting = balance(machine, state), _drifting(packed, machine, task)
-    n, u = packed.inertia.size, packed.sources.block.size
+    before = balance(machine, state)
+    drifting = _drifting(packed, machine, task)
+    n = packed.inertia.size
+    u = packed.sources.block.size
     out = MechanismRecord(
         np.zeros((task.samples, RECORD_SIZE)),
         np.zeros((task.samples, 2 * n + u)),
@@ -190,10 +193,8 @@ def _by_target(
     target, reference, sight = task.target, task.reference, task.sight
     assert target is not None
     assert reference is not None
-    waiting, shown = (
-        np.zeros(task.delay_samples + 1),
-        float(measure(state.y[sight.sensor], sight.step)),
-    )
+    waiting = np.zeros(task.delay_samples + 1)
+    shown = float(measure(state.y[sight.sensor], sight.step))
     target.start(shown)
     for k in range(task.samples):
         shown = float(encoder_reading(sight, state, shown, drifting.conditions, k))

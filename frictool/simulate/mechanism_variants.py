@@ -93,7 +93,8 @@ def mechanism_variants(
     )
     width = len(str(scenario.plants))
     for index, row in enumerate(_values(every, ranged, parts), start=1):
-        name, values = f"p{index:0{width}d}", dict(zip(ranged, map(float, row), strict=True))
+        name = f"p{index:0{width}d}"
+        values = dict(zip(ranged, map(float, row), strict=True))
         found.append(
             _variant(
                 document,

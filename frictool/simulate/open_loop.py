@@ -87,7 +87,9 @@ def simulate_open_loop(
         )
         for variant in variants
     ]
-    streams, warnings, metadata = [], list[str](), dict[str, dict[str, str]]()
+    streams = []
+    warnings = list[str]()
+    metadata = dict[str, dict[str, str]]()
     for index, moved in enumerate(play_all(variants, tasks, progress)):
         watch(moved)
         run = run_of(moved, channels, [])

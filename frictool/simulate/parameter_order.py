@@ -45,7 +45,8 @@ def check_least(
             ends.low == ends.high == own.nominal and ends.document == names.model
         ) or ends.high >= factor * below.high * (1.0 - ROUNDING):
             continue  # it keeps its ratio to the other one, or part of its range is always above
-        label, unit = ranges[other].label, own.unit
+        label = ranges[other].label
+        unit = own.unit
         most = f"{factor * below.high:g} {unit}"
         if ends.document == names.model and below.document != names.model:
             found = f"found up to {most}, above {own.label}, {_shown(ends)} {unit}"

@@ -24,7 +24,8 @@ def samples_of(seconds: float, period: float) -> int:
 def parts_of(scenario: Scenario, period: float) -> list[Vector]:
     """Return the reference of each step [rad | m], one array per step; the scenario has steps."""
     assert scenario.start is not None
-    last, parts = scenario.start.value, []
+    last = scenario.start.value
+    parts = []
     for step in scenario.steps:
         part = _part(step, last, samples_of(step.seconds, period), period)
         parts.append(part)

@@ -93,7 +93,8 @@ def check_instants(scenario: Scenario, seconds: float, period: float, name: str)
             )
     for index, fault in enumerate(scenario.sensor_faults):
         if fault.until_s is not None and fault.until_s - fault.at_s < period * (1.0 - SAME_INSTANT):
-            key, lasts = f"sensor_faults[{index}].until_s", fault.until_s - fault.at_s
+            key = f"sensor_faults[{index}].until_s"
+            lasts = fault.until_s - fault.at_s
             refuse(name, key, f"lasts for {lasts:g} s; allowed: one sample, {period:g} s, or more")
     courses: dict[str, Disturbance | Signal] = {
         f"disturbances[{index}]": disturbance

@@ -34,7 +34,9 @@ def check_spread(
 
     It must fit the plant and a scenario of `seconds` [s].
     """
-    spread, rig, name = scenario.spread or Spread(), plant.rig, names.scenario
+    spread = scenario.spread or Spread()
+    rig = plant.rig
+    name = names.scenario
     _check_parameters(spread, plant.ranges(), names)
     _check_ends(plant, controller, scenario, spread, names)
     check_least(plant.ranges(), spread.parameters, scenario.given, names, drawn=True)

@@ -96,7 +96,8 @@ def resonant(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> Reso
     resonances = problem.model.resonances
     if resonances is None:
         return None
-    required, found = problem.spec.modulus_margin or 0.0, None
+    required = problem.spec.modulus_margin or 0.0
+    found = None
     for samples in delays_checked(problem.delay):
         now = resonant_check(loops, problem.box.vertices, problem.lag, samples, resonances)
         require_margin(now, resonances, required if samples == problem.delay else 0.0)
@@ -142,7 +143,8 @@ def _brake(problem: SynthesisProblem, around: SurroundingBlocks) -> None:
 
 
 def _count(problem: SynthesisProblem, loops: LinearLoops) -> float:
-    actuator, requested = problem.model.bench.actuator, loops.count_drive()
+    actuator = problem.model.bench.actuator
+    requested = loops.count_drive()
     if requested > COUNT_LIMIT * actuator.limit.value:
         unit = "A" if actuator.drive == "current" else "V"
         raise NoSolutionError(

@@ -23,7 +23,8 @@ def balanced_form(k: Lti, negligible: float = 0.0) -> tuple[Lti, NDArray[np.floa
     u, hankel, vh = np.linalg.svd(see.T @ reach)
     there = hankel > max(negligible, np.finfo(float).eps * k.order) * hankel[0]
     half = hankel[there] ** -0.5
-    t, inverse = reach @ vh[there].T * half, (see @ u[:, there] * half).T
+    t = reach @ vh[there].T * half
+    inverse = (see @ u[:, there] * half).T
     return Lti(inverse @ k.a @ t, inverse @ k.b, k.c @ t, k.d, k.period), hankel[there]
 
 

@@ -218,7 +218,10 @@ class _CellSearch:
     def __init__(
         self, loop: CertificateLoop, box: Box, coordinates: CertificateCoordinates, below: float
     ) -> None:
-        self.loop, self.box, self.coordinates, self.below = loop, box, coordinates, below
+        self.loop = loop
+        self.box = box
+        self.coordinates = coordinates
+        self.below = below
         drive, viscous = surroundings(box)
         self.whole = (_outward(drive), _outward(viscous))
 

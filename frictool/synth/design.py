@@ -83,7 +83,8 @@ def synthesise_verified(
     disturbance(model)  # refuses loads that these structures cannot handle
     possible = check_feasible(model, spec, design)
     posed, chosen = _posed(model, spec, design)
-    composed, trade = blocks(model, design), None
+    composed = blocks(model, design)
+    trade = None
     if design.relax == "auto":
         progress("the trade between disturbance rejection and effort")
         posed, trade = relaxed_problem(posed, chosen, bound, progress=progress)
@@ -127,7 +128,8 @@ def _with_resonances(posed: SynthesisProblem, controller: stored.Controller) -> 
 
 def _linear(posed: SynthesisProblem, candidate: ControllerCandidate) -> stored.LinearController:
     """Return the candidate's stored forms, with the requested form and anti-windup."""
-    linear, design = stored_forms(candidate.controller), posed.design
+    linear = stored_forms(candidate.controller)
+    design = posed.design
     if design.speed_input:
         linear = msgspec.structs.replace(linear, input="speed_error")
     if posed.method.provided_gains and design.form == "state_space":
@@ -158,7 +160,8 @@ def _certificate(
     posed: SynthesisProblem, controller: stored.Controller
 ) -> tuple[Certificate | None, tuple[str, ...]]:
     """Return the certificate and notes; the certificate is None if a loop is unstable."""
-    weights, box = certified_weights(posed.weights), Box(**enclosing_box(posed.box.vertices))
+    weights = certified_weights(posed.weights)
+    box = Box(**enclosing_box(posed.box.vertices))
     if not posed.weighs:
         return Certificate(1, box, weights, (), {"sensitivity": NOT_CERTIFIED}), (
             f"no certificate: {NOT_CERTIFIED}",
@@ -178,7 +181,8 @@ def problem(model: Model, spec: Spec, design: Design) -> SynthesisProblem:
 
 
 def _posed(model: Model, spec: Spec, design: Design) -> tuple[SynthesisProblem, ChosenWeights]:
-    bench, chosen = model.bench, choose_weights(model, spec, design)
+    bench = model.bench
+    chosen = choose_weights(model, spec, design)
     lag = bench.actuator.loop_time_constant_s
     if design.prewarp_rad_s is not None and design.prewarp_rad_s * bench.sample_period_s >= math.pi:
         raise FrictoolError(
@@ -207,7 +211,8 @@ def _document(
     composed: SurroundingBlocks,
     provenance: Provenance,
 ) -> stored.Controller:
-    design, bench = posed.design, posed.model.bench
+    design = posed.design
+    bench = posed.model.bench
     return stored.Controller(
         format="controller/1",
         name=design.name,
@@ -236,7 +241,8 @@ def _document(
 
 def sign_convention(design: Design) -> str:
     """Return the sentence that defines signals, signs and coefficients of a controller document."""
-    entering, measured = "eta", f"{MEASURED[design.structure]} - position"
+    entering = "eta"
+    measured = f"{MEASURED[design.structure]} - position"
     if design.speed_input:
         entering, measured = "e", "speed reference - speed"
     return (

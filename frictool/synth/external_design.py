@@ -104,13 +104,16 @@ def external_controller(
         prefilter=prefilter,
     )
     check_feasible(model, spec, design)
-    bench, chosen = model.bench, choose_weights(model, spec, design)
-    lag, period = bench.actuator.loop_time_constant_s, bench.sample_period_s
+    bench = model.bench
+    chosen = choose_weights(model, spec, design)
+    lag = bench.actuator.loop_time_constant_s
+    period = bench.sample_period_s
     posed = _ExternalProblem(
         polytope(model), lag, period, bench.delay_samples, chosen.weights, design, model, spec
     )
     lti = as_lti(system, period)
-    composed, linear = blocks(model, design), stored_forms(lti)
+    composed = blocks(model, design)
+    linear = stored_forms(lti)
     verified = accept(posed, ControllerCandidate(lti, lti), linear, composed)
     origin = provenance_of_call("frictool.synth.external_controller", model=model, spec=spec)
     document = _document(posed, linear, verified, composed, origin)

@@ -69,7 +69,9 @@ def check_feasible(model: Model, spec: Spec, design: Design) -> tuple[str, ...]:
 
 
 def _check_bands(model: Model, spec: Spec, design: Design) -> None:
-    law, limiter, unit = design.position_law, design.limiter, si_unit("position", model.axis)
+    law = design.position_law
+    limiter = design.limiter
+    unit = si_unit("position", model.axis)
     step = model.bench.encoder.resolution
     if law is not None and law.band is not None and law.band.value < step:
         raise FrictoolError(
@@ -124,7 +126,9 @@ def fastest(model: Model, part: Callable[[float, float], float]) -> FastestStep:
 
     The drive can move every vertex: synth/load_disturbance.py refuses other models.
     """
-    known, limit, found = model.bench.mechanics, model.bench.actuator.limit.value, []
+    known = model.bench.mechanics
+    limit = model.bench.actuator.limit.value
+    found = []
     loose = (
         known.backlash_coulomb.value
         if known.backlash is not None and known.backlash_coulomb is not None
@@ -132,10 +136,8 @@ def fastest(model: Model, part: Callable[[float, float], float]) -> FastestStep:
     )
     for vertex in polytope(model).vertices:
         effort = vertex.constant * limit
-        up, down = (
-            (effort - min(vertex.coulomb, loose)) / vertex.inertia,
-            (effort + vertex.coulomb) / vertex.inertia,
-        )
+        up = (effort - min(vertex.coulomb, loose)) / vertex.inertia
+        down = (effort + vertex.coulomb) / vertex.inertia
         found.append(FastestStep(effort, vertex.inertia, vertex.coulomb, part(up, down)))
     return max(found, key=lambda one: one.per_root)
 
@@ -163,7 +165,8 @@ def _check_time(
             "actuator.limit, or narrow the "
             "intervals of inertia and coulomb"
         ).at("spec", key)
-    longest, travel = ((required - delay) / slowest.per_root) ** 2, bench.mechanics.travel
+    longest = ((required - delay) / slowest.per_root) ** 2
+    travel = bench.mechanics.travel
     if travel is None or longest >= travel.high - travel.low:
         return []
     return [

@@ -20,7 +20,8 @@ def lft_lpv(problem: SynthesisProblem) -> ControllerCandidate:
     Raises NoSolutionError if the inequalities have no solution, or if the norm of a loop exceeds
     their gamma.
     """
-    posed, design = problem.posed_with_constant_input(), problem.design
+    posed = problem.posed_with_constant_input()
+    design = problem.design
     scheduled_names = design.schedule or ("regime",)
     box, corners = uncertain_polytope(problem.model, scheduled_names, design.channel_effort)
     centre = with_channel(

@@ -32,7 +32,8 @@ def solve_inequalities(
     """
     try:
         region = pole_region(problem.design.poles)
-        lyapunov, ease = minimise(plants, problem.design.recentring, region), problem.design.ease
+        lyapunov = minimise(plants, problem.design.recentring, region)
+        ease = problem.design.ease
         return replace(lyapunov, gamma=ease * lyapunov.gamma), vertex_controllers(
             plants, lyapunov, ease
         )

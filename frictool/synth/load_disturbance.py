@@ -43,15 +43,14 @@ def disturbance(model: Model) -> LoadDisturbance:
     Raises NoSolutionError if the load has a spring, or if load and Coulomb friction together may
     exceed the actuator's effort.
     """
-    load, today, actuator = (
-        model.laws.load if model.laws else None,
-        model.parameters,
-        model.bench.actuator,
-    )
+    load = model.laws.load if model.laws else None
+    today = model.parameters
+    actuator = model.bench.actuator
     gravity = ripple = 0.0
     if load is not None:
         if load.stiffness is not None:
-            spring, unit = load.stiffness, load.stiffness.unit
+            spring = load.stiffness
+            unit = load.stiffness.unit
             raise NoSolutionError(
                 f"laws.load.stiffness is {spring.value:.4g} {unit}: a spring changes the plant, "
                 "and the speed loop is designed for an axis "
@@ -60,7 +59,8 @@ def disturbance(model: Model) -> LoadDisturbance:
             ).at("model", "laws.load.stiffness")
         gravity = 0.0 if load.gravity is None else amplitude(load.gravity.sine, load.gravity.cosine)
         ripple = 0.0 if load.ripple is None else amplitude(load.ripple.sine, load.ripple.cosine)
-    offset, available = largest(today.offset), actuator.constant.interval[0] * actuator.limit.value
+    offset = largest(today.offset)
+    available = actuator.constant.interval[0] * actuator.limit.value
     found = LoadDisturbance(offset, gravity, ripple, available, today.breakaway.interval[0])
     friction = largest(today.coulomb)
     if found.total + friction >= available:

@@ -23,7 +23,8 @@ def bound(problem: SynthesisProblem) -> float:
 
     The plants are the vertices and the centre.
     """
-    posed, design = problem.posed_with_constant_input(), problem.design
+    posed = problem.posed_with_constant_input()
+    design = problem.design
     box = polytope(problem.model, design.schedule or PARAMETERS)
     plants = [
         posed.plant(rates_of(point, box.centre, design.vertices))
@@ -41,7 +42,8 @@ def lpv(problem: SynthesisProblem) -> ControllerCandidate:
     Raises NoSolutionError if the inequalities have no solution, or if the norm of a loop exceeds
     their gamma.
     """
-    posed, design = problem.posed_with_constant_input(), problem.design
+    posed = problem.posed_with_constant_input()
+    design = problem.design
     box = polytope(problem.model, design.schedule or PARAMETERS)
     frozen = box.centre if design.frozen_at == "centre" else identified_plant(problem)
     plants = [
@@ -59,7 +61,8 @@ def lpv(problem: SynthesisProblem) -> ControllerCandidate:
 
 def identified_plant(problem: SynthesisProblem) -> PlantPoint:
     """Return the plant at the model's estimated values."""
-    today, constant = problem.model.parameters, problem.model.bench.actuator.constant
+    today = problem.model.parameters
+    constant = problem.model.bench.actuator.constant
     return PlantPoint(
         "identified", today.inertia.value, today.viscous.value, today.coulomb.value, constant.value
     )

@@ -38,7 +38,8 @@ def lpv_grid(problem: SynthesisProblem) -> ControllerCandidate:
     design = problem.design
     options = design.grid or Grid()
     _refuse(problem)
-    posed, box = problem.posed_with_constant_input(), enclosing_box(problem.box.vertices)
+    posed = problem.posed_with_constant_input()
+    box = enclosing_box(problem.box.vertices)
     wanted = design.schedule or PARAMETERS
     names: tuple[Parameter, ...] = tuple(
         name for name in DYNAMIC if name in wanted and box[name][1] > box[name][0]
@@ -64,7 +65,8 @@ def lpv_grid(problem: SynthesisProblem) -> ControllerCandidate:
     frozen = centre if design.frozen_at == "centre" else identified_plant(problem)
     values = _values(box, frozen, names)
     held = plant(_at(box, frozen, names, values))
-    note, where = _note(found, names, options), f"the {design.frozen_at} plant"
+    note = _note(found, names, options)
+    where = f"the {design.frozen_at} plant"
     if not design.scheduled:
         k = found.frozen(held, values)
         check_claim(k, held, found.gamma, where)

@@ -68,7 +68,9 @@ class MinimaxDescent:
         It ends at ten times the pole bound, or at half the sampling frequency.
         """
         top = 0.9999 * np.pi / structure.period if structure.period else 10.0 * structure.bound
-        self.structure, self.plants, self.margin = structure, list(plants), margin
+        self.structure = structure
+        self.plants = list(plants)
+        self.margin = margin
         self.grid = np.geomspace(slowest, top, GRID)
         self.on_grid = [OpenLoopResponses.of(plant, self.grid) for plant in plants]
         self.peaks: list[list[float]] = [[] for _ in plants]
@@ -110,7 +112,8 @@ class MinimaxDescent:
 
     def run(self, start: Vector, rounds: int) -> DescentPoint:
         """Descend from stabilising parameters; the result is never worse than the start."""
-        here, box = self.point(start), FIRST_BOX
+        here = self.point(start)
+        box = FIRST_BOX
         for _ in range(rounds):
             if not np.isfinite(here.worst):
                 break
@@ -195,7 +198,8 @@ class _FiniteSet:
                 for plant, w in zip(descent.plants, chosen, strict=True)
             ]
         )
-        steep, at = None, np.empty(0)
+        steep = None
+        at = np.empty(0)
         if descent.margin:
             looked = [
                 np.append(grid[loop.sensitivity().gains(k) * descent.margin > ACTIVE], peaks)

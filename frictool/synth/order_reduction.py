@@ -76,14 +76,13 @@ def truncated(k: Lti, order: int) -> Lti:
 
 def residualised(k: Lti, order: int) -> Lti:
     """Return a balanced system reduced to `order` states; the others take their steady state."""
-    kept, gone = slice(0, order), slice(order, k.order)
+    kept = slice(0, order)
+    gone = slice(order, k.order)
     settled = (
         np.eye(k.order - order) * (1.0 if k.period else 0.0) - k.a[gone, gone]
     )  # x_gone = settled^-1 (a21 x + b2 u)
-    by_state, by_input = (
-        np.linalg.solve(settled, k.a[gone, kept]),
-        np.linalg.solve(settled, k.b[gone]),
-    )
+    by_state = np.linalg.solve(settled, k.a[gone, kept])
+    by_input = np.linalg.solve(settled, k.b[gone])
     return Lti(
         k.a[kept, kept] + k.a[kept, gone] @ by_state,
         k.b[kept] + k.a[kept, gone] @ by_input,

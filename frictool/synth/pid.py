@@ -45,7 +45,10 @@ def sampled_pid(gains: Pid, gain: float, period: float) -> Lti:
     Its states are the integral of the error and the low-pass. `gain` is K in drive per rad | m, or
     per rad/s | m/s; `period` is in s.
     """
-    poles, entering, leaving, direct = [], [], [], gain
+    poles = []
+    entering = []
+    leaving = []
+    direct = gain
     if gains.integral_time_s is not None:
         poles.append(1.0)
         entering.append(period)
@@ -57,5 +60,6 @@ def sampled_pid(gains: Pid, gain: float, period: float) -> Lti:
         leaving.append(-gain * gains.filter_ratio)
         direct += gain * gains.filter_ratio
     n = len(poles)
-    b, c = np.array(entering).reshape(n, 1), np.array(leaving).reshape(1, n)
+    b = np.array(entering).reshape(n, 1)
+    c = np.array(leaving).reshape(1, n)
     return Lti(np.diag(poles) if n else np.zeros((0, 0)), b, c, np.array([[direct]]), period)

@@ -138,7 +138,10 @@ def _sections(whole: Lti, kept: Matrix) -> Matrix:
     The pencil is better conditioned than a numerator polynomial. `kept` is the matrix of the stable
     part; if `whole` has one state more, its first state is the integrator.
     """
-    a, b, c, d = whole.a, whole.b, whole.c, whole.d
+    a = whole.a
+    b = whole.b
+    c = whole.c
+    d = whole.d
     n = len(a)
     pencil = linalg.eigvals(
         np.block([[a, b], [c, d]]), linalg.block_diag(np.eye(n), np.zeros((1, 1)))

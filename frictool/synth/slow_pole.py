@@ -40,7 +40,8 @@ def moved(k: Lti, bandwidth: float, to: float) -> Lti:
     poles = np.linalg.eigvals(k.a).astype(np.complex128)
     rates = np.abs(poles - 1.0) / k.period if k.period else np.abs(poles)
     slowest = int(np.argmin(rates))
-    pole, rate = poles[slowest], float(rates[slowest])
+    pole = poles[slowest]
+    rate = float(rates[slowest])
     if rate > SLOW * bandwidth or abs(pole.imag) > 1e-9 * max(1.0, abs(pole)):
         raise NoSolutionError(
             f"the slowest pole of the controller found is {rate:.3g} rad/s from an integrator, "

@@ -67,8 +67,10 @@ class StructuredController:
 
     def limits(self) -> tuple[Vector, Vector]:
         """Return the bounds of the parameters (size,); the numerator's are infinite."""
-        low, high = np.full(self.size, -np.inf), np.zeros(self.size)
-        low[: self.free], high[self.free :] = _LOWEST, np.inf
+        low = np.full(self.size, -np.inf)
+        high = np.zeros(self.size)
+        low[: self.free] = _LOWEST
+        high[self.free :] = np.inf
         dampings = slice(self.free % 2 + 1, self.free, 2)
         low[dampings], high[dampings] = 0.0, 1.0
         return low, high
@@ -86,10 +88,9 @@ class StructuredController:
         u = max(_LOWEST, min(0.0, float(np.log(pole / self.bound))))
         if self.free % 2 == 0:
             return np.concatenate([[u], parameters[: self.free], above])
-        middle, apart = (
-            0.5 * (u + parameters[0]),
-            0.5 * abs(u - parameters[0]),
-        )  # w² = p1 p2, m = (p1 + p2)/(2 w)
+        # w² = p1 p2, m = (p1 + p2)/(2 w)
+        middle = 0.5 * (u + parameters[0])
+        apart = 0.5 * abs(u - parameters[0])
         widest = np.log(np.cosh(middle)) - np.log(LEAST_DAMPING)
         y = (np.log(np.cosh(apart)) - np.log(LEAST_DAMPING)) / widest
         return np.concatenate([[middle, min(1.0, y)], parameters[1 : self.free], above])
@@ -129,14 +130,17 @@ class StructuredController:
 
         The derivatives have the shape (k, free).
         """
-        factors, slopes, at = [], [], 0
+        factors = []
+        slopes = []
+        at = 0
         if self.free % 2:
             pole = self.bound * np.exp(parameters[0])
             factors.append(1.0 + s / pole)
             slopes.append(-s / pole)
             at = 1
         while at < self.free:
-            u, y = parameters[at], parameters[at + 1]
+            u = parameters[at]
+            y = parameters[at + 1]
             w, m = self._pair(u, y)
             factors.append(1.0 + 2.0 * m * s / w + (s / w) ** 2)
             slopes.append(2.0 * m * s / w * (y * np.tanh(u) - 1.0) - 2.0 * (s / w) ** 2)
@@ -149,7 +153,8 @@ class StructuredController:
 
     def factors(self, parameters: Vector) -> list[Vector]:
         """Return the monic factors of the free poles' polynomial in s/w0, highest power first."""
-        odd, w0 = self.free % 2, self.around
+        odd = self.free % 2
+        w0 = self.around
         found = [np.array([1.0, self.bound * np.exp(parameters[0]) / w0])] if odd else []
         for j in range(odd, self.free, 2):
             w, m = self._pair(parameters[j], parameters[j + 1])
@@ -173,7 +178,8 @@ class StructuredController:
 
     def _continuous(self, parameters: Vector) -> Lti:
         """Return the controller in continuous time; the integrator is parallel to the rest."""
-        factors, above = self.factors(parameters), self.gain * parameters[self.free :][::-1]
+        factors = self.factors(parameters)
+        above = self.gain * parameters[self.free :][::-1]
         for factor in factors:
             above = above * factor[-1]  # the factors in the formula are 1 at s = 0, these are monic
         if not self.integrator:
@@ -195,7 +201,9 @@ def chain(above: Vector, factors: list[Vector], around: float) -> Lti:
     product would lose that accuracy.
     """
     n = sum(len(factor) - 1 for factor in factors)
-    a, b, c = np.zeros((n, n)), np.zeros((n, 1)), np.zeros((1, n))
+    a = np.zeros((n, n))
+    b = np.zeros((n, 1))
+    c = np.zeros((1, n))
     end = n
     for number, factor in enumerate(factors):
         size = len(factor) - 1

@@ -159,7 +159,8 @@ class _BlockRules:
         )
 
     def limiter(self, requested: LimiterDesign) -> stored.Limiter:
-        today, step = self.model.parameters, self.model.bench.encoder.resolution
+        today = self.model.parameters
+        step = self.model.bench.encoder.resolution
         energy = requested.condition == "energy"
         virtual = 0.0 if requested.virtual_coulomb is None else requested.virtual_coulomb.value
         band = (
@@ -246,7 +247,8 @@ class _BlockRules:
 
 def _square_root_gain(model: Model, law: PositionLawDesign) -> float:
     """Return the gain (5.19), annex (5) or annex 5.2, which differ by sqrt 2."""
-    today, factor = model.parameters, 2.0 if law.formula == "sqrt(2F/J)" else 1.0
+    today = model.parameters
+    factor = 2.0 if law.formula == "sqrt(2F/J)" else 1.0
     force = today.coulomb.value * law.virtual_coulomb_factor
     gain = math.sqrt(factor * force / today.inertia.value)
     if gain <= 0.0:

@@ -154,7 +154,8 @@ class SynthesisProblem:
             )
         corners = tuple(scheduled)
         if self.sampled and self.delay == 0:
-            kept, corners = with_register(kept), tuple(with_register(corner) for corner in corners)
+            kept = with_register(kept)
+            corners = tuple(with_register(corner) for corner in corners)
         sampled = tuple(self.discretised(corner) for corner in corners)
         return ControllerCandidate(
             self.discretised(kept), kept, gamma, optimum, tuple(remarks), sampled, over
@@ -174,7 +175,8 @@ class SynthesisProblem:
 
         `k` may be in either domain.
         """
-        running, required = self.discretised(k), self.spec.modulus_margin or 0.0
+        running = self.discretised(k)
+        required = self.spec.modulus_margin or 0.0
         for point in self.box.vertices:
             found = check_loop(running, point.rates, self.lag, self.delay)
             if not found.stable or found.modulus_margin < required:

@@ -152,7 +152,8 @@ def _vertices(controller: Controller) -> list[str]:
 
 
 def _margins(controller: Controller) -> list[str]:
-    verified, unit = controller.verified, si_unit(controller.drive, controller.axis)
+    verified = controller.verified
+    unit = si_unit(controller.drive, controller.axis)
     lines = []
     if verified.margins is not None:
         m = verified.margins
@@ -193,7 +194,8 @@ def _margins(controller: Controller) -> list[str]:
 
 def _beyond(controller: Controller) -> list[str]:
     """Describe the bounds for the plants between the vertices."""
-    lines, found = [], controller.verified.robustness
+    lines = []
+    found = controller.verified.robustness
     if found is not None and controller.linear.input == "speed_error":
         lines.append(
             f"  largest sensitivity inside the box, {found.interior_points} plants       "

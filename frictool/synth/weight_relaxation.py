@@ -108,7 +108,10 @@ class _TradeSearch:
         required: float,
         progress: Callable[[str], None],
     ) -> None:
-        self.chosen, self.level, self.required, self.progress = chosen, level, required, progress
+        self.chosen = chosen
+        self.level = level
+        self.required = required
+        self.progress = progress
         self.points: list[TradePoint] = []
         self.curve: dict[
             float, tuple[float, TradePoint]
@@ -207,7 +210,8 @@ class _TradeSearch:
         if not self.curve or len(self.tried) < 2:
             return
         ordered = sorted(self.tried)
-        best, top = self._best(), max(self.curve, key=lambda effort: self.curve[effort][0])
+        best = self._best()
+        top = max(self.curve, key=lambda effort: self.curve[effort][0])
         at, highest = ordered.index(best), ordered.index(top)
         lower_ends = [at] if self.curve[top][0] >= 0.0 else [at, highest, highest - 1]
         gaps = [(ordered[i], ordered[i + 1]) for i in lower_ends if 0 <= i < len(ordered) - 1]
@@ -253,8 +257,10 @@ class _Bracket:
     """Interval [low, high] that contains the largest feasible x = log W1."""
 
     def __init__(self, required: float, deepest: TradePoint) -> None:
-        self.required, self.floor = required, deepest.level
-        self.low, self.high = math.log(DEEPEST), 0.0
+        self.required = required
+        self.floor = deepest.level
+        self.low = math.log(DEEPEST)
+        self.high = 0.0
         self.kept: TradePoint | None = deepest if deepest.level <= required else None
         self.below: tuple[float, float] | None = (
             # x and log of gamma's excess over the floor: at the last feasible and the last

@@ -100,7 +100,10 @@ class _WeightRules:
     """Rules, one per method; `derived` collects their results."""
 
     def __init__(self, model: Model, spec: Spec, design: Design) -> None:
-        self.model, self.spec, self.design, self.provided = model, spec, design, design.weights
+        self.model = model
+        self.spec = spec
+        self.design = design
+        self.provided = design.weights
         self.speed = design.structure != "position"
         self.derived: list[DerivedValue] = []
         self.limit = min(
@@ -119,12 +122,10 @@ class _WeightRules:
                 "the gains are given and nothing is weighed: the norm is that of the sensitivity",
             )
             return ChosenWeights(PlantWeights(FirstOrderWeight(1.0), 0.0, 0.0), tuple(self.derived))
-        error, disturbance, drive, noise = (
-            self._template(),
-            self._disturbance(),
-            self._drive(),
-            self._noise(),
-        )
+        error = self._template()
+        disturbance = self._disturbance()
+        drive = self._drive()
+        noise = self._noise()
         product = None if provided.command is not None else self._command_of_noise(noise)
         weights = PlantWeights(
             error=error,
@@ -145,7 +146,8 @@ class _WeightRules:
 
         Position: e_stat A = step, at rest. Speed: A = M_mod z2 step.
         """
-        step, margin = self.model.bench.encoder.resolution, error.gain * error.pole / error.zero
+        step = self.model.bench.encoder.resolution
+        margin = error.gain * error.pole / error.zero
         return margin * error.zero * step if self.speed else error.gain * step
 
     def _tell(self, name: str, value: float, unit: str, source: str) -> float:
@@ -153,7 +155,9 @@ class _WeightRules:
         return value
 
     def _template(self) -> FirstOrderWeight:
-        provided, spec, travel = self.provided, self.spec, self.model.bench.mechanics.travel
+        provided = self.provided
+        spec = self.spec
+        travel = self.model.bench.mechanics.travel
         margin, error = provided.modulus_margin, provided.static_error
         bandwidth = provided.bandwidth_rad_s
         if margin is None and spec.modulus_margin is not None:
@@ -230,10 +234,7 @@ class _WeightRules:
             return self.provided.drive
         amplitude, source = self._amplitude("drive")
         return self._tell(
-            "drive",
-            amplitude / self.limit,
-            "",
-            f"{source} over the drive's limit {self.limit:g}",
+            "drive", amplitude / self.limit, "", f"{source} over the drive's limit {self.limit:g}"
         )
 
     def _noise(self) -> float:
@@ -242,10 +243,7 @@ class _WeightRules:
         amplitude, source = self._amplitude("noise")
         step = self.model.bench.encoder.resolution
         return self._tell(
-            "noise",
-            step / amplitude,
-            "",
-            f"the encoder's step {step:.4g} over {source}",
+            "noise", step / amplitude, "", f"the encoder's step {step:.4g} over {source}"
         )
 
     def _command_of_noise(self, noise: float) -> float:
@@ -258,7 +256,8 @@ class _WeightRules:
                 "weights.command: missing in the design, and weights.noise is 0; give command (0 "
                 "for none), or a noise to derive it from"
             ).at("design", "weights.command")
-        step, share = self.model.bench.encoder.resolution, self.provided.count_share
+        step = self.model.bench.encoder.resolution
+        share = self.provided.count_share
         product = step / (share * self.limit)
         self._tell(
             "command",

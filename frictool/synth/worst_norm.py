@@ -86,7 +86,8 @@ class OpenLoopResponses:
         u = np.einsum("kzw,kw->kz", closed, v) / np.sqrt(
             np.maximum(values[:, -1:], np.finfo(float).tiny)
         )
-        left, right = np.einsum("kz,kz->k", u.conj(), self.p12), np.einsum("kw,kw->k", self.p21, v)
+        left = np.einsum("kz,kz->k", u.conj(), self.p12)
+        right = np.einsum("kw,kw->k", self.p21, v)
         return np.asarray(
             np.real((left * right / (1.0 - self.p22 * k) ** 2)[:, None] * derivatives)
         )

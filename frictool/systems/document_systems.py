@@ -86,7 +86,8 @@ def plant_system(
     """
     _require(document, Model, Controller)
     bench = document.bench
-    lag, period = bench.actuator.loop_time_constant_s, bench.sample_period_s if sampled else 0.0
+    lag = bench.actuator.loop_time_constant_s
+    period = bench.sample_period_s if sampled else 0.0
     resonance = None if document.resonances is None else resonance_filters(document.resonances)[0]
     blocks = {"axis": linear_axis(_rates(document, vertex), lag, period, resonance)}
     if sampled:

@@ -130,7 +130,8 @@ def to_control(system: Lti | Model | Controller) -> Any:
         raise ImportError(
             "to_control needs python-control: pip install 'frictool[control]'"
         ) from error
-    found, names = as_linear_system(system), dict[str, Any]()
+    found = as_linear_system(system)
+    names = dict[str, Any]()
     if isinstance(system, Controller):
         names = {"inputs": [ETA], "outputs": [DRIVE], "name": system.name}
     elif isinstance(system, Model):

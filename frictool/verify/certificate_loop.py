@@ -88,7 +88,8 @@ def closed_loop(loop: CertificateLoop, axis: EnclosedAxis) -> tuple[Enclosure, i
     def signal(name: str) -> Enclosure:
         return rows.get(name, nothing)
 
-    weights, speed = loop.weights, loop.controlled == "speed"
+    weights = loop.weights
+    speed = loop.controlled == "speed"
     after: dict[str, Enclosure] = {}
     noise = _filtered(weights.noise, loop.period, "W4", signal("noise"), signal, after)
     eta = signal("eta") if speed else signal("eta") + signal("reference")
@@ -203,7 +204,8 @@ def _filtered(
         if weight.zero is not None
         else Fraction(0)
     )
-    kept, through = (1 - half) / (1 + half), half / (1 + half)
+    kept = (1 - half) / (1 + half)
+    through = half / (1 + half)
     after[name] = Enclosure.of(kept) * signal(name) + Enclosure.of(1 - kept) * entering
     direct = high + through * (gain - high)
     return Enclosure.of((gain - high) / (1 + half)) * signal(name) + Enclosure.of(direct) * entering

@@ -206,8 +206,10 @@ def failing_inequality(
     level = int(Fraction(bound) ** 2 * (1 << (4 * BITS + bits)))
     before = [coordinates.turned.T @ lyapunov @ coordinates.turned for lyapunov in ends]
     for point in range(CONTROL_POINTS):
-        low, high = loops[point], loops[point + CONTROL_POINTS]
-        outputs, columns = low.centre.shape[0] - n, low.centre.shape[1]
+        low = loops[point]
+        high = loops[point + CONTROL_POINTS]
+        outputs = low.centre.shape[0] - n
+        columns = low.centre.shape[1]
         stored = [
             _diagonal(lyapunov, np.identity(outputs, dtype=object) << bits) for lyapunov in ends
         ]

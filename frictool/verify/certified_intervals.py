@@ -39,7 +39,8 @@ def model_differences(controller: Controller, model: Model) -> tuple[str, ...]:
 
 def bench_differences(controller: Controller, bench: Bench) -> tuple[str, ...]:
     """Return the differences between `bench` and the bench that the controller was verified for."""
-    ours, theirs = controller.bench.actuator.drive, bench.actuator.drive
+    ours = controller.bench.actuator.drive
+    theirs = bench.actuator.drive
     if ours != theirs:
         return (f"drive {theirs}, verified {ours}",)
     return differences(controller, facts_of(bench), bench_intervals(bench))
@@ -52,7 +53,8 @@ def parameters_outside(controller: Controller, ranges: Mapping[str, Interval]) -
     kg m^2, certified 1.11e-05 to 1.53e-05`.
     """
     known = controller.certificate is not None or bool(controller.verified.vertices)
-    box, units = box_of(controller) if known else {}, plant_units(controller.bench)
+    box = box_of(controller) if known else {}
+    units = plant_units(controller.bench)
     verb = "certified" if controller.certificate is not None else "verified"
     found = []
     for name in PARAMETERS:

@@ -112,11 +112,10 @@ def _of_its_bench(controller: Controller) -> None:
 
 
 def _vertices(controller: Controller, margins: bool) -> None:
-    lag, required = (
-        controller.bench.actuator.loop_time_constant_s,
-        controller.verified.modulus_margin_specified,
-    )
-    loops, constant = feedbacks_of(controller), controller.bench.actuator.constant.value
+    lag = controller.bench.actuator.loop_time_constant_s
+    required = controller.verified.modulus_margin_specified
+    loops = feedbacks_of(controller)
+    constant = controller.bench.actuator.constant.value
     brake = limiter_brake(
         controller.limiter, controller.velocity, constant, controller.sample_period_s
     )
@@ -182,7 +181,8 @@ def _resonant(controller: Controller) -> None:
     resonances = controller.resonances
     if resonances is None:
         return
-    lag, loops = controller.bench.actuator.loop_time_constant_s, feedbacks_of(controller)
+    lag = controller.bench.actuator.loop_time_constant_s
+    loops = feedbacks_of(controller)
     points = vertex_points(controller)
     for samples in sorted(
         {check.delay_samples for vertex in controller.verified.vertices for check in vertex.checks}

@@ -82,7 +82,8 @@ def corners(
         for q, lagged in _FUNCTIONS
     }
     e = exponential_series(0, ratio, 0)(0, Fraction(0))
-    zero, step = Enclosure.of(0), Enclosure.of(t)
+    zero = Enclosure.of(0)
+    step = Enclosure.of(t)
     found = []
     for k, f in zip(drive, friction, strict=True):
         k_t, f_t = Enclosure.of(k) * step, Enclosure.of(f) * step
@@ -117,15 +118,18 @@ def cubic(q: int, ratio: Fraction, low: Fraction, high: Fraction) -> list[Enclos
     same remainder from their centres.
     """
     series = exponential_series(q, ratio, math.ceil(max(abs(low), abs(high))))
-    middle, half = (low + high) / 2, (high - low) / 2
+    middle = (low + high) / 2
+    half = (high - low) / 2
     # c_0 + c_1 y + c_2 y^2 + c_3 y^3, sigma = middle + y half
     c = [
         series(order, middle) * Enclosure.of(half**order / math.factorial(order))
         for order in range(4)
     ]
     third = Enclosure.of(Fraction(1, 3))
-    inner, outer = (c[1] * third) - c[3], c[1] + c[3]
-    even, sum_even = c[0] - c[2] * third, c[0] + c[2]
+    inner = (c[1] * third) - c[3]
+    outer = c[1] + c[3]
+    even = c[0] - c[2] * third
+    sum_even = c[0] + c[2]
     ulps = math.ceil(_growth(low) * half**4 / 24 * (1 << BITS))
     return [
         point.widened(ulps)
@@ -160,7 +164,8 @@ def exponential_series(
 
     def derivative(order: int, sigma: Fraction) -> Enclosure:
         size = abs(sigma)
-        centre, radius = 0, one * 3 ** math.ceil(size)
+        centre = 0
+        radius = one * 3 ** math.ceil(size)
         for m in range(terms, -1, -1):
             shifted = m + order
             scale = math.factorial(shifted + q) // math.factorial(shifted)

@@ -18,7 +18,8 @@ def count_current(controller: Lti, step: float, horizon: int = HORIZON) -> float
     """
     if not controller.period:
         raise ValueError("the current of one count is that of a sampled controller")
-    x, largest = np.zeros((controller.order, 1)), 0.0
+    x = np.zeros((controller.order, 1))
+    largest = 0.0
     for _ in range(horizon):
         largest = max(largest, float(np.max(np.abs(controller.c @ x + controller.d))))
         x = controller.a @ x + controller.b

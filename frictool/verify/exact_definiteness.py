@@ -26,11 +26,13 @@ def first_failing_minor(matrix: Integers) -> int | None:
     rows = [[int(value) for value in row] for row in matrix]
     previous = 1
     for k in range(len(rows)):
-        pivot, base = rows[k][k], rows[k]
+        pivot = rows[k][k]
+        base = rows[k]
         if pivot <= 0:
             return k + 1
         for i in range(k + 1, len(rows)):
-            factor, row = rows[i][k], rows[i]
+            factor = rows[i][k]
+            row = rows[i]
             for j in range(i, len(rows)):
                 row[j] = (row[j] * pivot - factor * base[j]) // previous
             for j in range(k + 1, i):

@@ -265,8 +265,10 @@ def measured_axis(
     A position that is not measured is left out.
     """
     axis = linear_axis(rates, lag, period, resonance).system
-    n, m = axis.order, len(INPUTS)
-    a, b = np.zeros((n + 1, n + 1)), np.zeros((n + 1, m))
+    n = axis.order
+    m = len(INPUTS)
+    a = np.zeros((n + 1, n + 1))
+    b = np.zeros((n + 1, m))
     a[:n, :n], b[:n] = axis.a, axis.b
     moved, pushed = axis.a[n - 1].copy(), axis.b[n - 1].copy()
     moved[n - 1] -= 1.0

@@ -52,10 +52,13 @@ def interior_points(box: Box, count: int, seed: int) -> tuple[PlantPoint, ...]:
 
 def _radical_inverse(index: NDArray[np.int64], base: int) -> NDArray[np.float64]:
     """Return the digits of `index` mirrored at the radix point."""
-    found, share, rest = np.zeros(len(index)), 1.0 / base, index.copy()
+    found = np.zeros(len(index))
+    share = 1.0 / base
+    rest = index.copy()
     while np.any(rest):
         found += share * (rest % base)
-        rest, share = rest // base, share / base
+        rest = rest // base
+        share = share / base
     return found
 
 
@@ -123,7 +126,8 @@ def searched(
     low, high = (np.array([box[name][side] for name in NAMES]) for side in (0, 1))
     width = np.where(high > low, high - low, 1.0)
     at = np.clip((np.array([getattr(start.point, name) for name in NAMES]) - low) / width, 0.0, 1.0)
-    best, step = start, np.where(high > low, 0.25, 0.0)
+    best = start
+    step = np.where(high > low, 0.25, 0.0)
     for _ in range(STEPS):
         if np.isinf(best.norm) or not np.any(step > 1e-3):
             break

@@ -68,9 +68,15 @@ class Enclosure:
 
     def __mul__(self, other: Enclosure) -> Enclosure:
         """Multiply entry by entry; either factor may be a scalar."""
-        a, r, b, q = self.centre, self.radius, other.centre, other.radius
+        a = self.centre
+        r = self.radius
+        b = other.centre
+        q = other.radius
         return Enclosure(a * b >> BITS, (abs(a) * q + r * (abs(b) + q) >> BITS) + 2)
 
     def __matmul__(self, other: Enclosure) -> Enclosure:
-        a, r, b, q = self.centre, self.radius, other.centre, other.radius
+        a = self.centre
+        r = self.radius
+        b = other.centre
+        q = other.radius
         return Enclosure(a @ b >> BITS, (abs(a) @ q + r @ (abs(b) + q) >> BITS) + 2)

@@ -144,7 +144,11 @@ def phase_crossings(loop: Lti) -> Vector:
 def gain_crossings(loop: Lti) -> Vector:
     """Return the sorted angular frequencies [rad/s] in (0, pi/T) where |L| = 1."""
     n = loop.order
-    zero, a, b, c, d = np.zeros, loop.a, loop.b, loop.c, loop.d
+    zero = np.zeros
+    a = loop.a
+    b = loop.b
+    c = loop.c
+    d = loop.d
     # z x = a x + b u,  v = c x + d u,  p = z (a p + b v),  c p + d v = u
     m = np.block(
         [
@@ -165,7 +169,8 @@ def _refined(loop: Lti, m: Vector, e: Vector, function: Callable[[complex], floa
     They are searched near the eigenvalues of z e - m on the unit circle and at sign changes on a
     grid.
     """
-    period, last = loop.period, np.pi * (1.0 - 1e-9)
+    period = loop.period
+    last = np.pi * (1.0 - 1e-9)
     values = eigvals(m, e)
     values = values[np.isfinite(values)]
     angles = np.abs(np.angle(values[np.abs(np.abs(values) - 1.0) < NEAR_CIRCLE]))

@@ -71,7 +71,8 @@ def check_model(controller: Controller, model: Model) -> ModelCheck:
     points = corner_points(ranges)
     margin, index = smallest(margins.at(point) for point in points)
     specified = controller.verified.modulus_margin_specified
-    resonant, lag = None, ours.actuator.loop_time_constant_s
+    resonant = None
+    lag = ours.actuator.loop_time_constant_s
     if model.resonances is not None:
         resonant = resonant_check(
             feedbacks_of(controller), points, lag, controller.delay_samples, model.resonances
@@ -87,7 +88,8 @@ def outside_margins(model: Model) -> tuple[str, ...]:
 
     `simulate` plays them.
     """
-    mechanics, laws = model.bench.mechanics, model.laws
+    mechanics = model.bench.mechanics
+    laws = model.laws
     load = None if laws is None else laws.load
     parts = {
         "backlash": mechanics.backlash is not None and mechanics.backlash.value > 0.0,

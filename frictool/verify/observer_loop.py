@@ -97,7 +97,8 @@ def _tracking(observer: Observer, hold: Held) -> Lti:
     own = observer.tracking
     assert own is not None
     period, (one, two, three) = observer.sample_period_s, (hold(gain) for gain in own.gains)
-    rate, viscous = hold(period / observer.inertia.value), observer.friction.viscous
+    rate = hold(period / observer.inertia.value)
+    viscous = observer.friction.viscous
     # miss = e - T m;  v^ = v + two miss, d^ = d + three miss;  v+ = (1 - rate viscous) v^ + rate
     # (d^ + effort)
     kept = 1.0 - rate * viscous
@@ -114,7 +115,8 @@ def _switched(
 ) -> Lti:
     """Return the system of one mode; its speed precedes the correction by this sample."""
     period, (one, two, three) = observer.sample_period_s, gains
-    rate, viscous = hold(period / observer.inertia.value), observer.friction.viscous
+    rate = hold(period / observer.inertia.value)
+    viscous = observer.friction.viscous
     miss = np.array([1.0, 0.0, 0.0, -period, 0.0])
     speed = np.array([0.0, 1.0, 0.0, 0.0, 0.0])
     wear = np.array([0.0, 0.0, 1.0, 0.0, 0.0])
@@ -133,7 +135,8 @@ def _lti(rows: Matrix, shown: NDArray[np.float64], period: float) -> Lti:
 
 def _with_drive(observer: Observer, system: Lti) -> Lti:
     """Return the system from m and the drive, with the effort of control/drive_model.py."""
-    period, actuator = observer.sample_period_s, observer.bench.actuator
+    period = observer.sample_period_s
+    actuator = observer.bench.actuator
     blocks = {
         "delay": DiagramBlock(delay(observer.bench.delay_samples, period), (DRIVEN,), ("acting",)),
         "lag": DiagramBlock(_mean(actuator.loop_time_constant_s, period), ("acting",), ("mean",)),

@@ -39,14 +39,13 @@ class PlantMargins:
     """
 
     def __init__(self, controller: Controller) -> None:
-        self._lag, self._delay = (
-            controller.bench.actuator.loop_time_constant_s,
-            controller.delay_samples,
-        )
+        self._lag = controller.bench.actuator.loop_time_constant_s
+        self._delay = controller.delay_samples
         self._period, self._schedule = controller.sample_period_s, controller.schedule
         self._loops = feedbacks_of(controller)
         angles = np.append(0.0, np.geomspace(1e-6 * np.pi, np.pi, POINTS))
-        self._angles, self._circle = angles, np.exp(1j * angles)
+        self._angles = angles
+        self._circle = np.exp(1j * angles)
 
     def __call__(self, plant: LoggedPlant) -> float:
         """Return the smallest margin over the plant's slopes and constants; 0 if unstable."""
@@ -85,23 +84,26 @@ class PlantMargins:
 
         Its input is added to the controller's drive.
         """
-        c, wait = loop.system, delay(self._delay, self._period)
+        c = loop.system
+        wait = delay(self._delay, self._period)
         axis = measured_axis(rates, self._lag, self._period, loop.sees).system
-        seen, push = axis.c[1:], axis.b[:, :1]  # outputs after the speed; input of the command
+        # outputs after the speed; input of the command
+        seen = axis.c[1:]
+        push = axis.b[:, :1]
         n, d, m = c.order, wait.order, axis.order
-        a, b, rows = (
-            np.zeros((n + d + m, n + d + m)),
-            np.zeros((n + d + m, 1)),
-            np.zeros((1, n + d + m)),
-        )
-        rows[:, :n], rows[:, n + d :] = c.c, c.d @ seen  # the requested drive
-        a[:n, :n], a[:n, n + d :] = c.a, c.b @ seen
-        a[n : n + d, n : n + d], a[n + d :, n : n + d], a[n + d :, n + d :] = (
-            wait.a,
-            push @ wait.c,
-            axis.a,
-        )
-        b[n : n + d], b[n + d :] = wait.b, push @ wait.d
+        a = np.zeros((n + d + m, n + d + m))
+        b = np.zeros((n + d + m, 1))
+        rows = np.zeros((1, n + d + m))
+        # the requested drive
+        rows[:, :n] = c.c
+        rows[:, n + d :] = c.d @ seen
+        a[:n, :n] = c.a
+        a[:n, n + d :] = c.b @ seen
+        a[n : n + d, n : n + d] = wait.a
+        a[n + d :, n : n + d] = push @ wait.c
+        a[n + d :, n + d :] = axis.a
+        b[n : n + d] = wait.b
+        b[n + d :] = push @ wait.d
         return Lti(a + b @ rows, b, rows, np.eye(1), self._period)
 
     def _peak(self, closed: Lti, poles: ComplexVector, vectors: ComplexVector) -> float:
@@ -125,16 +127,20 @@ class PlantMargins:
         found = by_modes(np.concatenate([self._circle, np.exp(1j * angles[len(self._angles) :])]))
         order = np.argsort(angles, kind="stable")
         angles, found = angles[order], found[order]
-        looks, expected = np.empty(0), 0.0
+        looks = np.empty(0)
+        expected = 0.0
         for k in np.flatnonzero(found >= NEAR * found.max()).tolist():
             if found[k] < found[max(k - 1, 0)] or found[k] < found[min(k + 1, len(found) - 1)]:
                 continue
-            low, high = angles[max(k - 1, 0)], angles[min(k + 1, len(angles) - 1)]
+            low = angles[max(k - 1, 0)]
+            high = angles[min(k + 1, len(angles) - 1)]
             for _ in range(ZOOMS):
                 near = np.linspace(low, high, ZOOMED)
                 inner = by_modes(np.exp(1j * near))
                 best = int(np.argmax(inner))
-                low, high = near[max(best - 1, 0)], near[min(best + 1, ZOOMED - 1)]
-            looks, expected = np.append(looks, near[best]), max(expected, float(inner[best]))
+                low = near[max(best - 1, 0)]
+                high = near[min(best + 1, ZOOMED - 1)]
+            looks = np.append(looks, near[best])
+            expected = max(expected, float(inner[best]))
         peak = float(np.max(gains(closed, looks / self._period)))
         return peak if abs(peak - expected) <= AGREEMENT * peak else norm(closed)[0]

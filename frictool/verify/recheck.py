@@ -170,7 +170,8 @@ def _robustness(controller: Controller, loops: LinearLoops) -> Robustness | None
     known = controller.verified.robustness
     if known is None and controller.certificate is None:
         return None
-    count, interior = points_inside(loops.points), loops.seen_inside()
+    count = points_inside(loops.points)
+    interior = loops.seen_inside()
     return msgspec.structs.replace(
         known or Robustness(count, interior), interior_points=count, interior=interior
     )

@@ -49,11 +49,10 @@ def facts_of(bench: Bench, model: Model | None = None) -> dict[str, float]:
 
     A drive without winding has 0 ohm and infinite voltage.
     """
-    actuator, load = (
-        bench.actuator,
-        None if model is None or model.laws is None else model.laws.load,
-    )
-    winding, spring = actuator.winding, None if load is None else load.stiffness
+    actuator = bench.actuator
+    load = None if model is None or model.laws is None else model.laws.load
+    winding = actuator.winding
+    spring = None if load is None else load.stiffness
     return {
         "sample_period_s": bench.sample_period_s,
         "delay_samples": float(bench.delay_samples),

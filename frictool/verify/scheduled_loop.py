@@ -55,7 +55,8 @@ def scheduled_figures(
         for k, one in enumerate(corners)
     ]
     points = (*plants, *interior_points(enclosing_box(plants), POINTS, SEED))
-    gamma, margins = 0.0, []
+    gamma = 0.0
+    margins = []
     for point in points:
         k = interpolate_controller(controllers, weights(corners, names, point))
         check = check_loop(k, point.rates, lag, delay)

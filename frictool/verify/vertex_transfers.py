@@ -133,7 +133,8 @@ def _closed(controller: Controller, vertex: Vertex, weights: PlantWeights) -> Lt
     rates = PlantPoint(
         vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant
     ).rates
-    lag, period = controller.bench.actuator.loop_time_constant_s, controller.sample_period_s
+    lag = controller.bench.actuator.loop_time_constant_s
+    period = controller.sample_period_s
     if controlled == "speed" and controller.linear.input == "speed_error":
         return _closed_by_speed(controller, rates, lag)
     plant = generalised_plant(controlled, rates, lag, weights, period, controller.delay_samples)

@@ -11,10 +11,7 @@ import os
 import sys
 
 # modules that each load a library of linear algebra
-LOADERS = (
-    "numpy.linalg._umath_linalg",
-    "scipy.linalg._fblas",
-)
+LOADERS = ("numpy.linalg._umath_linalg", "scipy.linalg._fblas")
 SETTERS = (
     "scipy_openblas_set_num_threads64_",
     "scipy_openblas_set_num_threads",

@@ -76,7 +76,8 @@ def _check(client: Any, address: str) -> None:
             f"{address}: the scheduler has no worker; "
             f"start some with `dask worker {address} --nthreads 1`"
         ) from None
-    here, found = installation(), _answers(client, address)
+    here = installation()
+    found = _answers(client, address)
     unlike = {name: _unlike(here, there) for name, there in found.items()}
     unlike = {name: text for name, text in unlike.items() if text}
     if unlike:
@@ -132,19 +133,22 @@ class ClusterRun:
     """Tasks in progress on a cluster."""
 
     def __init__(self, client: Any, address: str, function: bytes, instead: Instead) -> None:
-        self._client, self._address, self._function, self._instead = (
-            client,
-            address,
-            function,
-            instead,
-        )
+        self._client = client
+        self._address = address
+        self._function = function
+        self._instead = instead
         self._distributed = importlib.import_module("distributed")
         self._completed = self._distributed.as_completed([], loop=client.loop)
         self._under_way: dict[str, tuple[Any, Task]] = {}  # key of a future -> future and its task
         self._suspects: deque[Task] = deque()
-        self._workers, self._looked, self._last_seen = 1, 0.0, time.monotonic()
-        self._answered, self._given_up, self._last_answer = 0, 0, time.monotonic()
-        self._topic, self._told = f"frictool-{client.id}", set[str]()
+        self._workers = 1
+        self._looked = 0.0
+        self._last_seen = time.monotonic()
+        self._answered = 0
+        self._given_up = 0
+        self._last_answer = time.monotonic()
+        self._topic = f"frictool-{client.id}"
+        self._told = set[str]()
         self._context = copy_context()  # of the caller; Dask hears in a thread of its own
         client.subscribe_topic(self._topic, self._hear)
 
@@ -197,7 +201,8 @@ class ClusterRun:
             workers = len(self._client.nthreads())
         except Exception as error:  # any exception, because the connection may fail at either end
             raise self._gone() from error
-        self._looked, self._workers = now, max(1, workers)
+        self._looked = now
+        self._workers = max(1, workers)
         paused = workers > 0 and now - self._last_answer > LONG_S and self._paused()
         if workers and not paused:
             self._last_seen = now
@@ -274,7 +279,8 @@ class ClusterRun:
         if packed is None:
             return None
         results = pickle.loads(packed)
-        self._answered, self._last_answer = self._answered + 1, time.monotonic()
+        self._answered = self._answered + 1
+        self._last_answer = time.monotonic()
         if isinstance(results, dask_worker.DifferentInstallation):
             raise ClusterError(
                 f"{self._address}: worker on {results.host} differs: "

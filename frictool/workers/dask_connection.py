@@ -30,11 +30,7 @@ ADDRESS = re.compile(r"(tcp|tls)://(\[[0-9a-fA-F:.]+\]|[^\s:/\[\]]+):\d{1,5}")
 CONNECT_S = 10.0  # s, longest wait for the scheduler's answer
 CERTIFICATES = "Dask's configuration, distributed.comm.tls"
 # OpenSSL's reasons for an unencrypted answer
-NO_TLS = (
-    "WRONG_VERSION_NUMBER",
-    "HTTP_REQUEST",
-    "RECORD_LAYER_FAILURE",
-)
+NO_TLS = ("WRONG_VERSION_NUMBER", "HTTP_REQUEST", "RECORD_LAYER_FAILURE")
 DEPTH = 10  # nested causes of an exception that are examined
 
 

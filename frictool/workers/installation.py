@@ -57,7 +57,8 @@ def _version(name: str) -> str:
 
 def _sources() -> str:
     """Return a digest of every source of the package."""
-    package, seen = Path(__file__).parent.parent, hashlib.sha256()
+    package = Path(__file__).parent.parent
+    seen = hashlib.sha256()
     for folder, rooms, files in os.walk(package):
         rooms[:] = sorted(set(rooms) - {"__pycache__"})
         for name in sorted(name for name in files if name.endswith(".py")):

@@ -121,7 +121,8 @@ class ProcessPool:
     def __init__(
         self, function: Callable[[Any], Any], size: int, instead: FallbackResult = None
     ) -> None:
-        self._function, self._instead = pickle.dumps(function), instead
+        self._function = pickle.dumps(function)
+        self._instead = instead
         self._again: deque[PendingTask] = deque()
         self._members: list[WorkerProcess] = []
         # also at the interpreter's exit, which waits for processes
@@ -177,7 +178,8 @@ class ProcessPool:
         A job that ends its processes is thus given up alone.
         """
         dead = self._members[place]
-        cause, held = dead.cause(), dead.held
+        cause = dead.cause()
+        held = dead.held
         if not dead.ready:
             raise WorkerLost(
                 None, f"a process to share the work with does not start ({cause}); try one core"

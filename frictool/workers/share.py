@@ -81,7 +81,8 @@ def share(
     if workers <= 1:
         yield from ((index, function(job)) for index, job in enumerate(jobs))
         return
-    pool, source = ProcessPool(function, workers, instead), split_tasks(jobs, batch)
+    pool = ProcessPool(function, workers, instead)
+    source = split_tasks(jobs, batch)
     try:
         pool.feed(source)
         while pool.busy:

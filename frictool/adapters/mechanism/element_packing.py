@@ -63,7 +63,10 @@ class ElementArrays:
     def __init__(
         self, document: Mechanism, blocks: BlockNames, start: Vector, notes: list[str]
     ) -> None:
-        self.document, self.blocks, self.start, self.notes = document, blocks, start, list(notes)
+        self.document = document
+        self.blocks = blocks
+        self.start = start
+        self.notes = list(notes)
         self.curves = CurveList()
         self.grounded: set[int] = set()
         self.couplings: dict[str, CouplingRow] = {}
@@ -172,12 +175,7 @@ class ElementArrays:
         self.pushes.append((name, (block, 0.0, self.curves.add(profile))))
         self.grounded.add(block)
         if cam.friction_coefficient > 0.0:
-            self.pressings[name] = (
-                block,
-                force,
-                cam.friction_coefficient,
-                cam.breakaway_ratio,
-            )
+            self.pressings[name] = (block, force, cam.friction_coefficient, cam.breakaway_ratio)
 
     def stop(self, name: str, stop: Stop) -> None:
         """Add a rigid stop, or a compliant one as a coupling with play to the frame.
@@ -215,7 +213,8 @@ class ElementArrays:
             (low if math.isfinite(low) else high - FAR[kind]),
             (high if math.isfinite(high) else low + FAR[kind]),
         )
-        middle, half = 0.5 * (low + high), 0.5 * (high - low)
+        middle = 0.5 * (low + high)
+        half = 0.5 * (high - low)
         row = CouplingRow(FRAME, block, 0.0, middle, half, stiffness, damping)
         self._couple(name, row)
 

@@ -143,7 +143,8 @@ def back_efficiency(efficiency: float, efficiency_back: float | None) -> float:
 
 
 def _thread_losses(key: str, link: Screw, coefficient: float) -> tuple[float, float, float, float]:
-    radius, steep = link.radius.value, tangent_of_lead(key, link)
+    radius = link.radius.value
+    steep = tangent_of_lead(key, link)
     if link.friction_form == "thesis":
         return 0.0, 0.0, coefficient * radius, coefficient * steep
     angle, phi = math.atan(steep), math.atan(coefficient)

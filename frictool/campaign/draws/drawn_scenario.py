@@ -34,7 +34,8 @@ def scenario_of(
     `noise`: seed and index of the draw whose noise sequence is used. `step`: of the encoder [rad |
     m].
     """
-    spread, at = base.spread or Spread(), dict(zip(space.names, map(float, values), strict=True))
+    spread = base.spread or Spread()
+    at = dict(zip(space.names, map(float, values), strict=True))
     drawn = {
         name: Quantity(value=span.low, unit=span.unit) for name, span in spread.parameters.items()
     }  # including factors with low equal to high
@@ -82,7 +83,9 @@ def _drifts(drifts: Drifts | None, spread: Spread, at: Values) -> Drifts | None:
     if spread.wear is not None:
         factors["friction"] = at.get(WEAR, spread.wear.low)
     if spread.temperature is not None:
-        part, cold, hot = at.get(TEMPERATURE, 0.0), spread.temperature.cold, spread.temperature.hot
+        part = at.get(TEMPERATURE, 0.0)
+        cold = spread.temperature.cold
+        hot = spread.temperature.hot
         factors["viscous"] = cold.viscous + part * (hot.viscous - cold.viscous)
         factors["constant"] = cold.constant + part * (hot.constant - cold.constant)
     given = drifts or Drifts()

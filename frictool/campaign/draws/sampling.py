@@ -16,12 +16,10 @@ from frictool.typing import Vector
 
 Method = Literal["random", "latin", "vertices"]
 MOST_VERTICES = 4096
-RANDOM_STREAM, LATIN_STREAM, VERTICES_STREAM, NOISE_STREAM = (
-    (1 << 33) + 1,
-    (1 << 33) + 2,
-    (1 << 33) + 3,
-    (1 << 33) + 4,
-)
+RANDOM_STREAM = (1 << 33) + 1
+LATIN_STREAM = (1 << 33) + 2
+VERTICES_STREAM = (1 << 33) + 3
+NOISE_STREAM = (1 << 33) + 4
 
 
 class UnitDraws(NamedTuple):

@@ -95,7 +95,8 @@ def plant_factors(
         if least is not None and low < high:
             below = ends[least[0]]
             if below[0] == below[1]:
-                low, least = max(low, least[1] * below[0]), None
+                low = max(low, least[1] * below[0])
+                least = None
         yield Factor(name, low, high, own.unit, own.label, own.nominal, "plant", least=least)
 
 

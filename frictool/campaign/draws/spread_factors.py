@@ -70,10 +70,8 @@ def spread_factors(scenario: Scenario) -> Iterator[Factor]:
             _numbered(OF_FAULT[fault.kind], [one.kind for one in spread.sensor_faults], index),
         )
     for index, one in enumerate(spread.disturbances):
-        key, label = (
-            disturbance_key(index),
-            _numbered(one.kind, [other.kind for other in spread.disturbances], index),
-        )
+        key = disturbance_key(index)
+        label = _numbered(one.kind, [other.kind for other in spread.disturbances], index)
         yield Factor(
             f"{key}.effort",
             one.effort.low,

@@ -60,7 +60,8 @@ def draws_to_show(
         return None
     low, high = 1, 2
     while lower(_counted(share, high), high, confidence, method) < required:
-        low, high = high, 2 * high
+        low = high
+        high = 2 * high
         if high > 1 << 40:
             return None
     while high - low > 1:

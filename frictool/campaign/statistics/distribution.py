@@ -26,7 +26,8 @@ COVERED = 0.95  # share of all plants within the bound
 BINS = 40  # number of histogram bins
 # smallest number of values for which the histogram omits outliers; largest distance of its bins
 # from the middle 90 % of the values, in widths of this middle part
-MANY, FAR = 100, 1.5
+MANY = 100
+FAR = 1.5
 
 
 @dataclass(frozen=True)
@@ -97,8 +98,11 @@ def distribution(
     trials: Trials, index: int, method: Method, confidence: float = CONFIDENCE
 ) -> Distribution:
     """Return the distribution of the metric with this index."""
-    metric, found, met = trials.metrics[index], trials.found[:, index], trials.met[:, index]
-    finite, known = np.isfinite(found), ~np.isnan(found)
+    metric = trials.metrics[index]
+    found = trials.found[:, index]
+    met = trials.met[:, index]
+    finite = np.isfinite(found)
+    known = ~np.isnan(found)
     upward = metric.relation == "<="
     worst, worst_trial = (largest if upward else smallest)(found) if known.any() else (None, None)
     whole = method == "vertices"
@@ -212,7 +216,9 @@ def _reach(values: Vector, limit: float) -> tuple[float, float]:
     body = last - fifth
     if values.size < MANY or not body > 1e-6 * (high - low):  # nearly all values are equal
         return low, high
-    near, far = fifth - FAR * body, last + FAR * body
+    near = fifth - FAR * body
+    far = last + FAR * body
     if low <= limit <= high:
-        near, far = min(near, limit - body), max(far, limit + body)
+        near = min(near, limit - body)
+        far = max(far, limit + body)
     return max(low, near), min(high, far)

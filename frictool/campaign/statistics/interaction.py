@@ -60,6 +60,7 @@ def joint_share(first: Slices, second: Slices, values: Vector, drawn: bool) -> J
 
 def _noise(cells: Slices, inside: Vector) -> Vector:
     """Return the variance (k,) inside each cell; a cell with one draw has the pooled variance."""
-    squares, sizes = cells.sums(inside**2), cells.sizes
+    squares = cells.sums(inside**2)
+    sizes = cells.sizes
     pooled = float(squares.sum()) / max(1, inside.size - cells.count)
     return np.where(sizes > 1, squares / np.maximum(1, sizes - 1), pooled)

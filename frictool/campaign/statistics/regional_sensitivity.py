@@ -65,7 +65,8 @@ def region(
     `units` (n,): draws in 0 to 1. `values` (n,): the same in SI. `failing` (n,): mask of failing
     trials. Raises ValueError if none or all fail.
     """
-    bad, good = units[failing], units[~failing]
+    bad = units[failing]
+    good = units[~failing]
     if bad.size == 0 or good.size == 0:
         raise ValueError("a comparison needs trials that fail and trials that pass")
     distance, chance = _smirnov(bad, good)

@@ -257,7 +257,8 @@ def _adding_up(one: MetricInfluence) -> MetricInfluence:
 
 def _influence(trials: Trials, draws: SortedDraws, metric: int, drawn: bool) -> MetricInfluence:
     values = trials.found[:, metric]
-    known, finite = ~np.isnan(values), np.isfinite(values)
+    known = ~np.isnan(values)
+    finite = np.isfinite(values)
     count, used = int(known.sum()), int(finite.sum())
     if count == 0:
         return MetricInfluence(used, reason="no trial has a value")

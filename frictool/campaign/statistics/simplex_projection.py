@@ -37,4 +37,5 @@ def within_whole(shares: Vector, errors: Vector) -> Vector:
             found[left] = moved
             return found
         low = np.flatnonzero(left)[moved < 0.0]
-        found[low], left[low] = 0.0, False
+        found[low] = 0.0
+        left[low] = False

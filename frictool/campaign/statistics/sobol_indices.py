@@ -100,7 +100,8 @@ def scores_of(values: Vector) -> tuple[Vector, ...]:
 
 def chance_of_ranks(slices: Slices, scores: tuple[Vector, ...]) -> float:
     """Return the p-value of the differences of the scores (scores_of) between the slices."""
-    n, k = slices.of.size, slices.count
+    n = slices.of.size
+    k = slices.count
     if n <= k or k < 2 or not scores:
         return 1.0
     statistic = sum(

@@ -30,12 +30,11 @@ def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
     They concern plants that the controller was not verified for, a model without identified
     parameters, and remaining example values.
     """
-    plant, controller = plant_of(setting.plant), setting.controller
-    bench, reason, changed = (
-        plant.rig.examples or controller.bench.examples,
-        plant.rig.bench_values_only,
-        changed_words(controller),
-    )
+    plant = plant_of(setting.plant)
+    controller = setting.controller
+    bench = plant.rig.examples or controller.bench.examples
+    reason = plant.rig.bench_values_only
+    changed = changed_words(controller)
     words = (
         f"{controller.name}: {changed}" if changed else "",
         bench_values_words(f"the model {plant.name}", reason) if reason else "",
@@ -48,7 +47,8 @@ def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
 
 def _uncertified(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
     """Return a warning if the plant or the draws lie outside the controller's verification."""
-    plant, controller = plant_of(setting.plant), setting.controller
+    plant = plant_of(setting.plant)
+    controller = setting.controller
     if found := differences(controller, plant.rig.facts, plant.intervals()):
         return (f"the plant {outside_message(controller.name, found)}",)
     if isinstance(setting.plant, Mechanism):
@@ -77,7 +77,8 @@ def _drawn(
     found = (
         known | given | {name: ends for name, ends in varied.items() if name in MARGIN_PARAMETERS}
     )
-    drifts, temperature = scenario.drifts or Drifts(), (scenario.spread or Spread()).temperature
+    drifts = scenario.drifts or Drifts()
+    temperature = (scenario.spread or Spread()).temperature
     for name, points in (("viscous", drifts.viscous), ("constant", drifts.constant)):
         warm = (
             (1.0,)

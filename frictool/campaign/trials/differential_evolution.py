@@ -51,8 +51,11 @@ class SearchState:
     """Counter of evaluations with the worst point so far."""
 
     def __init__(self, badness: Badness, evaluations: int) -> None:
-        self._badness, self.left, self.tried = badness, evaluations, 0
-        self.worst, self.at = -math.inf, np.empty(0)
+        self._badness = badness
+        self.left = evaluations
+        self.tried = 0
+        self.worst = -math.inf
+        self.at = np.empty(0)
 
     @property
     def ended(self) -> bool:
@@ -61,10 +64,12 @@ class SearchState:
 
     def at_point(self, unit: Vector) -> float:
         """Return the badness at `unit` (d,), and remember it if it is the worst."""
-        self.left, self.tried = self.left - 1, self.tried + 1
+        self.left = self.left - 1
+        self.tried = self.tried + 1
         found = self._badness(unit)
         if found > self.worst or not self.at.size:
-            self.worst, self.at = found, unit.copy()
+            self.worst = found
+            self.at = unit.copy()
         return found
 
 
@@ -73,10 +78,8 @@ def search_worst(badness: Badness, starts: Vector, evaluations: int, seed: int) 
 
     `starts` (k, d) are the worst draws, k >= 1.
     """
-    generator, found = (
-        np.random.Generator(np.random.PCG64([seed, WORST_STREAM])),
-        SearchState(badness, evaluations),
-    )
+    generator = np.random.Generator(np.random.PCG64([seed, WORST_STREAM]))
+    found = SearchState(badness, evaluations)
     known = [(unit.copy(), found.at_point(unit)) for unit in starts[:evaluations]]
     known += _to_corners(found, generator, round(CORNERS * evaluations))
     _evolve(found, known, generator)
@@ -87,7 +90,8 @@ def _to_corners(
     state: SearchState, generator: np.random.Generator, most: int
 ) -> list[tuple[Vector, float]]:
     """Move each factor of the worst point to its worse end, until a round changes nothing."""
-    known, end = list[tuple[Vector, float]](), state.tried + most
+    known = list[tuple[Vector, float]]()
+    end = state.tried + most
     while not state.ended and state.tried < end:
         before = state.worst
         for factor in generator.permutation(state.at.size):
@@ -121,10 +125,8 @@ def _evolve(
         for place in range(len(known)):
             if state.ended:
                 return
-            f, cr = (
-                _cauchy(generator, step),
-                float(np.clip(generator.normal(crossover, 0.1), 0.0, 1.0)),
-            )
+            f = _cauchy(generator, step)
+            cr = float(np.clip(generator.normal(crossover, 0.1), 0.0, 1.0))
             unit = _child(units, values, place, f, cr, generator)
             value = state.at_point(unit)
             if value >= values[place]:

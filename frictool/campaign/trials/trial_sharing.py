@@ -16,7 +16,9 @@ from frictool.typing import Vector
 
 Job = tuple[int, tuple[float, ...]]  # index of the draw, point in the cube
 ProgressCallback = Callable[[float], None]
-TOGETHER_S, MOST_TOGETHER = 0.3, 500  # s, duration of a batch of jobs; largest number of jobs in it
+# s, duration of a batch of jobs; largest number of jobs in it
+TOGETHER_S = 0.3
+MOST_TOGETHER = 500
 
 
 class JobSharing(Protocol):

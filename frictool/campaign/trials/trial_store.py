@@ -36,11 +36,9 @@ class TrialStore:
     """
 
     def __init__(self, path: Path | None, header: Header) -> None:
-        self.path, self.trials, self.worst = (
-            path,
-            dict[int, TrialResult](),
-            dict[SearchKey, SearchResult](),
-        )
+        self.path = path
+        self.trials = dict[int, TrialResult]()
+        self.worst = dict[SearchKey, SearchResult]()
         self._file: TextIO | None = None
         if path is None:
             return

@@ -77,9 +77,12 @@ def collect_trials(
 
     Raises ValueError if one is missing.
     """
-    n, m = units.shape[0], len(metrics)
-    found, met = np.full((n, m), np.nan), np.full((n, m), UNDECIDED, dtype=np.int8)
-    there, failed = np.zeros(n, dtype=bool), dict[int, str]()
+    n = units.shape[0]
+    m = len(metrics)
+    found = np.full((n, m), np.nan)
+    met = np.full((n, m), UNDECIDED, dtype=np.int8)
+    there = np.zeros(n, dtype=bool)
+    failed = dict[int, str]()
     for trial in trials:
         there[trial.draw] = True
         if trial.failed:

@@ -22,7 +22,8 @@ def space_of_setting(setting: CampaignSetting) -> FactorSpace:
 
     Raises DocumentError if `spread` does not fit the plant or the scenario, or if nothing varies.
     """
-    plant, scenario = plant_of(setting.plant), setting.scenario
+    plant = plant_of(setting.plant)
+    scenario = setting.scenario
     reference, _ = StepTest(plant, setting.controller, setting.names).reference(
         nominal_of(scenario), setting.recorded
     )

@@ -53,7 +53,8 @@ class WorstSearch:
 
     def __call__(self, task: SearchTask) -> SearchResult:
         """Return the worst case; every plant has the noise of the worst draw."""
-        sign, unplayed = (1.0 if task.relation == "<=" else -1.0), 0
+        sign = 1.0 if task.relation == "<=" else -1.0
+        unplayed = 0
 
         def badness(unit: Vector) -> float:
             nonlocal unplayed
@@ -124,7 +125,8 @@ def _worst_draws(trials: Trials, metric: int) -> IntVector:
 
 
 def _task(trial: TrialPlayer, trials: Trials, index: int, evaluations: int) -> SearchTask | None:
-    metric, draws = trials.metrics[index], _worst_draws(trials, index)
+    metric = trials.metrics[index]
+    draws = _worst_draws(trials, index)
     if not draws.size:
         return None
     first = int(draws[0])
@@ -146,7 +148,8 @@ def _kept(
     trial: TrialPlayer, trials: Trials, index: int, worst: SearchResult, commands: Commands
 ) -> WorstCase:
     """Run the worst point again and return it, so that its values are those of its scenario."""
-    metric, unit = trials.metrics[index], np.array(worst.unit)
+    metric = trials.metrics[index]
+    unit = np.array(worst.unit)
     again = trial.played(unit, worst.noise)
     values = trial.space.values(unit[None, :])[0]
     step = trial.test.plant.rig.resolution

@@ -55,14 +55,13 @@ def rates(findings: Findings) -> PageFigure:
         figure, (axes,) = new_figure(height=height, left=1.55)
         lows = [1.0]
         for place, (_, good, open_) in enumerate(rows):
-            low, high = good / rate.count, (good + open_) / rate.count
+            low = good / rate.count
+            high = (good + open_) / rate.count
             if not rate.whole:
                 low = interval(good, rate.count, rate.confidence, rate.method)[0]
                 high = interval(good + open_, rate.count, rate.confidence, rate.method)[1]
-            share, colour = (
-                good / rate.count,
-                GOOD if good == rate.count else OPEN if good + open_ == rate.count else BAD,
-            )
+            share = good / rate.count
+            colour = GOOD if good == rate.count else OPEN if good + open_ == rate.count else BAD
             axes.plot(
                 [low, high],
                 [place, place],
@@ -102,7 +101,8 @@ def metric(findings: Findings, one: Distribution) -> PageFigure | None:
     """Return the histogram and distribution of a metric; None if it does not vary."""
     if not one.varies:
         return None
-    name, unit = one.metric.name.replace("_", " "), unit_shown(one.metric.unit)
+    name = one.metric.name.replace("_", " ")
+    unit = unit_shown(one.metric.unit)
     with drawing(f"metric {one.metric.name}"):
         figure, (top, bottom) = new_figure(rows=2, height=3.5)
         _bars(top, one)
@@ -190,7 +190,8 @@ def _curve(axes: Axes, findings: Findings, one: Distribution) -> None:
     known = np.sort(findings.trials.found[~np.isnan(findings.trials.found[:, index]), index])
     finite = known[np.isfinite(known)]
     kept = np.unique(np.round(np.linspace(0.0, finite.size - 1.0, POINTS)).astype(int))
-    values, shares = finite[kept], (kept + 1.0) / known.size
+    values = finite[kept]
+    shares = (kept + 1.0) / known.size
     if not findings.rate.whole:  # simultaneous band of Dvoretzky, Kiefer and Wolfowitz
         half = np.sqrt(
             np.log(2.0 / (1.0 - findings.rate.confidence))
@@ -208,7 +209,8 @@ def _curve(axes: Axes, findings: Findings, one: Distribution) -> None:
 
 
 def _metric_caption(findings: Findings, one: Distribution, drawn: bool) -> str:
-    unit, relation = one.metric.unit, "≤" if one.metric.relation == "<=" else "≥"
+    unit = one.metric.unit
+    relation = "≤" if one.metric.relation == "<=" else "≥"
     share = f"{percent(one.broken / findings.rate.count)} break" if one.broken else "None breaks"
     said = [f"{share} the limit {relation} {quantity(one.metric.limit, unit)}"]
     said[0] += " (dashed)." if drawn else ", which lies outside of the picture."
@@ -228,7 +230,8 @@ def _metric_caption(findings: Findings, one: Distribution, drawn: bool) -> str:
 
 
 def _over_range(findings: Findings, question: FailureComparison, i: int) -> PageFigure:
-    factor, place = findings.trials.space.factors[i], question.regions[i]
+    factor = findings.trials.space.factors[i]
+    place = question.regions[i]
     with drawing(f"factor {i}"):
         figure, (axes,) = new_figure()
         if place.chance is not None:

@@ -44,7 +44,8 @@ def edges(trials: Trials, factor: int) -> Vector:
 
     There is one cell around each value if the factor has at most CELLS / 2 values.
     """
-    one, levels = trials.space.factors[factor], np.unique(trials.values[:, factor])
+    one = trials.space.factors[factor]
+    levels = np.unique(trials.values[:, factor])
     if 1 < levels.size <= CELLS // 2:
         middles = 0.5 * (levels[:-1] + levels[1:])
         return np.concatenate(

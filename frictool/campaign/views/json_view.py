@@ -31,7 +31,9 @@ def as_json(findings: Findings) -> dict[str, Any]:
     `verdict` is `pass`, `fail` or `undecided`. If a requested rate is not shown, `verdict` is
     `fail` and `outcome` is NOT SHOWN.
     """
-    rate, pair, factors = findings.rate, findings.sensitivity.pair, findings.trials.space.factors
+    rate = findings.rate
+    pair = findings.sensitivity.pair
+    factors = findings.trials.space.factors
     return {
         "format": FORMAT,
         "verdict": VERDICTS[findings.outcome],

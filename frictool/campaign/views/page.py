@@ -8,12 +8,7 @@ from pathlib import Path
 from frictool.campaign.statistics.distribution import COVERED
 from frictool.campaign.statistics.findings import Findings
 from frictool.campaign.statistics.sensitivity import FailureComparison, MetricInfluence
-from frictool.campaign.views.campaign_figures import (
-    causes,
-    failing_plane,
-    metric,
-    rates,
-)
+from frictool.campaign.views.campaign_figures import causes, failing_plane, metric, rates
 from frictool.campaign.views.messages import (
     caveat,
     chance_text,
@@ -144,7 +139,8 @@ def _cells(findings: Findings, influence: MetricInfluence, ranks: bool) -> list[
     """Return one cell for each column."""
     cells = []
     for i in _columns(findings) if influence.shares else []:
-        one, named = influence.shares[i], i in influence.named
+        one = influence.shares[i]
+        named = i in influence.named
         share, error = (one.of_ranks, one.error_of_ranks) if ranks else (one.share, one.error)
         share = max(0.0, share)
         arrow = {"rises": " ↗", "falls": " ↘"}.get(one.direction, "") if named else ""

@@ -50,7 +50,8 @@ def fails_where(findings: Findings, factor: int, place: FailureRegion) -> str:
 
     Example: "fails 40 % around 0.14 N m, 0 % around 0.11 N m".
     """
-    one, shares = findings.trials.space.factors[factor], place.failing
+    one = findings.trials.space.factors[factor]
+    shares = place.failing
     near = "at" if findings.rate.whole or one.whole else "around"
 
     def around(k: int) -> str:
@@ -134,7 +135,8 @@ def _requirements(findings: Findings) -> list[str]:
 
 
 def _row(one: Distribution) -> tuple[str, ...]:
-    unit, relation = unit_shown(one.metric.unit), one.metric.relation
+    unit = unit_shown(one.metric.unit)
+    relation = one.metric.relation
     values = {quantile.level: quantile.value for quantile in one.quantiles}
     spread = f"{number(values[0.05])} to {number(values[0.95])}" if values else "–"
     limit = f"{relation} {number(one.metric.limit)} {unit}".rstrip()
@@ -204,10 +206,7 @@ def _causes(findings: Findings, question: FailureComparison) -> list[str]:
         return ["no factor is told apart from chance"]
     rows = [_cause(findings, i, question.regions[i]) for i in question.named[:MOST]]
     left = len(question.named) - MOST
-    return [
-        *aligned(rows),
-        *([f"{left} more factors are in --json"] if left > 0 else []),
-    ]
+    return [*aligned(rows), *([f"{left} more factors are in --json"] if left > 0 else [])]
 
 
 def _cause(findings: Findings, factor: int, place: FailureRegion) -> tuple[str, ...]:
@@ -223,7 +222,8 @@ def _influences(findings: Findings) -> list[str]:
     if not findings.trials.space.size:
         return []
     names = [one.metric.name.replace("_", " ") for one in findings.distributions]
-    width, told = max(map(len, names), default=0), []
+    width = max(map(len, names), default=0)
+    told = []
     for name, one in zip(names, findings.sensitivity.influences, strict=True):
         rows = influence_told(findings, one)
         told += [

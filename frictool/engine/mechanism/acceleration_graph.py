@@ -64,8 +64,10 @@ def evaluate(tree: JointTree, x: float, towards: float) -> None:
     for m in range(members.size - 1, 0, -1):
         i = ly.block_at(k, members[m])
         joint, parent = ly.joint_of(k, i), ly.parent_of(k, i)
-        row, contact = ly.joint_row(k, joint), modes[n + joint]
-        outward, ratio = ly.outward(k, i) == 1, ly.ratio(p, row)
+        row = ly.joint_row(k, joint)
+        contact = modes[n + joint]
+        outward = ly.outward(k, i) == 1
+        ratio = ly.ratio(p, row)
         a = parent if outward else i
         direction = math.copysign(1.0, towards * w[rows.ALONG, a] if towards != 0.0 else y[n + a])
         force, slope = w[rows.VALUE, i], w[rows.SLOPE, i]
@@ -101,7 +103,9 @@ def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
     """
     k, members, w = tree.k, tree.members, tree.w
     root = ly.block_at(k, members[0])
-    x, low, high = 0.0, -math.inf, math.inf
+    x = 0.0
+    low = -math.inf
+    high = math.inf
     if towards > 0.0:
         low = 0.0
     elif towards < 0.0:
@@ -138,14 +142,17 @@ def next_piece(tree: JointTree, x: float, towards: float, going: float) -> float
     A piece ends if a joint's force passes its kink or a flank's force passes 0.
     """
     k, p, _, members, y, w = tree
-    n, nearest = k[ly.BLOCKS], math.inf
+    n = k[ly.BLOCKS]
+    nearest = math.inf
     for m in range(1, members.size):
         i = ly.block_at(k, members[m])
         value, slope = w[rows.VALUE, i], w[rows.SLOPE, i]
         if slope == 0.0 or not math.isfinite(value):
             continue
-        joint, outward = ly.joint_of(k, i), ly.outward(k, i) == 1
-        row, a = ly.joint_row(k, joint), ly.parent_of(k, i) if outward else i
+        joint = ly.joint_of(k, i)
+        outward = ly.outward(k, i) == 1
+        row = ly.joint_row(k, joint)
+        a = ly.parent_of(k, i) if outward else i
         kink = kink_of(p, row, w[rows.DRIVEN, a]) if is_lossy(p, row) else 0.0
         direction = math.copysign(1.0, towards * w[rows.ALONG, a] if towards != 0.0 else y[n + a])
         rounding = FOUND * (w[rows.GROSS, i] + abs(slope * x))
@@ -179,7 +186,8 @@ def follow(tree: JointTree, start: float, towards: float, gross: float) -> tuple
     unstable.
     """
     k, members, w = tree.k, tree.members, tree.w
-    root, inertia = ly.block_at(k, members[0]), total_inertia(tree)
+    root = ly.block_at(k, members[0])
+    inertia = total_inertia(tree)
     evaluate(tree, start, towards)
     # beyond the end of a piece, onto the piece to which x moves
     x = start - PASSED * w[rows.VALUE, root] / inertia

@@ -89,10 +89,17 @@ def _through(
 ) -> int:
     """Advance by `duration` [s] with the modes of fixed-step laws held."""
     k, p, _ = machine
-    y, modes, pace, room = state.y, state.modes, state.pace, state.room
+    y = state.y
+    modes = state.modes
+    pace = state.pace
+    room = state.room
     take_inputs(k, p, command, external, y, state.drive, room.lines[st.INPUTS])
-    status, t, counted, looked = begin(machine, state, events), 0.0, 0, False
-    h, within = min(pace[0], duration), longest_step(k, p, room.lines[st.INPUTS])
+    status = begin(machine, state, events)
+    t = 0.0
+    counted = 0
+    looked = False
+    h = min(pace[0], duration)
+    within = longest_step(k, p, room.lines[st.INPUTS])
     while t < duration and status == OK:
         if _is_settled(k, state):
             t = duration
@@ -103,7 +110,8 @@ def _through(
             if h <= SHORTEST * max(t, 1.0):
                 status = STEP_TOO_SMALL if math.isfinite(error) else NOT_FINITE
                 break
-            h, looked = h * _change(error), False
+            h = h * _change(error)
+            looked = False
             continue
         sooner = first_reversal(k, p, h, y, room.lines[st.END]) if k[ly.INNER] > 0 else h
         if sooner < h:
@@ -114,9 +122,12 @@ def _through(
         )
         sooner = h if broken or looked else _dip(k, p, state, h, seen)
         if sooner < h:
-            h, looked = sooner, True
+            h = sooner
+            looked = True
             continue
-        taken, longer, failed = h, h * _change(error), False
+        taken = h
+        longer = h * _change(error)
+        failed = False
         if broken:
             taken, failed = locate(machine, state, t, h)
         else:
@@ -128,7 +139,8 @@ def _through(
         t = duration if last else t + taken
         status = take_step(machine, state, t)
         if not broken:
-            pace[0], h = max(pace[0], longer) if looked or last else longer, longer
+            pace[0] = max(pace[0], longer) if looked or last else longer
+            h = longer
         elif status == OK:
             counted += 1
             status = (
@@ -139,7 +151,8 @@ def _through(
             h = pace[0]
         looked = False
     let_flow(k, p, room.lines[st.INPUTS], t, state.drive)
-    pace[1], pace[2] = pace[1] + t, t
+    pace[1] = pace[1] + t
+    pace[2] = t
     return status
 
 
@@ -189,7 +202,8 @@ def held_command(
 ) -> int:
     """Advance as `advance`, which calls this kernel by its address."""
     k, y = machine.whole, state.y
-    n, total = k[ly.BLOCKS], duration
+    n = k[ly.BLOCKS]
+    total = duration
     for i in range(y.shape[0]):
         total += y[i]
     for s in range(k[ly.SOURCES]):

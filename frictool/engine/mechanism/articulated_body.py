@@ -42,7 +42,8 @@ from frictool.typing import IntVector, Vector
 @inset_kernel
 def _begin(k: IntVector, p: Vector, modes: IntVector, w: Vector) -> None:
     """Fill the rows with inertia and needed force of each block alone."""
-    n, stops = k[ly.BLOCKS], k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
+    n = k[ly.BLOCKS]
+    stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     for i in range(n):
         w[rows.NEED, i], w[rows.NEED_HIGH, i] = -w[rows.FORCE, i], -w[rows.FORCE, i]
         w[rows.INERTIA, i] = ly.mass_of(k, p, i)
@@ -62,9 +63,14 @@ def _hand_over_rest(
     k: IntVector, p: Vector, i: int, contact: int, w: Vector, guard: Vector, whole: bool
 ) -> None:
     """Add to the parent the force interval that a block at rest needs through their joint."""
-    n, joint, parent = k[ly.BLOCKS], ly.joint_of(k, i), ly.parent_of(k, i)
-    row, slack = ly.joint_row(k, joint), slack_at(k, p, w, i)
-    ratio, low, high = ly.ratio(p, row), w[rows.NEED, i], w[rows.NEED_HIGH, i]
+    n = k[ly.BLOCKS]
+    joint = ly.joint_of(k, i)
+    parent = ly.parent_of(k, i)
+    row = ly.joint_row(k, joint)
+    slack = slack_at(k, p, w, i)
+    ratio = ly.ratio(p, row)
+    low = w[rows.NEED, i]
+    high = w[rows.NEED_HIGH, i]
     if ly.outward(k, i) == 1:
         if whole:
             w[rows.GROSS, parent] += abs(ratio) * w[rows.GROSS, i]
@@ -108,7 +114,9 @@ def _hand_over(
 
     It is linear in the acceleration on the current side of the joint's kink.
     """
-    n, joint, parent = k[ly.BLOCKS], ly.joint_of(k, i), ly.parent_of(k, i)
+    n = k[ly.BLOCKS]
+    joint = ly.joint_of(k, i)
+    parent = ly.parent_of(k, i)
     row = ly.joint_row(k, joint)
     ratio = slope = ly.ratio(p, row)
     kink = 0.0
@@ -134,7 +142,8 @@ def _gather(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, guard: Vector, whole: bool
 ) -> bool:
     """Sweep from the leaves to the roots; return False if a tree has no effective inertia left."""
-    n, sound = k[ly.BLOCKS], True
+    n = k[ly.BLOCKS]
+    sound = True
     for place in range(n - 1, -1, -1):
         i = ly.block_at(k, place)
         joint = ly.joint_of(k, i)
@@ -176,7 +185,8 @@ def _hand_out(
             w[rows.ACCELERATION, i] = 0.0
             continue
         parent, row = ly.parent_of(k, i), ly.joint_row(k, joint)
-        outward, ratio = ly.outward(k, i) == 1, ly.ratio(p, row)
+        outward = ly.outward(k, i) == 1
+        ratio = ly.ratio(p, row)
         w[rows.ACCELERATION, i] = w[rows.ACCELERATION, parent] * (ratio if outward else 1.0 / ratio)
         inertial = w[rows.INERTIA, i] * w[rows.ACCELERATION, i]
         force = inertial + w[rows.NEED, i]

@@ -90,7 +90,8 @@ def play_ramps(
             machine, state, sight, waiting, k, measured, rows[place.row], inputs, drifting, out
         )
         position[k], drive[k] = out.record[k, MEASURED], out.record[k, TRUE_DRIVE]
-        played[0], place = k + 1, RampProgress(place.row + 1, place.segment, place.start)
+        played[0] = k + 1
+        place = RampProgress(place.row + 1, place.segment, place.start)
         if status != OK:
             return int(status)
         if place.row == rows.shape[0]:

@@ -117,10 +117,7 @@ def flowing(
     low, high = source_limits(k, p, source, state.y)
     return float(
         min(
-            max(
-                state.drive[source] if ly.lag(p, ly.source_row(k, source)) > 0.0 else command,
-                low,
-            ),
+            max(state.drive[source] if ly.lag(p, ly.source_row(k, source)) > 0.0 else command, low),
             high,
         )
     )
@@ -178,7 +175,9 @@ def moved(
     closed: if True, `acting` is the command of the controlled source.
     """
     n, u = machine.whole[ly.BLOCKS], machine.whole[ly.SOURCES]
-    drives, external, cuts = np.zeros(u), np.zeros(n), 1
+    drives = np.zeros(u)
+    external = np.zeros(n)
+    cuts = 1
     for s in range(u):
         if ly.resistance(machine.numbers, ly.source_row(machine.whole, s)) > 0.0:
             cuts = PARTS

@@ -95,13 +95,15 @@ def forest_of(packed: PackedMechanism) -> JointForest:
     Raises ValueError if joints form a loop, or if the loads of two self-locking links are rigidly
     joined.
     """
-    n, joints = packed.inertia.size, packed.joints
+    n = packed.inertia.size
+    joints = packed.joints
     near: list[list[tuple[int, int]]] = [[] for _ in range(n)]
     for link, (a, b) in enumerate(zip(joints.a.tolist(), joints.b.tolist(), strict=True)):
         near[a].append((link, b))
         near[b].append((link, a))
     forest = JointForest([], [-1] * n, [-1] * n, [0] * n)
-    stiff, seen = _irreversible(packed), np.zeros(n, dtype=bool)
+    stiff = _irreversible(packed)
+    seen = np.zeros(n, dtype=bool)
     for first in range(n):
         if seen[first]:
             continue
@@ -129,7 +131,9 @@ def _roots(
     first: int, near: list[list[tuple[int, int]]], joints: Any, stiff: NDArray[np.bool_]
 ) -> list[int]:
     """Return candidate roots of the tree of `first`: itself, driving ends of self-locking links."""
-    reached, stack, walked = {first}, [(first, -1)], []
+    reached = {first}
+    stack = [(first, -1)]
+    walked = []
     while stack:
         block, through = stack.pop()
         for link, other in near[block]:
@@ -164,7 +168,8 @@ def _groups(packed: PackedMechanism, forest: JointForest) -> tuple[IntVector, Ve
     The speed is per unit of that of the group's first block. The mass of the whole group is
     reflected to its first block.
     """
-    n, joints = packed.inertia.size, packed.joints
+    n = packed.inertia.size
+    joints = packed.joints
     group, ratio, mass = np.arange(n), np.ones(n), np.zeros(n)
     for block in forest.order:
         joint = forest.joint[block]
@@ -201,7 +206,8 @@ def compile_mechanism(packed: PackedMechanism) -> CompiledMechanism:
     kinds = [kind_of(ROWS[row], p) for row, p in zip(f.law.tolist(), values, strict=True)]
     inner = [rest_of(ROWS[row], p).size for row, p in zip(f.law.tolist(), values, strict=True)]
     ends = np.concatenate([[0], np.cumsum(inner)]).astype(np.int64)
-    forest, out = forest_of(packed), _SectionWriter()
+    forest = forest_of(packed)
+    out = _SectionWriter()
     group, ratio, mass = _groups(packed, forest)
     sizes = (
         packed.inertia,

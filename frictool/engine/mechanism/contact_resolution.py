@@ -58,7 +58,8 @@ def _flanks(
     A flank that separates while still strained relaxes by itself: its damping takes the energy of
     its stiffness, (1/2) k s^2.
     """
-    first, at = k[ly.BLOCKS] + 2 * k[ly.JOINTS], k[ly.SOURCES] + k[ly.BLOCKS] + k[ly.JOINTS]
+    first = k[ly.BLOCKS] + 2 * k[ly.JOINTS]
+    at = k[ly.SOURCES] + k[ly.BLOCKS] + k[ly.JOINTS]
     for c in range(k[ly.COUPLINGS]):
         if guard[first + c] < -1.0:
             e, _ = coupling_stretch(k, p, c, y)
@@ -76,7 +77,8 @@ def _flanks(
 @inset_kernel
 def _ready(k: IntVector, y: Vector, modes: IntVector, w: Vector) -> None:
     """Set the motions for which the efforts are evaluated, and mark blocks at their stops."""
-    n, stops = k[ly.BLOCKS], k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
+    n = k[ly.BLOCKS]
+    stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     for i in range(n):
         v = y[n + i]
         modes[i] = st.STUCK if v == 0.0 else (1 if v > 0.0 else -1)
@@ -98,7 +100,10 @@ def resolve(
     FOUND is the position in the order of its first block.
     """
     k, p, _ = machine
-    y, modes, room, w = state.y, state.modes, state.room, out.w
+    y = state.y
+    modes = state.modes
+    room = state.room
+    w = out.w
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     places = room.places[st.FOUND]

@@ -10,10 +10,12 @@ from frictool.typing import IntVector, Vector
 @inset_kernel
 def _piece(k: IntVector, p: Vector, curve: int, x: float) -> tuple[int, float]:
     """Return the piece of a curve that contains x, and x limited to the curve's range."""
-    first, last = k[k[ly.CURVE_START] + curve], k[k[ly.CURVE_START] + curve + 1]
+    first = k[k[ly.CURVE_START] + curve]
+    last = k[k[ly.CURVE_START] + curve + 1]
     breaks = k[ly.BREAKS] + curve
     x = min(max(x, p[breaks + first]), p[breaks + last])
-    low, high = first, last - 1
+    low = first
+    high = last - 1
     while low < high:
         middle = (low + high + 1) // 2
         if p[breaks + middle] <= x:
@@ -27,14 +29,16 @@ def _piece(k: IntVector, p: Vector, curve: int, x: float) -> tuple[int, float]:
 def curve_value(k: IntVector, p: Vector, curve: int, x: float) -> float:
     """Return the value of a curve at x."""
     piece, at = _piece(k, p, curve, x)
-    s, c = at - p[k[ly.BREAKS] + curve + piece], k[ly.CUBIC] + 4 * piece
+    s = at - p[k[ly.BREAKS] + curve + piece]
+    c = k[ly.CUBIC] + 4 * piece
     return float(p[c] + s * (p[c + 1] + s * (p[c + 2] + s * p[c + 3])))
 
 
 @inset_kernel
 def curve_integral(k: IntVector, p: Vector, curve: int, x: float) -> float:
     """Return the integral of a curve from its first break to x."""
-    first, breaks = k[k[ly.CURVE_START] + curve], k[ly.BREAKS] + curve
+    first = k[k[ly.CURVE_START] + curve]
+    breaks = k[ly.BREAKS] + curve
     piece, at = _piece(k, p, curve, x)
     total = 0.0
     for i in range(first, piece + 1):

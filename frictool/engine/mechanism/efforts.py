@@ -71,9 +71,11 @@ def _driving(
 @inset_kernel
 def coupling_stretch(k: IntVector, p: Vector, coupling: int, y: Vector) -> tuple[float, float]:
     """Return e = q_b - ratio q_a - offset, and e'."""
-    n, row = k[ly.BLOCKS], ly.coupling_row(k, coupling)
+    n = k[ly.BLOCKS]
+    row = ly.coupling_row(k, coupling)
     a, b = ly.coupling_a(k, coupling), ly.coupling_b(k, coupling)
-    e, rate = y[b] - ly.offset(p, row), y[n + b]
+    e = y[b] - ly.offset(p, row)
+    rate = y[n + b]
     if a >= 0:
         e -= ly.ratio(p, row) * y[a]
         rate -= ly.ratio(p, row) * y[n + a]
@@ -114,17 +116,24 @@ def _couplings(
     The guard of a link with a gap is above -1 while its flanks are as their mode says.
     """
     w, guard, power = out.w, out.guard, out.power
-    n, flanks = k[ly.BLOCKS], k[ly.BLOCKS] + 2 * k[ly.JOINTS]
-    at, row, ends = k[ly.SOURCES] + n + k[ly.JOINTS], k[ly.COUPLING], k[ly.COUPLING_ENDS]
+    n = k[ly.BLOCKS]
+    flanks = k[ly.BLOCKS] + 2 * k[ly.JOINTS]
+    at = k[ly.SOURCES] + n + k[ly.JOINTS]
+    row = k[ly.COUPLING]
+    ends = k[ly.COUPLING_ENDS]
     for c in range(k[ly.COUPLINGS]):
-        a, b, curve = k[ends], k[ends + 1], k[ends + 2]
+        a = k[ends]
+        b = k[ends + 1]
+        curve = k[ends + 2]
         ratio = ly.ratio(p, row)
         gap = ly.gap(p, row)
         stiffness = ly.stiffness(p, row)
         damping = ly.damping(p, row)
         drive, back = ly.drive_loss(p, row), ly.back_loss(p, row)
-        e, rate = y[b] - ly.offset(p, row), y[n + b]
-        row, ends = row + ly.COUPLING_WIDTH, ends + 3
+        e = y[b] - ly.offset(p, row)
+        rate = y[n + b]
+        row = row + ly.COUPLING_WIDTH
+        ends = ends + 3
         if a >= 0:
             e -= ratio * y[a]
             rate -= ratio * y[n + a]
@@ -167,14 +176,18 @@ def _frictions(
     """Add the friction of each law; fill the rates of inner states; return friction/status.py."""
     k, p, laws = machine
     rates, w, power = out.rates, out.w, out.power
-    n, status = k[ly.BLOCKS], OK
+    n = k[ly.BLOCKS]
+    status = OK
     at = k[ly.SOURCES] + n + k[ly.JOINTS] + k[ly.COUPLINGS]
     row = k[ly.FRICTION_PLACES]
     first_value = k[ly.LAW_VALUES]
     for f in range(k[ly.FRICTIONS]):
         block, kind, curve = ly.block(k, row), ly.kind(k, row), ly.level(k, row)
         values = p[first_value + k[row + ly.VALUES] : first_value + k[row + ly.VALUES_END]]
-        v, motion, force, level = y[n + block], modes[block], 0.0, 1.0
+        v = y[n + block]
+        motion = modes[block]
+        force = 0.0
+        level = 1.0
         if curve >= 0:
             level = curve_value(k, p, curve, y[block])
         if kind == EXACT and motion == STUCK:
@@ -211,7 +224,8 @@ def _pressings(
     at = k[ly.SOURCES] + k[ly.BLOCKS] + k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.FRICTIONS]
     for s in range(k[ly.PRESSINGS]):
         block = ly.pressing_block(k, s)
-        row, motion = ly.pressing_row(k, s), modes[block]
+        row = ly.pressing_row(k, s)
+        motion = modes[block]
         friction = ly.coefficient(p, row) * max(
             0.0, curve_value(k, p, ly.pressing_curve(k, s), y[block])
         )

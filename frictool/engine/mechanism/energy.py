@@ -39,7 +39,9 @@ class EnergyBalance(NamedTuple):
 @kernel
 def _held(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> tuple[float, float]:
     """Return kinetic and stored energy [J]."""
-    n, kinetic, stored = k[ly.BLOCKS], 0.0, 0.0
+    n = k[ly.BLOCKS]
+    kinetic = 0.0
+    stored = 0.0
     for i in range(n):
         kinetic += 0.5 * ly.mass_of(k, p, i) * y[n + i] ** 2
     for c in range(k[ly.COUPLINGS]):

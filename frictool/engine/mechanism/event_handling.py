@@ -113,7 +113,10 @@ def _meet_or_halt(
 ) -> bool:
     """Stop all trees whose root has reached speed 0; return True if flanks or stops collide."""
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
-    y, modes, guard, meet = state.y, state.modes, state.room.lines[st.GUARD], False
+    y = state.y
+    modes = state.modes
+    guard = state.room.lines[st.GUARD]
+    meet = False
     for joint in range(j):
         if modes[n + joint] == st.OPEN and guard[n + joint] <= 0.0:
             _, rate = distance_to_guard(k, p, n + joint, y, y, modes)
@@ -142,7 +145,11 @@ def handle_event(
     Returns a status of engine/status.py.
     """
     k, p, _ = machine
-    y, modes, room, now, status = state.y, state.modes, state.room, state.pace[1] + t, OK
+    y = state.y
+    modes = state.modes
+    room = state.room
+    now = state.pace[1] + t
+    status = OK
     _note(k, state)
     if _meet_or_halt(k, p, now, state, events):
         status = impacts(k, p, y, modes, room.w, state.work)

@@ -36,7 +36,8 @@ from frictool.typing import IntVector, Vector
 
 ROUNDS = 200  # iterations of the search
 # iterations for the zero of a cubic, and its last change relative to the step
-NEWTON, NEAR = 60, 1e-15
+NEWTON = 60
+NEAR = 1e-15
 # target values of a guard: AT_END of a speed or a position, BEYOND of a force, which is then just
 # beyond its end, so that the mode ends
 AT_END, BEYOND = -0.5, -2.0
@@ -80,8 +81,10 @@ def _crossing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
     at which it is positive.
     """
     slope = (g1 - g0) / h
-    a, b = (r0 + r1 - 2.0 * slope) / (h * h), (3.0 * slope - 2.0 * r0 - r1) / h
-    low, high = 0.0, h
+    a = (r0 + r1 - 2.0 * slope) / (h * h)
+    b = (3.0 * slope - 2.0 * r0 - r1) / h
+    low = 0.0
+    high = h
     for step in range(8):
         s = h * (8 - step) / 8.0
         if g0 + s * (r0 + s * (b + s * a)) > 0.0:
@@ -90,7 +93,8 @@ def _crossing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
         high = s
     s = 0.5 * (low + high)
     for _ in range(NEWTON):
-        value, rate = g0 + s * (r0 + s * (b + s * a)), r0 + s * (2.0 * b + s * 3.0 * a)
+        value = g0 + s * (r0 + s * (b + s * a))
+        rate = r0 + s * (2.0 * b + s * 3.0 * a)
         low, high = (s, high) if value > 0.0 else (low, s)
         after = s - value / rate if rate != 0.0 else low
         if not low < after < high:
@@ -173,7 +177,10 @@ def _first(
 
     Only guards passed at `high` are candidates. weights: Illinois weights of the guard `lead`.
     """
-    at, leader, at_low, at_high = high, -1, room.lines[AT_LOW], room.lines[AT_HIGH]
+    at = high
+    leader = -1
+    at_low = room.lines[AT_LOW]
+    at_high = room.lines[AT_HIGH]
     for index in range(k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.STOPS]):
         if not is_broken(k, p, index, room.lines[Y_HIGH], modes, at_high, room.lines[GUARD]):
             continue

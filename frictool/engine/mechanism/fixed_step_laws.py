@@ -28,7 +28,9 @@ HELD, SLIPS = 0, 1  # modes of a law
 @inset_kernel
 def _root_of(k: IntVector, p: Vector, modes: IntVector, block: int) -> tuple[int, float]:
     """Return the root of the tree that moves with a block, and the block's relative speed."""
-    n, i, along = k[ly.BLOCKS], block, 1.0
+    n = k[ly.BLOCKS]
+    i = block
+    along = 1.0
     while ly.joint_of(k, i) >= 0 and modes[n + ly.joint_of(k, i)] != OPEN:
         ratio = ly.ratio(p, ly.joint_row(k, ly.joint_of(k, i)))
         along *= ratio if ly.outward(k, i) == 1 else 1.0 / ratio
@@ -53,11 +55,15 @@ def timed_frictions(
     """
     k, p, laws = machine
     rates, w, power = out.rates, out.w, out.power
-    n, status, first = k[ly.BLOCKS], OK, _first_mode(k)
+    n = k[ly.BLOCKS]
+    status = OK
+    first = _first_mode(k)
     at = k[ly.SOURCES] + n + k[ly.JOINTS] + k[ly.COUPLINGS]
     for f in range(k[ly.FRICTIONS]):
         row = ly.friction_row(k, f)
-        kind, block, mode = ly.kind(k, row), ly.block(k, row), modes[first + f]
+        kind = ly.kind(k, row)
+        block = ly.block(k, row)
+        mode = modes[first + f]
         if kind < lk.HYBRID:
             continue
         values = p[ly.law_values(k, row)]
@@ -121,13 +127,20 @@ def switch(machine: CompiledMechanism, state: MechanismState) -> int:
     Returns a status of friction/status.py.
     """
     k, p, laws = machine
-    y, modes, w = state.y, state.modes, state.room.w
-    n, status, first = k[ly.BLOCKS], OK, _first_mode(k)
+    y = state.y
+    modes = state.modes
+    w = state.room.w
+    n = k[ly.BLOCKS]
+    status = OK
+    first = _first_mode(k)
     for f in range(k[ly.FRICTIONS]):
         row = ly.friction_row(k, f)
-        kind, block, mode = ly.kind(k, row), ly.block(k, row), modes[first + f]
+        kind = ly.kind(k, row)
+        block = ly.block(k, row)
+        mode = modes[first + f]
         values = p[ly.law_values(k, row)]
-        v, u = y[n + block], w[ON_BLOCK, block]
+        v = y[n + block]
+        u = w[ON_BLOCK, block]
         if kind == lk.BANDED:
             modes[first + f] = HELD if abs(v) <= lk.band(laws[f, 2], values) else SLIPS
         elif kind == lk.HYBRID:
@@ -144,7 +157,8 @@ def keep(machine: CompiledMechanism, state: MechanismState) -> int:
     """Update the memories of hybrid laws after a step; return a status of friction/status.py."""
     k, p, laws = machine
     y, modes = state.y, state.modes
-    status, first = OK, _first_mode(k)
+    status = OK
+    first = _first_mode(k)
     for f in range(k[ly.FRICTIONS]):
         row = ly.friction_row(k, f)
         if ly.kind(k, row) == lk.HYBRID:

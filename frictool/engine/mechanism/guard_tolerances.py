@@ -34,7 +34,8 @@ def joint_gap(k: IntVector, p: Vector, joint: int, y: Vector) -> tuple[float, fl
 
     e is in the coordinate of block b, and 0 in the middle of the gap.
     """
-    n, row = k[ly.BLOCKS], ly.joint_row(k, joint)
+    n = k[ly.BLOCKS]
+    row = ly.joint_row(k, joint)
     ratio = ly.ratio(p, row)
     a, b = ly.joint_a(k, joint), ly.joint_b(k, joint)
     e = y[b] - ratio * y[a] - ly.offset(p, row)

@@ -18,7 +18,8 @@ AT_REVERSAL = 1e-3  # speed below which a step may pass 0, relative to the speed
 @part_kernel
 def first_reversal(k: IntVector, p: Vector, h: float, y: Vector, end: Vector) -> float:
     """Return the step length, shortened to the first reversal of a block with a dynamic law."""
-    n, shortest = k[ly.BLOCKS], h
+    n = k[ly.BLOCKS]
+    shortest = h
     for f in range(k[ly.FRICTIONS]):
         row = ly.friction_row(k, f)
         if ly.kind(k, row) == DYNAMIC:
@@ -36,7 +37,9 @@ def remember(machine: CompiledMechanism, y: Vector, before: Vector) -> tuple[int
     Returns a status of friction/status.py, and True if anything differs from `before`.
     """
     k, p, laws = machine
-    n, status, changed = k[ly.BLOCKS], OK, False
+    n = k[ly.BLOCKS]
+    status = OK
+    changed = False
     for f in range(k[ly.FRICTIONS]):
         row = ly.friction_row(k, f)
         if ly.kind(k, row) == DYNAMIC:

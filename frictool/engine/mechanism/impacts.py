@@ -34,7 +34,8 @@ TOUCHING = 4.0  # largest distance of flanks that touch, in tolerances of positi
 @inset_kernel
 def _approach(k: IntVector, p: Vector, joint: int, side: int, y: Vector) -> float:
     """Return the approach speed of a joint's flanks on side +-1, in the coordinate of block b."""
-    n, row = k[ly.BLOCKS], ly.joint_row(k, joint)
+    n = k[ly.BLOCKS]
+    row = ly.joint_row(k, joint)
     a, b = ly.joint_a(k, joint), ly.joint_b(k, joint)
     return float(side * (y[n + b] - ly.ratio(p, row) * y[n + a]))
 
@@ -73,11 +74,13 @@ def _meet(
 
     The impulse grows in pieces, between the instants at which one of the groups comes to rest.
     """
-    n, row = k[ly.BLOCKS], ly.joint_row(k, joint)
+    n = k[ly.BLOCKS]
+    row = ly.joint_row(k, joint)
     ratio = ly.ratio(p, row)
     a, b = ly.joint_a(k, joint), ly.joint_b(k, joint)
     group_a, group_b = ly.group_of(k, a), ly.group_of(k, b)
-    along_a, along_b = ratio * ly.group_ratio(k, p, a), ly.group_ratio(k, p, b)
+    along_a = ratio * ly.group_ratio(k, p, a)
+    along_b = ly.group_ratio(k, p, b)
     hit_a, hit_b = Group(k, p, group_a, a, w), Group(k, p, group_b, b, w)
     lossy_a, lossy_b = is_group_lossy(k, p, group_a), is_group_lossy(k, p, group_b)
     s = _approach(k, p, joint, side, y)
@@ -85,7 +88,9 @@ def _meet(
     towards = side * math.copysign(1.0, s)
     s = abs(s)
     least = -s * (ly.restitution(p, row) if s > BOUNCE * ly.speed_scale(k, p, b) else 0.0)
-    v_a, v_b, absorbed = y[n + group_a], y[n + group_b], 0.0
+    v_a = y[n + group_a]
+    v_b = y[n + group_b]
+    absorbed = 0.0
     for _ in range(MAX_PIECES):
         x_a = yielding(hit_a, row, -towards, v_a, lossy_a)
         x_b = yielding(hit_b, -1, -towards, v_b, lossy_b)
@@ -122,8 +127,11 @@ def _strike(
     k: IntVector, p: Vector, stop: int, side: int, y: Vector, w: Vector, work: Vector
 ) -> None:
     """Resolve one impact of a group at an end stop."""
-    n, row, block = k[ly.BLOCKS], ly.stop_row(k, stop), ly.stop_block(k, stop)
-    group, speed = ly.group_of(k, block), side * y[n + block]
+    n = k[ly.BLOCKS]
+    row = ly.stop_row(k, stop)
+    block = ly.stop_block(k, stop)
+    group = ly.group_of(k, block)
+    speed = side * y[n + block]
     thrown = ly.throw_back(p, row) if speed > BOUNCE * ly.speed_scale(k, p, block) else 0.0
     if thrown > 0.0 and is_group_lossy(k, p, group):
         hit = Group(k, p, group, block, w)
@@ -138,7 +146,8 @@ def _strike(
 @inset_kernel
 def _mark(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
     """Set the modes of open joints and stops that touch to the side (+-1) of their contact."""
-    n, stops = k[ly.BLOCKS], k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
+    n = k[ly.BLOCKS]
+    stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     for joint in range(k[ly.JOINTS]):
         if modes[n + joint] == OPEN:
             e, _, slack = joint_gap(k, p, joint, y)
@@ -169,7 +178,8 @@ def _let_go(k: IntVector, p: Vector, y: Vector, modes: IntVector, speed: float) 
 @inset_kernel
 def _part(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
     """Open the contacts that separate, and the stops whose block moves."""
-    n, stops = k[ly.BLOCKS], k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
+    n = k[ly.BLOCKS]
+    stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     _let_go(k, p, y, modes, TOGETHER)
     for s in range(k[ly.STOPS]):
         block = ly.stop_block(k, s)
@@ -185,8 +195,10 @@ def _fastest(k: IntVector, p: Vector, y: Vector, modes: IntVector, soft: bool) -
     number of joints plus the index of the stop; it is -1 if no contact approaches. If `soft` is
     True, the separation speed of touching flanks counts as an approach speed.
     """
-    n, stops = k[ly.BLOCKS], k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
-    worst, which = TOGETHER, -1
+    n = k[ly.BLOCKS]
+    stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
+    worst = TOGETHER
+    which = -1
     for joint in range(k[ly.JOINTS]):
         side = modes[n + joint]
         if side not in (OPEN, RIGID):
@@ -199,7 +211,8 @@ def _fastest(k: IntVector, p: Vector, y: Vector, modes: IntVector, soft: bool) -
             block = ly.stop_block(k, s)
             speed = modes[stops + s] * y[n + block] / ly.speed_scale(k, p, block)
             if speed > worst:
-                worst, which = speed, k[ly.JOINTS] + s
+                worst = speed
+                which = k[ly.JOINTS] + s
     return worst, which
 
 
@@ -212,7 +225,8 @@ def impacts(k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, wor
     which contacts stay closed. Without this rule, two parts that alternately push a third could
     cause an endless series of impacts.
     """
-    n, stops = k[ly.BLOCKS], k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
+    n = k[ly.BLOCKS]
+    stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     _mark(k, p, y, modes)
     worst, _ = _fastest(k, p, y, modes, False)
     soft = worst < BOUNCE

@@ -40,7 +40,9 @@ def _stages(
     watching: int,
 ) -> float:
     point, inputs, guard = room.lines[st.POINT], room.lines[st.INPUTS], room.lines[st.TRIAL]
-    failed, seen, watched = 0, 1.0, room.places[st.WATCHED]
+    failed = 0
+    seen = 1.0
+    watched = room.places[st.WATCHED]
     for stage in range(first, end):
         stage_point(stage, h, y, room.slopes, point)
         failed += field_within(
@@ -116,7 +118,10 @@ def _watch(k: IntVector, modes: IntVector, guard: Vector, watched: IntVector) ->
 @inset_kernel
 def _error(k: IntVector, p: Vector, h: float, modes: IntVector, room: Workspace) -> float:
     """Return the largest error of a state, relative to the state's size."""
-    n, worst, errors, end = k[ly.BLOCKS], 0.0, room.lines[st.ERRORS], room.lines[st.END]
+    n = k[ly.BLOCKS]
+    worst = 0.0
+    errors = room.lines[st.ERRORS]
+    end = room.lines[st.END]
     step_errors(h, room.slopes, errors, room.lines[st.THIRD])
     for i in range(n):
         if modes[i] != st.STUCK:
@@ -156,7 +161,8 @@ def try_step(
     """
     k, p, _ = machine
     y, modes, room = state.y, state.modes, state.room
-    end, out = room.lines[st.END], at_end(room)
+    end = room.lines[st.END]
+    out = at_end(room)
     watching = _watch(k, modes, room.lines[st.GUARD], room.places[st.WATCHED])
     seen = stages(machine, state, t, h, 1, STAGES, watching)
     stage_point(AFTER, h, y, room.slopes, end)
@@ -184,7 +190,8 @@ def look(machine: CompiledMechanism, state: MechanismState, t: float, h: float, 
     END, AFTER and TRIAL are then those after a step of that length.
     """
     y, room = state.y, state.room
-    end, out = room.lines[st.END], at_end(room)
+    end = room.lines[st.END]
+    out = at_end(room)
     on_path(at / h, room.slopes[st.PATH :], end)
     for i in range(y.shape[0]):
         end[i] += y[i]

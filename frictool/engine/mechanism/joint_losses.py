@@ -83,7 +83,8 @@ def range_at_driver(
     The force of an end stop is unbounded on one side. For an infinite force, g = ratio lambda is
     used, so that a stop does not wedge a self-locking link.
     """
-    least, most = math.inf, -math.inf
+    least = math.inf
+    most = -math.inf
     for side in range(2):
         direction = 2.0 * side - 1.0
         for point in range(3):
@@ -106,7 +107,8 @@ def range_at_load(p: Vector, row: int, kink: float, low: float, high: float) -> 
 
     Unbounded forces are treated as in `range_at_driver`.
     """
-    least, most = math.inf, -math.inf
+    least = math.inf
+    most = -math.inf
     for side in range(2):
         direction = 2.0 * side - 1.0
         for point in range(3):

@@ -97,7 +97,9 @@ def sizes_of(law: Law, p: Vector) -> Vector:
     z = rest_of(law, p)
     if not isinstance(law.kernels, DynamicKernels):
         return np.full(z.size, np.inf)
-    rates, still, sizes = np.zeros(z.size), np.zeros(z.size), np.full(z.size, np.inf)
+    rates = np.zeros(z.size)
+    still = np.zeros(z.size)
+    sizes = np.full(z.size, np.inf)
     law.kernels.rate(z, 1.0, p, rates)
     moved = 1e-9
     change = (

@@ -187,7 +187,9 @@ group_ratio = _number(GROUP_RATIO)  # speed of a block per unit of that of its g
 group_mass, push_of, inner_size = _number(GROUP_MASS), _number(PUSH), _number(INNER_SIZE)
 joint_row, coupling_row = _row(JOINT, JOINT_WIDTH), _row(COUPLING, COUPLING_WIDTH)  # in p
 source_row, stop_row = _row(SOURCE, SOURCE_WIDTH), _row(STOP, STOP_WIDTH)  # in p
-pressing_row, friction_row = _row(PRESSING, 2), _row(FRICTION_PLACES, FRICTION_WIDTH)  # in p; in k
+# in p; in k
+pressing_row = _row(PRESSING, 2)
+friction_row = _row(FRICTION_PLACES, FRICTION_WIDTH)
 ratio, offset, gap, restitution = map(_parameter, (RATIO, OFFSET, GAP, RESTITUTION))
 drive_loss, back_loss, thread = map(_parameter, (DRIVE_LOSS, BACK_LOSS, THREAD))
 thesis_screw, stiffness, damping = map(_parameter, (THESIS_SCREW, STIFFNESS, DAMPING))

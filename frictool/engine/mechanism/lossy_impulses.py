@@ -60,13 +60,15 @@ def _need(hit: Group, impulse: float, towards: float, x: float) -> None:
     for i in range(n):
         if ly.group_of(k, i) == group:
             along = ly.group_ratio(k, p, i) * ly.mass_of(k, p, i)
-            w[VALUE, i], w[SLOPE, i] = along * x, along
+            w[VALUE, i] = along * x
+            w[SLOPE, i] = along
     w[VALUE, block] -= impulse
     for place in range(n - 1, -1, -1):
         i = ly.block_at(k, place)
         if ly.group_of(k, i) != group or i == group:
             continue
-        parent, row = ly.parent_of(k, i), ly.joint_row(k, ly.joint_of(k, i))
+        parent = ly.parent_of(k, i)
+        row = ly.joint_row(k, ly.joint_of(k, i))
         if ly.outward(k, i) == 1:
             direction = math.copysign(1.0, towards * ly.group_ratio(k, p, parent))
             force = w[VALUE, i]
@@ -83,7 +85,9 @@ def _need(hit: Group, impulse: float, towards: float, x: float) -> None:
 def _search(hit: Group, impulse: float, towards: float, start: float) -> float:
     """Return the speed change x at which VALUE of `_need` is 0; NaN if it does not rise there."""
     k, p, group, block, w = hit
-    low, high, x = -math.inf, math.inf, start
+    low = -math.inf
+    high = math.inf
+    x = start
     for _ in range(MAX_PIECES):
         _need(hit, impulse, towards, x)
         value, slope = w[VALUE, group], w[SLOPE, group]

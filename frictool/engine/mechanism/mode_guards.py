@@ -52,9 +52,12 @@ def _flank_left(
 
     The distance is expressed as a force.
     """
-    n, row = k[ly.BLOCKS], ly.coupling_row(k, coupling)
+    n = k[ly.BLOCKS]
+    row = ly.coupling_row(k, coupling)
     a, b = ly.coupling_a(k, coupling), ly.coupling_b(k, coupling)
-    e, rate, change = y[b] - ly.offset(p, row), y[n + b], rates[n + b]
+    e = y[b] - ly.offset(p, row)
+    rate = y[n + b]
+    change = rates[n + b]
     if a >= 0:
         e = e - ly.ratio(p, row) * y[a]
         rate = rate - ly.ratio(p, row) * y[n + a]
@@ -95,7 +98,8 @@ def distance_to_guard(
         return (ly.gap(p, row) + e, rate) if e < 0.0 else (ly.gap(p, row) - e, -rate)
     stop = index - n - 2 * j - c
     block, row = ly.stop_block(k, stop), ly.stop_row(k, stop)
-    below, above = y[block] - ly.low(p, row), ly.high(p, row) - y[block]
+    below = y[block] - ly.low(p, row)
+    above = ly.high(p, row) - y[block]
     return (below, y[n + block]) if below < above else (above, -y[n + block])
 
 
@@ -138,7 +142,8 @@ def _lowest(g0: float, r0: float, g1: float, r1: float, h: float) -> tuple[float
     if not (r0 < 0.0 < r1):
         return (h, g1) if g1 < g0 else (0.0, g0)
     slope = (g1 - g0) / h
-    a, b = (r0 + r1 - 2.0 * slope) / (h * h), (3.0 * slope - 2.0 * r0 - r1) / h
+    a = (r0 + r1 - 2.0 * slope) / (h * h)
+    b = (3.0 * slope - 2.0 * r0 - r1) / h
     root = b * b - 3.0 * a * r0
     if root < 0.0:
         return h, g1

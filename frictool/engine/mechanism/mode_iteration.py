@@ -21,8 +21,10 @@ ATTEMPTS = 50  # iterations
 @inset_kernel
 def stop_tree(k: IntVector, place: int, p: Vector, y: Vector, modes: IntVector) -> float:
     """Stop the tree with the root at `place` in the order; return its kinetic energy [J]."""
-    n, energy = k[ly.BLOCKS], 0.0
-    at, end = place, place + ly.span_of(k, ly.block_at(k, place))
+    n = k[ly.BLOCKS]
+    energy = 0.0
+    at = place
+    end = place + ly.span_of(k, ly.block_at(k, place))
     while at < end:
         i = ly.block_at(k, at)
         if at > place and modes[n + ly.joint_of(k, i)] == st.OPEN:
@@ -40,7 +42,8 @@ def align(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
 
     This keeps rounding errors from growing in the speeds between them.
     """
-    n, stops = k[ly.BLOCKS], k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
+    n = k[ly.BLOCKS]
+    stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
     for s in range(k[ly.STOPS]):
         if modes[stops + s] != st.OPEN:
             i = ly.stop_block(k, s)
@@ -63,8 +66,10 @@ def _jam(
 
     Returns False if it is already at rest.
     """
-    n, root = k[ly.BLOCKS], ly.block_at(k, place)
-    speed, energy = state.y[n + root], stop_tree(k, place, p, state.y, state.modes)
+    n = k[ly.BLOCKS]
+    root = ly.block_at(k, place)
+    speed = state.y[n + root]
+    energy = stop_tree(k, place, p, state.y, state.modes)
     if energy == 0.0:
         return False
     # work of the joint that leads to the root's first child

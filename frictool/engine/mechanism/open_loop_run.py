@@ -54,7 +54,8 @@ def _run(
     n = positions.shape[0]
     for sample in range(commands.shape[0] + 1):
         for i in range(n):
-            positions[i, sample], speeds[i, sample] = state.y[i], state.y[n + i]
+            positions[i, sample] = state.y[i]
+            speeds[i, sample] = state.y[n + i]
         for s in range(state.drive.shape[0]):
             drives[s, sample] = state.drive[s]
         if sample == commands.shape[0]:

@@ -15,8 +15,10 @@ def source_limits(k: IntVector, p: Vector, source: int, y: Vector) -> tuple[floa
 
     The winding's limit depends on the speed.
     """
-    row, speed = ly.source_row(k, source), y[k[ly.BLOCKS] + ly.source_block(k, source)]
-    low, high = -ly.limit(p, row), ly.limit(p, row)
+    row = ly.source_row(k, source)
+    speed = y[k[ly.BLOCKS] + ly.source_block(k, source)]
+    low = -ly.limit(p, row)
+    high = ly.limit(p, row)
     if ly.resistance(p, row) > 0.0:
         back = ly.constant(p, row) * speed
         low = max(low, (-ly.supply(p, row) - back) / ly.resistance(p, row))
@@ -53,7 +55,8 @@ def take_inputs(
 def flowing_at(k: IntVector, p: Vector, source: int, t: float, inputs: Vector) -> float:
     """Return the drive of a source t [s] after its command."""
     lag = ly.lag(p, ly.source_row(k, source))
-    target, before = inputs[source], inputs[k[ly.SOURCES] + source]
+    target = inputs[source]
+    before = inputs[k[ly.SOURCES] + source]
     return float(target if lag == 0.0 else target + (before - target) * math.exp(-t / lag))
 
 
@@ -67,7 +70,8 @@ def let_flow(k: IntVector, p: Vector, inputs: Vector, t: float, drive: Vector) -
 @inset_kernel
 def longest_step(k: IntVector, p: Vector, inputs: Vector) -> float:
     """Return the longest step [s] in which the drives are approximated well by polynomials."""
-    u, longest = k[ly.SOURCES], math.inf
+    u = k[ly.SOURCES]
+    longest = math.inf
     for s in range(u):
         lag = ly.lag(p, ly.source_row(k, s))
         if lag > 0.0 and inputs[s] != inputs[u + s]:
@@ -78,7 +82,8 @@ def longest_step(k: IntVector, p: Vector, inputs: Vector) -> float:
 @inset_kernel
 def is_steady(k: IntVector, inputs: Vector) -> bool:
     """Return True if all drives equal their commands."""
-    u, steady = k[ly.SOURCES], True
+    u = k[ly.SOURCES]
+    steady = True
     for s in range(u):
         steady = steady and inputs[s] == inputs[u + s]
     return steady

@@ -156,12 +156,14 @@ def rest(
     """
     if not law_step > 0.0:
         raise ValueError(f"law_step is {law_step} s; allowed: above 0 s")
-    c, where = counts(machine), np.asarray(start, dtype=np.float64)
+    c = counts(machine)
+    where = np.asarray(start, dtype=np.float64)
     if where.shape != (c["blocks"],):
         raise ValueError(
             f"start has shape {where.shape}; allowed: ({c['blocks']},), a position of each block"
         )
-    n, f = c["blocks"], packed.frictions
+    n = c["blocks"]
+    f = packed.frictions
     y = np.zeros(2 * n + c["inner"])
     y[:n] = where
     at = 2 * n

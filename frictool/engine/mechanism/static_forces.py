@@ -30,7 +30,9 @@ def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
     `towards`.
     """
     k, p, modes, members, _, w = tree
-    n, branches, exists = k[ly.BLOCKS], k[ly.BLOCKS] + k[ly.JOINTS], True
+    n = k[ly.BLOCKS]
+    branches = k[ly.BLOCKS] + k[ly.JOINTS]
+    exists = True
     for m in range(members.size):
         i = ly.block_at(k, members[m])
         w[rows.NEED, i], w[rows.NEED_HIGH, i] = (
@@ -44,7 +46,8 @@ def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
     for m in range(members.size - 1, 0, -1):
         i = ly.block_at(k, members[m])
         joint, parent = ly.joint_of(k, i), ly.parent_of(k, i)
-        row, contact = ly.joint_row(k, joint), modes[n + joint]
+        row = ly.joint_row(k, joint)
+        contact = modes[n + joint]
         low, high = w[rows.NEED, i], w[rows.NEED_HIGH, i]
         outward = ly.outward(k, i) == 1
         if not outward:
@@ -81,7 +84,9 @@ def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
 def force_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> tuple[float, float, float]:
     """Return the range of force that a member at rest needs from its joint, and the tolerance."""
     ratio = ly.ratio(p, ly.joint_row(k, ly.joint_of(k, i)))
-    low, high, slack = w[rows.NEED, i], w[rows.NEED_HIGH, i], slack_at(k, p, w, i)
+    low = w[rows.NEED, i]
+    high = w[rows.NEED_HIGH, i]
+    slack = slack_at(k, p, w, i)
     if ly.outward(k, i) == 0:
         low, high, slack = -high / ratio, -low / ratio, slack / abs(ratio)
         if ratio < 0.0:
@@ -120,7 +125,9 @@ def unload(tree: JointTree) -> bool:
     Returns True if there are self-locking joints.
     """
     k, p, modes, members, _, w = tree
-    n, j, any_locks = k[ly.BLOCKS], k[ly.JOINTS], False
+    n = k[ly.BLOCKS]
+    j = k[ly.JOINTS]
+    any_locks = False
     for m in range(1, members.size):
         i = ly.block_at(k, members[m])
         joint = ly.joint_of(k, i)

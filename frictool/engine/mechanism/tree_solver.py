@@ -70,8 +70,10 @@ def _members(k: IntVector, modes: IntVector, place: int, members: IntVector) -> 
     Each block is listed by its position in the order. Rigid joints and closed contacts connect; the
     root is at `place`.
     """
-    n, count = k[ly.BLOCKS], 0
-    at, end = place, place + ly.span_of(k, ly.block_at(k, place))
+    n = k[ly.BLOCKS]
+    count = 0
+    at = place
+    end = place + ly.span_of(k, ly.block_at(k, place))
     while at < end:
         i = ly.block_at(k, at)
         joint = ly.joint_of(k, i)
@@ -150,10 +152,13 @@ def _force_in_motion(
 ) -> tuple[float, float, float]:
     """Return lambda of a moving member's joint, the kink of that joint, and the tolerance."""
     k, p, _, _, y, w = tree
-    n, row, outward = k[ly.BLOCKS], ly.joint_row(k, ly.joint_of(k, i)), ly.outward(k, i) == 1
+    n = k[ly.BLOCKS]
+    row = ly.joint_row(k, ly.joint_of(k, i))
+    outward = ly.outward(k, i) == 1
     a = ly.parent_of(k, i) if outward else i
     direction = math.copysign(1.0, towards * w[ALONG, a] if towards != 0.0 else y[n + a])
-    kink, force = kink_of(p, row, w[DRIVEN, a]), w[VALUE, i]
+    kink = kink_of(p, row, w[DRIVEN, a])
+    force = w[VALUE, i]
     if not outward:
         force = received(p, row, kink, direction, -force)
     slack = slack_at(k, p, w, i) + SLACK * abs(w[SLOPE, i] * x)
@@ -164,7 +169,9 @@ def _force_in_motion(
 def _bind(tree: JointTree, i: int, x: float, towards: float, rests: bool) -> None:
     """Set the side of its kink on which a member's joint is, and open a flank that would pull."""
     k, p, modes, _, _, w = tree
-    n, j, joint = k[ly.BLOCKS], k[ly.JOINTS], ly.joint_of(k, i)
+    n = k[ly.BLOCKS]
+    j = k[ly.JOINTS]
+    joint = ly.joint_of(k, i)
     if rests:
         low, high, slack = force_at_rest(k, p, i, w)
         if is_self_locking(p, ly.joint_row(k, joint)):
@@ -182,7 +189,9 @@ def _bind(tree: JointTree, i: int, x: float, towards: float, rests: bool) -> Non
 def _set_motions(tree: JointTree, x: float, towards: float, rests: bool) -> None:
     """Open flanks that would pull; set sides of kinks, motions and accelerations of the members."""
     k, _, modes, members, y, w = tree
-    n, dry, left = k[ly.BLOCKS], False, 0
+    n = k[ly.BLOCKS]
+    dry = False
+    left = 0
     for m in range(members.size):
         dry = dry or ly.can_stick(k, ly.block_at(k, members[m])) == 1
     for m in range(members.size):
@@ -216,11 +225,14 @@ def solve_tree(
     contacts that would pull are open, and the last entry of `room` is the position in the order of
     the first block of the jammed part.
     """
-    n, count = k[ly.BLOCKS], _members(k, modes, place, room)
-    members, root = room[:count], ly.block_at(k, place)
+    n = k[ly.BLOCKS]
+    count = _members(k, modes, place, room)
+    members = room[:count]
+    root = ly.block_at(k, place)
     tree = JointTree(k, p, modes, members, y, w)
     _spread_ratios(tree)
-    dry, gross = False, 0.0
+    dry = False
+    gross = 0.0
     for m in range(count):
         i = ly.block_at(k, members[m])
         dry = dry or ly.can_stick(k, i) == 1 or w[STOPPED_LOW, i] > 0.0 or w[STOPPED_HIGH, i] > 0.0
@@ -232,7 +244,10 @@ def solve_tree(
             )
         else:
             gross = w[GROSS, i]
-    towards, rests, solved, x = 0.0, False, False, 0.0
+    towards = 0.0
+    rests = False
+    solved = False
+    x = 0.0
     if dry and y[n + root] == 0.0:
         gather_rest(tree, False, 0.0)
         towards = breakaway_at_rest(k, p, root, w)

@@ -54,7 +54,10 @@ def _add(
 ) -> None:
     """Add h times a weighted sum of slopes to `point`."""
     for first in range(0, terms, FOUR):
-        j0, j1, j2, j3 = places[first], places[first + 1], places[first + 2], places[first + 3]
+        j0 = places[first]
+        j1 = places[first + 1]
+        j2 = places[first + 2]
+        j3 = places[first + 3]
         w0 = h * weights[first]
         w1 = h * weights[first + 1]
         w2 = h * weights[first + 2]

@@ -101,7 +101,8 @@ def assess(
     NoSolutionError
         If the drive does not overcome the friction, or if nothing limits the speed.
     """
-    facts, limits = facts_of(bench, duration, noise, effort, presliding), limits_of(bench)
+    facts = facts_of(bench, duration, noise, effort, presliding)
+    limits = limits_of(bench)
     bounds = cramer_rao(list(facts.strokes), facts.axis, facts.sensing)
     least = {name: QUANTILE * float(bound) for name, bound in zip(SLIDING, bounds, strict=True)}
     rows = tuple(
@@ -136,7 +137,8 @@ def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> flo
     def fine(step: float) -> bool:
         return verdict(parameter, facts.with_step(step), target).identifiable
 
-    high, low = math.log(facts.sensing.step), math.log(FINEST * facts.sensing.step)
+    high = math.log(facts.sensing.step)
+    low = math.log(FINEST * facts.sensing.step)
     if not fine(math.exp(low)):
         return None
     for _ in range(BISECTIONS):

@@ -84,7 +84,8 @@ def facts_of(
 
     Raises NoSolutionError if the drive does not overcome the friction.
     """
-    known, limits = bench.mechanics, limits_of(bench)
+    known = bench.mechanics
+    limits = limits_of(bench)
     low, high = known.inertia.interval
     fastest, slowest = time_constants(bench)
     return AssessmentInputs(

@@ -67,7 +67,8 @@ def scheme(assessment: Assessment) -> list[str]:
 
 def _differentiated(assessment: Assessment, row: ParameterAssessment, what: str) -> list[str]:
     """Return the questions on differencing without (4.3), (4.4) and with a filter (4.8), (4.9)."""
-    facts, raw = assessment.facts, raw_bound(row.parameter, assessment.facts)
+    facts = assessment.facts
+    raw = raw_bound(row.parameter, assessment.facts)
     lines = [
         _question(
             f"{what} differenced sample by sample, worst case",

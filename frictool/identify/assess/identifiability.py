@@ -94,7 +94,8 @@ def differentiation(
 
 def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
     """Return why differencing sample by sample fails, and the precision expected of windows."""
-    raw, precision = raw_bound(parameter, facts), statistical(facts)[parameter]
+    raw = raw_bound(parameter, facts)
+    precision = statistical(facts)[parameter]
     if facts.dynamics_known:
         best = raw * math.sqrt(noise_ratio(facts.fastest, facts.sensing.period))
         behind = f"{up_to(best)} behind the slowest low-pass filter, {facts.fastest:.3g} s"
@@ -157,7 +158,8 @@ def _inertia(facts: AssessmentInputs, wanted: float) -> Identifiability:
     found = differentiation("inertia", facts, wanted)
     if found is not None:
         return found
-    precision, refusal = statistical(facts)["inertia"], refusal_of_differentiation("inertia", facts)
+    precision = statistical(facts)["inertia"]
+    refusal = refusal_of_differentiation("inertia", facts)
     bound = raw_bound("inertia", facts)
     if not facts.axis.loads.plain:
         why = f"{refusal}; the weak form does not know load.terms"
@@ -192,7 +194,8 @@ def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identif
         )
         method = DIFFERENTIATION if fine else None
         return Identifiability(fine, precision, bound, why, method, SINES)
-    way, need = facts.strokes[0].distance, facts.axis.backlash + SINES_COUNTS * facts.sensing.step
+    way = facts.strokes[0].distance
+    need = facts.axis.backlash + SINES_COUNTS * facts.sensing.step
     if way < need:
         why = f"{refusal}; sines need strokes of {need:.3g}, the travel has {way:.3g}"
         return Identifiability(False, None, bound, why)
@@ -211,7 +214,8 @@ def _breakaway(facts: AssessmentInputs, wanted: float) -> Identifiability:
     found = ramp_precision(
         facts.rate, facts.sensing.step, facts.sensing.period, facts.inertia, facts.onsets
     )
-    late, precision = found.latest / facts.breakaway, QUANTILE * found.deviation / facts.breakaway
+    late = found.latest / facts.breakaway
+    precision = QUANTILE * found.deviation / facts.breakaway
     why = (
         f"the onset under a ramp of {facts.rate:.3g} a second is seen {up_to(late)} late; "
         f"corrected over {facts.onsets:g} onsets"

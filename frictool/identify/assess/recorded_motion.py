@@ -37,7 +37,8 @@ def recorded_facts(records: list[MotionRecord], bench: Bench) -> AssessmentInput
     found = np.concatenate([_strokes(record) for record in records])
     if found.size == 0:
         raise UnusableLogs("no sample slips: no motion exceeds one encoder count")
-    strokes, known = _representatives(found), bench.mechanics
+    strokes = _representatives(found)
+    known = bench.mechanics
     fastest, slowest = time_constants(bench)
     noise = (
         math.sqrt(max(fourth_difference_power(record.effort) for record in records))

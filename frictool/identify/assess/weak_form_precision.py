@@ -51,7 +51,8 @@ def weak_deviation(
 
     The errors are inf if no stroke is longer than its window.
     """
-    best, chosen = np.full(4, np.inf), window or SHORTEST
+    best = np.full(4, np.inf)
+    chosen = window or SHORTEST
     longest = max(
         SHORTEST, int(np.median([one.duration for one in strokes]) / sensing.period * STROKE_SHARE)
     )

@@ -137,7 +137,8 @@ def breakaway(
         raise UnusableLogs(
             f"the breakaways do not determine friction over position: {error}"
         ) from None
-    places, levels = data.places, _levels(fit.structure)
+    places = data.places
+    levels = _levels(fit.structure)
     mean = errors.interval(np.mean(levels, axis=0))
     rising = law = None
     if fit.structure.constant:
@@ -284,7 +285,8 @@ def _errors(
 ) -> BreakawayErrors:
     """Return the errors of a fit for intervals of the axis's parameters and a range of falls."""
     nominal = {name: known.value for name, known in axis.items()}
-    design, friction = data.places.design(fit.structure), data.friction(nominal, fit.shape)
+    design = data.places.design(fit.structure)
+    friction = data.friction(nominal, fit.shape)
 
     def moved(end: Vector) -> Vector:
         return np.asarray(np.linalg.lstsq(design, end - friction, rcond=None)[0], dtype=np.float64)
@@ -307,7 +309,8 @@ def _by_position(
     data: OnsetData, fit: BreakawayFit, errors: BreakawayErrors
 ) -> BreakawayOverPosition:
     """Return the law over position."""
-    places, value = data.places, fit.solution.value
+    places = data.places
+    value = fit.solution.value
     forward, backward = (places.powers(side) for side in sides_of(fit.structure, value))
     first, second = (
         tuple(map(errors.interval, places.power_weights(rows)))

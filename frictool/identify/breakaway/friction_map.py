@@ -69,7 +69,8 @@ def friction_map(
     `axis` has the same meaning as in `breakaway`; its offset is the bench's. The ramps are
     evaluated again with the Coulomb friction of the map. Raises UnusableLogs as `sines` does.
     """
-    rows, offset = gated_rows(records, bench), axis["offset"].value
+    rows = gated_rows(records, bench)
+    offset = axis["offset"].value
     law = first.by_position
     assert law is not None
     start, levels = _fitted(rows, law, offset, bench, settings)
@@ -109,7 +110,8 @@ def _fitted(
         effort=means.effort - (0.0 if law.common else offset),
     )
     pieces, half = fit_rows(replace(rows, means=changed), bench, settings.confidence)
-    value, place = pieces.solution.value, len(pieces.knees) + 1
+    value = pieces.solution.value
+    place = len(pieces.knees) + 1
     pair = [Interval.around(value[k], half[k]) for k in (0, place, place + 1)]
     found = {"viscous": not_negative(pair[0]), "coulomb": pair[1]}
     refused = {} if law.common or bench.mechanics.offset is not None else {"offset": OFFSET_REASON}
@@ -143,7 +145,8 @@ def shape_along(rows: StrokeRows, law: BreakawayOverPosition) -> Vector:
 
 def breakaway_laws(ramp: Breakaway, bench: Bench, sliding: Laws | None = None) -> Laws:
     """Return the laws of a varying breakaway, added to those of sliding."""
-    law, laws = ramp.by_position, sliding or Laws()
+    law = ramp.by_position
+    laws = sliding or Laws()
     if ramp.rising is not None:
         fresh, rise = ramp.rising.fresh, ramp.rising.rise_time
         laws = msgspec.structs.replace(

@@ -51,7 +51,8 @@ def phi3(x: float) -> float:
     """Return (e^x - 1 - x - x^2/2)/x^3."""
     if abs(x) > 1.0:
         return (phi2(x) - 0.5) / x
-    total, term = 0.0, 1.0 / 6.0
+    total = 0.0
+    term = 1.0 / 6.0
     for k in range(4, 23):
         total += term
         term *= x / k
@@ -103,7 +104,9 @@ def looked_up(t: float, step: float, table: Table) -> float:
         return 0.0
     k = min(int(t / step), table.shape[0] - 2)
     x = t / step - k
-    rise, left, right = table[k + 1, 0] - table[k, 0], step * table[k, 1], step * table[k + 1, 1]
+    rise = table[k + 1, 0] - table[k, 0]
+    left = step * table[k, 1]
+    right = step * table[k + 1, 1]
     value: float = table[k, 0] + x * (
         left + x * (3.0 * rise - 2.0 * left - right + x * (left + right - 2.0 * rise))
     )
@@ -171,7 +174,8 @@ def least_misfit(
     The other arguments are those of `misfit`.
     """
     step = span / COARSE
-    best, least = time[0], math.inf
+    best = time[0]
+    least = math.inf
     for k in range(COARSE + 1):
         t0 = time[0] - k * step
         value = misfit(t0, time, seen, ramp, axis, resolution, expected, timing, table_step, table)[
@@ -179,10 +183,12 @@ def least_misfit(
         ]
         if value < least:
             best, least = t0, value
-    low, high = best - step, min(best + step, time[0])
+    low = best - step
+    high = min(best + step, time[0])
     ratio = 0.5 * (math.sqrt(5.0) - 1.0)
     for _ in range(HALVINGS):
-        left, right = high - ratio * (high - low), low + ratio * (high - low)
+        left = high - ratio * (high - low)
+        right = low + ratio * (high - low)
         before = misfit(
             left, time, seen, ramp, axis, resolution, expected, timing, table_step, table
         )[0]

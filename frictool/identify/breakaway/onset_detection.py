@@ -96,7 +96,8 @@ def _onset(
     The result is None if the effort is no ramp or the motion is too small.
     """
     ramp = slice(start + (end - start) // 2, end)
-    time, effort = record.time[ramp] - record.time[end], direction * record.effort[ramp]
+    time = record.time[ramp] - record.time[end]
+    effort = direction * record.effort[ramp]
     if float(np.ptp(effort)) == 0.0:
         return None
     rate, level = np.polyfit(time, effort, 1)

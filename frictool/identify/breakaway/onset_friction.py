@@ -128,7 +128,8 @@ class OnsetData:
             efforts(self.onsets, axis, self.resolution, expected, shape, self.velocity)[1]
             for expected in (0.0, 1.0)
         )
-        intercept, gain = float(np.mean(low)), max(1.0 - float(np.mean(high - low)), 1e-6)
+        intercept = float(np.mean(low))
+        gain = max(1.0 - float(np.mean(high - low)), 1e-6)
         independent = max(1.0, low.size / FOLLOWING)
         spread = max(float(np.var(0.5 * (low + high))), 1e-9) / (gain**2 * independent)
         # variance left to one onset by the timing; all onsets repeat the same errors

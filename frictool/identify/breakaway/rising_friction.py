@@ -86,7 +86,8 @@ def rising_friction(
     full, lost = float(value[0]), float(value[1])
     if not 0.0 < lost < full:
         return None
-    fresh, reach = 1.0 - lost / full, float(np.hypot(half[1], half[0] * lost / full)) / full
+    fresh = 1.0 - lost / full
+    reach = float(np.hypot(half[1], half[0] * lost / full)) / full
     return RisingFriction(
         Interval.around(full, half[0]),
         Interval(fresh, max(fresh - reach, 0.0), min(fresh + reach, 1.0)),

@@ -56,16 +56,19 @@ def friction_force(
         [_rows(record, bench, pipeline.cutoff_hz, pipeline.filter_order) for record in records]
     )
     force = rows.effort - bench.mechanics.inertia.value * rows.acceleration
-    both, top = bool(np.ptp(rows.sign) > 0.0), float(np.max(np.abs(rows.velocity)))
+    both = bool(np.ptp(rows.sign) > 0.0)
+    top = float(np.max(np.abs(rows.velocity)))
     if top == 0.0:
         raise UnusableLogs("nothing moves")
     if not both and rows.known_offset is None:
         raise UnusableLogs(f"{ONE_DIRECTION}; write mechanics.offset into the bench if it is known")
     peak = _peak(rows, force, both, top)
-    columns, ratio = _design(rows, peak, both), np.abs(rows.velocity) / peak
+    columns = _design(rows, peak, both)
+    ratio = np.abs(rows.velocity) / peak
     value = np.linalg.lstsq(columns, force, rcond=None)[0]
     slope = rows.sign * value[2] * ratio * (ratio - 1.0) * np.exp(1.0 - ratio) / peak
-    residual, reach = force - columns @ value, round(1.0 / (pipeline.cutoff_hz * records[0].period))
+    residual = force - columns @ value
+    reach = round(1.0 / (pipeline.cutoff_hz * records[0].period))
     with_slope = np.column_stack((_sums(columns), slope))
     deviation = newey_west(with_slope, residual, reach)
     half = deviation * float(
@@ -119,7 +122,9 @@ def _rows(record: MotionRecord, bench: Bench, cutoff_hz: float, order: int) -> R
         if record.velocity is None
         else record.velocity
     )
-    speed, strokes, offset = passed(velocity), find_strokes(record), bench.mechanics.offset
+    speed = passed(velocity)
+    strokes = find_strokes(record)
+    offset = bench.mechanics.offset
     acceleration = np.diff(speed, prepend=speed[0]) / record.period
     moving = strokes.sign != 0.0
     if not moving.any():

@@ -53,7 +53,8 @@ def inverse_dynamic(
     the filters, if much of the motion is within the backlash, or if the power balance finds no
     slip.
     """
-    pipeline, confidence = settings.pipeline or PublishedFilters(), settings.confidence
+    pipeline = settings.pipeline or PublishedFilters()
+    confidence = settings.confidence
     _refuse_backlash(records, bench)
     samples = with_fixed(
         joined([_decimated(record, pipeline) for record in records]), settings.fixed
@@ -158,7 +159,8 @@ def _decimated(record: MotionRecord, pipeline: PublishedFilters) -> RegressionSa
     stroke = find_strokes(record).number
     kept = slice(pipeline.skip, None)
     rows = np.column_stack((acceleration, velocity, np.sign(velocity), record.effort))[kept]
-    rows, every = _filtered(rows, pipeline)[:: pipeline.decimate], pipeline.decimate
+    rows = _filtered(rows, pipeline)[:: pipeline.decimate]
+    every = pipeline.decimate
     counts = np.abs(rows[:, 1]) * every * record.period / record.resolution
     return RegressionSamples(
         rows[:, 0], rows[:, 1], rows[:, 3], stroke[kept][::every], rows[:, 2], counts

@@ -73,7 +73,9 @@ def found_terms(
 
     plain (g, q, q) and stroke (g,) belong to the runs of `rows` rows in all.
     """
-    columns, found, half = list(range(len(SLIDING))), list[Term](), halved(stroke)
+    columns = list(range(len(SLIDING)))
+    found = list[Term]()
+    half = halved(stroke)
     best = held_out_squares(plain, plain, half, columns)
     while best is not None:
         tried: list[tuple[float, Term, list[int], Vector]] = []

@@ -98,7 +98,9 @@ class ComparedData:
 
 def best_by_prediction(data: ComparedData) -> SlidingFit:
     """Return the fit whose model predicts best."""
-    records, bench, first = data.records, data.bench, data.fits[0]
+    records = data.records
+    bench = data.bench
+    first = data.fits[0]
     if any(record.velocity is not None for record in records):
         return first
     sides = halves(records)
@@ -202,7 +204,8 @@ def regression_scores(
 
     A method that a half does not suit has no score.
     """
-    scores, declared = [], bench_with_terms(data.bench, terms) if terms else data.bench
+    scores = []
+    declared = bench_with_terms(data.bench, terms) if terms else data.bench
     for fit in data.fits:
         method = fit.method or ""
         try:

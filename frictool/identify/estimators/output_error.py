@@ -71,7 +71,8 @@ def influences(
     numbers = _cluster_numbers(simulated, errors)
     count = 1 + max(int(number.max()) for number in numbers)
     inverse = np.linalg.pinv(fitted.jacobian)
-    out, first = np.zeros((count, fitted.jacobian.shape[1])), 0
+    out = np.zeros((count, fitted.jacobian.shape[1]))
+    first = 0
     for segment, number, error in zip(simulated.segments, numbers, errors, strict=True):
         part = slice(first, first + error.size)
         for c in np.unique(number):
@@ -88,7 +89,8 @@ def _cluster_numbers(
     simulated: SegmentSimulation, errors: Sequence[Vector]
 ) -> list[NDArray[np.int64]]:
     """Return the cluster of each sample, (m,) per segment, at most MOST_CLUSTERS in all."""
-    numbers, above = [], 0
+    numbers = []
+    above = 0
     known = of_each_record(
         simulated.segments, lambda record: (find_strokes(record), observer_rate(record))
     )

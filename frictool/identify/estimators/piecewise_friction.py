@@ -94,7 +94,8 @@ def fit_pieces(means: StrokeMeans, most: int = MOST_KNEES) -> PiecewiseFriction:
         placed = _with_one_more(means, knees)
         if placed is None:
             break
-        knees, value = placed, _criterion(means, placed)
+        knees = placed
+        value = _criterion(means, placed)
         if value < least - EVIDENCE * (len(knees) - len(found)):
             found, least = knees, value
     return _solved(means, found)
@@ -110,7 +111,8 @@ def design(means: StrokeMeans, knees: tuple[float, ...]) -> Matrix:
 
 def _squares(means: StrokeMeans, knees: tuple[float, ...]) -> float:
     """Return the weighted sum of squares of the fit with these knees and the nuisance."""
-    rows, right = design(means, knees), means.effort * means.weight
+    rows = design(means, knees)
+    right = means.effort * means.weight
     if means.nuisance is not None:
         rows = np.column_stack((rows, means.nuisance))
     rows *= means.weight[:, None]
@@ -133,7 +135,8 @@ def _with_one_more(means: StrokeMeans, knees: tuple[float, ...]) -> tuple[float,
     fast = np.sort(np.maximum.reduceat(means.speed, means.starts))
     if slow.size < 2 * FEWEST_ROWS or slow[FEWEST_ROWS - 1] >= fast[-FEWEST_ROWS]:
         return None
-    low, high = float(slow[FEWEST_ROWS - 1]), float(fast[-FEWEST_ROWS])
+    low = float(slow[FEWEST_ROWS - 1])
+    high = float(fast[-FEWEST_ROWS])
     places = np.linspace(low, high, PLACES)
     free = [
         float(place)

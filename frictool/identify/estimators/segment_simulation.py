@@ -80,7 +80,9 @@ class SegmentSimulation:
         state = _state(segment, p)
         n = segment.last - segment.first
         x, v, u = np.empty(n), np.empty(n), np.empty(n)
-        measured, effort, period = segment.position, segment.effort, segment.record.period
+        measured = segment.position
+        effort = segment.effort
+        period = segment.record.period
         if self.servo is not None:
             assert segment.reference is not None
             status = follow_reference(
@@ -120,7 +122,8 @@ class SegmentSimulation:
         self, segment: RecordSegment, values: Mapping[str, float], gains: Vector
     ) -> Vector:
         p, load = axis_and_load(values, self.bench, segment.record)
-        period, n = segment.record.period, segment.last - segment.first
+        period = segment.record.period
+        n = segment.last - segment.first
         x, v = np.empty(n), np.empty(n)
         if (
             replay(

@@ -86,7 +86,8 @@ def sines(
     if "viscous" in fixed:
         return _coulomb_and_offset(rows, effort, bench, settings.confidence, fixed)
     pieces, half = fit_rows(rows, bench, settings.confidence)
-    value, count = pieces.solution.value, len(pieces.knees)
+    value = pieces.solution.value
+    count = len(pieces.knees)
     half[: value.size - count] = _of_fixed(
         rows, design(rows.means, pieces.knees), half[: value.size - count], fixed
     )
@@ -139,7 +140,8 @@ def _of_fixed(
 
     `columns` (m, p) are those of the regression.
     """
-    weight, squares = rows.means.weight, half**2
+    weight = rows.means.weight
+    squares = half**2
     for name, interval in fixed.items():
         reach = max(interval.high - interval.value, interval.value - interval.low)
         moved = np.linalg.lstsq(
@@ -153,7 +155,8 @@ def _coulomb_and_offset(
     rows: StrokeRows, effort: Vector, bench: Bench, confidence: float, fixed: Mapping[str, Interval]
 ) -> SlidingFit:
     """Return the fit of Coulomb friction and offset, unless fixed, with known viscous friction."""
-    means, free = rows.means, [name for name in COLUMNS[1:] if name not in fixed]
+    means = rows.means
+    free = [name for name in COLUMNS[1:] if name not in fixed]
     if not free:
         raise UnusableLogs("every parameter of the friction's line is fixed")
     target = means.effort - bench.mechanics.inertia.value * rows.acceleration
@@ -253,7 +256,8 @@ def _check(means: StrokeMeans) -> None:
 
 def fit_rows(rows: StrokeRows, bench: Bench, confidence: float) -> tuple[PiecewiseFriction, Vector]:
     """Return the pieces of friction over speed, and half widths (p,) with the inertia's share."""
-    means, inertia = rows.means, bench.mechanics.inertia
+    means = rows.means
+    inertia = bench.mechanics.inertia
     pieces = fit_pieces(
         replace(
             means,

@@ -68,7 +68,8 @@ class ConstantSpeedRuns:
     def squares(self, velocity: float, exponent: float) -> float:
         """Return the weighted residual squares of the best curve with this v_s and exponent."""
         weight = np.sqrt(self.samples)
-        rows, right = self.design(velocity, exponent) * weight[:, None], self.effort * weight
+        rows = self.design(velocity, exponent) * weight[:, None]
+        right = self.effort * weight
         return float(np.sum((right - rows @ np.linalg.lstsq(rows, right, rcond=None)[0]) ** 2))
 
 
@@ -110,7 +111,8 @@ def _fitted(
     """Return the fit of a curve with this Stribeck velocity and exponent; a line if it is 0."""
     design = runs.design(velocity, exponent)
     names = [name for name in NAMES if velocity > 0.0 or name != "fall"]
-    weight, cluster = np.sqrt(runs.samples), np.arange(runs.speed.size)
+    weight = np.sqrt(runs.samples)
+    cluster = np.arange(runs.speed.size)
     value = np.linalg.lstsq(design * weight[:, None], runs.effort * weight, rcond=None)[0]
     columns = design
     if velocity > 0.0:
@@ -169,7 +171,8 @@ def _runs(record: MotionRecord) -> list[tuple[float, float, float, float]]:
 
     Blocks of one stroke are joined as long as they form a line.
     """
-    number, found = find_strokes(record).number, []
+    number = find_strokes(record).number
+    found = []
     edges = [int(edge) for edge in np.flatnonzero(np.diff(number, prepend=-1, append=-1) != 0)]
     for start, end in itertools.pairwise(edges):
         first = start
@@ -209,7 +212,8 @@ def _row(record: MotionRecord, first: int, last: int) -> list[tuple[float, float
 def _choice(runs: ConstantSpeedRuns) -> tuple[float, float]:
     """Return (v_s, delta) of the best curve, or (0, 2) if a straight line is as good."""
     count = runs.speed.size
-    low, high = np.log(0.3 * runs.speed.min()), np.log(runs.speed.max())
+    low = np.log(0.3 * runs.speed.min())
+    high = np.log(runs.speed.max())
     best = (0.0, EXPONENTS[0], count * np.log(runs.squares(0.0, 2.0) / count) - EVIDENCE)
     for exponent in EXPONENTS:
         places = np.linspace(low, high, 40)

@@ -72,7 +72,9 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     Raises UnusableLogs if no window slips throughout.
     """
     facts = recorded_facts(records, bench)
-    axis, sensing, strokes = facts.axis, facts.sensing, list(facts.strokes)
+    axis = facts.axis
+    sensing = facts.sensing
+    strokes = list(facts.strokes)
     deviation, window = weak_deviation(strokes, axis, sensing, settings.window)
     samples, parts = _windows(records, bench, window)
     if samples.velocity.size == 0:
@@ -151,7 +153,8 @@ def _windows(
     )
     samples, parts = [], []
     for record in records:
-        strokes, signals = find_strokes(record), smoothed_by(record, bell(window))
+        strokes = find_strokes(record)
+        signals = smoothed_by(record, bell(window))
         rows = rows_of(
             record,
             strokes.sign,
@@ -174,7 +177,8 @@ def _chosen(
     `bend_j` is the viscous friction between knee j and the next, `knee_j` the derivative by the
     knee.
     """
-    chosen, pieces = with_structure(samples, parts, structure), [samples.velocity]
+    chosen = with_structure(samples, parts, structure)
+    pieces = [samples.velocity]
     for j in range(1, len(structure.knees) + 1):
         pieces[-1] = pieces[-1] - chosen.loads[f"bend_{j}"]
         pieces.append(chosen.loads[f"bend_{j}"])
@@ -189,11 +193,13 @@ def _identified(
     fitted: SlidingFit, structure: FrictionStructure, bench: Bench, fixed: Mapping[str, Interval]
 ) -> SlidingFit:
     """Return the fit with the sliding parameters, and the friction above each knee as its law."""
-    every, regimes = fitted.parameters, []
+    every = fitted.parameters
+    regimes = []
     slope = {**fixed, **every}["viscous"].value
     for j, knee in enumerate(structure.knees, start=1):
         above, moved = every[f"bend_{j}"], every[f"knee_{j}"]
-        reach, slope = moved.half_width / abs(above.value - slope), above.value
+        reach = moved.half_width / abs(above.value - slope)
+        slope = above.value
         regimes.append(
             regime(knee, reach, Interval(above.value, max(above.low, 0.0), above.high), bench)
         )

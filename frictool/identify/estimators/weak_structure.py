@@ -85,7 +85,8 @@ class _Comparison:
         confidence: float,
     ) -> None:
         whole = with_structure(samples, parts, FrictionStructure(HIGHEST, knees))
-        self.knees, self.confidence = tuple(sorted(knees)), confidence
+        self.knees = tuple(sorted(knees))
+        self.confidence = confidence
         self.names = (*SLIDING, *whole.loads)
         self.plain, _, _, self.stroke = reduced(
             whole, np.ones(samples.velocity.size), len(SLIDING), overlap
@@ -125,7 +126,8 @@ def _place(
     overlap: int,
 ) -> float:
     """Return the speed at which one more knee explains most, rad/s | m/s."""
-    others, speed = with_structure(samples, parts, structure), np.abs(samples.velocity)
+    others = with_structure(samples, parts, structure)
+    speed = np.abs(samples.velocity)
     low, high = (float(np.quantile(speed, share)) for share in (ENDS, 1.0 - ENDS))
     places = np.linspace(low, high, PLACES)
 

@@ -37,7 +37,8 @@ def inverse_deviation(samples: RegressionSamples) -> Vector:
 
     Raises UnusableLogs as `residuals`.
     """
-    residual, speed = residuals(samples, np.ones(samples.velocity.size)), np.abs(samples.velocity)
+    residual = residuals(samples, np.ones(samples.velocity.size))
+    speed = np.abs(samples.velocity)
     edges = np.quantile(speed, np.linspace(0.0, 1.0, CLASSES + 1)[1:-1])
     place = np.searchsorted(edges, speed)
     rows = np.bincount(place, minlength=CLASSES)

@@ -178,7 +178,8 @@ def check_reference(
     limits: BenchLimits, position: Vector, velocity: Vector, acceleration: Vector
 ) -> None:
     """Raise NoSolutionError if a reference (n,) exceeds a limit; the message names it."""
-    unit, drive = limits.unit, "A" if limits.drive == "current" else "V"
+    unit = limits.unit
+    drive = "A" if limits.drive == "current" else "V"
     rounding = ROUNDING * (abs(limits.low) + abs(limits.high))
     if position.min() < limits.low - rounding or position.max() > limits.high + rounding:
         raise NoSolutionError(

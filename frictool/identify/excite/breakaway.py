@@ -114,7 +114,8 @@ def breakaway_ramps(
     top [A | V] and rate [A/s | V/s] are chosen if None. Raises NoSolutionError that names the limit
     exceeded.
     """
-    constant, most = bench.actuator.constant, breakaway_range(bench)[2]
+    constant = bench.actuator.constant
+    most = breakaway_range(bench)[2]
     needed = (most + limits.offset + limits.load) / constant.interval[0]
     top = top or min(HEADROOM * needed, limits.drive_limit)
     unit = "A" if limits.drive == "current" else "V"
@@ -183,7 +184,8 @@ def _checked(bench: Bench, limits: BenchLimits, ramp: Ramp, which: int) -> Simul
     hint = (
         "give a lower --rate" if not ramp.open_loop else "play it by its rules, without --open-loop"
     )
-    travel, name = bench.mechanics.travel, NAMES[which]
+    travel = bench.mechanics.travel
+    name = NAMES[which]
     if not played.moved:
         raise NoSolutionError(
             f"{limits.drive}: ramps up to {ramp.top:.4g} do not move the {name} axis; raise "
@@ -231,9 +233,15 @@ def _axis(bench: Bench, which: int) -> AxisParameters:
 
 def _play(axis: AxisParameters, ramp: Ramp, period: float) -> SimulatedRamps:
     """Return one round: forward to the turn and back; SEGMENTS either way on an endless travel."""
-    p, state = axis.as_array(), np.asarray(rest(ramp.low if math.isfinite(ramp.low) else 0.0))
-    used, low, high, speed, moved = {1.0: 0, -1.0: 0}, state[POSITION], state[POSITION], 0.0, True
-    rise, pause = math.ceil(ramp.top / (ramp.rate * period)), round(PAUSE / period)
+    p = axis.as_array()
+    state = np.asarray(rest(ramp.low if math.isfinite(ramp.low) else 0.0))
+    used = {1.0: 0, -1.0: 0}
+    low = state[POSITION]
+    high = state[POSITION]
+    speed = 0.0
+    moved = True
+    rise = math.ceil(ramp.top / (ramp.rate * period))
+    pause = round(PAUSE / period)
     for side in (1.0, -1.0):
         turned = False
         while not turned and used[side] < 4 * SEGMENTS and moved:

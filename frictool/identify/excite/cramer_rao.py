@@ -149,10 +149,12 @@ def regressors(
         * sensing.period
         * (np.arange(max(0, math.floor(stroke.duration / sensing.period))) + 0.5)
     )
-    advance, velocity = 0.5 * stroke.distance * (1.0 - np.cos(angle)), stroke.speed * np.sin(angle)
+    advance = 0.5 * stroke.distance * (1.0 - np.cos(angle))
+    velocity = stroke.speed * np.sin(angle)
     free = axis.backlash + NOISE_COUNTS * sensing.step if axis.backlash > 0.0 else 0.0
     kept = (advance > free) & (velocity > SLOWEST * stroke.speed)
-    ones, speed = np.ones(int(np.count_nonzero(kept))), side * velocity[kept]
+    ones = np.ones(int(np.count_nonzero(kept)))
+    speed = side * velocity[kept]
     columns = [
         side * stroke.speed * rate * np.cos(angle)[kept],
         speed,
@@ -175,7 +177,8 @@ def _of_term(term: str, wave: float, position: Vector, velocity: Vector) -> list
 def _covariance(n: int, axis: PriorAxis, sensing: SensorPrecision) -> Vector:
     """Return V of n samples as its lower diagonals (3, n)."""
     variance = sensing.step**2 / 12.0
-    second, first = axis.inertia / sensing.period**2, 0.5 * axis.viscous / sensing.period
+    second = axis.inertia / sensing.period**2
+    first = 0.5 * axis.viscous / sensing.period
     taps = np.array([second - first, -2.0 * second, second + first])
     out = np.zeros((3, n))
     for lag in range(3):

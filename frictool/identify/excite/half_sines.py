@@ -18,7 +18,8 @@ TOP_SHARE = 0.9
 def half_sine(start: float, end: float, speed: float, period: float) -> Motion:
     """Return the motion up to the sample before `end`, with a top speed of at most `speed`."""
     samples = max(2, math.ceil(0.5 * math.pi * abs(end - start) / (speed * period)))
-    rate, half = math.pi / (samples * period), 0.5 * (end - start)
+    rate = math.pi / (samples * period)
+    half = 0.5 * (end - start)
     angle = rate * period * np.arange(samples)
     return (
         start + half * (1.0 - np.cos(angle)),
@@ -59,6 +60,7 @@ def reachable_speed(limits: BenchLimits, distance: float) -> float:
     w = 2 V/distance. Raises NoSolutionError if friction and load take all of the effort.
     """
     left = spare_effort(limits)
-    fourth, second = (2.0 * limits.inertia / distance) ** 2, limits.viscous**2
+    fourth = (2.0 * limits.inertia / distance) ** 2
+    second = limits.viscous**2
     squared = 2.0 * left**2 / (second + math.sqrt(second**2 + 4.0 * fourth * left**2))
     return min(TOP_SHARE * limits.speed, math.sqrt(squared))

@@ -20,7 +20,8 @@ from frictool.typing import Vector
 
 HARMONICS = 10
 POINTS = 64  # points of a period for each harmonic
-CLIP, SWAPS = 0.9, 200
+CLIP = 0.9
+SWAPS = 200
 SLOWEST = 0.2  # Hz, lowest frequency if the travel is endless
 
 
@@ -86,7 +87,8 @@ def multisine(
     - amplitude: half the range of positions, rad | m; None: as large as the limits allow
     """
     coarse = _sums(_circle(phases), phases)
-    reach, top = 0.5 * float(np.ptp(coarse[0])), float(np.abs(coarse[1]).max())
+    reach = 0.5 * float(np.ptp(coarse[0]))
+    top = float(np.abs(coarse[1]).max())
     room = amplitude or 0.5 * limits.travel
     if frequency is None:
         frequency = (
@@ -97,7 +99,8 @@ def multisine(
     samples = max(4 * phases.size, round(1.0 / (frequency * period)))
     rate = 2.0 * math.pi / (samples * period)
     position, velocity, acceleration = _sums(np.asarray(rate * period * np.arange(samples)), phases)
-    reach, top = 0.5 * float(np.ptp(position)), float(np.abs(velocity).max())
+    reach = 0.5 * float(np.ptp(position))
+    top = float(np.abs(velocity).max())
     largest = min(
         room / reach,
         TOP_SHARE * limits.speed / (rate * top),

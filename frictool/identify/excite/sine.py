@@ -31,7 +31,8 @@ def condition(speed: float) -> float:
 
     `speed` is the sine's top speed, rad/s | m/s.
     """
-    half, product = 0.5 * speed**2 + 1.0, speed**2 * (0.5 - 4.0 / math.pi**2)
+    half = 0.5 * speed**2 + 1.0
+    product = speed**2 * (0.5 - 4.0 / math.pi**2)
     largest = half + math.sqrt(half**2 - 4.0 * product)
     # the smallest eigenvalue is product/largest, since its difference would cancel
     return largest**2 / (4.0 * product)
@@ -76,7 +77,8 @@ def sine(stroke: PlannedStroke, limits: BenchLimits, period: float) -> Motion:
     It is centred on the middle of the travel.
     """
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
-    low, high = middle - 0.5 * stroke.distance, middle + 0.5 * stroke.distance
+    low = middle - 0.5 * stroke.distance
+    high = middle + 0.5 * stroke.distance
     there_and_back = [
         half_sine(low, high, stroke.speed, period),
         half_sine(high, low, stroke.speed, period),

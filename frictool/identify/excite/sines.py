@@ -52,7 +52,8 @@ def sines(strokes: list[PlannedStroke], limits: BenchLimits, period: float, seed
     def turn(side: float) -> float:
         return middle + side * (reach - draw.uniform(0.0, 2.0 * SPREAD * reach))
 
-    here, parts = turn(-1.0), []
+    here = turn(-1.0)
+    parts = []
     for stroke in strokes:
         for _ in range(round(stroke.times)):
             for side in (1.0, -1.0):

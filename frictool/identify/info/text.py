@@ -81,7 +81,8 @@ def _signals(stream: StreamSurvey) -> list[str]:
     """Return the lines on held or saturated signals of a stream."""
     lines = []
     for one in stream.signals.values():
-        name, rate = f"{stream.topic}.{one.name}", stream.base.rate_hz
+        name = f"{stream.topic}.{one.name}"
+        rate = stream.base.rate_hz
         if one.hold is not None:
             lines.append(
                 f"held: {name} keeps its value for {one.hold} samples ({one.hold / rate:.4g} s) "
@@ -102,7 +103,8 @@ def _motion(facts: dict[str, Any], surveys: Sequence[StreamSurvey]) -> list[str]
     seen = next((one for one in surveys if "position" in one.signals), None)
     if seen is None:
         return []
-    position, velocity = seen.signals["position"], facts["velocity"]
+    position = seen.signals["position"]
+    velocity = facts["velocity"]
     lines = [f"encoder step: {_step(position)}"]
     if velocity is not None:
         over = f"over {velocity['samples']} sample{'s' * (velocity['samples'] > 1)}"

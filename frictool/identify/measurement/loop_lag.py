@@ -43,7 +43,8 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
         return float(np.sum(_left(np.exp(place), command, measured, period)[0] ** 2))
 
     places = np.linspace(np.log(SHORTEST * period), np.log(LONGEST * period), 60)
-    near, step = places[int(np.argmin([squares(place) for place in places]))], places[1] - places[0]
+    near = places[int(np.argmin([squares(place) for place in places]))]
+    step = places[1] - places[0]
     lag = float(
         np.exp(
             minimize_scalar(

@@ -104,7 +104,8 @@ def reversals(
     window = weak_deviation(list(facts.strokes), facts.axis, facts.sensing)[1]
     windows = [window, 2 * (3 * window // 4) + 1]
     widest = WIDEST * float(np.median([stroke.distance for stroke in facts.strokes]))
-    gap, step = full_backlash(bench), max(record.resolution for record in records)
+    gap = full_backlash(bench)
+    step = max(record.resolution for record in records)
     # the second pass is past the estimated backlash, if the bench declares a narrower one
     for _ in range(2):
         late = _over_windows(partial(_delay, records, gap, confidence), windows)
@@ -228,7 +229,8 @@ def _rows(record: MotionRecord, window: int, gap: float) -> ReversalRows:
 
 def _together(rows: list[ReversalRows]) -> tuple[Matrix, Vector, NDArray[np.int64]]:
     """Return regressors (n, 5), effort (n,) and stroke (n,) of all records."""
-    strokes, above = [], 0
+    strokes = []
+    above = 0
     for one in rows:
         strokes.append(one.stroke + above)
         above += int(one.stroke[-1]) + 1 if one.stroke.size else 0

@@ -36,7 +36,8 @@ def elasto_plastic_path(
 
     `share` is the elastic limit relative to z_max.
     """
-    limit, z = breakaway / stiffness, 0.0
+    limit = breakaway / stiffness
+    z = 0.0
     for k in range(position.shape[0]):
         if starts[k]:
             z = 0.0

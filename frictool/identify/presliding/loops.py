@@ -62,7 +62,8 @@ def find_loops(records: list[MotionRecord], breakaway: Interval) -> PreslidingLo
 
     Raises UnusableLogs if there are too few loops, or if the encoder does not resolve them.
     """
-    parts, above = [], 0
+    parts = []
+    above = 0
     for record in records:
         number = branches_of(record)
         parts.append(_counts(record, number, above))

@@ -66,9 +66,11 @@ def maxwell(loops: PreslidingLoops, confidence: float) -> MaxwellFit:
     displacement = loops.reach * np.arange(1, ELEMENTS + 1) / ELEMENTS
     columns = np.empty((loops.position.size, ELEMENTS))
     element_paths(loops.position, loops.starts, displacement, columns)
-    used, number = loops.used, np.unique(loops.branch[loops.used], return_inverse=True)[1]
+    used = loops.used
+    number = np.unique(loops.branch[loops.used], return_inverse=True)[1]
     rows = np.column_stack((columns, np.ones(columns.shape[0]), loops.speed))[used]
-    target, count = loops.force[used], int(number.max()) + 1
+    target = loops.force[used]
+    count = int(number.max()) + 1
     parts = [
         (rows[number == b].T @ rows[number == b], rows[number == b].T @ target[number == b])
         for b in range(count)
@@ -106,7 +108,8 @@ def maxwell(loops: PreslidingLoops, confidence: float) -> MaxwellFit:
     ]
     half = [half_width(confidence, float(d), r) for d, r in zip(deviation, ranges, strict=True)]
     intervals = tuple(map(Interval.around, found, half))
-    residual, size = target - rows @ value, loops.breakaway.value
+    residual = target - rows @ value
+    size = loops.breakaway.value
     side = (np.arange(count) // 2) % 2
     unseen = []
     for this in (0, 1):

@@ -127,7 +127,8 @@ def _minimum(
 
 def _slopes(loops: PreslidingLoops, path: Path, value: Vector) -> list[Vector]:
     """Return, for each parameter, the derivative (n,) of the force by the parameter's logarithm."""
-    step, out = 1e-4, []
+    step = 1e-4
+    out = []
     for k in range(value.size):
         up, down = (
             value * np.exp(side * step * (np.arange(value.size) == k)) for side in (1.0, -1.0)
@@ -141,7 +142,8 @@ def _held_out(loops: PreslidingLoops, path: Path, start: Vector) -> Vector:
 
     The two halves consist of alternate pairs of branches.
     """
-    half, errors = (loops.branch // 2) % 2, []
+    half = (loops.branch // 2) % 2
+    errors = []
     for side in (0, 1):
         value, beside = _minimum(loops, path, start, loops.used & (half != side))
         errors.append((loops.force - beside - path(loops, value))[loops.used & (half == side)])

@@ -73,7 +73,8 @@ def _branches(loops: PreslidingLoops) -> list[Branch]:
 
     The effort is not used: near z_max it is flat, and its noise reverses before the axis does.
     """
-    points, edges = np.empty(loops.position.size, dtype=np.int64), []
+    points = np.empty(loops.position.size, dtype=np.int64)
+    edges = []
     threshold = max(TURN_COUNTS * loops.count, TURN * loops.reach)
     for first, last in itertools.pairwise(
         [*np.flatnonzero(loops.starts).tolist(), loops.position.size]
@@ -118,7 +119,8 @@ def _table(near: list[list[Branch]], loops: PreslidingLoops, confidence: float) 
     half = np.hypot(reach * tables.std(axis=0, ddof=1), steepest * loops.count).reshape(
         nodes, nodes
     )
-    size, spread = float(falls.mean()), float(reach * falls.std(ddof=1))
+    size = float(falls.mean())
+    spread = float(reach * falls.std(ddof=1))
     return EverettTable(
         tables.mean(axis=0).reshape(nodes, nodes),
         half,

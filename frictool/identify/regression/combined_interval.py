@@ -30,7 +30,8 @@ def half_width(confidence: float, deviation: float, ranges: Sequence[float]) -> 
     total = float(np.sqrt(deviation**2 + np.sum(halves**2) / 3.0))
     if halves.size == 0 or total == 0.0:
         return float(ndtri(0.5 + 0.5 * confidence)) * deviation
-    sigma, halves = max(deviation / total, NARROW), halves / total
+    sigma = max(deviation / total, NARROW)
+    halves = halves / total
     t = (np.arange(GRID) + 0.5) * TAIL / sigma / GRID
     weight = (
         np.exp(-0.5 * (sigma * t) ** 2) * np.prod(np.sinc(np.outer(halves, t) / np.pi), axis=0) / t

@@ -19,7 +19,8 @@ def givens_path(rows: Matrix, root: float, path: Matrix) -> None:
     """
     n, q = rows.shape
     p = q - 1
-    triangle, row = np.zeros((p, q)), np.empty(q)
+    triangle = np.zeros((p, q))
+    row = np.empty(q)
     for k in range(n):
         for i in range(q):
             row[i] = rows[k, i]
@@ -29,7 +30,8 @@ def givens_path(rows: Matrix, root: float, path: Matrix) -> None:
             if row[i] == 0.0:
                 continue
             norm = math.hypot(triangle[i, i], row[i])
-            cosine, sine = triangle[i, i] / norm, row[i] / norm
+            cosine = triangle[i, i] / norm
+            sine = row[i] / norm
             for j in range(i, q):
                 kept = triangle[i, j]
                 triangle[i, j] = cosine * kept + sine * row[j]

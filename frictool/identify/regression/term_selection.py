@@ -29,7 +29,8 @@ def held_out_squares(
 
     The result is None if a half does not determine the fit.
     """
-    chosen, squares = [*columns, -1], np.empty(half.size)
+    chosen = [*columns, -1]
+    squares = np.empty(half.size)
     for side in (0, 1):
         seen = half != side
         try:
@@ -93,7 +94,8 @@ def needless(
     - low, high: (p,), intervals of all columns
     - stroke: (g,), stroke of each run
     """
-    half, columns = halved(stroke), list(range(low.size))
+    half = halved(stroke)
+    columns = list(range(low.size))
     finite = [k for k in candidates if np.isfinite(low[k]) and np.isfinite(high[k])]
     for k in sorted(finite, key=lambda k: float(abs(low[k] + high[k]) / (high[k] - low[k]))):
         without = [other for other in columns if other != k]

@@ -76,7 +76,8 @@ def triangles(columns: tuple[Vector, ...], weight: Vector, starts: IntVector) ->
 
 def _pieces(starts: IntVector) -> Iterator[tuple[int, IntVector]]:
     """Yield each piece of at most PIECE rows: index of its first run, bounds of its runs."""
-    run, row = 0, int(starts[0])
+    run = 0
+    row = int(starts[0])
     while run < starts.size - 1:
         # cut at a whole number of blocks, so that the blocks do not change
         if starts[run + 1] - row > PIECE:
@@ -85,7 +86,8 @@ def _pieces(starts: IntVector) -> Iterator[tuple[int, IntVector]]:
         else:
             last = int(np.searchsorted(starts, row + PIECE, side="right")) - 1
             yield run, np.concatenate([[row], starts[run + 1 : last + 1]])
-            run, row = last, int(starts[last])
+            run = last
+            row = int(starts[last])
 
 
 def merged(parts: Tensor) -> NDArray[np.float64]:

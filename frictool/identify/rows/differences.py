@@ -110,5 +110,6 @@ def _low_pass(signal: Vector, time_constant: float, period: float) -> Vector:
     if time_constant == 0.0:
         return signal
     ratio = 2.0 * time_constant / period
-    gain, pole = 1.0 / (1.0 + ratio), (ratio - 1.0) / (ratio + 1.0)
+    gain = 1.0 / (1.0 + ratio)
+    pole = (ratio - 1.0) / (ratio + 1.0)
     return np.asarray(lfilter([gain, gain], [1.0, -pole], signal, zi=[(1.0 - gain) * signal[0]])[0])

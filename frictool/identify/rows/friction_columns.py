@@ -35,7 +35,8 @@ from frictool.typing import Vector
 HIGHEST = 6  # highest order of the polynomials, as for the breakaway
 # order of the cubic, and its length relative to the window; a longer one is biased at the top of
 # the fastest strokes
-CUBIC, SPEED_SHARE = (3, 0.3)
+CUBIC = 3
+SPEED_SHARE = 0.3
 
 
 @dataclass(frozen=True)
@@ -74,12 +75,11 @@ def position_columns(
 ) -> dict[str, Vector]:
     """Return the columns (m,) friction_k and load_k up to HIGHEST; low, high [rad | m] scale xi."""
     xi = 2.0 * (record.position - low) / (high - low) - 1.0
-    powers, out = np.asarray(legvander(xi, HIGHEST), dtype=np.float64), dict[str, Vector]()
+    powers = np.asarray(legvander(xi, HIGHEST), dtype=np.float64)
+    out = dict[str, Vector]()
     for k in range(1, HIGHEST + 1):
-        out[f"friction_{k}"], out[f"load_{k}"] = (
-            rows.under_bell(rows.sign * powers[:, k]),
-            rows.under_bell(powers[:, k]),
-        )
+        out[f"friction_{k}"] = rows.under_bell(rows.sign * powers[:, k])
+        out[f"load_{k}"] = rows.under_bell(powers[:, k])
     return out
 
 

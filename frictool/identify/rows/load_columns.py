@@ -41,7 +41,8 @@ def load_columns(
     `velocity` (n,) is smoothed, `sign` (n,) is that of the strokes. Raises UnusableLogs if a term
     needs a position that was not measured.
     """
-    terms, out = declared_terms(bench), dict[str, Vector]()
+    terms = declared_terms(bench)
+    out = dict[str, Vector]()
     if record.velocity is not None and any(term != DIRECTION for term in terms):
         raise UnusableLogs(
             f"{record.name} has a velocity and no position, on which {', '.join(terms)} of "
@@ -73,7 +74,8 @@ def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str
     `plain` (g, q, q) holds the triangles of `rows` rows in all, with the columns `names` and the
     target.
     """
-    whole, out = merged(plain)[:, :-1], {}
+    whole = merged(plain)[:, :-1]
+    out = {}
     for term in HARMONICS:
         own = [k for k, name in enumerate(names) if name in TERMS[term]]
         if not own:
@@ -103,7 +105,8 @@ def by_direction(
     Viscous friction is split if it differs by direction, Coulomb friction and offset if `coulomb`
     is set.
     """
-    change, out = np.eye(len(names) + 1), list(names)
+    change = np.eye(len(names) + 1)
+    out = list(names)
     if "viscous_backward" in names:
         change[names.index("viscous_backward"), names.index("viscous")] = -1.0
     if coulomb and "offset" in names:

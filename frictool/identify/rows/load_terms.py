@@ -114,7 +114,8 @@ def axis_and_load(
 
     The bench supplies the breakaway and the backlash.
     """
-    coulomb, mechanics = values["coulomb"], bench.mechanics
+    coulomb = values["coulomb"]
+    mechanics = bench.mechanics
     rested = mechanics.breakaway.value if mechanics.breakaway is not None else 0.0
     backward = None
     if "viscous_backward" in values:
@@ -188,7 +189,8 @@ def load_values(laws: LawsDocument | None) -> dict[str, float]:
     """Return the estimates of the load terms of a fit, by the names of TERMS."""
     if laws is None:
         return {}
-    load, backward = laws.load or LoadLaw(), laws.backward
+    load = laws.load or LoadLaw()
+    backward = laws.backward
     found: dict[str, Estimate | None] = {
         "stiffness": load.stiffness,
         "viscous_backward": None if backward is None else backward.viscous,

@@ -42,10 +42,13 @@ class OmittedParameters:
         hidden: Sequence[str],
     ) -> None:
         self.free = [name for name in names if name not in fixed and name not in hidden]
-        self._names, self._weighted, self._hidden = list(names), weighted, list(hidden)
+        self._names = list(names)
+        self._weighted = weighted
+        self._hidden = list(hidden)
         self._known = {name: fixed[name] for name in names if name in fixed}
         self._added = np.zeros(len(self.free))
-        whole, outside = merged(weighted), [*self._known, *hidden]
+        whole = merged(weighted)
+        outside = [*self._known, *hidden]
         columns = whole[:, [self._names.index(name) for name in self.free]]
         self._slope = {}
         if outside:

@@ -18,11 +18,7 @@ from frictool.identify.fit_result import (
     intervals_around,
 )
 from frictool.identify.regression.clusters import clusters
-from frictool.identify.regression.regression import (
-    least,
-    residual_norm,
-    solve_triangles,
-)
+from frictool.identify.regression.regression import least, residual_norm, solve_triangles
 from frictool.identify.regression.term_selection import halved, held_out_norm, needless
 from frictool.identify.regression.tsqr import Tensor, triangles
 from frictool.identify.rows.load_columns import by_direction, indistinct_terms
@@ -120,7 +116,8 @@ def joined(parts: list[RegressionSamples]) -> RegressionSamples:
     """Return all rows as one table, with strokes numbered consecutively."""
     if len(parts) == 1:
         return parts[0]
-    strokes, above = [], 0
+    strokes = []
+    above = 0
     for part in parts:
         strokes.append(part.stroke + above)
         above += int(part.stroke[-1]) + 1 if part.stroke.size else 0
@@ -160,14 +157,12 @@ def fit(
     outside = OmittedParameters(names, weighted, samples.fixed, tuple(unknown))
     outside.add_loads(samples.loads, samples.most, cluster, confidence)
     names, plain, weighted = _without(
-        names,
-        [name for name in names if name in samples.fixed or name in unknown],
-        plain,
-        weighted,
+        names, [name for name in names if name in samples.fixed or name in unknown], plain, weighted
     )
     solution = solve_triangles(weighted, cluster)
     width = outside.widened(names, solution.half_width(confidence))
-    low, high = solution.value - width, solution.value + width
+    low = solution.value - width
+    high = solution.value + width
     dropped = [
         names[k]
         for k in needless(
@@ -243,7 +238,8 @@ def less_offset(summed: Interval, offset: Interval, sign: float) -> Interval:
 
     The interval holds for any offset in `offset`.
     """
-    value, half = summed.value - sign * offset.value, summed.half_width
+    value = summed.value - sign * offset.value
+    half = summed.half_width
     low, high = (
         (sign * offset.low, sign * offset.high)
         if sign > 0.0
@@ -311,9 +307,11 @@ def intervals(
     """
     place = np.unique(cluster, return_inverse=True)[1]
     count = int(place.max()) + 1
-    summed, number = np.zeros((count, *products.shape[1:])), np.bincount(place, rows)
+    summed = np.zeros((count, *products.shape[1:]))
+    number = np.bincount(place, rows)
     np.add.at(summed, place, products)
-    whole, total = summed.sum(axis=0), float(number.sum())
+    whole = summed.sum(axis=0)
+    total = float(number.sum())
     value = estimate(whole, total)
     if count < 2:
         return {

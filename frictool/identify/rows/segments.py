@@ -52,7 +52,8 @@ class RecordSegment:
         A slow start counts as one from rest with the first samples missing. The simulation forgets
         that error as fast as the axis forgets its speed.
         """
-        position, period = self.position, self.record.period
+        position = self.position
+        period = self.record.period
         state = np.asarray(rest(float(position[0])))
         passed = np.flatnonzero(
             np.abs(position[: LONGEST_START + 1] - position[0])

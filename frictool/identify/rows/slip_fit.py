@@ -80,7 +80,8 @@ def slipping_fit(
         del samples  # an hour of samples is large; free them before the next ones are made
         samples, used = slipping(records, bench, share, None)
         result = fitting(with_fixed(samples, settings.fixed), used)
-    response, own = acceleration_response(records[0], used), _own_share(samples)
+    response = acceleration_response(records[0], used)
+    own = _own_share(samples)
     found = refuse_hidden_inertia(
         result, records[0], bench, response, own * samples.acceleration, f"over {used} samples"
     )
@@ -206,10 +207,12 @@ def slipping_rows(
     loads = load_columns(record, bench, window, signals[1], strokes.sign)
     for values in (*signals, strokes.sign, strokes.number):
         keep_rows(mask, values)
-    kept, loads = np.count_nonzero(mask), {name: column[mask] for name, column in loads.items()}
+    kept = np.count_nonzero(mask)
+    loads = {name: column[mask] for name, column in loads.items()}
     acceleration, velocity, effort = (values[:kept] for values in signals)
     counts = np.abs(velocity) * (every * record.period / record.resolution)
-    offset, terms = bench.mechanics.offset, None if bench.load is None else bench.load.terms
+    offset = bench.mechanics.offset
+    terms = None if bench.load is None else bench.load.terms
     known = None if offset is None else Interval(offset.value, *offset.interval)
     most = None if bench.load is None or bench.load.most is None else bench.load.most.value
     return RegressionSamples(

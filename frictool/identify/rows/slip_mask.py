@@ -41,7 +41,8 @@ def mark_slip(
     The samples around it must be of one stroke. A NaN velocity does not slip. The mask must be
     False at the start.
     """
-    first, n = 0, velocity.shape[0]
+    first = 0
+    n = velocity.shape[0]
     for k in range(n + 1):
         free = k < n and velocity[k] * sign[k] > slowest and advance[k] > gap
         if not free or number[k] != number[first]:

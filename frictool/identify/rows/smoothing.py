@@ -61,7 +61,8 @@ def bump(window: int, period: float) -> Vector:
 @kernel
 def fourth_difference_power(position: Vector) -> float:
     """Return the mean square of the fourth differences of a position (n,), 0 if there are none."""
-    total, count = 0.0, position.shape[0] - 4
+    total = 0.0
+    count = position.shape[0] - 4
     for k in range(count):
         middle = position[k + 2]
         difference = (
@@ -196,7 +197,9 @@ def smoothed(record: MotionRecord, window: int) -> tuple[Vector, Vector, Vector]
 def smoothed_by(record: MotionRecord, g: Vector) -> tuple[Vector, Vector, Vector]:
     """Return the signals of `smoothed` with any symmetric kernel g (window - 2,) of sum 1."""
     window = g.size + 2
-    out, n, reach = np.empty((3, record.position.size)), record.position.size, (window - 1) // 2
+    out = np.empty((3, record.position.size))
+    n = record.position.size
+    reach = (window - 1) // 2
     out[:, :reach] = out[:, max(n - reach, 0) :] = np.nan
     if n <= window:
         out[:] = np.nan

@@ -33,15 +33,18 @@ def turning_points(position: Vector, threshold: float, points: NDArray[np.int64]
             if position[k] > position[highest]:
                 highest = k
             if position[k] - position[lowest] > threshold:
-                direction, extreme = 1, k
+                direction = 1
+                extreme = k
             elif position[highest] - position[k] > threshold:
-                direction, extreme = -1, k
+                direction = -1
+                extreme = k
         elif direction * (position[k] - position[extreme]) >= 0.0:
             extreme = k
         elif direction * (position[extreme] - position[k]) > threshold:
             points[found] = extreme
             found += 1
-            direction, extreme = -direction, k
+            direction = -direction
+            extreme = k
     return found
 
 
@@ -70,7 +73,9 @@ def fill_strokes(
         if abs(travel) > threshold:
             direction = 1.0 if travel > 0.0 else -1.0
         for k in range(start, end):
-            number[k], sign[k], advance[k] = stroke, direction, direction * (position[k] - origin)
+            number[k] = stroke
+            sign[k] = direction
+            advance[k] = direction * (position[k] - origin)
 
 
 @dataclass(frozen=True)

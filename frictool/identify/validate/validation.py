@@ -35,7 +35,8 @@ from frictool.plant.axis import VELOCITY
 from frictool.typing import Vector
 
 OPEN, CLOSED = "open", "closed"
-SKIP, CUTOFF_HZ = 20, 100.0
+SKIP = 20
+CUTOFF_HZ = 100.0
 FILTER_ORDER = 4
 FIELDS = (*PARAMETERS, *CURVE)  # fields of a model's parameters
 HIGHEST_CUTOFF = 0.4  # highest cut-off relative to the sampling rate
@@ -178,10 +179,8 @@ def _force(model: Model, record: MotionRecord) -> tuple[Vector, Vector]:
             for name in FIELDS
             if (given := getattr(model.parameters, name)) is not None
         }
-        measured[rows.index], modelled[rows.index] = (
-            rows.effort,
-            rows.modelled_effort(values, model.laws),
-        )
+        measured[rows.index] = rows.effort
+        modelled[rows.index] = rows.modelled_effort(values, model.laws)
     return measured, modelled
 
 
@@ -189,15 +188,21 @@ def _run(
     model: Model, piece: RecordSegment, servo: PositionServo | None, moving: bool, cutoff: float
 ) -> dict[str, tuple[Vector, Vector]]:
     """Return a mapping of signal to (measured, simulated), each (n,)."""
-    record, axis = piece.record, axis_of(model)
+    record = piece.record
+    axis = axis_of(model)
     p = replay_parameters(
         axis._replace(laws=axis.laws._replace(stops=(-math.inf, math.inf)), lag=record.lag)
     )
-    load, n, period = load_of(model).as_array(), piece.last - piece.first, piece.record.period
+    load = load_of(model).as_array()
+    n = piece.last - piece.first
+    period = piece.record.period
     state = piece.start()
     if not moving:
         state[VELOCITY] = 0.0
-    x, v, u, effort = np.empty(n), np.empty(n), np.empty(n), piece.effort
+    x = np.empty(n)
+    v = np.empty(n)
+    u = np.empty(n)
+    effort = piece.effort
     simulated_effort: dict[str, tuple[Vector, Vector]] = {}
     if servo is not None:
         assert piece.reference is not None

@@ -66,7 +66,8 @@ class ColumnReader:
 
     def take(self, n: int) -> NDArray[Any]:
         """Return the next n numbers; fewer at the end."""
-        size, step = self.column.dtype.itemsize, self.column.step
+        size = self.column.dtype.itemsize
+        step = self.column.step
         at_once = max(1, STRIDED_BYTES // step)
         parts = []
         for first in range(0, n, at_once):

@@ -87,7 +87,8 @@ def arrays(path: Path, size: int) -> Iterator[MatArray]:
     """
     with path.open("rb") as file:
         order = ">" if file.read(HEAD_BYTES)[126:128] == b"MI" else "<"
-        position, count = HEAD_BYTES, 0
+        position = HEAD_BYTES
+        count = 0
         while position < size:
             file.seek(position)
             head = file.read(8)

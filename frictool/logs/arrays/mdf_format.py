@@ -63,10 +63,12 @@ def _open(path: Path) -> Sequence[LibraryTable]:
 
     logging.disable(logging.CRITICAL)
     try:
-        file, end = MDF(path.open("rb")), None
+        file = MDF(path.open("rb"))
+        end = None
     except Exception:  # asammdf raises errors of many types
         try:
-            file, end = MDF(ZeroPaddedFile(path)), path.stat().st_size
+            file = MDF(ZeroPaddedFile(path))
+            end = path.stat().st_size
         except Exception:
             raise LogError(path, _unreadable(path)) from None
     version = int(file.version[0])
@@ -124,7 +126,10 @@ def _group(path: Path, file: Any, index: int, topic: str, start: int, end: int |
     version = int(file.version[0])
     group: Any = file.groups[index]
     count = Counter(channel.name for channel in group.channels)
-    master, columns, units, others = file.masters_db.get(index), {}, {}, {}
+    master = file.masters_db.get(index)
+    columns = {}
+    units = {}
+    others = {}
     for number, channel in enumerate(group.channels):
         name = (
             channel.name if count[channel.name] == 1 else f"{channel.name} (channel {number + 1})"

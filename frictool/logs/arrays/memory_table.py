@@ -72,7 +72,8 @@ def in_memory(table: RawTable, wanted: Sequence[str], most: int) -> MemoryTable:
 
     Raises LogError as the table's blocks do.
     """
-    blocks, rows = [], 0
+    blocks = []
+    rows = 0
     for block, _ in table.blocks(wanted):
         blocks.append(block)
         rows = block.first_row + next(iter(block.columns.values())).size

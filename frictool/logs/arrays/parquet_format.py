@@ -145,7 +145,8 @@ class ParquetTable(LibraryTable):
         A damaged row group is lost from the damage on; reading continues with the next row group.
         """
         chosen = [*wanted, *([] if self.clock is None else [self.clock])]
-        total, row = self.file.metadata.num_rows, 0
+        total = self.file.metadata.num_rows
+        row = 0
         check_rows(self.source, self.size, total, len(chosen))
         for group in range(self.file.num_row_groups):
             end = row + self.file.metadata.row_group(group).num_rows
@@ -195,11 +196,13 @@ def _inside(batch: Any, path: str) -> Any:
     import pyarrow.compute as pc
 
     name = _first(batch.schema.names, path)
-    array, rest = batch.column(batch.schema.names.index(name)), path[len(name) :]
+    array = batch.column(batch.schema.names.index(name))
+    rest = path[len(name) :]
     while rest:  # a dot and the path inside the structure; the name of a field may be empty
         fields = [field.name for field in array.type]
         inner = _first(fields, rest[1:])
-        array, rest = pc.struct_field(array, [fields.index(inner)]), rest[1 + len(inner) :]
+        array = pc.struct_field(array, [fields.index(inner)])
+        rest = rest[1 + len(inner) :]
     return array
 
 

@@ -239,9 +239,11 @@ def _answers(ours: Connection, pid: int | None, patience: float) -> bool:
 
     patience: allowed processor time in s; the elapsed time may be LONGEST_WAIT times as long.
     """
-    begun, used = time.monotonic(), _processor_time(pid)
+    begun = time.monotonic()
+    used = _processor_time(pid)
     while not ours.poll(LOOK_S):
-        waited, now = time.monotonic() - begun, _processor_time(pid)
+        waited = time.monotonic() - begun
+        now = _processor_time(pid)
         if (
             waited > LONGEST_WAIT * patience
             or (waited if used is None or now is None else now - used) > patience

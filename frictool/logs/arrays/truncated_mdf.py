@@ -85,7 +85,8 @@ def described_at(path: Path) -> int | None:
     """
     size = path.stat().st_size
     with path.open("rb") as stream:
-        waiting, seen = [HEADER], {HEADER}
+        waiting = [HEADER]
+        seen = {HEADER}
         while waiting and len(seen) < MOST_BLOCKS:
             at = waiting.pop()
             stream.seek(at)

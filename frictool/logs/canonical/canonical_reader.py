@@ -189,13 +189,15 @@ class CanonicalReader:
         for opcode, body in declared(data, bounds):
             self._declaration(opcode, body)
         mine = (bounds.opcode == MESSAGE_OPCODE) & (bounds.length >= 2)
-        starts, sizes = bounds.start[mine] - RECORD_HEAD, bounds.length[mine] + RECORD_HEAD
+        starts = bounds.start[mine] - RECORD_HEAD
+        sizes = bounds.length[mine] + RECORD_HEAD
         plain = np.frombuffer(data, np.uint8)
         numbers = (
             plain[starts + RECORD_HEAD] + plain[starts + RECORD_HEAD + 1].astype(np.int64) * 256
         )
         for number in dict.fromkeys(numbers.tolist()):
-            channel, which = self.channels.get(number), numbers == number
+            channel = self.channels.get(number)
+            which = numbers == number
             fits = which if channel is None else which & (sizes == channel.dtype.itemsize)
             if channel is not None and fits.any():
                 records = (
@@ -224,7 +226,8 @@ class CanonicalReader:
             row = int(np.argmin(good))
             name = channel.fields[int(np.argmin(np.isfinite(values[:, row])))]
             self._unfit(channel, f"{name} is not finite", row, time, good)
-            time, values = time[good], values[:, good]
+            time = time[good]
+            values = values[:, good]
         back = time[1:] <= time[:-1]
         if back.any() or (time.size and channel.last is not None and time[0] <= channel.last):
             row = int(np.argmax(back)) + 1 if back.any() else 0
@@ -232,7 +235,8 @@ class CanonicalReader:
             self._unfit(
                 channel, "time does not increase", row, time, np.isin(np.arange(time.size), kept)
             )
-            time, values = time[kept], values[:, kept]
+            time = time[kept]
+            values = values[:, kept]
         if time.size:
             yield self._kept(channel, time, values, part)
 
@@ -245,7 +249,8 @@ class CanonicalReader:
     ) -> ChannelSamples:
         if self._missing is not None:
             self._missing.until(int(time[0]))
-        channel.samples, channel.last = channel.samples + int(time.size), int(time[-1])
+        channel.samples = channel.samples + int(time.size)
+        channel.last = int(time[-1])
         return ChannelSamples(
             channel.number,
             SampleBlock(time, tuple(values)),

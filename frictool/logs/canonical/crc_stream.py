@@ -47,19 +47,26 @@ class CountedBytes:
         return self._crc
 
     def begin_crc(self) -> None:
-        self._crc, self._counted = 0, self._place
+        self._crc = 0
+        self._counted = self._place
 
     def step_to(self, offset: int) -> None:
         """Continue at byte `offset` of the file."""
         self._stream.seek(offset)
-        self._place, self._end, self._crc, self._counted, self.offset = 0, 0, None, 0, offset
+        self._place = 0
+        self._end = 0
+        self._crc = None
+        self._counted = 0
+        self.offset = offset
 
     def _fill(self) -> None:
         """Refill the buffer after the bytes not yet taken."""
         self._count(self._place)
         left = self._end - self._place
         self._held[:left] = self._held[self._place : self._end]
-        self._place, self._end, self._counted = 0, left, 0
+        self._place = 0
+        self._end = left
+        self._counted = 0
         more = self._held[left : min(PIECE, left + self._size - self.offset)]
         # a buffered file has readinto, BinaryIO does not declare it
         self._end += self._stream.readinto(more)  # type: ignore[attr-defined]

@@ -14,7 +14,9 @@ class GrowingVector:
     """Vector whose memory is reserved for the estimated final length, at most `most` elements."""
 
     def __init__(self, dtype: DTypeLike, most: int) -> None:
-        self._data, self._size, self._most = np.empty(0, dtype), 0, most
+        self._data = np.empty(0, dtype)
+        self._size = 0
+        self._most = most
 
     def append(self, values: NDArray[Any], share: float) -> None:
         """Append values (n,); `share` is the fraction of the file read so far, including them."""

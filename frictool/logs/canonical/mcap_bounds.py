@@ -62,7 +62,8 @@ def whole_records(data: bytes) -> tuple[RecordBounds, int]:
     if uniform is not None:
         return uniform, len(data)
     begins = []
-    position, last = 0, len(data) - RECORD_HEAD
+    position = 0
+    last = len(data) - RECORD_HEAD
     length_at = _LENGTH.unpack_from
     short = 0
     while position <= last and data[position]:

@@ -86,7 +86,8 @@ def chunk_prefix(rest: bytes) -> bytes:
         raise ValueError("the head of a chunk is cut")
     _, _, size, _, name_length = _FIXED.unpack_from(rest)
     name_end = _FIXED.size + name_length
-    compression, packed = rest[_FIXED.size : name_end], rest[name_end + _U64.size :]
+    compression = rest[_FIXED.size : name_end]
+    packed = rest[name_end + _U64.size :]
     size = min(size, LARGEST)
     if compression == b"zstd":
         pieces = []

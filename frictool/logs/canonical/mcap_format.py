@@ -42,7 +42,8 @@ def read_mcap(path: Path) -> Log:
             )
             for vector, part in zip(grown, parts, strict=True):
                 vector.append(part, walk.done / walk.size)
-    shift, streams = shift_ns(path, walk.metadata), []
+    shift = shift_ns(path, walk.metadata)
+    streams = []
     for number, head in zip(
         walk.channels, heads(path, walk.metadata, walk.channels.values()), strict=True
     ):

@@ -26,7 +26,8 @@ def heads(path: Path, metadata: Metadata, channels: Iterable[DeclaredStream]) ->
 
     Raises LogError if there is no stream, or if one has no samples or no units.
     """
-    units, found = metadata.get(UNITS, {}), []
+    units = metadata.get(UNITS, {})
+    found = []
     for one in channels:
         if not one.samples:
             raise LogError(path, f"stream {one.topic} has no samples")

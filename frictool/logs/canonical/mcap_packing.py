@@ -75,7 +75,9 @@ class ChunkPacker:
         self._compressor = zstandard.ZstdCompressor(compression_params=COMPRESSION)
 
     def packed(self, chunk: ChunkSamples) -> PackedChunk:
-        channel, time, n = chunk.stream + 1, chunk.time, chunk.time.size
+        channel = chunk.stream + 1
+        time = chunk.time
+        n = chunk.time.size
         dtype, blank = self._blanks[chunk.stream]
         if len(blank) < n * dtype.itemsize:
             blank = blank[: dtype.itemsize] * n
@@ -100,7 +102,8 @@ class ChunkPacker:
             len(packed),
         )
         entries = np.empty(n, _INDEX_ENTRY)
-        entries["time"], entries["offset"] = time, np.arange(n) * records.itemsize
+        entries["time"] = time
+        entries["offset"] = np.arange(n) * records.itemsize
         index_head = struct.pack(
             "<BQHI", Opcode.MESSAGE_INDEX, 6 + entries.nbytes, channel, entries.nbytes
         )

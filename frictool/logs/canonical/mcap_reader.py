@@ -39,7 +39,9 @@ def open_mcap(
     if salvage:
         walk.channels = {number: one for number, one in walk.channels.items() if one.samples}
     metadata = walk.metadata
-    shift, epoch, kept = shift_ns(path, metadata), epoch_ns(path, metadata), notes(metadata)
+    shift = shift_ns(path, metadata)
+    epoch = epoch_ns(path, metadata)
+    kept = notes(metadata)
     streams = []
     for number, head in zip(
         walk.channels, heads(path, metadata, walk.channels.values()), strict=True

@@ -92,7 +92,8 @@ class FileRecords:
             )
         opcode = 0
         while opcode != Opcode.FOOTER:
-            start, head = self.offset, self._bytes.peek(RECORD_HEAD)
+            start = self.offset
+            head = self._bytes.peek(RECORD_HEAD)
             if not head:
                 yield DamagedBytes(start, start, "the file ends without a footer")
                 return

@@ -96,7 +96,10 @@ def _parts(
     records: FileRecords, only: frozenset[int] | None
 ) -> Iterator[tuple[FileRecord | FileSection, int]]:
     """Yield each item; a section includes the message indexes after it."""
-    part, end, kept, over = None, 0, 0, False
+    part = None
+    end = 0
+    kept = 0
+    over = False
     for item in records:
         if part is not None:
             if isinstance(item, FileRecord) and item.opcode == Opcode.MESSAGE_INDEX:
@@ -106,7 +109,9 @@ def _parts(
                 end = records.offset
                 continue
             yield part, end
-        part, end, kept = None, records.offset, 0
+        part = None
+        end = records.offset
+        kept = 0
         if isinstance(item, LooseMessages):
             part = FileSection(item.offset, item.data, empty=over)
         elif isinstance(item, DamagedBytes):
@@ -138,7 +143,8 @@ def _batches(
             and item.packed
             and (reason := budget.take(plain_size(item.packed)))
         ):
-            item.reason, item.packed = item.reason or reason, b""
+            item.reason = item.reason or reason
+            item.packed = b""
         size = (
             len(item.data) + len(item.packed) + plain_size(item.packed)
             if isinstance(item, FileSection)
@@ -146,7 +152,8 @@ def _batches(
         )
         if batch and held + size > BATCH_BYTES:
             yield batch, held
-            batch, held = [], 0
+            batch = []
+            held = 0
         batch.append((item, end))
         held += size
     if batch:

@@ -108,7 +108,8 @@ class CanonicalWriter:
 
     def _submit(self) -> None:
         self._packing.append(self._thread.submit(self._pack, self._batch))
-        self._batch, self._held = [], 0
+        self._batch = []
+        self._held = 0
         if len(self._packing) > MOST_PACKING:
             self._put_chunks(*self._packing.popleft().result())
 

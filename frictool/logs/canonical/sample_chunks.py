@@ -25,7 +25,8 @@ def chunked(pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
     left = end = rows = 0
     start: int | None = None
     for piece in pieces:
-        low, size = 0, piece.time.size
+        low = 0
+        size = piece.time.size
         if start is None:
             start = int(piece.time[0])
             rows = max(1, CHUNK_BYTES // message_dtype(len(piece.values)).itemsize)

@@ -47,7 +47,8 @@ def match_bench(log: Log, bench: Bench) -> Log:
     if _is_measured(log, stream, bench):
         return replace(log, warnings=tuple(dict.fromkeys(noted)))
     signals = {name: values for name, values in stream.signals.items() if name != EFFORT}
-    drive, constant = signals.get(bench.actuator.drive), bench.actuator.constant.value
+    drive = signals.get(bench.actuator.drive)
+    constant = bench.actuator.constant.value
     if drive is not None:
         signals[EFFORT] = constant * drive
         before = _ratio(drive, stream.signals[EFFORT])
@@ -104,7 +105,8 @@ def _is_measured(log: Log, stream: Stream, bench: Bench) -> bool:
     columns = log.metadata.get(COLUMNS, {})
     if columns:
         return _path_before(log, message_path(stream.topic, EFFORT)) in columns
-    drive, effort = stream.signals.get(bench.actuator.drive), stream.signals[EFFORT]
+    drive = stream.signals.get(bench.actuator.drive)
+    effort = stream.signals[EFFORT]
     if drive is None:
         return True
     return float(np.max(np.abs(effort - _ratio(drive, effort) * drive))) > ROUNDING * float(

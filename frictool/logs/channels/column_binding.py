@@ -88,7 +88,8 @@ def bind(
 
 def _home(tables: Sequence[RawTable], channel: str, column: Column) -> tuple[int, str]:
     """Return the index of the table with a channel's column, and the column's name there."""
-    wanted, source = column.column, tables[0].source
+    wanted = column.column
+    source = tables[0].source
     if isinstance(wanted, int) and len(tables) > 1:
         raise LogError(
             source,
@@ -138,5 +139,6 @@ def topic_for(stem: str, name: str, taken: Collection[str]) -> str:
     number = 2
     while topic in taken:
         base = topic.removesuffix(f"_{number - 1}") if topic != MAIN_TOPIC else f"{MAIN_TOPIC}/more"
-        topic, number = f"{base}_{number}", number + 1
+        topic = f"{base}_{number}"
+        number = number + 1
     return topic

@@ -166,7 +166,8 @@ def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
 
 def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> ColumnChoice:
     """Return the choice among columns that fit a channel equally well."""
-    first, names = contenders[0], tuple(one.name for one in contenders)
+    first = contenders[0]
+    names = tuple(one.name for one in contenders)
     several = [name for name in names if len(quantities(name)) > 1 and first.unit is None]
     questions = []
     column = first.name
@@ -199,7 +200,8 @@ def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQues
     """Return the unit of a column and None, or OPEN and the question."""
     if one.unit is not None:
         return (COUNT if is_count(one.unit) else one.unit), None
-    dimension, values = dimension_of(channel), one.values
+    dimension = dimension_of(channel)
+    values = one.values
     if _JOINT_STATE.fullmatch(one.name):
         return si_unit(dimension, axis), None
     why = f"{one.name!r} has no unit in the log"

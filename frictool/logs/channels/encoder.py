@@ -59,7 +59,8 @@ class EncoderCounter:
         self._signed = bench.encoder.signed
         self._index_reset = bench.encoder.index_reset
         self._revolution = bench.encoder.counts_per_revolution
-        self._resolution, self._period = bench.encoder.resolution, bench.sample_period_s
+        self._resolution = bench.encoder.resolution
+        self._period = bench.sample_period_s
         self._top_speed = (
             None if bench.mechanics.top_speed is None else bench.mechanics.top_speed.value
         )
@@ -123,7 +124,9 @@ class EncoderCounter:
                 landings[np.argmax(np.sum(np.abs(landings[:, None] - landings) <= slack, axis=0))]
             )
         left = long.copy()
-        counts, after = self._counts, 0  # counts of the sample before index `after`
+        # counts of the sample before index `after`
+        counts = self._counts
+        after = 0
         for place in places.tolist():
             if abs(raw[place] - self._index) > limit[place]:
                 continue
@@ -137,7 +140,9 @@ class EncoderCounter:
                 self.lost += abs(start - whole) if abs(start - whole) > limit[place] else 0.0
                 start = whole
             steps[place] = start + raw[place] - counts
-            self._start, after, left[place] = start, place, False
+            self._start = start
+            after = place
+            left[place] = False
             self.resets += 1
         return left
 

@@ -205,7 +205,8 @@ class ChannelMapper:
                 f"{LARGEST:g} at most; {SALVAGE}"
             )
             raise fail_at(self._table, block.first_row + row, found)
-        dropped, left = [], np.ones(next(iter(bad.values())).size, np.bool_)
+        dropped = []
+        left = np.ones(next(iter(bad.values())).size, np.bool_)
         for name, mask in bad.items():
             rows = np.flatnonzero(mask & left)  # a row without several numbers is one loss
             if rows.size:
@@ -291,7 +292,8 @@ class ChannelMapper:
             allowed = "at most 2^53 counts"
             bad = next(iter(np.flatnonzero(np.abs(raw) > MOST_COUNTS).tolist()), None)
         else:
-            allowed, bad = f"a counter of encoder.wrap_bits = {bits}", outside(raw, bits)
+            allowed = f"a counter of encoder.wrap_bits = {bits}"
+            bad = outside(raw, bits)
         if bad is not None:
             found = f"column {source.name!r}: found {raw[bad]:.17g}; allowed: {allowed}"
             raise fail_at(self._table, block.first_row + int(rows[bad]), found)

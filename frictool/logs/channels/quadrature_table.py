@@ -61,7 +61,8 @@ class QuadratureTable(DerivedTable):
             for name in made:
                 a, b, one = self._channels[name]
                 half = one.hysteresis / 2.0
-                before, counts = float(states[name][2]), np.empty(block.columns[a].size)
+                before = float(states[name][2])
+                counts = np.empty(block.columns[a].size)
                 levels = block.columns[a] * one.probe, block.columns[b] * one.probe
                 count_quadrature(
                     *levels, one.threshold - half, one.threshold + half, states[name], counts

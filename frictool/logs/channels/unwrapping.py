@@ -32,7 +32,8 @@ class PeriodicSignal:
         self._period = period
         self._last: float | None = None
         self._turns = 0.0
-        self._low, self._high = math.inf, -math.inf
+        self._low = math.inf
+        self._high = -math.inf
 
     def follow(self, shown: Vector) -> Vector:
         """Return the next samples (n,) without the jumps of the period.

@@ -54,7 +54,8 @@ def _signal(flow: StreamSource, name: str) -> tuple[Vector, Vector]:
         raise ValueError(
             f"{Path(flow.source).name} has no {name}; it has {', '.join(flow.head.fields)}"
         )
-    pieces, rows = [], 0
+    pieces = []
+    rows = 0
     for piece in flow.samples():
         pieces.append(piece)
         rows += piece.time.size

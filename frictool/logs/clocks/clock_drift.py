@@ -69,7 +69,8 @@ def of_messages(sent: Nanoseconds, received: Nanoseconds) -> ClockDrift | None:
     """
     middle = int((int(sent[0]) + int(sent[-1])) // 2) if sent.size else 0
     first = int(received[0] - sent[0]) if sent.size else 0
-    x, y = (sent - middle).astype(np.float64), (received - sent - first).astype(np.float64)
+    x = (sent - middle).astype(np.float64)
+    y = (received - sent - first).astype(np.float64)
     hull: list[int] = []
     for k in np.lexsort((y, x)).tolist():
         if hull and x[k] == x[hull[-1]]:
@@ -82,7 +83,8 @@ def of_messages(sent: Nanoseconds, received: Nanoseconds) -> ClockDrift | None:
     if len(hull) < 2:
         return None
     edge = min(max(int(np.searchsorted(x[hull], x.mean())), 1), len(hull) - 1)
-    left, right = hull[edge - 1], hull[edge]
+    left = hull[edge - 1]
+    right = hull[edge]
     slope = float((y[right] - y[left]) / (x[right] - x[left]))
     below = float(y[left] - slope * x[left])
     return ClockDrift(
@@ -159,7 +161,8 @@ def _line(
 
     `theirs` (n,) was sampled `ahead` (n,) s after the times `grid` (n,) of `ours` (n,).
     """
-    period, rows = float(grid[1] - grid[0]), max(FEWEST_SAMPLES, grid.size // WINDOWS)
+    period = float(grid[1] - grid[0])
+    rows = max(FEWEST_SAMPLES, grid.size // WINDOWS)
     # noise filter; the same for both signals, so that it shifts neither
     mean = np.full(max(1, rows // SMOOTH), 1.0 / max(1, rows // SMOOTH))
     ours, theirs = np.convolve(ours, mean, "same"), np.convolve(theirs, mean, "same")
@@ -184,7 +187,8 @@ def _lag(one: Vector, other: Vector) -> tuple[float, float]:
     scale = float(np.linalg.norm(one) * np.linalg.norm(other))
     if scale == 0.0:
         return 0.0, 0.0
-    size, most = 2 * one.size, int(LONGEST_LAG * one.size)
+    size = 2 * one.size
+    most = int(LONGEST_LAG * one.size)
     product = np.fft.irfft(np.conj(np.fft.rfft(one, size)) * np.fft.rfft(other, size), size)
     around = np.concatenate((product[-most:], product[: most + 1])) / scale
     # fewer samples overlap at a lag: without this correction the maximum moves towards 0

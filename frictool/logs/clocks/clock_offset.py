@@ -58,9 +58,11 @@ def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> Clo
         )
     within = within[:: -(-within.size // MOST)]
     steps = float(np.median(np.diff(t))), float(np.median(np.diff(u)))
-    step, width = min(steps), SMOOTHED * max(steps)
+    step = min(steps)
+    width = SMOOTHED * max(steps)
     x, y = gaussian_filter1d(x, width / steps[0]), gaussian_filter1d(y, width / steps[1])
-    u, y = u[within], y[within] - y[within].mean()
+    u = u[within]
+    y = y[within] - y[within].mean()
     lags = np.linspace(-most, most, 2 * max(2, int(np.ceil(most / step))) + 1)
 
     def left(tau: float) -> float:

@@ -93,7 +93,8 @@ def _prefixed(topic: str, name: str, taken: list[str]) -> str:
     )
     number = 2
     while new in taken:
-        new, number = f"{base}_{number}", number + 1
+        new = f"{base}_{number}"
+        number = number + 1
     return new
 
 
@@ -119,7 +120,8 @@ def resampled(
             count = min(rows, BLOCK_ROWS)
             time = start + (row + np.arange(count)) * on.period_ns
             yield SampleBlock(time, tuple(_at(there[part.stream], part, time) for part in on.parts))
-            row, rows = row + count, rows - count
+            row = row + count
+            rows = rows - count
         following = start + row * on.period_ns
         kept = [
             one.part(

@@ -49,7 +49,8 @@ class SampleIntervals:
             return
         classes = (np.log(intervals) / WIDTH).astype(np.int64)
         beyond = (intervals - self._reference).astype(np.float64)
-        lowest, highest = int(classes.min()), int(classes.max()) + 1
+        lowest = int(classes.min())
+        highest = int(classes.max()) + 1
         for kept, weights in (
             (self._counts, None),
             (self._sums, beyond),

@@ -32,7 +32,10 @@ LARGEST_EXPONENT = 100_000  # limit at which an exponent is clamped; Python then
 
 TENS = np.array([10.0**power for power in range(23)])
 POINT, PLUS, MINUS, ZERO, SMALL_E, BIG_E = (ord(sign) for sign in ".+-0eE")
-_ZERO, _ONE, _NINE, _TEN = np.uint64(ZERO), np.uint64(1), np.uint64(9), np.uint64(10)
+_ZERO = np.uint64(ZERO)
+_ONE = np.uint64(1)
+_NINE = np.uint64(9)
+_TEN = np.uint64(10)
 _HALF = np.uint64(32)
 _LOW = np.uint64(0xFFFFFFFF)
 _TOP = np.uint64(1 << 63)
@@ -67,7 +70,10 @@ def _by_powers(digits: np.uint64, power: int) -> tuple[float, int]:
         left += 1
     five = FIVES[power - LOWEST]
     # upper word of the product of two words, computed from their halves
-    a, b, c, d = digits >> _HALF, digits & _LOW, five >> _HALF, five & _LOW
+    a = digits >> _HALF
+    b = digits & _LOW
+    c = five >> _HALF
+    d = five & _LOW
     middle = a * d + ((b * d) >> _HALF)
     upper = a * c + (middle >> _HALF) + ((b * c + (middle & _LOW)) >> _HALF)
     spare = np.uint64(11) if upper >= _TOP else np.uint64(10)
@@ -138,7 +144,8 @@ def scan_number(text: NDArray[np.uint8], at: int, mark: int) -> tuple[float, int
         at += 1
     first = at
     at, digits = _over_digits(text, at, np.uint64(0))
-    count, power = at - first, 0
+    count = at - first
+    power = 0
     if text[at] == mark:
         point = at + 1
         at, digits = _over_digits(text, point, digits)

@@ -82,7 +82,8 @@ def _scan(
 
     plain: True if the whole cell is a number or a stamp.
     """
-    value, stamp = 0.0, 0
+    value = 0.0
+    stamp = 0
     quoted = text[at] == QUOTE
     if quoted:
         at = _over_blanks(text, at + 1, delimiter)
@@ -164,17 +165,26 @@ def read_rows(
     stamps: (rows,), or (0,) if no column is a STAMP.
     issues: (m, ISSUE_FIELDS) with m > columns + 1.
     """
-    columns, rows, text = slots.size, values.shape[1], pointer_to(buffer)
+    columns = slots.size
+    rows = values.shape[1]
+    text = pointer_to(buffer)
     # not the literal 0, for which numba would compile the called functions a second time
     zero = 0 * row
-    begin, lines, listed, last_line = zero, zero, zero, zero
+    begin = zero
+    lines = zero
+    listed = zero
+    last_line = zero
     while begin < end and row < rows and listed + columns + 1 < issues.shape[0]:
-        cells, surplus, inside, found = zero, False, zero, listed
+        cells = zero
+        surplus = False
+        inside = zero
+        found = listed
         empty = _is_blank_line(text, begin)
         more = not empty
         at = _over_blanks(text, begin, BLANK if empty else delimiter)
         while more:
-            start, slot = at, slots[cells] if cells < columns else SKIP
+            start = at
+            slot = slots[cells] if cells < columns else SKIP
             plain = False
             if slot != SKIP:
                 value, stamp, at, plain = _scan(text, start, delimiter, mark, slot == STAMP)

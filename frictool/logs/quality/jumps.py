@@ -80,7 +80,8 @@ class PositionJumps:
         if not steps.size:
             return
         if not self.count:
-            self.first_s, self.first_counts = float(time[0]), float(abs(steps[0]))
+            self.first_s = float(time[0])
+            self.first_counts = float(abs(steps[0]))
         self.count += int(steps.size)
         size = np.abs(steps)
         self.shortest = min(self.shortest, float(size.min()))
@@ -128,7 +129,8 @@ class PositionJumps:
 
     def hint(self) -> str:
         """Return the likely cause of the jumps and the setting to try."""
-        bits, index = None if self.unwrapped else self.wrap_bits, self.index
+        bits = None if self.unwrapped else self.wrap_bits
+        index = self.index
         if bits is not None:
             return f"does its counter wrap? then set encoder.wrap_bits, here to {bits}"
         if index is not None:

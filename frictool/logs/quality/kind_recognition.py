@@ -29,7 +29,9 @@ Kind = Literal["rest", "steps", "ramp", "sines", "stroke", "free"]  # keys of KI
 STILL_COUNTS = 1.5  # counts, largest motion at rest
 STILL_SHARE = 1e-3  # largest motion at rest, relative to the range (noise of the encoder)
 FEW_JUMPS = 0.02  # largest number of reference jumps relative to the number of samples
-LINES, PURE = 12, 0.9  # number of spectral lines, and their least share of the power
+# number of spectral lines, and their least share of the power
+LINES = 12
+PURE = 0.9
 LOBE = 2  # bins on each side of a line that a Hann window fills
 FEWEST_BINS = 64  # least number of lobe widths in the spectrum
 PLACES = 500  # samples at which the path length is evaluated
@@ -55,7 +57,8 @@ def kind_of(stream: Stream) -> Kind | None:
     drive = next(
         (signals[name] for name in ("effort", "current", "voltage") if name in signals), None
     )
-    rests, step = _rests(position, still), encoder_step(position)
+    rests = _rests(position, still)
+    step = encoder_step(position)
     resting = sum(end - start for start, end in rests) > 0.5 * position.size
     within_counts = rests_of(np.abs(np.diff(position)) > 0.5 * step) if step else []
     if drive is not None and (
@@ -96,7 +99,8 @@ def _is_lines(values: Vector) -> bool:
     """
     window = np.hanning(values.size)
     power = np.abs(np.fft.rfft((values - values.mean()) * window)) ** 2
-    total, held = float(power.sum()), 0.0
+    total = float(power.sum())
+    held = 0.0
     if power.size < FEWEST_BINS * LOBE or total == 0.0:
         return False
     for _ in range(LINES):

@@ -97,7 +97,8 @@ def _line(drive: Vector) -> tuple[float, float, float]:
 
 def _zero(level: Vector, direction: Vector) -> float:
     """Return the drive midway between the starts of both directions; 0 with one direction."""
-    forward, backward = level[direction > 0.0], level[direction < 0.0]
+    forward = level[direction > 0.0]
+    backward = level[direction < 0.0]
     return (
         0.5 * float(np.median(forward) - np.median(backward))
         if forward.size and backward.size

@@ -93,7 +93,8 @@ class RepeatedJumps:
         )
         self._noise = 2.0 * bench.encoder.resolution
         self._narrow = FEWEST * bench.encoder.resolution
-        self._low, self._high = math.inf, -math.inf
+        self._low = math.inf
+        self._high = -math.inf
         self._time: Vector = np.empty(0)
         self._position: Vector = np.empty(0)
         self._first = 0  # index in the log of the first sample kept
@@ -118,7 +119,8 @@ class RepeatedJumps:
         """Return the repeated jump found so far; None if no jump repeats as a wrap does."""
         crossing = self._crossings()
         steps = (self._ends[:, 3] - self._ends[:, 2])[crossing]
-        size, around = np.abs(steps), -np.sign(steps)[:, None] * self._around[crossing]
+        size = np.abs(steps)
+        around = -np.sign(steps)[:, None] * self._around[crossing]
         beside = around[:, WINDOW - NEIGHBOURS : WINDOW + NEIGHBOURS].copy()
         beside[np.abs(beside) > self._long] = np.nan  # exclude long steps
         usable = np.isfinite(beside).sum(axis=1) >= NEIGHBOURS
@@ -126,7 +128,8 @@ class RepeatedJumps:
             return None
         least, most = np.nanmin(beside[usable], axis=1), np.nanmax(beside[usable], axis=1)
         slack = CURVED * (most - least) + self._noise
-        shortest, longest = size[usable] + least - slack, size[usable] + most + slack
+        shortest = size[usable] + least - slack
+        longest = size[usable] + most + slack
         low, high = _most_covered(shortest, longest)
         period = 0.5 * (low + high)
         fits = (shortest <= period) & (period <= longest)
@@ -168,7 +171,8 @@ class RepeatedJumps:
         Long steps of alternating signs that follow each other closely form a group. A group with an
         even number of steps returns to where it began, as a glitch does, and is left out.
         """
-        sign, place = np.sign(self._ends[:, 3] - self._ends[:, 2]), self._ends[:, 4]
+        sign = np.sign(self._ends[:, 3] - self._ends[:, 2])
+        place = self._ends[:, 4]
         starts = np.flatnonzero(
             (np.diff(sign, prepend=0.0) == 0.0) | (np.diff(place, prepend=-np.inf) > TO_AND_FRO)
         )
@@ -204,7 +208,9 @@ class RepeatedJumps:
         kept = np.abs(self._ends[:, 3] - self._ends[:, 2]) > self._long
         self._ends, self._around = self._ends[kept], self._around[kept]
         dropped = max(0, end - WINDOW)
-        self._time, self._position, self._judged = time[dropped:], position[dropped:], end - dropped
+        self._time = time[dropped:]
+        self._position = position[dropped:]
+        self._judged = end - dropped
         self._first += dropped
 
     def _extend(self, steps: Vector, start: int, end: int) -> None:
@@ -226,7 +232,8 @@ class RepeatedJumps:
 
         ends: (m, 5), as in `_ends`. The speed is the same before and after the jump.
         """
-        interval, size = ends[:, 1] - ends[:, 0], np.abs(ends[:, 3] - ends[:, 2])
+        interval = ends[:, 1] - ends[:, 0]
+        size = np.abs(ends[:, 3] - ends[:, 2])
         return bool(
             (
                 size <= np.minimum(0.25 * self._acceleration * interval**2, self._speed * interval)

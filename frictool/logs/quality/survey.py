@@ -131,7 +131,8 @@ def _second_pass(
                 np.sum(np.abs(values[name]) >= AT_LIMIT * limits[name])
             )
         if position is not None:
-            time, place = piece.time / NS, values[POSITION]
+            time = piece.time / NS
+            place = values[POSITION]
             speed.take(time, place)
             _jumps(
                 report.jumps, np.append(before[0], time), np.append(before[1], place), position.step

@@ -90,7 +90,8 @@ class WrapSearch:
         if bench.axis == "rotary":
             periods += [TURN * turns for turns in TURNS]
         self._natural = sorted(periods)
-        self._jumps, self._line = RepeatedJumps(bench), WrapLine(bench, counted)
+        self._jumps = RepeatedJumps(bench)
+        self._line = WrapLine(bench, counted)
         self._unit = si_unit("position", bench.axis)
 
     def take(self, time: Vector, position: Vector) -> None:
@@ -142,7 +143,8 @@ class WrapSearch:
         natural = self._natural_period(jump)
         low, high = jump.low, jump.high
         if natural is not None:
-            low, high = natural * (1.0 - ROUNDING), natural * (1.0 + ROUNDING)
+            low = natural * (1.0 - ROUNDING)
+            high = natural * (1.0 + ROUNDING)
         elif not self._line.counted and self._line.is_round(low, high):
             low = high = self._line.round(low, high)
         time, before, after = jump.first

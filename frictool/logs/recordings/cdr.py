@@ -115,11 +115,15 @@ class _CdrReader:
     """Parser of one message, field by field."""
 
     def __init__(self, data: bytes, aligned: bool) -> None:
-        self.data, self.position = data, 0
+        self.data = data
+        self.position = 0
         self.leaves: list[NumberField] = []
         self.guards: list[tuple[int, bytes]] = []
         self.steps = MOST_STEPS
-        self.aligned, self.order, self.base, self.largest = aligned, "<", 0, 8
+        self.aligned = aligned
+        self.order = "<"
+        self.base = 0
+        self.largest = 8
         if aligned:
             kind = data[1] if len(data) >= 4 and data[0] == 0 else -1
             if kind not in ORDER:
@@ -248,7 +252,8 @@ class MessageDecoder:
             left = self._fill(known, messages, left, paths, values, present)
         tried = 0
         while left.size:
-            first, tried = int(left[0]), tried + 1
+            first = int(left[0])
+            tried = tried + 1
             try:
                 layout = self._walked(messages.payload(first))
             except ValueError as error:

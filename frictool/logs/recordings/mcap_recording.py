@@ -96,7 +96,8 @@ class _McapPass:
         for opcode, body in declared(data, bounds):
             self.take(opcode, body)
         which = bounds.opcode == Opcode.MESSAGE
-        start, length = bounds.start[which], bounds.length[which] - MESSAGE_HEAD
+        start = bounds.start[which]
+        length = bounds.length[which] - MESSAGE_HEAD
         if (length < 0).any():
             raise ValueError("a message is shorter than its head")
         plain = np.frombuffer(data, np.uint8)
@@ -121,7 +122,8 @@ class McapRecording:
 
     def __init__(self, path: Path) -> None:
         """Open the file and read its topics; raise LogError if the file cannot be read."""
-        self.source, self._path = str(path), path
+        self.source = str(path)
+        self._path = path
         self.topics: dict[str, Topic] = {}
         with open_log(path) as stream:
             try:
@@ -132,7 +134,8 @@ class McapRecording:
 
     def messages(self, topic: str) -> Iterator[tuple[Messages | MessageGap, int]]:
         """Yield the messages (see RecordingFile); raise LogError if the file cannot be read."""
-        told, unknown = 0, False
+        told = 0
+        unknown = False
         with open_log(self._path) as stream:
             one = _McapPass(
                 stream,

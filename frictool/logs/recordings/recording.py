@@ -132,7 +132,9 @@ class TopicTable:
             if topic.stamp is not None and clock in (None, topic.stamp[0])
             else (LOG_TIME, ())
         )
-        self._container, self._topic, self._stamp = container, topic, stamp[1]
+        self._container = container
+        self._topic = topic
+        self._stamp = stamp[1]
         self.source, self.size, self.topic = container.source, container.size, topic.name
         # these date the rows and are not signals
         parts = topic.stamp[1] if topic.stamp is not None else ()
@@ -281,4 +283,5 @@ def _parts(messages: Messages) -> Iterator[Messages]:
         )
         last = max(last, first + 1)
         yield messages.at(slice(first, last))
-        first, before = last, int(ends[last - 1])
+        first = last
+        before = int(ends[last - 1])

@@ -45,7 +45,9 @@ class BagRecording:
 
     def __init__(self, path: Path) -> None:
         """Open the file and read its topics; raise LogError if the file cannot be read."""
-        self.source, self._path, self.size = str(path), path, 0
+        self.source = str(path)
+        self._path = path
+        self.size = 0
         self.topics: dict[str, Topic] = {}
         self._names: dict[int, str] = {}  # connection -> topic
         with open_log(path) as stream:
@@ -90,7 +92,8 @@ class BagRecording:
             stream.seek(min(start or self.size, self.size))
             while stream.tell() < self.size:
                 fields, length = _head(stream.read, self.size - stream.tell())
-                data, kind = stream.read(min(length, LARGEST_CHUNK)), _kind(fields)
+                data = stream.read(min(length, LARGEST_CHUNK))
+                kind = _kind(fields)
                 if kind == CONNECTION:
                     self._connect(fields, data)
                 elif kind == CHUNK_INFO:
@@ -211,7 +214,8 @@ def _head(read: Callable[[int], bytes], left: int) -> tuple[Fields, int]:
     (size,) = _U32.unpack(raw)
     if size > min(left, LONGEST_HEADER):
         raise ValueError(f"a header of {size} bytes is announced, {left} remain")
-    fields, raw = _fields(read(size)), read(4)
+    fields = _fields(read(size))
+    raw = read(4)
     if len(raw) < 4:
         raise ValueError("a record is cut behind its header")
     return fields, int(_U32.unpack(raw)[0])
@@ -266,7 +270,8 @@ def _plain(fields: Fields, data: bytes, budget: UnpackedBudget) -> bytes:
 
     Raises ValueError if the chunk is too large or cannot be decompressed.
     """
-    size, compression = _number(fields, b"size"), fields.get(b"compression", b"none")
+    size = _number(fields, b"size")
+    compression = fields.get(b"compression", b"none")
     if size > LARGEST_CHUNK:
         raise ValueError(f"a chunk of {size} bytes is announced; allowed: {LARGEST_CHUNK}")
     if reason := budget.take(size):

@@ -30,7 +30,9 @@ class Db3Recording:
     def __init__(self, path: Path) -> None:
         """Open the file and read its topics; raise LogError if it cannot be read or is no bag."""
         open_log(path).close()
-        self.source, self._path, self.size = str(path), path, path.stat().st_size
+        self.source = str(path)
+        self._path = path
+        self.size = path.stat().st_size
         self.topics: dict[str, Topic] = {}
         self._numbers: dict[str, list[int]] = {}  # topic -> its ids in the bag
         try:
@@ -167,7 +169,8 @@ def _batches(rows: Iterator[tuple[int, int, bytes]]) -> Iterator[list[tuple[int,
             size += len(row[2]) if isinstance(row[2], bytes) else 0
             if size > AT_ONCE_BYTES or len(part) >= AT_ONCE_ROWS:
                 yield part
-                part, size = [], 0
+                part = []
+                size = 0
     except sqlite3.Error:
         if part:
             yield part

@@ -55,7 +55,8 @@ def parse_idl(name: str, text: str) -> MessageType:
 
 class _IdlParser:
     def __init__(self, tokens: list[str]) -> None:
-        self.tokens, self.at = tokens, 0
+        self.tokens = tokens
+        self.at = 0
         self.structures: Definitions = {}
         self.aliases: dict[str, Type] = {}
 
@@ -134,7 +135,8 @@ class _IdlParser:
                 if repeat != "once":
                     raise ValueError(f"{name!r} is an array of arrays")
                 self.next()
-                repeat, size = "fixed", self.number()
+                repeat = "fixed"
+                size = self.number()
                 self.expect("]")
             yield name, (kind, repeat, size)
             if (end := self.next()) != ",":

@@ -14,7 +14,8 @@ class SplitRecording:
     """Open parts of one recording (a RecordingFile); a part may lack topics of other parts."""
 
     def __init__(self, path: Path, parts: list[RecordingFile]) -> None:
-        self.source, self._parts = str(path), parts
+        self.source = str(path)
+        self._parts = parts
         self.size = sum(part.size for part in parts)
         self.topics: dict[str, Topic] = {}
         for part in parts:

@@ -60,8 +60,11 @@ class CsvTable:
                 head = stream.read(LONGEST_LINE + 1)
             except OSError as error:
                 raise LogError(path, f"cannot be read: {error.strerror or error}") from None
-        self._path, self._whole = path, layout.whole
-        self.source, self.topic, self.size = str(path), "", path.stat().st_size
+        self._path = path
+        self._whole = layout.whole
+        self.source = str(path)
+        self.topic = ""
+        self.size = path.stat().st_size
         encoding = encoding_of(head, layout.encoding)
         text = head_bytes(head, encoding)
         self.layout = found = find_layout(
@@ -108,7 +111,8 @@ class CsvTable:
         slots[[self.names.index(name) for name in chosen]] = np.arange(len(chosen))
         if self.layout.stamps is not None:
             slots[self.layout.stamps] = STAMP
-        rows, clock = 0, DayClock()
+        rows = 0
+        clock = DayClock()
         for batch in self._batches(slots, len(chosen), None):
             begin = 0
             for row, lost in self._judged(batch, slots, losses):
@@ -126,7 +130,8 @@ class CsvTable:
     def _block(
         self, batch: RowBatch, chosen: Sequence[str], begin: int, end: int, clock: DayClock
     ) -> RowBlock:
-        first, layout = batch.first_row + begin, self.layout
+        first = batch.first_row + begin
+        layout = self.layout
         columns = {
             name: values[begin:end] for name, values in zip(chosen, batch.values, strict=True)
         }

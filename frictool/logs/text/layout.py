@@ -113,7 +113,9 @@ def find_layout(
         period = layout.period_s * 1e9
         start = (layout.start_s or 0.0) * 1e9
     elif stamps is not None:
-        clock, period, start = found.names[stamps], None, 0.0
+        clock = found.names[stamps]
+        period = None
+        start = 0.0
     return TextLayout(
         encoding,
         delimiter,

@@ -67,7 +67,8 @@ class TextWindow:
         self._pieces, self._skip = pieces, skipped
         self._text = np.full(PADDING, FEED, np.uint8)
         self._begin = self._end = 0
-        self.done, self.last = 0, False
+        self.done = 0
+        self.last = False
 
     @property
     def text(self) -> NDArray[np.uint8]:
@@ -94,7 +95,9 @@ class TextWindow:
         text = np.full(left.size + len(piece) + PADDING, FEED, np.uint8)
         text[: left.size] = left
         text[left.size : left.size + len(piece)] = np.frombuffer(piece, np.uint8)
-        self._text, self._begin, self._end = text, 0, left.size + len(piece)
+        self._text = text
+        self._begin = 0
+        self._end = left.size + len(piece)
 
 
 def batches(
@@ -118,12 +121,15 @@ def batches(
     Raises LogError if a row is longer than LONGEST_ROW.
     """
     issues = np.zeros((max(MOST_ISSUES, slots.size + 3), ISSUE_FIELDS), np.int64)
-    first, line = 0, first_line
+    first = 0
+    line = first_line
     while until is None or first <= until:
         rows = BLOCK_ROWS if until is None else min(BLOCK_ROWS, until + 1 - first)
         values = np.empty((width, rows))
         stamps = np.empty(rows if STAMP in slots else 0, np.int64)
-        row, last_line, listed = 0, line, []
+        row = 0
+        last_line = line
+        listed = []
         while row < rows:
             text = feed.text
             progress = read_rows(
@@ -133,7 +139,8 @@ def batches(
                 listed.append(RowIssue(at, kind, line + below, what, text[start:stop].tobytes()))
             if progress.rows > row:
                 last_line = line + progress.last_line
-            row, line = progress.rows, line + progress.lines
+            row = progress.rows
+            line = line + progress.lines
             feed.use(progress.used)
             if not progress.used:
                 if feed.last:

@@ -43,7 +43,8 @@ def count_speed(observer: Observer) -> float:
 
 
 def _encoder(observer: Observer, switched: Switched) -> str:
-    seen, sigma = count_speed(observer), switched.switch_speed.value
+    seen = count_speed(observer)
+    sigma = switched.switch_speed.value
     if seen <= COARSE * sigma:
         return ""
     position, velocity = si_unit("position", observer.axis), si_unit("velocity", observer.axis)

@@ -56,7 +56,8 @@ def error_gains(gains: tuple[float, float, float], inertia: float, period: float
 
 def _covariance(a: Matrix, b: Matrix) -> Matrix:
     """Return the sum of A^k b b' A'^k over k >= 0."""
-    total, power = b @ b.T, a
+    total = b @ b.T
+    power = a
     if np.max(np.abs(np.linalg.eigvals(a))) >= 1.0:
         raise NoSolutionError(
             "the error of the tracking observer does not decay with its gains, "

@@ -79,7 +79,8 @@ def subsystem(
 
 def subsystems(observer: Observer) -> dict[int, ObserverMode]:
     """Return the modes of a switched observer by index; raise ValueError for another kind."""
-    facts, switched = ModeConstants.of(observer), observer.switched
+    facts = ModeConstants.of(observer)
+    switched = observer.switched
     assert switched is not None
     return {
         mode.index: subsystem(facts, mode.direction, mode.friction, mode.deviation)

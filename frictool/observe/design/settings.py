@@ -74,7 +74,8 @@ def switch_speed_of(model: Model, settings: SwitchedObserverSettings) -> float:
 
     Raises NoSolutionError if neither the settings nor the bench's top speed give it.
     """
-    top, unit = model.bench.mechanics.top_speed, si_unit("velocity", model.axis)
+    top = model.bench.mechanics.top_speed
+    unit = si_unit("velocity", model.axis)
     if settings.switch_speed is not None:
         if top is not None and settings.switch_speed >= top.value:
             raise UnsuitableSetting(

@@ -47,7 +47,8 @@ def design_tracking(
     """
     bench = model.bench
     believed = model.parameters.inertia.value if inertia is None else inertia
-    period, fastest = bench.sample_period_s, 1.0 / bench.sample_period_s
+    period = bench.sample_period_s
+    fastest = 1.0 / bench.sample_period_s
     bandwidth = (
         bandwidth_of(model, drive_noise, believed) if bandwidth_rad_s is None else bandwidth_rad_s
     )
@@ -86,7 +87,8 @@ def gains(bandwidth: float, period: float, inertia: float) -> tuple[float, float
 
 def bandwidth_of(model: Model, drive_noise: float = 0.0, inertia: float | None = None) -> float:
     """Return the bandwidth w [rad/s] by the rule; drive_noise: A | V."""
-    bench, period = model.bench, model.bench.sample_period_s
+    bench = model.bench
+    period = model.bench.sample_period_s
     believed = model.parameters.inertia.value if inertia is None else inertia
     constant = bench.actuator.constant.value
     inertia_part, friction = spread(model)
@@ -102,7 +104,8 @@ def spread(model: Model) -> tuple[float, float]:
     They are half-widths of the model's intervals; for a parameter without an interval, of the
     bench's range over the product's life.
     """
-    known, today = model.bench.mechanics, model.parameters
+    known = model.bench.mechanics
+    today = model.parameters
     inertia = _half_width(today.inertia) or _half_width(known.inertia)
     friction = _half_width(today.coulomb) or _half_width(known.coulomb)
     return max(inertia / today.inertia.value, LEAST_UNSURE), friction
@@ -130,7 +133,8 @@ def _knees(model: Model) -> tuple[Knee, ...]:
         if laws.backward is not None and laws.backward.viscous is not None
         else today.viscous
     )
-    before, found = 0.5 * (today.viscous.value + opposite.value), []
+    before = 0.5 * (today.viscous.value + opposite.value)
+    found = []
     for regime in laws.regimes:
         slope = 0.5 * (regime.viscous.value + (regime.backward or regime.viscous).value)
         found.append(

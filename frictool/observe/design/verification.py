@@ -133,7 +133,8 @@ def _sequences(switches: Sequence[Switch]) -> NDArray[np.intp]:
     for number in range(RANDOM_SEQUENCES):
         # every second sequence switches as often as possible
         stay = 0.0 if number % 2 else float(random.uniform(0.5, 0.99))
-        now, row = int(random.choice(list(after))), []
+        now = int(random.choice(list(after)))
+        row = []
         for _ in range(SAMPLES + 1):
             row.append(now)
             if not (now in after[now] and random.uniform() < stay):
@@ -163,7 +164,8 @@ def _simulated(
     _refuse_rising(a, p, index, found.decay)
     random = np.random.default_rng(SEED + 1)
     shape = (len(index) - 1, index.shape[1], q.shape[2])
-    gain, worst = 0.0, random.normal(size=shape)
+    gain = 0.0
+    worst = random.normal(size=shape)
     for delta in (random.normal(size=shape), np.ones(shape)):
         gain = max(gain, float(np.max(_norm(_forward(a, q, weight, index, delta)) / _norm(delta))))
     for _ in range(WORST_ROUNDS):
@@ -183,7 +185,8 @@ def _forward(
     a: Matrix, q: Matrix, weight: Matrix, index: NDArray[np.intp], delta: Matrix
 ) -> Matrix:
     """Return z (samples, k, p) for disturbances (samples, k, w), from zero error."""
-    e, out = np.zeros((index.shape[1], a.shape[1])), []
+    e = np.zeros((index.shape[1], a.shape[1]))
+    out = []
     for now, disturbance in zip(index[:-1], delta, strict=True):
         out.append(np.einsum("kij,kj->ki", weight[now], e))
         e = np.einsum("kij,kj->ki", a[now], e) + np.einsum("kij,kj->ki", q[now], disturbance)
@@ -192,7 +195,8 @@ def _forward(
 
 def _adjoint(a: Matrix, q: Matrix, weight: Matrix, index: NDArray[np.intp], z: Matrix) -> Matrix:
     """Apply the adjoint of `_forward` to outputs (samples, k, p); return (samples, k, w)."""
-    s, out = np.zeros((index.shape[1], a.shape[1])), []
+    s = np.zeros((index.shape[1], a.shape[1]))
+    out = []
     for now, seen in zip(index[-2::-1], z[::-1], strict=True):
         out.append(np.einsum("kji,kj->ki", q[now], s))
         s = np.einsum("kji,kj->ki", a[now], s) + np.einsum("kji,kj->ki", weight[now], seen)
@@ -238,10 +242,13 @@ def _over_rest(
     step = np.linalg.solve(t, resting @ t)
     root = np.linalg.inv(np.linalg.cholesky(found.p[0])).T  # transforms P_0 to the identity
     moves = [found.p[j] for i, j in switches if i == 0 and j != 0]
-    worst, length, over = 1.0, 1, step @ root
+    worst = 1.0
+    length = 1
+    over = step @ root
     while length <= LONGEST_REST:
         worst = max(worst, *(float(np.linalg.eigvalsh(over.T @ p @ over)[-1]) for p in moves))
-        over, length = step @ over, length + 1
+        over = step @ over
+        length = length + 1
         if np.max(np.abs(step @ over - over)) <= 1e-12 * np.max(np.abs(over)):
             break
     return worst
@@ -256,6 +263,7 @@ def _over_turn(
         @ np.linalg.inv(np.linalg.cholesky(found.p[i])).T
         for i, loop in loops.items()
     }
-    allowed, moving = set(switches), [i for i in loops if i]
+    allowed = set(switches)
+    moving = [i for i in loops if i]
     steps = [(posed[i], found.p[j]) for i in moving for j in moving if (i, j) not in allowed]
     return max([1.0, *(float(np.linalg.eigvalsh(step.T @ p @ step)[-1]) for step, p in steps)])

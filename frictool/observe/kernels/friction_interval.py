@@ -83,14 +83,15 @@ def _in_slip(
 
     loose: fraction of the three backlash widths for which the axis is inside its gap.
     """
-    direction, speed = 1.0 if v > 0.0 else -1.0, abs(v)
-    value, low, high = 0.0, math.inf, 0.0
+    direction = 1.0 if v > 0.0 else -1.0
+    speed = abs(v)
+    value = 0.0
+    low = math.inf
+    high = 0.0
     wear = _worn(factors, zones, x, direction)
     if loose < 1.0:
-        dry, viscous = (
-            dry_friction(axes[0], x, direction, speed),
-            viscous_friction(axes[0], direction, speed),
-        )
+        dry = dry_friction(axes[0], x, direction, speed)
+        viscous = viscous_friction(axes[0], direction, speed)
         worn = wear[VALUE] * dry + factors[2, VALUE]
         value = worn + viscous
         least = wear[LOW] * dry + factors[2, LOW] - worn
@@ -147,15 +148,21 @@ def friction_along(
     """
     p = axes[0]
     # at rest: position, largest static friction forward and backward, load
-    place, forward, backward, loaded = math.nan, 0.0, 0.0, 0.0
+    place = math.nan
+    forward = 0.0
+    backward = 0.0
+    loaded = 0.0
     for k in range(x.shape[0]):
         if state[KNOWN] == 0.0:
-            state[LAST_X], state[LAST_EFFORT], state[KNOWN] = x[k], effort[k], 1.0
+            state[LAST_X] = x[k]
+            state[LAST_EFFORT] = effort[k]
+            state[KNOWN] = 1.0
         speed, slowest, fastest = v[VALUE, k], v[LOW, k], v[HIGH, k]
         loose = _play(state, x[k], 1.0 if speed >= 0.0 else -1.0, gap[0])
         if slowest <= 0.0 <= fastest:
             if x[k] != place:
-                place, loaded = x[k], p[OFFSET] + load_effort(load, x[k])
+                place = x[k]
+                loaded = p[OFFSET] + load_effort(load, x[k])
                 forward, backward = (
                     _strongest(p, 1.0, place, factors, zones),
                     _strongest(p, -1.0, place, factors, zones),
@@ -168,10 +175,8 @@ def friction_along(
             stopped = swing * max(-slowest, fastest) ** 2
             spread = math.hypot(quantile * math.sqrt(state[NOISE] / state[WEIGHT]), stopped)
             value = min(max(held, -backward), forward)
-            low, high = (
-                min(max(held - spread, -backward), forward),
-                min(max(held + spread, -backward), forward),
-            )
+            low = min(max(held - spread, -backward), forward)
+            high = min(max(held + spread, -backward), forward)
         else:
             value, low, high = _in_slip(axes, gap[1], x[k], speed, factors, zones, loose)
         out[VALUE, k], out[LOW, k], out[HIGH, k] = value, low, high

@@ -42,7 +42,8 @@ def low_pass_bank(
     """
     bank = pole.shape[0]
     before, once, twice = state[0], state[1], state[2]
-    first, second = squares[1 : 1 + bank], squares[1 + bank :]
+    first = squares[1 : 1 + bank]
+    second = squares[1 + bank :]
     last = before[0] if bank > 0 else 0.0
     for k in range(difference.shape[0]):
         u, wanted = difference[k], reference[k]

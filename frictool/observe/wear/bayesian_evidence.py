@@ -43,7 +43,8 @@ def evidences(gram: Vector, best: Vector, means: Vector, beliefs: Vector) -> Vec
 
     best: (p,). means: (m, p). beliefs: (m, p, p).
     """
-    off, whole = best - means, np.eye(best.size) + gram @ beliefs
+    off = best - means
+    whole = np.eye(best.size) + gram @ beliefs
     left = np.linalg.solve(whole, (off @ gram)[:, :, None])[:, :, 0]
     _, logarithms = np.linalg.slogdet(whole)
     return np.asarray(-0.5 * logarithms - 0.5 * np.sum(off * left, axis=1))

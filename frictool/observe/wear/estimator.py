@@ -59,20 +59,21 @@ class WearEstimator:
 
         period: s, of the log; None: the bench's.
         """
-        self.model, self.layout, self.confidence = model, layout_of(model, period), confidence
+        self.model = model
+        self.layout = layout_of(model, period)
+        self.confidence = confidence
         self.bank = multiplicative_bank(model, self.layout)
-        self.moves, self._count, self._quantile = (
-            MoveCollector(self.layout),
-            0,
-            float(ndtri(0.5 + 0.5 * confidence)),
-        )
+        self.moves = MoveCollector(self.layout)
+        self._count = 0
+        self._quantile = float(ndtri(0.5 + 0.5 * confidence))
         # the wear after each of the last moves
         self._lately: deque[float] = deque(
             maxlen=1 + max(moves * count for moves, count, _ in GOING_ON)
         )
         # moves since the last change of the wear, and between it and the one before
         self._since, self._before = 0, 0
-        self.kinds, self._scale = WearClassifier(model, self.layout, confidence), scale_of(model)
+        self.kinds = WearClassifier(model, self.layout, confidence)
+        self._scale = scale_of(model)
         self.estimate = WearEstimate(0.0, 0, prior(model), scale=self._scale)
 
     def take(self, piece: MotionBlock) -> list[WearEstimate]:
@@ -122,7 +123,8 @@ class WearEstimator:
         sign, its lag is the smallest step per move, times the number of moves that the filters lag
         behind. Steps of one move show a fast drift, longer ones a slow drift.
         """
-        found, lately = [0.0], list(self._lately)
+        found = [0.0]
+        lately = list(self._lately)
         for moves, count, behind in GOING_ON:
             places = lately[-1 - moves * count :: moves] if len(lately) > moves * count else []
             steps = [after - before for before, after in itertools.pairwise(places)]

@@ -59,23 +59,22 @@ class FilterBank:
         walk: float,
     ) -> None:
         first = restrictions[0]
-        self.names, self.inflation = first.names, inflation
+        self.names = first.names
+        self.inflation = inflation
         self.means, self.deviations = (
             np.stack([getattr(one, field) for one in restrictions])
             for field in ("mean", "deviation")
         )
-        self.states, self.spreads = (
-            np.zeros_like(self.means),
-            np.tile(np.eye(len(self.names)), (len(restrictions), 1, 1)),
-        )
+        self.states = np.zeros_like(self.means)
+        self.spreads = np.tile(np.eye(len(self.names)), (len(restrictions), 1, 1))
         self._matrix, self._fixed = first.matrix, first.fixed
         self._place = self.names.index(name)
-        self._walk, self._changes = (
-            walk / self.deviations[:, self._place],
-            ChangeDetector(self.means.shape, self._place),
-        )
-        self._evidence, self._restless = np.zeros(len(restrictions)), np.zeros_like(self.means)
-        self._squares, self._rows = np.full(len(restrictions), variance * PRIOR_ROWS), PRIOR_ROWS
+        self._walk = walk / self.deviations[:, self._place]
+        self._changes = ChangeDetector(self.means.shape, self._place)
+        self._evidence = np.zeros(len(restrictions))
+        self._restless = np.zeros_like(self.means)
+        self._squares = np.full(len(restrictions), variance * PRIOR_ROWS)
+        self._rows = PRIOR_ROWS
 
     @property
     def weights(self) -> Vector:
@@ -92,7 +91,8 @@ class FilterBank:
     def take(self, move: Move) -> bool:
         """Add a move; return True if the parameter `name` has changed at it or shortly before."""
         information, right, squares = self._information(move)
-        missed, place = right - _times(information, self.states), self._place
+        missed = right - _times(information, self.states)
+        place = self._place
         noise = self._noise_of(
             information,
             missed,
@@ -119,10 +119,8 @@ class FilterBank:
             EVIDENCE * 0.5 * (logarithm - (left - np.einsum("ki,ki->k", moved, missed)) / noise)
         )
         self._evidence = (1.0 - 1.0 / MEMORY) * self._evidence + foreseen - np.max(foreseen)
-        self.states, self.spreads = (
-            self.states + moved,
-            0.5 * (spreads + spreads.transpose(0, 2, 1)),
-        )
+        self.states = self.states + moved
+        self.spreads = 0.5 * (spreads + spreads.transpose(0, 2, 1))
         self._learn(
             squares
             - np.einsum("ki,ki->k", self.states, 2.0 * right - _times(information, self.states)),
@@ -132,7 +130,8 @@ class FilterBank:
 
     def value(self, name: str) -> tuple[float, float]:
         """Return mean and standard deviation of a parameter [SI]."""
-        place, weights = self.names.index(name), self.weights
+        place = self.names.index(name)
+        weights = self.weights
         values = self.means[:, place] + self.deviations[:, place] * self.states[:, place]
         variances = self.deviations[:, place] ** 2 * self.spreads[:, place, place]
         mean = float(weights @ values)
@@ -148,11 +147,14 @@ class FilterBank:
         All are relative to the prior mean and in units of the prior standard deviations.
         """
         size = move.gram.shape[0] - 1
-        columns, fixed = move.gram[:size, :size], self._fixed
+        columns = move.gram[:size, :size]
+        fixed = self._fixed
         beside = move.gram[:size, size] - columns @ fixed
-        own, right = self._matrix.T @ columns @ self._matrix, self._matrix.T @ beside
+        own = self._matrix.T @ columns @ self._matrix
+        right = self._matrix.T @ beside
         squares = float(move.gram[size, size] - fixed @ move.gram[:size, size] - fixed @ beside)
-        left, scale = right - self.means @ own, self.deviations
+        left = right - self.means @ own
+        scale = self.deviations
         return (
             own * scale[:, :, None] * scale[:, None, :],
             scale * left,
@@ -193,9 +195,11 @@ class FilterBank:
 
     def _learn(self, left: Vector, rows: int) -> None:
         """Add a move's residual squares `left` and its number of rows to the variance estimate."""
-        self._squares, self._rows = self._squares + np.maximum(left, 0.0), self._rows + rows
+        self._squares = self._squares + np.maximum(left, 0.0)
+        self._rows = self._rows + rows
         if self._rows > MEMORY_ROWS:
-            self._squares, self._rows = self._squares * MEMORY_ROWS / self._rows, MEMORY_ROWS
+            self._squares = self._squares * MEMORY_ROWS / self._rows
+            self._rows = MEMORY_ROWS
 
 
 def _times(matrices: Vector, vectors: Vector) -> Vector:

@@ -48,12 +48,11 @@ class MoveCollector:
         )
         self._state = np.zeros(weak_form_rows.STATE_SIZE)
         self._ring = np.zeros((layout.knees.size + layout.zones, 2 * layout.window))
-        self._gram, self._move = (
-            np.zeros((self._columns, self._columns)),
-            np.zeros(weak_form_rows.MOVE_SIZE),
-        )
+        self._gram = np.zeros((self._columns, self._columns))
+        self._move = np.zeros(weak_form_rows.MOVE_SIZE)
         self._time, self._position, self._effort = (np.empty(0) for _ in range(3))
-        self._next, self._last = 0, 0.0
+        self._next = 0
+        self._last = 0.0
         weak_form_rows.forget(self._state, layout.gap)
 
     def take(self, piece: MotionBlock) -> list[Move]:
@@ -69,7 +68,8 @@ class MoveCollector:
                 (self._effort, piece.effort),
             )
         )
-        layout, size = self.layout, self._position.size
+        layout = self.layout
+        size = self._position.size
         behind = layout.window + layout.reach
         self._next = max(self._next, behind)
         while self._next < size - layout.reach:
@@ -135,8 +135,6 @@ class MoveCollector:
             int(self._move[weak_form_rows.SIDE]),
             float(self._move[weak_form_rows.SPEEDS]) / max(count, 1),
         )
-        self._gram, self._move = (
-            np.zeros((self._columns, self._columns)),
-            np.zeros(weak_form_rows.MOVE_SIZE),
-        )
+        self._gram = np.zeros((self._columns, self._columns))
+        self._move = np.zeros(weak_form_rows.MOVE_SIZE)
         return [move] if count > 0 else []

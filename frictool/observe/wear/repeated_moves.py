@@ -26,7 +26,8 @@ class MoveRepeats:
         sizes = np.sqrt(np.diag(gram))
         sizes = sizes / max(float(np.sqrt(sizes @ sizes)), np.finfo(float).tiny)
         if self._different is None:
-            self._different, self._counts = sizes[None], [1]
+            self._different = sizes[None]
+            self._counts = [1]
             return
         off = np.sum((self._different - sizes) ** 2, axis=1)
         nearest = int(np.argmin(off))

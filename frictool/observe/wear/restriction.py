@@ -175,14 +175,17 @@ def _known(
     The bench's range of the viscous friction is that of the steepest slope
     (plant/friction_levels.py), thus of the last bend if the model has bends.
     """
-    today, bench = model.parameters, model.bench.mechanics
+    today = model.parameters
+    bench = model.bench.mechanics
     fastest = max([2.0 * float(knee) for knee in layout.knees], default=layout.slowest)
     top = bench.top_speed.value if bench.top_speed is not None else fastest
     own = {
         regime.above.value: regime.viscous
         for regime in (model.laws.regimes if model.laws is not None else ())
     }
-    inertia, slope, steepest = today.inertia, today.viscous, max(own, default=0.0)
+    inertia = today.inertia
+    slope = today.viscous
+    steepest = max(own, default=0.0)
     unsure = {
         speed: max(
             _spread(viscous), _half(viscous), _half(bench.viscous) if speed == steepest else 0.0
@@ -210,9 +213,12 @@ def _known(
     if slope.value > 0.0:
         out["asymmetry"] = (0.5 * (slope.value - opposite.value), ASYMMETRY * slope.value)
     for place, knee in enumerate(map(float, layout.knees)):
-        width, bend = beside.bend * layout.friction / max(top - knee, 0.25 * top), 0.0
+        width = beside.bend * layout.friction / max(top - knee, 0.25 * top)
+        bend = 0.0
         if knee in own:
-            bend, width, slope = own[knee].value - slope.value, max(width, unsure[knee]), own[knee]
+            bend = own[knee].value - slope.value
+            width = max(width, unsure[knee])
+            slope = own[knee]
         out[f"bend_{place}"] = (bend, width)
     return out
 

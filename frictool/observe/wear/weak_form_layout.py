@@ -114,7 +114,8 @@ def layout_of(
 
     Raises FrictoolError if the model has no dry friction, or if the window is not odd or too short.
     """
-    bench, axis = model.bench, axis_of(model).as_array()
+    bench = model.bench
+    axis = axis_of(model).as_array()
     period = period or bench.sample_period_s
     dry, mapped = _dry(axis)
     travel, top = bench.mechanics.travel, bench.mechanics.top_speed
@@ -122,7 +123,8 @@ def layout_of(
         (travel.low, travel.high) if travel is not None else (float(mapped[0]), float(mapped[1]))
     )
     friction = _mean(dry, mapped, low, high)
-    constant, count = bench.actuator.constant.value, bench.encoder.resolution
+    constant = bench.actuator.constant.value
+    count = bench.encoder.resolution
     if not friction > LEAST_FRICTION * constant * bench.actuator.limit.value:
         raise FrictoolError(
             f"{model.name}: coulomb: found {friction:.3g}; allowed: > 0, "
@@ -201,7 +203,8 @@ def _dry(axis: Vector) -> tuple[Vector, Vector]:
 
     The coefficients begin with the lowest power.
     """
-    dry, mapped = np.zeros((2, MAX_TERMS)), np.array([-math.inf, math.inf])
+    dry = np.zeros((2, MAX_TERMS))
+    mapped = np.array([-math.inf, math.inf])
     if axis.size == PLAIN_SIZE:
         dry[:, 0] = axis[COULOMB]
     elif axis[MAPPED] > 0.0:

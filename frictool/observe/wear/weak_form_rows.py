@@ -59,7 +59,8 @@ def attached(state: Vector, step: float, gap: float) -> float:
 @kernel
 def slips(position: Vector, k: int, reach: int, carried: float, numbers: Vector) -> float:
     """Return the direction (1 or -1) if sample k certainly slips with the load attached, else 0."""
-    before, after = position[k] - position[k - reach], position[k + reach] - position[k]
+    before = position[k] - position[k - reach]
+    after = position[k + reach] - position[k]
     least, most = (
         numbers[SLOWEST] * numbers[PERIOD] * reach,
         numbers[FASTEST] * numbers[PERIOD] * reach,
@@ -96,7 +97,8 @@ def remember(
     (h + z, 2 window). The first h rows are bends. The other z rows are one per zone: the friction
     [N m | N] at x [rad | m] in the zone of x, and 0 in other zones.
     """
-    bends, zones = knees.shape[0], edges.shape[0] - 1
+    bends = knees.shape[0]
+    zones = edges.shape[0] - 1
     here = min(max(x, numbers[MAP_LOW]), numbers[MAP_HIGH])
     friction = max(0.0, polynomial(dry[side], here))
     zone = 0
@@ -128,8 +130,11 @@ def fill_row(
 
     first: column of the ring at which the window begins.
     """
-    window, bends = phi.shape[0], ring.shape[0] - zones
-    start, sign, origin = last - window + 1, 2.0 * side - 1.0, position[last]
+    window = phi.shape[0]
+    bends = ring.shape[0] - zones
+    start = last - window + 1
+    sign = 2.0 * side - 1.0
+    origin = position[last]
     row[:] = 0.0
     acceleration = velocity = driven = 0.0
     for j in range(window):
@@ -139,7 +144,8 @@ def fill_row(
             velocity += phi[j] * (position[k + 1] - position[k - 1])
             given = weights[0] * effort[k - 1] + weights[1] * effort[k] + weights[2] * effort[k + 1]
             driven += phi[j] * (given - load_effort(load, position[k] + numbers[HALF_COUNT]))
-    row[0], row[1] = acceleration, velocity / (2.0 * numbers[PERIOD])
+    row[0] = acceleration
+    row[1] = velocity / (2.0 * numbers[PERIOD])
     for j in range(bends + zones):
         total = 0.0
         for i in range(window):
@@ -193,8 +199,11 @@ def walk(
     1) and move: (5,), of the present move. Returns the sample to go on from; move[ENDED] is 1 if
     the move has ended.
     """
-    window, zones, n = phi.shape[0], edges.shape[0] - 1, position.shape[0]
-    row, half = np.empty(gram.shape[0]), numbers[HALF_COUNT]
+    window = phi.shape[0]
+    zones = edges.shape[0] - 1
+    n = position.shape[0]
+    row = np.empty(gram.shape[0])
+    half = numbers[HALF_COUNT]
     for k in range(begin, n - reach):
         carried = attached(state, position[k] - position[k - 1], numbers[GAP])
         direction = slips(position, k, reach, carried, numbers)
@@ -210,7 +219,8 @@ def walk(
             continue
         state[IDLE] = 0.0
         state[RUN] += 1.0
-        place, side = int(state[SEEN]) % window, 1 if direction > 0.0 else 0
+        place = int(state[SEEN]) % window
+        side = 1 if direction > 0.0 else 0
         speed = abs(position[k + reach] - position[k - reach]) / (2.0 * reach * numbers[PERIOD])
         remember(ring, place, window, position[k] + half, speed, side, knees, edges, dry, numbers)
         ready = state[RUN] - window

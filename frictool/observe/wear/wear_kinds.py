@@ -123,8 +123,12 @@ class WearClassifier:
         self._floor = (1e-6 * layout.friction) ** 2
         size = self._mean.size
         self._nothing: Vector = np.zeros((size + 1, size + 1))
-        self._old, self._old_rows, self._recent = self._nothing, 0.0, list[tuple[Vector, float]]()
-        self._count, self._variance, self._repeats = 0, np.inf, MoveRepeats()
+        self._old = self._nothing
+        self._old_rows = 0.0
+        self._recent = list[tuple[Vector, float]]()
+        self._count = 0
+        self._variance = np.inf
+        self._repeats = MoveRepeats()
         self.told: WearClassification | None = None
 
     def _set_beliefs(
@@ -139,7 +143,8 @@ class WearClassifier:
         self._unit = np.where(deviations > 0.0, deviations, 1.0)
         self._row = np.append(self._unit, 1.0)
         both = np.outer(self._unit, self._unit)
-        self._means, self._loose = means / self._unit, loose / both
+        self._means = means / self._unit
+        self._loose = loose / both
         self._beliefs = {kind: belief / both for kind, belief in beliefs.items()}
         alike = scale**2 * self._means[:, :, None] * self._means[:, None, :]
         self._scaled = np.concatenate([self._beliefs[kind] + alike for kind in KINDS])
@@ -162,19 +167,17 @@ class WearClassifier:
         return self.told
 
     def _tell(self) -> WearClassification:
-        last, rows = (
-            sum((gram for gram, _ in self._recent), self._nothing),
-            sum(rows for _, rows in self._recent),
-        )
+        last = sum((gram for gram, _ in self._recent), self._nothing)
+        rows = sum(rows for _, rows in self._recent)
         gram, right = self._information(self._old + last, self._old_rows + rows)
         since = self._changed(gram, right) if self._old_rows > 0.0 else 0
         if since:
             self._recent = self._recent[-since:]
-            last, rows = (
-                sum((gram for gram, _ in self._recent), self._nothing),
-                sum(rows for _, rows in self._recent),
-            )
-            self._old, self._old_rows, self._count = self._nothing, 0.0, since
+            last = sum((gram for gram, _ in self._recent), self._nothing)
+            rows = sum(rows for _, rows in self._recent)
+            self._old = self._nothing
+            self._old_rows = 0.0
+            self._count = since
             gram, right = self._information(last, rows)
         best = best_fit(gram, right)
         every = evidences(gram, best, np.tile(self._means, (len(KINDS), 1)), self._scaled)
@@ -196,7 +199,9 @@ class WearClassifier:
         All other parameters are taken as unchanged. Every number up to RECENT is tried, because
         moves from both sides of a change would look like wear of zones.
         """
-        last, since, most = self._nothing, 0, CERTAIN
+        last = self._nothing
+        since = 0
+        most = CERTAIN
         for count, (move, _) in enumerate(reversed(self._recent), 1):
             last = last + move
             own, own_right = self._weighted(last, self._variance)
@@ -206,7 +211,8 @@ class WearClassifier:
                 own, best_fit(own, own_right), np.stack([known, known]), beliefs
             )
             if changed - same > most:
-                since, most = count, float(changed - same)
+                since = count
+                most = float(changed - same)
         return since
 
     def _information(self, sums: Vector, rows: float) -> tuple[Vector, Vector]:
@@ -215,7 +221,9 @@ class WearClassifier:
         The variance is that of the residual under the loosest belief.
         """
         size = self._mean.size
-        gram, right, squares = sums[:size, :size], sums[:size, size], float(sums[size, size])
+        gram = sums[:size, :size]
+        right = sums[:size, size]
+        squares = float(sums[size, size])
         variance = min(max(squares / rows, self._floor), self._variance)
         for _ in range(PASSES):
             weight = 1.0 / (variance * self._inflation)
@@ -229,7 +237,8 @@ class WearClassifier:
 
     def _weighted(self, sums: Vector, variance: float) -> tuple[Vector, Vector]:
         """Return G and b of `sums` for rows whose errors have this variance."""
-        size, weight = self._mean.size, 1.0 / (variance * self._inflation)
+        size = self._mean.size
+        weight = 1.0 / (variance * self._inflation)
         return weight * sums[:size, :size], weight * sums[:size, size]
 
     def _values(
@@ -278,7 +287,8 @@ class WearClassifier:
         includes part of the spread between zones. The covariance is scaled by the number of
         repeated moves, because moves that are alike repeat their errors.
         """
-        weights, edges = [zone_mean(self.layout, zone) for zone in zones], zone_edges(self.layout)
+        weights = [zone_mean(self.layout, zone) for zone in zones]
+        edges = zone_edges(self.layout)
         values = [float(own * self._unit @ theta) for own in weights]
         uneven = UNEVEN * (max(values, default=0.0) - min(values, default=0.0))
         return tuple(
@@ -306,7 +316,8 @@ class WearClassifier:
         beside: standard deviation added in quadrature.
         """
         own = weights * self._unit
-        value, deviation = float(own @ theta), float(np.sqrt(own @ spread @ own + beside**2))
+        value = float(own @ theta)
+        deviation = float(np.sqrt(own @ spread @ own + beside**2))
         return EstimateRange(
             value, value - self._quantile * deviation, value + self._quantile * deviation
         )

@@ -47,7 +47,8 @@ def friction_share(layout: WeakFormLayout, zones: Sequence[int], side: str | Non
         zone: float(layout.edges[zone + 1] - layout.edges[zone]) if bounded else 1.0
         for zone in zones or range(layout.zones)
     }
-    weights, whole = np.zeros(len(layout.names)), 0.0
+    weights = np.zeros(len(layout.names))
+    whole = 0.0
     for name in sides:
         for zone, span in spans.items():
             part = span * _mean_friction(layout, name, zone)

@@ -67,7 +67,8 @@ def _slopes(x: Vector, y: Vector) -> Vector:
         return np.array([secant[0], secant[0]])
     slope = np.zeros(len(x))
     rising = secant[:-1] * secant[1:] > 0.0
-    before, after = 2.0 * step[1:] + step[:-1], step[1:] + 2.0 * step[:-1]
+    before = 2.0 * step[1:] + step[:-1]
+    after = step[1:] + 2.0 * step[:-1]
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
         mean = (before + after) / (before / secant[:-1] + after / secant[1:])
     slope[1:-1] = np.where(rising, mean, 0.0)
@@ -195,7 +196,8 @@ class CurveList:
 
 
 def _piece(curves: Curves, curve: int, x: float) -> tuple[int, float, bool]:
-    first, last = int(curves.start[curve]), int(curves.start[curve + 1])
+    first = int(curves.start[curve])
+    last = int(curves.start[curve + 1])
     breaks = curves.breaks[first + curve : last + curve + 1]
     held = float(np.clip(x, breaks[0], breaks[-1]))
     piece = int(np.clip(np.searchsorted(breaks, held, side="right") - 1, 0, last - first - 1))

@@ -31,7 +31,8 @@ def fastest_link(assembled: AssembledMechanism) -> FastestLink:
     for group in assembled.groups:
         for block, ratio in zip(group.blocks, group.ratios, strict=True):
             mobility[block] = ratio * ratio / group.inertia if group.inertia > 0.0 else math.inf
-    couplings, found = assembled.packed.couplings, FastestLink(0.0, "")
+    couplings = assembled.packed.couplings
+    found = FastestLink(0.0, "")
     for link, name in enumerate(assembled.couplings):
         a, b = int(couplings.a[link]), int(couplings.b[link])
         moved = mobility[b] + (0.0 if a == FRAME else couplings.ratio[link] ** 2 * mobility[a])

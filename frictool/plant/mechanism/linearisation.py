@@ -197,17 +197,21 @@ def _moves(
         if on:
             neighbours[first].append((second, step))
             neighbours[second].append((first, 1.0 / step))
-    columns, roots, seen = [], [], np.zeros(count, dtype=bool)
+    columns = []
+    roots = []
+    seen = np.zeros(count, dtype=bool)
     for root in range(count):
         if seen[root]:
             continue
         column = np.zeros(count)
-        column[root], seen[root] = 1.0, True
+        column[root] = 1.0
+        seen[root] = True
         queue = [root]
         for here in queue:
             for there, step in neighbours[here]:
                 if not seen[there]:
-                    column[there], seen[there] = column[here] * step, True
+                    column[there] = column[here] * step
+                    seen[there] = True
                     queue.append(there)
         columns.append(column)
         roots.append(root)

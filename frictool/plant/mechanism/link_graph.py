@@ -173,7 +173,9 @@ def _redundant(
         f"{' - '.join(f'{other.name} - {names[there]}' for there, _, other in way)} - {link.name}"
     )
     if len(way) == 1 and abs(round_trip - 1.0) > CLOSED:
-        first, second, other = names[link.a], names[link.b], way[0][2].name
+        first = names[link.a]
+        second = names[link.b]
+        other = way[0][2].name
         raise ElementError(
             key,
             f"moves {second} {link.ratio:.6g} as far as {first}, and {other} moves it "
