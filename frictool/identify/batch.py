@@ -92,11 +92,13 @@ def groups(members: Sequence[FleetLog], each: str) -> list[LogGroup]:
     together: dict[Path, list[FleetLog]] = {}
     for member in members:
         together.setdefault(member.path if each == "log" else member.path.parent, []).append(member)
-    found = list(together.values())
+    grouped = list(together.values())
     return [
-        LogGroup(name, tuple(own))
-        for name, own in zip(
-            _names(_below_one([_called(own, each) for own in found])), found, strict=True
+        LogGroup(name, tuple(members_of_group))
+        for name, members_of_group in zip(
+            _names(_below_one([_called(members_of_group, each) for members_of_group in grouped])),
+            grouped,
+            strict=True,
         )
     ]
 
@@ -181,7 +183,7 @@ class IdentifyJob:
         warnings: list[str] = []
         model = identify(logs, bench, self.request, provenance=provenance, tell=warnings.append)
         result = model.result
-        found = BatchModel(
+        entry = BatchModel(
             result.identified,
             result.method,
             result.fit,
@@ -189,7 +191,7 @@ class IdentifyJob:
             as_view(result, bench, model.model),
             tuple(_named(text, paths, group) for text in (*warnings, *result.warnings)),
         )
-        return BatchResult(group, origin, found)
+        return BatchResult(group, origin, entry)
 
     def _origin(self, logs: Sequence[Log], group: LogGroup) -> LogOrigin:
         """Return the unit and the earliest date of the logs; raise LogError for several units."""

@@ -113,8 +113,8 @@ def write_parquet(
 
 
 def _moment(date: str) -> datetime:
-    found = datetime.fromisoformat(date)
-    return found if found.tzinfo is not None else found.replace(tzinfo=UTC)
+    moment = datetime.fromisoformat(date)
+    return moment if moment.tzinfo is not None else moment.replace(tzinfo=UTC)
 
 
 def batch_populations(batch: Sequence[BatchResult], confidence: float) -> dict[str, Population]:

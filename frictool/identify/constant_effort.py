@@ -80,17 +80,17 @@ def without_constant_effort(
             continue
         first = min(stretches, key=lambda stretch: stretch.start)
         unit = si_unit("effort", bench.axis)
-        found = (
+        description = (
             f"{Path(record.name).name}: the effort stays near {first.level:.4g} {unit} for "
             f"{100.0 * lost / moving:.0f} % of the motion, from {record.time[first.start]:.6g} s "
             "on, while the axis changes its speed: a saturated measurement, or a command"
         )
         if lost > MOST * moving:
             raise UnusableLogs(
-                f"{found}; log the measured current with a range that it does not leave, or more "
-                "than one level of effort"
+                f"{description}; log the measured current with a range that it does not leave, or "
+                "more than one level of effort"
             )
-        warnings.append(f"{found}; these samples are left out")
+        warnings.append(f"{description}; these samples are left out")
         kept.append(_without(record, stretches))
     return kept, warnings
 
@@ -101,7 +101,7 @@ def constant_stretches(record: MotionRecord, bench: Bench) -> tuple[list[Constan
     edges = np.flatnonzero(np.diff(strokes.number, prepend=-1, append=-1) != 0)
     noise = NOISE_BAND * _noise(record.effort)
     inertia = bench.mechanics.inertia.interval[0]
-    found = list[ConstantStretch]()
+    stretches = list[ConstantStretch]()
     moving = 0
     for start, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
         travel = float(strokes.advance[end - 1])
@@ -117,11 +117,11 @@ def constant_stretches(record: MotionRecord, bench: Bench) -> tuple[list[Constan
             continue
         stretch = _stretch(record, part, noise, inertia, float(strokes.sign[start]))
         if stretch is not None and abs(stretch.level) > stretch.band:
-            found.append(stretch)
+            stretches.append(stretch)
     return [
         one
         for side in (1.0, -1.0)
-        for one in _of_one_level([s for s in found if s.direction == side])
+        for one in _of_one_level([s for s in stretches if s.direction == side])
     ], moving
 
 
@@ -159,9 +159,9 @@ def _stretch(
 def _densest(values: Vector, band: float) -> float:
     """Return the middle of the band of this width that holds the most values."""
     ordered = np.sort(values)
-    held = np.searchsorted(ordered, ordered + band, side="right") - np.arange(ordered.size)
-    best = int(np.argmax(held))
-    return 0.5 * float(ordered[best] + ordered[best + int(held[best]) - 1])
+    covered = np.searchsorted(ordered, ordered + band, side="right") - np.arange(ordered.size)
+    best = int(np.argmax(covered))
+    return 0.5 * float(ordered[best] + ordered[best + int(covered[best]) - 1])
 
 
 def _of_one_level(stretches: list[ConstantStretch]) -> list[ConstantStretch]:

@@ -87,8 +87,8 @@ def motion_rows(records: Sequence[MotionRecord], bench: Bench) -> list[SlipRows]
     """
     share = MOST_SAMPLES / sum(record.position.size for record in records) if records else 1.0
     parts = (part for record in records for part in _parts(record, share))
-    found = (slip_rows(part, bench) for part in parts)
-    return [rows for rows in found if rows is not None]
+    selected = (slip_rows(part, bench) for part in parts)
+    return [rows for rows in selected if rows is not None]
 
 
 def _parts(record: MotionRecord, share: float) -> list[MotionRecord]:
@@ -129,11 +129,11 @@ def _one_way(
     values: Values, laws: Laws | None, side: float, position: Vector, speed: Vector
 ) -> Vector:
     """Return the friction (n,) at speeds (n,) >= 0 in one direction."""
-    own = laws.backward if laws is not None and side < 0.0 else None
+    backward = laws.backward if laws is not None and side < 0.0 else None
 
     def level(name: str) -> float:
-        given: Quantity | None = getattr(own, name, None)
-        return values[name] if given is None else given.value
+        estimate: Quantity | None = getattr(backward, name, None)
+        return values[name] if estimate is None else estimate.value
 
     coulomb, slope = level("coulomb"), level("viscous")
     dry = np.full(speed.size, coulomb)

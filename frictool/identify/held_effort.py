@@ -79,25 +79,25 @@ def slow_effort_warnings(
     """
     warnings = []
     for record in records:
-        found = held_effort(record, bench, settings)
-        if found is None or found.high < SLOW or found.effect < LEAST_EFFECT:
+        effect = held_effort(record, bench, settings)
+        if effect is None or effect.high < SLOW or effect.effect < LEAST_EFFECT:
             continue
         rates = (
-            f"changes every {1e3 * found.hold * record.period:.3g} ms only, the position every "
+            f"changes every {1e3 * effect.hold * record.period:.3g} ms only, the position every "
             f"{1e3 * record.period:.3g} ms"
         )
         unit = si_unit("inertia", bench.axis)
         advice = "log the current as often as the position, and not a set point"
-        if found.low > SLOW:
+        if effect.low > SLOW:
             raise UnusableLogs(
                 f"{Path(record.name).name}: the effort {rates}, and differs from the true "
-                f"effort in between: the inertia would be {found.logged:.4g} {unit} instead "
-                f"of about {found.interpolated:.4g} {unit}; {advice}"
+                f"effort in between: the inertia would be {effect.logged:.4g} {unit} instead "
+                f"of about {effect.interpolated:.4g} {unit}; {advice}"
             )
         warnings.append(
             f"{Path(record.name).name}: the effort {rates}; the log does not show whether "
-            f"it acted as logged (inertia {found.logged:.4g} {unit}) or not (inertia "
-            f"{found.interpolated:.4g} {unit}); {advice}"
+            f"it acted as logged (inertia {effect.logged:.4g} {unit}) or not (inertia "
+            f"{effect.interpolated:.4g} {unit}); {advice}"
         )
     return warnings
 
@@ -124,19 +124,19 @@ def held_effort(
 ) -> HeldEffort | None:
     """Return the effect of a record's held effort; None if it is not held or cannot be assessed."""
     record = record.part(slice(0, MOST_SAMPLES))
-    held = hold_of(record.effort)
-    if held is None:
+    hold = hold_of(record.effort)
+    if hold is None:
         return None
     try:
         logged, window = slipping([record], bench, SMALLEST_SHARE, settings.window)
         parameters_of(logged)  # raises UnusableLogs if there are too few rows
-        smooth = replace(record, effort=interpolated(record.effort, *held))
+        smooth = replace(record, effort=interpolated(record.effort, *hold))
         start = slipping([smooth], bench, SMALLEST_SHARE, settings.window)[0]
-        cluster = clusters(logged.stroke, logged.sign, logged.counts, 3 * max(window, held[0]))
+        cluster = clusters(logged.stroke, logged.sign, logged.counts, 3 * max(window, hold[0]))
         values = solve(_columns(start), start.effort, np.ones(start.sign.size), cluster).value
         needed = _needed(record, bench, window, values, logged.one_direction)
         last = np.maximum.accumulate(
-            np.where(_updated(record.effort.size, *held), np.arange(record.effort.size), 0)
+            np.where(_updated(record.effort.size, *hold), np.arange(record.effort.size), 0)
         )
         number = find_strokes(record).number
         # 1 if the last update was in another stroke, or at rest
@@ -162,7 +162,7 @@ def held_effort(
     change = np.abs(plain - values) * np.sqrt(np.mean(columns**2, axis=0) / np.mean(effort**2))
     effect = max(abs(float(plain[0] / values[0] - 1.0)), float(np.max(change[1:])))
     return HeldEffort(
-        held[0], share - half, share + half, float(plain[0]), float(values[0]), effect
+        hold[0], share - half, share + half, float(plain[0]), float(values[0]), effect
     )
 
 

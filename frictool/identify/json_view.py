@@ -24,12 +24,12 @@ def as_view(result: Identification, bench: Bench, model: Model | None = None) ->
         "logs": [{"name": Path(name).name, "kind": kind} for name, kind in result.kinds.items()],
         "parameters": {
             name: {
-                "value": found.value,
-                "low": found.low,
-                "high": found.high,
+                "value": interval.value,
+                "low": interval.low,
+                "high": interval.high,
                 "unit": unit_of(name, bench),
             }
-            for name, found in result.identified.items()
+            for name, interval in result.identified.items()
         },
         "force_error": fit.force_error if fit else None,
         "residual": fit.residual if fit else None,

@@ -126,7 +126,7 @@ def _scores(
 ) -> tuple[tuple[PredictionScore, PredictionScore] | None, str]:
     """Return the scores of the method and of least squares (or None), and the data predicted."""
     fits = [fit, replace(fit, method=REFERENCE)]
-    held = with_held(settings, fit, fit.fixed)
+    fixed_settings = with_held(settings, fit, fit.fixed)
     sides = halves(records)
     choices: list[tuple[Sides, Rows, str]] = [((records, records), [rows, rows], "the logs")]
     if sides is not None:
@@ -134,7 +134,9 @@ def _scores(
             0, (sides, [motion_rows(side, bench) for side in sides], "strokes that were not seen")
         )
     for compared, rows_of, how in choices:
-        scores = regression_scores(compared, rows_of, ComparedData(records, bench, held, fits))
+        scores = regression_scores(
+            compared, rows_of, ComparedData(records, bench, fixed_settings, fits)
+        )
         if len(scores) == len(fits):
             return (scores[0], scores[1]), how
     return None, ""

@@ -287,10 +287,10 @@ class IdentificationSettings:
     @classmethod
     def of_options(cls, confidence: float, options: Mapping[str, Any]) -> IdentificationSettings:
         """Return the settings with these values of OPTIONS; None selects the default."""
-        own = {one.name for one in fields(cls)}
-        filters = {name: value for name, value in options.items() if name not in own}
+        names = {one.name for one in fields(cls)}
+        filters = {name: value for name, value in options.items() if name not in names}
         pipeline = PublishedFilters(**{n: one for n, one in filters.items() if one is not None})
-        read = {name: value for name, value in options.items() if name in own}
+        read = {name: value for name, value in options.items() if name in names}
         return cls(confidence, pipeline=pipeline, **read)
 
 

@@ -61,9 +61,9 @@ def unit_of(name: str, bench: Bench) -> str:
 
 
 def _estimate(name: str, result: Identification, bench: Bench) -> Estimate:
-    found = result.identified.get(name)
-    if found is not None:
-        return found.estimate(DIMENSIONS[name], bench.axis)
+    interval = result.identified.get(name)
+    if interval is not None:
+        return interval.estimate(DIMENSIONS[name], bench.axis)
     known: Quantity | None = getattr(bench.mechanics, name)
     if known is None:
         # only the offset: the bench always has the others

@@ -80,9 +80,9 @@ def friction_over_speed(model: Model, speed: Vector, direction: float) -> Vector
     The Stribeck fall at low speeds is left out.
     """
     today, laws = model.parameters, model.laws
-    own = None if laws is None or direction > 0.0 else laws.backward
-    coulomb = (own.coulomb if own is not None else None) or today.coulomb
-    first = (own.viscous if own is not None else None) or today.viscous
+    backward = None if laws is None or direction > 0.0 else laws.backward
+    coulomb = (backward.coulomb if backward is not None else None) or today.coulomb
+    first = (backward.viscous if backward is not None else None) or today.viscous
     knees = []
     before = first.value
     for regime in () if laws is None else laws.regimes:

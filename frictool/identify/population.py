@@ -116,38 +116,38 @@ def populations(
     `confidence` is that of the intervals. It is also the probability that no parameter of one
     population is rejected, over all parameters together (Bonferroni).
     """
-    repeated = {name: own for name, own in values.items() if len(own) >= 2}
+    repeated = {name: estimates for name, estimates in values.items() if len(estimates) >= 2}
     return {
-        name: population(own, confidence, (1.0 - confidence) / len(repeated))
-        for name, own in repeated.items()
+        name: population(estimates, confidence, (1.0 - confidence) / len(repeated))
+        for name, estimates in repeated.items()
     }
 
 
 def population(values: Sequence[UnitValue], confidence: float, level: float) -> Population:
     """Return the population of one parameter with at least two values."""
-    found = np.array([one.interval.value for one in values])
+    estimates = np.array([one.interval.value for one in values])
     s = _deviations(values, confidence)
     units = np.array(
         [one.unit if one.unit is not None else f"\0{place}" for place, one in enumerate(values)]
     )
     named = all(one.unit is not None for one in values)
-    within, between = _by_unit(found, s, units) if named else (None, None)
+    within, between = _by_unit(estimates, s, units) if named else (None, None)
     alone = {
-        str(name): _test(found[units == name], s[units == name])
+        str(name): _test(estimates[units == name], s[units == name])
         for name in np.unique(units)
         if np.sum(units == name) > 1
     }
     return Population(
         len(values),
         np.unique(units).size,
-        _mean(found, s),
-        float(np.std(found, ddof=1)),
+        _mean(estimates, s),
+        float(np.std(estimates, ddof=1)),
         float(np.sqrt(np.mean(s**2))),
-        _test(found, s),
+        _test(estimates, s),
         within,
         between,
         alone if named else {},
-        _drift(values, found, s, units, confidence),
+        _drift(values, estimates, s, units, confidence),
         level,
     )
 
@@ -175,10 +175,10 @@ def _test(values: Vector, s: Vector, group: NDArray[np.int64] | None = None) -> 
     free = values.size
     reach = 0.0
     for one in np.unique(group):
-        own = group == one
-        mean = np.average(values[own], weights=w[own])
-        q += float(np.sum(w[own] * (values[own] - mean) ** 2))
-        reach += float(np.sum(w[own]) - np.sum(w[own] ** 2) / np.sum(w[own]))
+        in_group = group == one
+        mean = np.average(values[in_group], weights=w[in_group])
+        q += float(np.sum(w[in_group] * (values[in_group] - mean) ** 2))
+        reach += float(np.sum(w[in_group]) - np.sum(w[in_group] ** 2) / np.sum(w[in_group]))
         free -= 1
     return ScatterTest(
         float(chi2.sf(q, free)), math.sqrt(max(0.0, (q - free) / reach)) if reach > 0.0 else 0.0
@@ -216,8 +216,8 @@ def _drift(
     w = s**-2.0
     names, group = np.unique(units, return_inverse=True)
     for one in range(names.size):
-        own = group == one
-        day[own] -= np.average(day[own], weights=w[own])
+        in_group = group == one
+        day[in_group] -= np.average(day[in_group], weights=w[in_group])
     about = (
         estimates
         - np.array([_mean(estimates[group == one], s[group == one]) for one in range(names.size)])[

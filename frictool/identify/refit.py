@@ -58,16 +58,16 @@ def refit(
     Raises UnusableLogs as the method does.
     """
     assert fit.method is not None
-    held = with_held(settings, fit, fixed)
+    fixed_settings = with_held(settings, fit, fixed)
     inertia = fit.parameters.get("inertia")
     row = methods.METHODS[fit.method]
     if row.known_inertia and inertia is not None and "inertia" not in fixed:
         bench = bench_with_inertia(bench, inertia)
-    again = row.refit(records, bench, held, terms_of(fit.laws))
+    again = row.refit(records, bench, fixed_settings, terms_of(fit.laws))
     kept = {"inertia": inertia} if inertia is not None and "inertia" not in fixed else {}
     parameters = {
         **kept,
-        **{name: one for name, one in held.fixed.items() if name not in fixed},
+        **{name: one for name, one in fixed_settings.fixed.items() if name not in fixed},
         **again.parameters,
     }
     details = {

@@ -45,11 +45,13 @@ def law_lines(model: Model) -> list[str]:
                 f"  breakaway {side}, b0 first: {', '.join(f'{power:.5g}' for power in powers)}"
             )
     if laws.backward is not None:
-        own = {name: getattr(laws.backward, name) for name in ("viscous", "coulomb", "breakaway")}
-        own = {name: found for name, found in own.items() if found is not None}
+        backward = {
+            name: getattr(laws.backward, name) for name in ("viscous", "coulomb", "breakaway")
+        }
+        backward = {name: estimate for name, estimate in backward.items() if estimate is not None}
         lines.append(
-            f"backward: {', '.join(shown(name, found) for name, found in own.items())}; "
-            f"{', '.join(own)} above: forward"
+            f"backward: {', '.join(shown(name, estimate) for name, estimate in backward.items())}; "
+            f"{', '.join(backward)} above: forward"
         )
     if laws.load is not None:
         lines.append(f"load beside friction: {load_line(laws.load)}")
@@ -88,40 +90,42 @@ def load_line(load: Load) -> str:
 
 def measurement_lines(model: Model) -> list[str]:
     """Return the lines on measured properties of the bench."""
-    found = model.measurement
-    if found is None:
+    measured = model.measurement
+    if measured is None:
         return []
     lines = []
     for name in ("backlash", "delay", "loop_time_constant"):
-        one: Estimate | None = getattr(found, name)
+        one: Estimate | None = getattr(measured, name)
         if one is not None:
             lines.append(f"measured: {shown(name, one)}")
-    return lines + [f"not measured: {name}: {reason}" for name, reason in found.refused.items()]
+    return lines + [f"not measured: {name}: {reason}" for name, reason in measured.refused.items()]
 
 
 def presliding_lines(model: Model) -> list[str]:
     """Return the lines on presliding friction."""
-    found = model.presliding
-    if found is None:
+    presliding = model.presliding
+    if presliding is None:
         return []
     lines = [
-        f"presliding, by {found.law} which predicts best: {shown('z_max', found.limit)}, "
-        f"{shown('stiffness', found.stiffness)}"
+        f"presliding, by {presliding.law} which predicts best: {shown('z_max', presliding.limit)}, "
+        f"{shown('stiffness', presliding.stiffness)}"
     ]
     for name in ("lugre", "elasto_plastic", "maxwell_slip"):
-        law = getattr(found, name)
+        law = getattr(presliding, name)
         if law is not None:
             limit = getattr(law, "elastic_limit", None)
             elastic = "" if limit is None else f", {shown('elastic limit', limit)}"
             unseen = f"off by {100.0 * law.held_out:.3g} % of the breakaway on branches not seen"
             lines.append(f"  {name}: {shown('stiffness', law.stiffness)}{elastic}; {unseen}")
-    if found.preisach is not None:
-        size = found.preisach
+    if presliding.preisach is not None:
+        size = presliding.preisach
         lines.append(
             f"  preisach: {len(size.table) // 2} amplitudes, {shown('up to', size.limit)}, "
             f"{shown('saturation', size.saturation)}"
         )
-    return lines + [f"  {name}: not determined: {reason}" for name, reason in found.refused.items()]
+    return lines + [
+        f"  {name}: not determined: {reason}" for name, reason in presliding.refused.items()
+    ]
 
 
 def force_line(error: float | None) -> str:

@@ -165,15 +165,15 @@ class BoundedRealInequalities:
     def free(self) -> list[AffineConstraint]:
         """Return the inequalities with gamma free; the decision vector is (R', S', d, m)."""
         count = 2 * self.half + 2
-        found = [self._coupling(count, None)]
-        for start, (fixed, own, entering) in self.reduced:
-            columns = np.zeros((len(own), count))
-            columns[:, start : start + self.half] = own
+        inequalities = [self._coupling(count, None)]
+        for start, (fixed, coefficients, entering) in self.reduced:
+            columns = np.zeros((len(coefficients), count))
+            columns[:, start : start + self.half] = coefficients
             columns[:, -1] = -entering[upper_triangle(len(entering))]
-            found.append(AffineConstraint(fixed, columns))
+            inequalities.append(AffineConstraint(fixed, columns))
         cone = np.zeros((3, count))
         cone[1, -2] = cone[0, -1] = 1.0  # [m d; d 1]
-        return [*found, AffineConstraint(np.diag([0.0, 1.0]), cone)]
+        return [*inequalities, AffineConstraint(np.diag([0.0, 1.0]), cone)]
 
     def at(self, gamma: float, b: float | None, margin: float) -> list[AffineConstraint]:
         """Return the inequalities at one gamma, with a margin, and [R bI; bI S] >= 0.
@@ -181,14 +181,14 @@ class BoundedRealInequalities:
         The decision vector is (R', S'), or (R', S', b/gamma) if b is None.
         """
         count = 2 * self.half + (b is None)
-        found = [self._coupling(count, None if b is None else b / gamma)]
-        for start, (fixed, own, entering) in self.reduced:
-            columns = np.zeros((len(own), count))
-            columns[:, start : start + self.half] = own
-            found.append(
+        inequalities = [self._coupling(count, None if b is None else b / gamma)]
+        for start, (fixed, coefficients, entering) in self.reduced:
+            columns = np.zeros((len(coefficients), count))
+            columns[:, start : start + self.half] = coefficients
+            inequalities.append(
                 AffineConstraint(fixed - entering / gamma**2 - margin * np.eye(len(fixed)), columns)
             )
-        return found
+        return inequalities
 
     def _coupling(self, count: int, b: float | None) -> AffineConstraint:
         """Return [R' bI; bI S']; if b is None, b is the vector's entry after R' and S'."""

@@ -34,9 +34,9 @@ def lyapunov_ends(
     ]
     objective = np.zeros(2 * half + 1)
     objective[-1] = -1.0
-    found = solve(objective, constraints)
-    least = float(found.x[-1]) if np.all(np.isfinite(found.x)) else -np.inf
-    return least, symmetric(found.x[:half], n), symmetric(found.x[half : 2 * half], n)
+    solution = solve(objective, constraints)
+    least = float(solution.x[-1]) if np.all(np.isfinite(solution.x)) else -np.inf
+    return least, symmetric(solution.x[:half], n), symmetric(solution.x[half : 2 * half], n)
 
 
 def _coefficient(low: Matrix, high: Matrix, n: int, below: float, index: int) -> Affine:

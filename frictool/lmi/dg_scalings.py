@@ -71,44 +71,44 @@ def form(blocks: Sequence[Uncertain], z: int, w: int) -> ScalingForm:
     """Return the form of an uncertainty; `z` and `w` count all outputs and inputs of M."""
     z_at = 0
     w_at = 0
-    found = []
+    bases = []
     placed = []
     for block in blocks:
         rows = slice(z_at, z_at + block.entering)
         columns = slice(z + w_at, z + w_at + block.size)
         placed.append((rows, columns, isinstance(block, RealBlock)))
-        found += (
+        bases += (
             _real(block, rows, columns, z + w)
             if isinstance(block, RealBlock)
             else [_full(rows, columns, z + w)]
         )
         z_at, w_at = z_at + block.entering, w_at + block.size
-    return ScalingForm(np.array(found).reshape(-1, z + w, z + w), tuple(placed), z_at, w_at, z, w)
+    return ScalingForm(np.array(bases).reshape(-1, z + w, z + w), tuple(placed), z_at, w_at, z, w)
 
 
 def _real(block: RealBlock, z: slice, w: slice, size: int) -> list[ComplexVector]:
     """Return one matrix for each real unknown of D and of G."""
-    found = []
+    bases = []
     for part in _hermitian(block.size):
         for_d, for_g = np.zeros((2, size, size), dtype=np.complex128)
         for_d[z, z] = part
         for_d[w, w] = -part
         for_g[w, z], for_g[z, w] = 1j * part, -1j * part
-        found += [for_d, for_g]
-    return found
+        bases += [for_d, for_g]
+    return bases
 
 
 def _hermitian(size: int) -> list[ComplexVector]:
     """Return a basis of the Hermitian matrices over the real numbers."""
-    found = []
+    bases = []
     for row in range(size):
         for column in range(row + 1):
             for value in (1.0,) if row == column else (1.0, 1j):
                 part = np.zeros((size, size), dtype=np.complex128)
                 part[row, column] = value
                 part[column, row] = np.conj(value)
-                found.append(part)
-    return found
+                bases.append(part)
+    return bases
 
 
 def _full(z: slice, w: slice, size: int) -> ComplexVector:

@@ -58,14 +58,14 @@ class ParameterBasis:
 
     def along(self, values: Sequence[float], motion: Sequence[float]) -> Vector:
         """Return the derivatives (terms,) of the basis functions at r = values for r' = motion."""
-        found = []
+        weights = []
         for term in self.terms:
             others = [
                 np.prod([values[j] for k, j in enumerate(term) if k != place])
                 for place in range(len(term))
             ]
-            found.append(sum(motion[j] * other for j, other in zip(term, others, strict=True)))
-        return np.array(found, dtype=np.float64)
+            weights.append(sum(motion[j] * other for j, other in zip(term, others, strict=True)))
+        return np.array(weights, dtype=np.float64)
 
 
 @dataclass(frozen=True)
@@ -130,15 +130,15 @@ class GridInequalities:
         d = 1/gamma and m >= d^2.
         """
         count = self.unknowns + 2
-        found = self.coupling(count, None)
-        for fixed, own, entering in self.reduced():
-            columns = np.zeros((len(own), count))
-            columns[:, : self.unknowns] = own
+        inequalities = self.coupling(count, None)
+        for fixed, coefficients, entering in self.reduced():
+            columns = np.zeros((len(coefficients), count))
+            columns[:, : self.unknowns] = coefficients
             columns[:, -1] = -entering[upper_triangle(len(entering))]
-            found.append(AffineConstraint(fixed, columns))
+            inequalities.append(AffineConstraint(fixed, columns))
         cone = np.zeros((3, count))
         cone[1, -2] = cone[0, -1] = 1.0  # [m d; d 1]
-        return [*found, AffineConstraint(np.diag([0.0, 1.0]), cone)]
+        return [*inequalities, AffineConstraint(np.diag([0.0, 1.0]), cone)]
 
     def at(self, gamma: float, b: float | None, margin: float) -> list[AffineConstraint]:
         """Return the inequalities at one gamma, with a margin, and [X bI; bI Y] >= 0.
@@ -146,14 +146,14 @@ class GridInequalities:
         The decision vector is (X', Y'), or (X', Y', b/gamma) if b is None.
         """
         count = self.unknowns + (b is None)
-        found = self.coupling(count, None if b is None else b / gamma)
-        for fixed, own, entering in self.reduced():
-            columns = np.zeros((len(own), count))
-            columns[:, : self.unknowns] = own
-            found.append(
+        inequalities = self.coupling(count, None if b is None else b / gamma)
+        for fixed, coefficients, entering in self.reduced():
+            columns = np.zeros((len(coefficients), count))
+            columns[:, : self.unknowns] = coefficients
+            inequalities.append(
                 AffineConstraint(fixed - entering / gamma**2 - margin * np.eye(len(fixed)), columns)
             )
-        return found
+        return inequalities
 
     def reduced(self) -> Iterator[tuple[Matrix, Matrix, Matrix]]:
         """Yield fixed, columns and entering of every cell, plant and motion.
@@ -168,9 +168,11 @@ class GridInequalities:
                     fixed, _, entering = side.reduced(self.ports[block])
                     flow = _flowing(side).reduced(self.ports[block])[1]
                     compared = _compared(side).reduced(self.ports[block])[1]
-                    for own, moved in weights:
+                    for weight, moved in weights:
                         columns = np.zeros((len(flow), self.unknowns))
-                        stacked = [a * flow + b * compared for a, b in zip(own, moved, strict=True)]
+                        stacked = [
+                            a * flow + b * compared for a, b in zip(weight, moved, strict=True)
+                        ]
                         columns[:, start : start + self.sizes[block]] = np.hstack(stacked)
                         yield fixed, columns, entering
 
@@ -182,22 +184,22 @@ class GridInequalities:
         and w2 belong to the two ends of a step.
         """
         basis = self.bases[block]
-        found = []
+        pairs = []
         for motion in self.motions:
             now = basis.at(values)
             if self.disc:
                 after = basis.at([v + m for v, m in zip(values, motion, strict=True)])
-                found.append((now, after) if block == 0 else (after, now))
+                pairs.append((now, after) if block == 0 else (after, now))
             else:
-                found.append((now, (1.0, -1.0)[block] * basis.along(values, motion)))
-        unique = {(tuple(a.tolist()), tuple(b.tolist())): (a, b) for a, b in found}
+                pairs.append((now, (1.0, -1.0)[block] * basis.along(values, motion)))
+        unique = {(tuple(a.tolist()), tuple(b.tolist())): (a, b) for a, b in pairs}
         return list(unique.values())
 
     def coupling(self, count: int, b: float | None) -> list[AffineConstraint]:
         """Return [X' bI; bI Y'] at every cell; if b is None, b is the entry after X' and Y'."""
         n, (i, j) = self.n, upper_triangle(2 * self.n)
         side = np.block([[np.zeros((n, n)), np.eye(n)], [np.eye(n), np.zeros((n, n))]])
-        found = []
+        inequalities = []
         for cell in self.cells:
             columns = np.zeros((len(i), count))
             for block, rows in ((0, np.flatnonzero(j < n)), (1, np.flatnonzero(i >= n))):
@@ -207,22 +209,22 @@ class GridInequalities:
                     )
             if b is None:
                 columns[:, self.unknowns] = side[i, j]
-            found.append(
+            inequalities.append(
                 AffineConstraint(np.zeros((2 * n, 2 * n)) if b is None else b * side, columns)
             )
-        return found
+        return inequalities
 
     def margins(self, x: Matrix, y: Matrix, gamma: float) -> Vector:
         """Return (cells,) the smallest eigenvalue of each cell's inequalities over the largest.
 
         They are positive if all inequalities hold. They are evaluated without a solver.
         """
-        found = []
+        smallest = []
         for cell, sides in zip(self.cells, self.sides, strict=True):
             values = []
             for block, v in ((0, x), (1, y)):
-                for own, moved in self.weights(block, cell.values):
-                    flow, drift = np.tensordot(own, v, 1), np.tensordot(moved, v, 1)
+                for weight, moved in self.weights(block, cell.values):
+                    flow, drift = np.tensordot(weight, v, 1), np.tensordot(moved, v, 1)
                     values += [
                         _least(_flowing(side).at(flow, gamma) + side.e @ drift @ side.e.T)
                         for side in sides[block]
@@ -232,8 +234,8 @@ class GridInequalities:
                 for basis, v in zip(self.bases, (x, y), strict=True)
             ]
             values.append(_least(np.block([[here[0], np.eye(self.n)], [np.eye(self.n), here[1]]])))
-            found.append(min(values))
-        return np.array(found)
+            smallest.append(min(values))
+        return np.array(smallest)
 
 
 def _flowing(side: ProjectedInequality) -> ProjectedInequality:

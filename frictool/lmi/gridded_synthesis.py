@@ -98,12 +98,12 @@ class GriddedSolution:
             for basis, v in zip(self.bases, (self.x, self.y), strict=True)
         )
         try:
-            found = central(self.frame.plant(plant).transformed(self.t), x, y, self.gamma)
+            controller = central(self.frame.plant(plant).transformed(self.t), x, y, self.gamma)
         except np.linalg.LinAlgError as error:
             raise NoSolutionError(
                 f"the controller's reconstruction broke down numerically ({error}); {RELAX}"
             ) from None
-        return self.frame.back(found, plant.period)
+        return self.frame.back(controller, plant.period)
 
 
 def minimise(family: Family, schedule: GridSchedule, recentring: float) -> GriddedSolution:
@@ -115,7 +115,7 @@ def minimise(family: Family, schedule: GridSchedule, recentring: float) -> Gridd
     ROUNDS refinements.
     """
     try:
-        return _GridSearch(family, schedule, recentring).found()
+        return _GridSearch(family, schedule, recentring).solution()
     except np.linalg.LinAlgError as error:
         raise NoSolutionError(
             f"the gridded synthesis broke down numerically ({error}); {RELAX}"
@@ -160,14 +160,14 @@ class _GridSearch:
             product(*((-s, *rest, s) if np.isfinite(s) and s > 0.0 else (0.0,) for s in speeds))
         )
 
-    def found(self) -> GriddedSolution:
+    def solution(self) -> GriddedSolution:
         for _ in range(ROUNDS):
             x, y, optimum = self.solved()
             gamma = self.recentring * optimum
             failing = self.failing(x, y, self.recentring**INSIDE * optimum, self.finer)
             if not failing:
                 checked = len(dict.fromkeys([*self.grid, *self.finer]))
-                found = (optimum * self.level, gamma * self.level)
+                levels = (optimum * self.level, gamma * self.level)
                 return GriddedSolution(
                     x,
                     y,
@@ -175,7 +175,7 @@ class _GridSearch:
                     tuple(self.motions),
                     self.t,
                     self.frame,
-                    *found,
+                    *levels,
                     tuple(self.grid),
                     checked,
                 )
@@ -235,12 +235,12 @@ class _GridSearch:
 
 
 def _optimum(problem: GridInequalities) -> float:
-    found = solve(-np.eye(problem.unknowns + 2)[-2], problem.free())
-    inverse = float(found.x[-2])
+    solution = solve(-np.eye(problem.unknowns + 2)[-2], problem.free())
+    inverse = float(solution.x[-2])
     if (
-        not np.all(np.isfinite(found.x))
+        not np.all(np.isfinite(solution.x))
         or inverse <= SMALLEST_INVERSE
-        or found.status in INFEASIBLE
+        or solution.status in INFEASIBLE
     ):
         raise NoSolutionError(NO_GAMMA)
     return 1.0 / inverse

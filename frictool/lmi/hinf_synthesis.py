@@ -140,12 +140,12 @@ def controller(plant: GeneralisedPlant, lyapunov: LyapunovPair, ease: float = 1.
         raise ValueError(f"ease is {ease:g}; it is a factor on gamma, 1 or more")
     framed = lyapunov.frame.plant(plant).transformed(lyapunov.t)
     try:
-        found = central(framed, lyapunov.r, lyapunov.s, ease * lyapunov.gamma)
+        central_controller = central(framed, lyapunov.r, lyapunov.s, ease * lyapunov.gamma)
     except np.linalg.LinAlgError as error:
         raise NoSolutionError(
             f"the controller's reconstruction broke down numerically ({error}); {RELAX}"
         ) from None
-    return lyapunov.frame.back(found, plant.period)
+    return lyapunov.frame.back(central_controller, plant.period)
 
 
 def vertex_controllers(
@@ -178,15 +178,15 @@ def _optimum(problem: BoundedRealInequalities) -> tuple[float, Matrix, Matrix]:
     """Return the smallest gamma with its R and S; raise NoSolutionError if it is not finite."""
     objective = np.zeros(2 * problem.half + 2)
     objective[-2] = -1.0
-    found = solve(objective, problem.free())
-    inverse = float(found.x[-2])
+    solution = solve(objective, problem.free())
+    inverse = float(solution.x[-2])
     if (
-        not np.all(np.isfinite(found.x))
+        not np.all(np.isfinite(solution.x))
         or inverse <= SMALLEST_INVERSE
-        or found.status in INFEASIBLE
+        or solution.status in INFEASIBLE
     ):
         raise NoSolutionError(NO_GAMMA)
-    return 1.0 / inverse, *problem.blocks(found.x, 1.0 / inverse)
+    return 1.0 / inverse, *problem.blocks(solution.x, 1.0 / inverse)
 
 
 def _next(*pairs: tuple[Matrix, Matrix]) -> Matrix:

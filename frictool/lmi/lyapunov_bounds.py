@@ -114,13 +114,13 @@ def parameter_dependent_bound(
     for i, first in enumerate(corners):
         for j, second in enumerate(corners):
             meeting.setdefault(tuple(np.add(first, second).tolist()), []).append((i, j))
-    found = (
+    bound = (
         _bound(loops, count, list(meeting.values()), motions)
         if np.all(np.isfinite(speeds))
         else LyapunovBound(np.inf)
     )
-    if np.isfinite(found.gamma):
-        return found
+    if np.isfinite(bound.gamma):
+        return bound
     common = common_bound(loops)
     return replace(common, p=common.p * len(loops))
 
@@ -214,13 +214,13 @@ class _BoundProblem:
 
     def whole(self, x: Matrix, pairs: Pairs, motion: Matrix) -> Matrix:
         """Return a coefficient of the inequality without gamma."""
-        found = [
+        inequalities = [
             _inequality(
                 self.loops[j], self.p(x, i), self.moved(x, i, motion), self.drift(x, i, motion)
             )
             for i, j in pairs
         ]
-        return np.asarray(np.mean(found, axis=0))
+        return np.asarray(np.mean(inequalities, axis=0))
 
     def drift(self, x: Matrix, corner: int, motion: Matrix) -> Matrix:
         """Return the rate of change of P at a corner, sum r_j' dP/dr_j, for r' = motion."""

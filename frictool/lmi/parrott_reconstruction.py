@@ -133,10 +133,10 @@ def parrott(phi: Matrix, u: Matrix, v: Matrix) -> Matrix:
             "`recentring` or relax the weights"
         )
     completed = -b @ np.linalg.solve(np.eye(a.shape[1]) - a.T @ a, a.T @ c)
-    found = np.linalg.solve(r_u[:m], np.linalg.solve(r_v[:k], (completed - corner).T).T)
-    if not np.linalg.norm(phi + u @ found @ v, 2) < 1.0:
+    solution = np.linalg.solve(r_u[:m], np.linalg.solve(r_v[:k], (completed - corner).T).T)
+    if not np.linalg.norm(phi + u @ solution @ v, 2) < 1.0:
         raise NoSolutionError(
             "the controller found does not keep the bound that it was found for; raise "
             "`recentring` or relax the weights"
         )
-    return np.asarray(found)
+    return np.asarray(solution)

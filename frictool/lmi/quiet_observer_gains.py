@@ -56,7 +56,7 @@ INSIDE, FASTER = (
 class QuietGains:
     """Gains with their proof, and the smallest noise gain nu that is proved for them."""
 
-    found: SwitchedGains
+    gains: SwitchedGains
     noise_gain: float
 
 
@@ -88,16 +88,16 @@ def quiet_gains(
     for _ in range(PASSES):
         problem = _QuietProblem(modes, switches, noise, decay, t, apart)
         smallest = problem.smallest()
-        found = problem.quietest(INSIDE * factor * smallest) if smallest > 0.0 else None
-        if found is None:
+        gains = problem.quietest(INSIDE * factor * smallest) if smallest > 0.0 else None
+        if gains is None:
             break
         passed = {
-            i: replace(mode, q=-found.gains[i] @ noise[i][:, None]) for i, mode in modes.items()
+            i: replace(mode, q=-gains.gains[i] @ noise[i][:, None]) for i, mode in modes.items()
         }
-        nu = proved_gamma(passed, switches, found.gains, found.p, t, 1.0)
-        if found.gamma <= factor * smallest and (best is None or nu < best.noise_gain):
-            best = QuietGains(replace(found, smallest_gamma=smallest), nu)
-        t = t @ np.linalg.inv(cholesky(np.mean(list(found.p.values()), axis=0)))
+        nu = proved_gamma(passed, switches, gains.gains, gains.p, t, 1.0)
+        if gains.gamma <= factor * smallest and (best is None or nu < best.noise_gain):
+            best = QuietGains(replace(gains, smallest_gamma=smallest), nu)
+        t = t @ np.linalg.inv(cholesky(np.mean(list(gains.p.values()), axis=0)))
     if best is None:
         raise NoSolutionError(
             f"no gains were found that are proved to decay by {decay:g} a sample within "
@@ -173,19 +173,19 @@ class _QuietProblem:
         level = (gamma / (self.weight * self.entering)) ** 2
         constraints = [self.inequality(i, j, level, False) for i, j in self.switches]
         constraints += [self.inequality(i, j, None, True) for i, j in self.switches]
-        return self.found(solve(np.eye(self.count)[-1], constraints).x)
+        return self.proved_gains(solve(np.eye(self.count)[-1], constraints).x)
 
     def inequality(self, i: int, j: int, level: float | None, of_noise: bool) -> AffineConstraint:
         """Return the module's matrix for a switch; `level` is gamma^2, None if unknown."""
         mode = self.posed[i]
         same = i == j
-        own = self.sizes[i]
-        size = own + (0 if same else self.half) + 1
+        unknowns = self.sizes[i]
+        size = unknowns + (0 if same else self.half) + 1
 
         def values(x: Matrix) -> Matrix:
             p_i = symmetric(x[:, : self.half], self.n)
-            p_j = p_i if same else symmetric(x[:, own:-1], self.n)
-            g, v = self.multipliers(i, x[:, self.half : own])
+            p_j = p_i if same else symmetric(x[:, unknowns:-1], self.n)
+            g, v = self.multipliers(i, x[:, self.half : unknowns])
             square = x[:, -1] if level is None else np.full(len(x), level)
             turned = np.swapaxes(g, 1, 2)
             enters = -v @ self.noise[i] if of_noise else turned @ mode.q
@@ -200,7 +200,7 @@ class _QuietProblem:
         return place_among_unknowns(
             assemble(values, size),
             self.count,
-            (self.first[i], own),
+            (self.first[i], unknowns),
             None if same else (self.first[j], self.half),
         )
 
@@ -211,18 +211,18 @@ class _QuietProblem:
             -1, *of_v.shape
         )
 
-    def found(self, x: Vector) -> SwitchedGains | None:
+    def proved_gains(self, x: Vector) -> SwitchedGains | None:
         """Return L_i = G_i'^-1 V_i in the modes' own states and the gamma that they prove.
 
         The result is None if P_i or G_i + G_i' is not positive.
         """
         gains, p = {}, {}
         for index in self.posed:
-            own = x[self.first[index] : self.first[index] + self.sizes[index]]
-            if not np.all(np.isfinite(own)):
+            unknowns = x[self.first[index] : self.first[index] + self.sizes[index]]
+            if not np.all(np.isfinite(unknowns)):
                 return None
-            p[index] = self.weight**2 * symmetric(own[: self.half], self.n)
-            (g,), (v,) = self.multipliers(index, own[None, self.half :])
+            p[index] = self.weight**2 * symmetric(unknowns[: self.half], self.n)
+            (g,), (v,) = self.multipliers(index, unknowns[None, self.half :])
             if np.linalg.eigvalsh(g + g.T)[0] <= 0.0 or np.linalg.eigvalsh(p[index])[0] <= 0.0:
                 return None
             gains[index] = self.t @ np.linalg.solve(g.T, v) / self.rows[index].T

@@ -83,12 +83,12 @@ def solve(
     import clarabel
 
     count = objective.shape[0]
-    given = [
+    affine = [
         constraint if isinstance(constraint, AffineConstraint) else assemble(constraint, count)
         for constraint in constraints
     ]
     rows, offsets, cones = [], [], []
-    for constraint in given:
+    for constraint in affine:
         upper = upper_triangle(len(constraint.fixed))
         weight = np.where(upper[0] == upper[1], 1.0, np.sqrt(2.0))
         rows.append(-constraint.columns * weight[:, None])
@@ -108,18 +108,18 @@ def solve(
         settings,
     )
     try:
-        found = solver.solve()
+        solution = solver.solve()
     except BaseException as error:
         if (
             type(error).__name__ != "PanicException"
         ):  # pyo3's PanicException is no Exception: an eigenvalue routine inside failed
             raise
         return SdpSolution(np.full(count, np.nan), "Panicked", False)
-    x = np.asarray(found.x, dtype=np.float64)
+    x = np.asarray(solution.x, dtype=np.float64)
     return SdpSolution(
         x,
-        str(found.status),
-        bool(np.all(np.isfinite(x))) and all(_positive(constraint.at(x)) for constraint in given),
+        str(solution.status),
+        bool(np.all(np.isfinite(x))) and all(_positive(constraint.at(x)) for constraint in affine),
     )
 
 

@@ -86,7 +86,7 @@ def _covered(
     loop: Lti, blocks: Sequence[Uncertain], start: float, tolerance: float, *, scaled: bool
 ) -> CertifiedLevel:
     return (
-        _ArcCover(loop, blocks, scaled=scaled, tolerance=tolerance).found(start)
+        _ArcCover(loop, blocks, scaled=scaled, tolerance=tolerance).certified_level(start)
         if loop.stable
         else CertifiedLevel(np.inf, np.nan, 0)
     )
@@ -110,7 +110,7 @@ class _ArcCover:
         self.form = form(blocks, len(loop.c), loop.b.shape[1])
         self.loop = _evened(tustin(loop, self.period) if self.continuous else loop, self.form)
 
-    def found(self, start: float) -> CertifiedLevel:
+    def certified_level(self, start: float) -> CertifiedLevel:
         level = max(start, self.least()) * (1.0 + self.tolerance)
         where = np.nan
         arcs = 0
@@ -120,13 +120,13 @@ class _ArcCover:
         angles: tuple[float, ...] = (0.0, np.pi)
         while True:
             for angle in angles:
-                asked = self.asked(angle, level)
-                if not np.isfinite(asked):
+                feasible = self.smallest_feasible(angle, level)
+                if not np.isfinite(feasible):
                     return CertifiedLevel(np.inf, self.frequency(angle), arcs)
-                if asked > level:
-                    level = asked * (1.0 + self.tolerance)
+                if feasible > level:
+                    level = feasible * (1.0 + self.tolerance)
                     where = self.frequency(angle)
-            while waiting and self.held(*waiting[-1], level):
+            while waiting and self.holds_between(*waiting[-1], level):
                 waiting.pop()
                 arcs += 1
             if not waiting:
@@ -172,13 +172,13 @@ class _ArcCover:
             else (self.loop, level)
         )
 
-    def held(self, left: float, right: float, level: float) -> bool:
+    def holds_between(self, left: float, right: float, level: float) -> bool:
         """Return True if scalings were found that satisfy the inequality between two angles."""
         loop, performance = self.scaled_loop(level)
         x = self.scalings(loop, np.array([left, 0.5 * (left + right), right]), performance)
         return x is not None and is_negative_on(loop, self.form.at(x, performance), left, right)
 
-    def asked(self, angle: float, level: float) -> float:
+    def smallest_feasible(self, angle: float, level: float) -> float:
         """Return the smallest feasible level at one angle, at least `level`.
 
         It is accurate to a fraction of the tolerance, and infinite above UNBOUNDED times `level`.

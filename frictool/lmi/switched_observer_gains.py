@@ -97,12 +97,12 @@ def switched_gains(
     t = state_units(modes)
     for index, mode in modes.items():
         refuse_undetectable(index, mode.in_states(t))
-    without = min(_candidates(modes, switches, 1.0, t), key=lambda found: found.gamma)
-    found = _candidates(modes, switches, decay, t)
-    least = min(each.gamma for each in found)
+    without = min(_candidates(modes, switches, 1.0, t), key=lambda candidates: candidates.gamma)
+    candidates = _candidates(modes, switches, decay, t)
+    least = min(each.gamma for each in candidates)
     if not np.isfinite(least):
         raise NoSolutionError(_unsolved(decay, without.gamma))
-    best = next(each for each in found if each.gamma <= MOST_ROOM * least)
+    best = next(each for each in candidates if each.gamma <= MOST_ROOM * least)
     return replace(
         best, smallest_gamma=min(without.gamma, least)
     )  # gains with a decay also solve the inequalities without one
@@ -118,12 +118,12 @@ def _candidates(
     inner, edge = [], []
     for _ in range(PASSES):
         problem = _SwitchedProblem(modes, switches, decay, t)
-        asked, found = problem.smallest()
-        if not found.p:
+        smallest, gains = problem.smallest()
+        if not gains.p:
             break
-        inner.append(problem.inside(ROOM * asked))
-        edge.append(found)
-        t = t @ np.linalg.inv(cholesky(np.mean(list(found.p.values()), axis=0)))
+        inner.append(problem.inside(ROOM * smallest))
+        edge.append(gains)
+        t = t @ np.linalg.inv(cholesky(np.mean(list(gains.p.values()), axis=0)))
     return [*reversed(inner), *reversed(edge), _nothing(decay, t)]
 
 
@@ -233,20 +233,25 @@ class _SwitchedProblem:
         """Return minus the matrix of (6.6) for a switch, among all unknowns."""
         mode = self.posed[i]
         same = i == j
-        own = self.half + self.n * len(self.posed[i].c)
-        size = own + (0 if same else self.half) + 1
+        unknowns = self.half + self.n * len(self.posed[i].c)
+        size = unknowns + (0 if same else self.half) + 1
 
         def values(x: Matrix) -> Matrix:
             p_i = symmetric(x[:, : self.half], self.n)
-            v = x[:, self.half : own].reshape(-1, len(mode.c), self.n)
+            v = x[:, self.half : unknowns].reshape(-1, len(mode.c), self.n)
             return _inequality(
-                mode, self.decay, p_i, p_i if same else symmetric(x[:, own:-1], self.n), v, x[:, -1]
+                mode,
+                self.decay,
+                p_i,
+                p_i if same else symmetric(x[:, unknowns:-1], self.n),
+                v,
+                x[:, -1],
             )
 
         return place_among_unknowns(
             assemble(values, size),
             self.count,
-            (self.first[i], own),
+            (self.first[i], unknowns),
             None if same else (self.first[j], self.half),
         )
 
@@ -257,12 +262,12 @@ class _SwitchedProblem:
         """
         gains, p = {}, {}
         for index, mode in self.posed.items():
-            own = x[self.first[index] :]
+            unknowns = x[self.first[index] :]
             p[index] = self.weight**2 * symmetric(
-                own[: self.half], self.n
+                unknowns[: self.half], self.n
             )  # in units of the original weights
-            v = own[self.half : self.half + self.n * len(mode.c)].reshape(len(mode.c), self.n)
-            if not np.all(np.isfinite(own)) or np.linalg.eigvalsh(p[index])[0] <= 0.0:
+            v = unknowns[self.half : self.half + self.n * len(mode.c)].reshape(len(mode.c), self.n)
+            if not np.all(np.isfinite(unknowns)) or np.linalg.eigvalsh(p[index])[0] <= 0.0:
                 return _nothing(self.decay, self.t)
             gains[index] = (
                 self.weight**2
@@ -275,17 +280,17 @@ class _SwitchedProblem:
 
 
 def place_among_unknowns(
-    local: AffineConstraint, count: int, own: tuple[int, int], other: tuple[int, int] | None
+    local: AffineConstraint, count: int, before: tuple[int, int], after: tuple[int, int] | None
 ) -> AffineConstraint:
     """Return the inequality of one switch in all `count` unknowns, gamma^2 last.
 
-    `own` and `other` are the first index and the number of unknowns of the mode before the switch
-    and of the mode after it. `local` has them in this order, then gamma^2.
+    `before` and `after` give the first index and the number of unknowns of the modes before and
+    after the switch. `local` has the unknowns in this order, then gamma^2.
     """
     columns = np.zeros((len(local.columns), count))
-    columns[:, own[0] : own[0] + own[1]] = local.columns[:, : own[1]]
-    if other is not None:
-        columns[:, other[0] : other[0] + other[1]] = local.columns[:, own[1] : -1]
+    columns[:, before[0] : before[0] + before[1]] = local.columns[:, : before[1]]
+    if after is not None:
+        columns[:, after[0] : after[0] + after[1]] = local.columns[:, before[1] : -1]
     columns[:, -1] = local.columns[:, -1]
     return AffineConstraint(local.fixed, columns)
 

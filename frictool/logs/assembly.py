@@ -122,9 +122,9 @@ class LogAssembly:
     @property
     def losses(self) -> list[DataLoss]:
         """Return the losses of this reading in the log's time; complete after the last sample."""
-        found = LossList()
+        collected = LossList()
         for loss in self.lost:
-            found.append(loss)
+            collected.append(loss)
         for flow in self.flows:
             origin = self.start(flow) / NS
             for loss in flow.losses:
@@ -132,8 +132,8 @@ class LogAssembly:
                     None if at is None else round(at - origin, 9)
                     for at in (loss.start_s, loss.end_s)
                 )
-                found.append(replace(loss, start_s=start, end_s=end))
-        return found
+                collected.append(replace(loss, start_s=start, end_s=end))
+        return collected
 
 
 def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) -> LogAssembly:

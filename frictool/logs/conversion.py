@@ -46,14 +46,14 @@ class OutgoingStream:
 
         The last block may be shorter.
         """
-        held: list[SampleBlock] = []
+        pending: list[SampleBlock] = []
         for piece in self.samples:
-            held.append(piece)
-            if sum(part.time.size for part in held) >= BLOCK_ROWS:
-                yield _columns(join_blocks(held))
-                held = []
-        if held:
-            yield _columns(join_blocks(held))
+            pending.append(piece)
+            if sum(part.time.size for part in pending) >= BLOCK_ROWS:
+                yield _columns(join_blocks(pending))
+                pending = []
+        if pending:
+            yield _columns(join_blocks(pending))
 
     def whole(self) -> list[Vector]:
         """Return time in s and the signals, all samples at once."""

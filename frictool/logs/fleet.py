@@ -47,7 +47,7 @@ def members(logs: Iterable[Path]) -> list[FleetLog]:
     """
     logs = list(logs)
     several = sum(is_fleet([log]) for log in logs) > 1
-    found: dict[Path, FleetLog] = {}
+    by_path: dict[Path, FleetLog] = {}
     for log in logs:
         for member in (
             _below(log, several)
@@ -55,14 +55,14 @@ def members(logs: Iterable[Path]) -> list[FleetLog]:
             else [FleetLog(log, LogName(readable(log.as_posix())))]
         ):
             if not is_table(member.path):
-                found.setdefault(member.path.resolve(), member)
-    if not found:
+                by_path.setdefault(member.path.resolve(), member)
+    if not by_path:
         raise LogError(
             logs[0],
             "is a table about logs, or holds nothing else; name logs, "
             "or the folder that they are in",
         )
-    return list(found.values())
+    return list(by_path.values())
 
 
 def _below(folder: Path, named: bool) -> list[FleetLog]:
@@ -125,5 +125,5 @@ def _opens_with(footer: bytes, names: Sequence[str]) -> bool:
     The footer holds the names in the order of the columns, each after its length, and the word
     "frictool" with the version.
     """
-    found = [footer.find(bytes([len(name)]) + name.encode()) for name in names]
-    return found[0] >= 0 and found == sorted(found) and b"frictool" in footer
+    positions = [footer.find(bytes([len(name)]) + name.encode()) for name in names]
+    return positions[0] >= 0 and positions == sorted(positions) and b"frictool" in footer

@@ -177,20 +177,20 @@ def refuse_swapped(document: Path, log: Path) -> None:
     """Raise LogError if a log and a document were passed in the wrong order."""
     if not document.is_file() or not log.is_file():
         return
-    found = _document_key().search(head_of(log)) if log.stat().st_size else None
-    if found and document.stat().st_size and not _document_key().search(head_of(document)):
+    match = _document_key().search(head_of(log)) if log.stat().st_size else None
+    if match and document.stat().st_size and not _document_key().search(head_of(document)):
         raise LogError(
             log,
-            f"is a document ({found[1].decode()}), and {document.name} is none; "
+            f"is a document ({match[1].decode()}), and {document.name} is none; "
             "write the document first, then the log",
         )
 
 
 def tables_of(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
     """Return the tables of a raw file; raise LogError if it cannot be read or breaks its format."""
-    found = format_of(path)
-    require(found, path)
-    return _reader(found).tables(path, layout)
+    log_format = format_of(path)
+    require(log_format, path)
+    return _reader(log_format).tables(path, layout)
 
 
 def open_tables(parts: Sequence[Path], layout: Layout | None = None) -> tuple[RawTable, ...]:

@@ -51,7 +51,7 @@ def log_of(time: ArrayLike, signals: Mapping[str, ArrayLike], axis: Axis, name: 
             f"no channel: {', '.join(unknown) or 'there is none'}; allowed: "
             f"{', '.join(CHANNEL_DIMENSIONS)}",
         )
-    values = {one: _vector(name, one, given) for one, given in signals.items()}
+    values = {one: _vector(name, one, signal) for one, signal in signals.items()}
     for one, vector in values.items():
         if vector.size != clock.size:
             raise LogError(name, f"{one} has {vector.size} samples, time has {clock.size}")

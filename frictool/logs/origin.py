@@ -87,8 +87,8 @@ def origin_of_log(log: Log, name: LogName, patterns: NamePatterns) -> LogOrigin:
 
 def origin_by_name(name: LogName, patterns: NamePatterns) -> LogOrigin:
     """Return the origin that the path alone gives."""
-    unit = _found(patterns.unit, name.file) or name.folder
-    return LogOrigin(unit or None, as_date(_found(patterns.date, name.file) or ""))
+    unit = _matched_text(patterns.unit, name.file) or name.folder
+    return LogOrigin(unit or None, as_date(_matched_text(patterns.date, name.file) or ""))
 
 
 def unmatched_patterns(patterns: NamePatterns, names: Sequence[LogName]) -> list[str]:
@@ -96,23 +96,25 @@ def unmatched_patterns(patterns: NamePatterns, names: Sequence[LogName]) -> list
 
     The option may be misspelt.
     """
-    told = []
+    messages = []
     for option, pattern in (("--unit", patterns.unit), ("--date", patterns.date)):
-        found = [
-            (name.file, text) for name in names if pattern and (text := _found(pattern, name.file))
+        matches = [
+            (name.file, text)
+            for name in names
+            if pattern and (text := _matched_text(pattern, name.file))
         ]
-        if pattern and not found:
-            told.append(
+        if pattern and not matches:
+            messages.append(
                 f"{option} {pattern!r} finds nothing in the name of any log, "
                 f"such as {names[0].file}"
             )
-        elif option == "--date" and found and not any(as_date(text) for _, text in found):
-            file, text = found[0]
-            told.append(
+        elif option == "--date" and matches and not any(as_date(text) for _, text in matches):
+            file, text = matches[0]
+            messages.append(
                 f"--date {pattern!r} finds {text!r} in {file}, which is no date: year, month, "
                 "day, and hour, minute, second"
             )
-    return told
+    return messages
 
 
 def _of_clock(clock_ns: int | None, first: float) -> str | None:
@@ -134,13 +136,13 @@ def as_date(text: str) -> str | None:
     if len(digits) not in DIGITS:
         return None
     try:
-        found = datetime.strptime(digits, DIGITS[len(digits)])
+        date = datetime.strptime(digits, DIGITS[len(digits)])
     except ValueError:
         return None
-    return found.strftime("%Y-%m-%d" if len(digits) == 8 else "%Y-%m-%dT%H:%M:%S")
+    return date.strftime("%Y-%m-%d" if len(digits) == 8 else "%Y-%m-%dT%H:%M:%S")
 
 
-def _found(pattern: str | None, name: str) -> str | None:
+def _matched_text(pattern: str | None, name: str) -> str | None:
     match = re.search(pattern, name) if pattern else None
     if match is None:
         return None

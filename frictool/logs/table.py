@@ -178,8 +178,8 @@ def common_rows(source: str, rows: Mapping[str, int]) -> int:
     first = next(iter(rows), "")
     for name, n in rows.items():
         if n != rows[first]:
-            found = f"{first!r} has {rows[first]} samples, {name!r} has {n}"
-            raise LogError(source, f"{found}; the columns of one log have one time base")
+            mismatch = f"{first!r} has {rows[first]} samples, {name!r} has {n}"
+            raise LogError(source, f"{mismatch}; the columns of one log have one time base")
     return rows.get(first, 0)
 
 
@@ -188,9 +188,9 @@ def pick(names: Sequence[str], wanted: str | int, source: str, kind: str = "colu
 
     Raises LogError with the nearest name and the available names if there is no such column.
     """
-    found = find(names, wanted)
-    if found is not None:
-        return found
+    column = find(names, wanted)
+    if column is not None:
+        return column
     if isinstance(wanted, int):
         raise LogError(source, f"has no {kind} {wanted}; it has {len(names)}: {listed(names)}")
     near = difflib.get_close_matches(wanted, names, n=1, cutoff=0.5)

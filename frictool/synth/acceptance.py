@@ -97,12 +97,12 @@ def resonant(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> Reso
     if resonances is None:
         return None
     required = problem.spec.modulus_margin or 0.0
-    found = None
+    check = None
     for samples in delays_checked(problem.delay):
         now = resonant_check(loops, problem.box.vertices, problem.lag, samples, resonances)
         require_margin(now, resonances, required if samples == problem.delay else 0.0)
-        found = now if samples == problem.delay else found
-    return found
+        check = now if samples == problem.delay else check
+    return check
 
 
 def linear_loops(
@@ -132,12 +132,12 @@ def _brake(problem: SynthesisProblem, around: SurroundingBlocks) -> None:
     for one, point, samples in itertools.product(
         brake, problem.box.vertices, delays_checked(problem.delay)
     ):
-        found = check_feedback(one, point.rates, problem.lag, samples)
-        if not found.stable:
+        check = check_feedback(one, point.rates, problem.lag, samples)
+        if not check.stable:
             raise NoSolutionError(
                 "not verified: the limiter's virtual friction is unstable at rest, at vertex "
                 f"{point.name} with {samples} samples of "
-                f"delay (spectral radius {found.spectral_radius:.4f}); raise "
+                f"delay (spectral radius {check.spectral_radius:.4f}); raise "
                 "limiter.virtual_speed, or velocity.filter_rad_s"
             )
 

@@ -64,14 +64,14 @@ def certify(loop: CertificateLoop, box: Box) -> Certificate:
     that the same inputs give the same certificate.
     """
     quantities: tuple[Literal["norm", "sensitivity"], ...] = ("norm", "sensitivity")
-    found = {of: _bound(quantity_loop(loop, of), box, of) for of in quantities}
-    bounds = tuple(bound for bound in found.values() if isinstance(bound, Bound))
+    certified = {of: _bound(quantity_loop(loop, of), box, of) for of in quantities}
+    bounds = tuple(bound for bound in certified.values() if isinstance(bound, Bound))
     return Certificate(
         1,
         box,
         loop.weights,
         bounds,
-        {of: reason for of, reason in found.items() if isinstance(reason, str)},
+        {of: reason for of, reason in certified.items() if isinstance(reason, str)},
     )
 
 
@@ -130,7 +130,7 @@ def _scan(loop: CertificateLoop, box: Box) -> tuple[float, PlantPoint]:
     )
     ends = (box.inertia, box.viscous, box.constant)
     coulomb = max(abs(end) for end in box.coulomb)
-    found = []
+    intervals = []
     for j, sigma, constant in itertools.product(
         *(np.unique(np.linspace(low, high, SCANNED)) for low, high in ends)
     ):
@@ -143,9 +143,9 @@ def _scan(loop: CertificateLoop, box: Box) -> tuple[float, PlantPoint]:
             loop.period,
             loop.delay,
         )
-        found.append((performance(k, plant), point))
-    worst, at = largest(value for value, _ in found)
-    return worst, found[at][1]
+        intervals.append((performance(k, plant), point))
+    worst, at = largest(value for value, _ in intervals)
+    return worst, intervals[at][1]
 
 
 def _numbers(enclosure: Enclosure) -> Matrix:
@@ -232,18 +232,18 @@ class _CellSearch:
         halved without end.
         """
         waiting = [self._tried(self.whole)]
-        found: list[Cell] = []
+        accepted: list[Cell] = []
         halvings = 0
         while waiting:
             tried = waiting.pop()
             if tried.cell is not None:
-                found.append(tried.cell)
+                accepted.append(tried.cell)
             elif not tried.empty:
                 halvings += 1
-                if len(found) + len(waiting) >= MOST_CELLS or halvings > MOST_HALVINGS:
+                if len(accepted) + len(waiting) >= MOST_CELLS or halvings > MOST_HALVINGS:
                     return None
                 waiting += self._halves(tried.rates)
-        return tuple(found)
+        return tuple(accepted)
 
     def _tried(self, rates: Rectangle) -> _TriedCell:
         if inverse_inertia(self.box, *rates) is None:
@@ -255,14 +255,14 @@ class _CellSearch:
             [_numbers(end[0]), _numbers(end[-1])]
             for end in (loops[:CONTROL_POINTS], loops[CONTROL_POINTS:])
         )
-        least, *found = lyapunov_ends(low_ends, high_ends, len(self.loop.states), self.below)
+        least, *lyapunov = lyapunov_ends(low_ends, high_ends, len(self.loop.states), self.below)
         if least <= 0.0:
             return _TriedCell(rates, least)
         low, high = (
             np.array(
                 [[round(value * 2**BITS_KEPT) for value in row] for row in p.tolist()], dtype=object
             )
-            for p in found
+            for p in lyapunov
         )
         if (
             failing_inequality(loops, self.coordinates, (low, high), BITS_KEPT, self.below)

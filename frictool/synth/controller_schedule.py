@@ -40,18 +40,20 @@ def verified_schedule(problem: SynthesisProblem, candidate: ControllerCandidate)
     stored_corners = tuple(
         _corner(corner, k) for corner, k in zip(corners, candidate.scheduled, strict=True)
     )
-    found = scheduled_figures(
+    figures = scheduled_figures(
         stored_corners, names, problem.running, problem.lag, problem.delay, problem.period
     )
     required = problem.spec.modulus_margin or 0.0
-    if found.modulus_margin <= 0.0 or found.modulus_margin < required:
+    if figures.modulus_margin <= 0.0 or figures.modulus_margin < required:
         raise NoSolutionError(
-            f"not verified: the scheduled loop has a modulus margin of {found.modulus_margin:.3f} "
-            f"< {required:g} at "
-            f"{plant_words(found.at, problem.model.bench)}; "
+            "not verified: the scheduled loop has a modulus margin of "
+            f"{figures.modulus_margin:.3f} < {required:g} at "
+            f"{plant_words(figures.at, problem.model.bench)}; "
             "relax the weights"
         )
-    return stored.Schedule(names, stored_corners, found.gamma, found.modulus_margin, found.points)
+    return stored.Schedule(
+        names, stored_corners, figures.gamma, figures.modulus_margin, figures.points
+    )
 
 
 def _corner(point: PlantPoint, k: Lti) -> stored.Corner:

@@ -116,13 +116,13 @@ def synthesise_verified(
 
 def _with_resonances(posed: SynthesisProblem, controller: stored.Controller) -> str:
     """Return a note with the margin that was verified on the plant with resonances."""
-    found = resonant(posed, feedbacks_of(controller))
-    assert found is not None
+    check = resonant(posed, feedbacks_of(controller))
+    assert check is not None
     assert controller.resonances is not None
     return (
         f"with the resonances of {', '.join(controller.resonances.links)}: stable, modulus margin "
-        f"{found.modulus_margin:.3f} at least "
-        f"({found.where}); norms, bounds and certificate are of the plant without them"
+        f"{check.modulus_margin:.3f} at least "
+        f"({check.where}); norms, bounds and certificate are of the plant without them"
     )
 
 
@@ -146,8 +146,10 @@ def _beyond(
     """Add the figures between the vertices and the certificate; return the controller and notes."""
     progress("bounds over the whole box")
     loops = feedbacks_of(controller)
-    found = robustness(posed, loops[0].system) if posed.weighs else sensitivity_inside(posed, loops)
-    verified = msgspec.structs.replace(controller.verified, robustness=found)
+    bounds = (
+        robustness(posed, loops[0].system) if posed.weighs else sensitivity_inside(posed, loops)
+    )
+    verified = msgspec.structs.replace(controller.verified, robustness=bounds)
     progress("certificate")
     certificate, remarks = _certificate(posed, controller)
     if posed.weighs and len(loops) > 1:

@@ -81,16 +81,16 @@ def _check_bands(model: Model, spec: Spec, design: Design) -> None:
         ).at("design", "position_law.band")
     bands: dict[str, PositiveLength | None] = {} if limiter is None else {"limiter": limiter.band}
     bands |= {} if law is None or law.action == "none" else {"position_law": law.band}
-    for name, given in bands.items():
-        band = step if given is None else given.value
+    for name, length in bands.items():
+        band = step if length is None else length.value
         if spec.static_error is not None and band > spec.static_error.value:
-            found = (
+            finding = (
                 f"the encoder's step is {band:.6g} {unit}"
-                if given is None
+                if length is None
                 else f"found {band:.6g} {unit}"
             )
             raise FrictoolError(
-                f"{name}.band: {found}; allowed: at most static_error of the specification, "
+                f"{name}.band: {finding}; allowed: at most static_error of the specification, "
                 f"{spec.static_error.value:.6g} {unit}: the "
                 "drive is released anywhere in the band; narrow the band, or widen static_error"
             ).at("design", f"{name}.band")
@@ -128,7 +128,7 @@ def fastest(model: Model, part: Callable[[float, float], float]) -> FastestStep:
     """
     known = model.bench.mechanics
     limit = model.bench.actuator.limit.value
-    found = []
+    rates = []
     loose = (
         known.backlash_coulomb.value
         if known.backlash is not None and known.backlash_coulomb is not None
@@ -138,8 +138,8 @@ def fastest(model: Model, part: Callable[[float, float], float]) -> FastestStep:
         effort = vertex.constant * limit
         up = (effort - min(vertex.coulomb, loose)) / vertex.inertia
         down = (effort + vertex.coulomb) / vertex.inertia
-        found.append(FastestStep(effort, vertex.inertia, vertex.coulomb, part(up, down)))
-    return max(found, key=lambda one: one.per_root)
+        rates.append(FastestStep(effort, vertex.inertia, vertex.coulomb, part(up, down)))
+    return max(rates, key=lambda one: one.per_root)
 
 
 def _check_time(

@@ -50,23 +50,23 @@ def json_view(result: SynthesisResult, disturbance: LoadDisturbance) -> dict[str
 
 
 def _certificate(controller: Controller) -> dict[str, Any] | None:
-    found = controller.certificate
-    if found is None:
+    certificate = controller.certificate
+    if certificate is None:
         return None
     return {
-        "box": msgspec.to_builtins(found.box),
+        "box": msgspec.to_builtins(certificate.box),
         "proved": [
             {"of": bound.of, "below": bound.below, "cells": len(bound.cells)}
-            for bound in found.bounds
+            for bound in certificate.bounds
         ],
     }
 
 
 def _schedule(controller: Controller) -> dict[str, Any] | None:
-    found = controller.schedule
-    if found is None:
+    schedule = controller.schedule
+    if schedule is None:
         return None
-    return {**msgspec.to_builtins(found), "corners": len(found.corners)}
+    return {**msgspec.to_builtins(schedule), "corners": len(schedule.corners)}
 
 
 def _trade(trade: Trade | None) -> dict[str, Any] | None:

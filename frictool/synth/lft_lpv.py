@@ -29,6 +29,8 @@ def lft_lpv(problem: SynthesisProblem) -> ControllerCandidate:
     )
     plants = [posed.plant(one.rates, one.uncertainty) for one in (centre, *corners)]
     lyapunov, (k, *scheduled) = solve_inequalities(problem, plants)
-    for one, plant, own in zip((centre, *corners), plants, (k, *scheduled), strict=True):
-        check_claim(own, plant, lyapunov.gamma, f"{one.point.name} with its uncertainty channel")
+    for one, plant, controller in zip((centre, *corners), plants, (k, *scheduled), strict=True):
+        check_claim(
+            controller, plant, lyapunov.gamma, f"{one.point.name} with its uncertainty channel"
+        )
     return problem.candidate(k, lyapunov.gamma, lyapunov.optimum, scheduled=scheduled, over=box)

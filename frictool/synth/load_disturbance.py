@@ -61,22 +61,22 @@ def disturbance(model: Model) -> LoadDisturbance:
         ripple = 0.0 if load.ripple is None else amplitude(load.ripple.sine, load.ripple.cosine)
     offset = largest(today.offset)
     available = actuator.constant.interval[0] * actuator.limit.value
-    found = LoadDisturbance(offset, gravity, ripple, available, today.breakaway.interval[0])
+    estimate = LoadDisturbance(offset, gravity, ripple, available, today.breakaway.interval[0])
     friction = largest(today.coulomb)
-    if found.total + friction >= available:
+    if estimate.total + friction >= available:
         raise NoSolutionError(
-            f"the load of up to {found.total:.4g} and a Coulomb friction of up to {friction:.4g} "
-            f"{today.offset.unit} are more than the "
+            f"the load of up to {estimate.total:.4g} and a Coulomb friction of up to "
+            f"{friction:.4g} {today.offset.unit} are more than the "
             f"{available:.4g} {today.offset.unit} that the actuator gives at its limit; narrow "
             "the intervals of coulomb and of "
             "actuator.constant, or take a drive with a higher actuator.limit"
         ).at("model", "parameters.coulomb")
-    return found
+    return estimate
 
 
-def largest(found: Estimate) -> float:
+def largest(estimate: Estimate) -> float:
     """Return the largest absolute value of the estimate's interval."""
-    return max(map(abs, found.interval))
+    return max(map(abs, estimate.interval))
 
 
 def amplitude(sine: Estimate, cosine: Estimate) -> float:

@@ -61,47 +61,54 @@ def lpv_grid(problem: SynthesisProblem) -> ControllerCandidate:
         (0 if design.scheduled else options.degree, options.degree),
         options.points,
     )
-    found = minimise(family, schedule, design.recentring)
+    solution = minimise(family, schedule, design.recentring)
     frozen = centre if design.frozen_at == "centre" else identified_plant(problem)
     values = _values(box, frozen, names)
-    held = plant(_at(box, frozen, names, values))
-    note = _note(found, names, options)
+    frozen_plant = plant(_at(box, frozen, names, values))
+    note = _note(solution, names, options)
     where = f"the {design.frozen_at} plant"
     if not design.scheduled:
-        k = found.frozen(held, values)
-        check_claim(k, held, found.gamma, where)
-        return problem.candidate(k, found.gamma, found.optimum, [note])
+        k = solution.frozen(frozen_plant, values)
+        check_claim(k, frozen_plant, solution.gamma, where)
+        return problem.candidate(k, solution.gamma, solution.optimum, [note])
     ends = list(product((-1.0, 1.0), repeat=len(names)))
     k, *corners = scheduled_controllers(
-        found, [values, *ends], [held, *(family(end)[0] for end in ends)]
+        solution, [values, *ends], [frozen_plant, *(family(end)[0] for end in ends)]
     )
-    check_claim(k, held, found.gamma, where)
+    check_claim(k, frozen_plant, solution.gamma, where)
     points = [
         replace(_at(box, centre, names, end), name=f"v{index}", coulomb=coulomb)
         for index, end in enumerate(ends, start=1)
     ]
     over = Polytope(centre, tuple(points), names)
     return problem.candidate(
-        k, found.gamma, found.optimum, [note, _sums(found, family, corners, ends)], corners, over
+        k,
+        solution.gamma,
+        solution.optimum,
+        [note, _sums(solution, family, corners, ends)],
+        corners,
+        over,
     )
 
 
 def _sums(
-    found: GriddedSolution, family: Family, corners: Sequence[Lti], ends: Sequence[Values]
+    solution: GriddedSolution, family: Family, corners: Sequence[Lti], ends: Sequence[Values]
 ) -> str:
     """Return a note on the gamma that the interpolated corner controllers prove at the grid points.
 
     The interpolation is the barycentric sum (5.46), (5.64).
     """
     worst = 0.0
-    for values in found.points:
+    for values in solution.points:
         shares = [
             np.prod([0.5 * (1.0 + e * v) for e, v in zip(end, values, strict=True)]) for end in ends
         ]
         a, b, c, d = (
             np.tensordot(shares, [getattr(k, part) for k in corners], 1) for part in "abcd"
         )
-        worst = max(worst, certified_gamma(found, values, family(values)[0], Lti(a, b, c, d, 0.0)))
+        worst = max(
+            worst, certified_gamma(solution, values, family(values)[0], Lti(a, b, c, d, 0.0))
+        )
     if np.isinf(worst):
         return (
             "interpolated controllers have no bound at some of the grid's points; "
@@ -142,11 +149,13 @@ def _at(box: Box, others: PlantPoint, names: tuple[str, ...], values: Values) ->
 
     The values are in -1 to 1, the ends of the parameters' intervals in `box`.
     """
-    found = {name: getattr(others, name) for name in DYNAMIC}
+    levels = {name: getattr(others, name) for name in DYNAMIC}
     for name, value in zip(names, values, strict=True):
         low, high = box[name]
-        found[name] = 0.5 * (low + high) + 0.5 * value * (high - low)
-    return PlantPoint("grid", found["inertia"], found["viscous"], others.coulomb, found["constant"])
+        levels[name] = 0.5 * (low + high) + 0.5 * value * (high - low)
+    return PlantPoint(
+        "grid", levels["inertia"], levels["viscous"], others.coulomb, levels["constant"]
+    )
 
 
 def _values(box: Box, point: PlantPoint, names: tuple[str, ...]) -> Values:
@@ -154,19 +163,19 @@ def _values(box: Box, point: PlantPoint, names: tuple[str, ...]) -> Values:
 
     Raises NoSolutionError if one of them is outside its interval.
     """
-    found = tuple(
+    scaled = tuple(
         (2.0 * getattr(point, name) - sum(box[name])) / (box[name][1] - box[name][0])
         for name in names
     )
-    if np.any(np.abs(found) > 1.0 + 1e-9):
+    if np.any(np.abs(scaled) > 1.0 + 1e-9):
         raise NoSolutionError(
             f"the plant {point.name} is outside the intervals that are scheduled; freeze at the "
             "centre, or widen the intervals"
         )
-    return found
+    return scaled
 
 
-def _note(found: GriddedSolution, names: tuple[str, ...], options: Grid) -> str:
+def _note(solution: GriddedSolution, names: tuple[str, ...], options: Grid) -> str:
     moving = (
         f"up to {options.speed_per_s:g} of their widths per s"
         if options.speed_per_s
@@ -174,6 +183,6 @@ def _note(found: GriddedSolution, names: tuple[str, ...], options: Grid) -> str:
     )
     return (
         f"gridded over {', '.join(names) or 'nothing'} ({moving}), X and Y of degree "
-        f"{options.degree}: {len(found.points)} points in the "
-        f"end, inequalities evaluated at {found.checked}; between them nothing is proved"
+        f"{options.degree}: {len(solution.points)} points in the "
+        f"end, inequalities evaluated at {solution.checked}; between them nothing is proved"
     )

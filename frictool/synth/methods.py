@@ -11,5 +11,5 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 def solver(method: str) -> Callable[[SynthesisProblem], ControllerCandidate]:
     """Return the function of a key of METHODS; it and its module have the name of the method."""
-    found = getattr(import_module(f"frictool.synth.{method}"), method)
-    return cast(Callable[[SynthesisProblem], ControllerCandidate], found)
+    function = getattr(import_module(f"frictool.synth.{method}"), method)
+    return cast(Callable[[SynthesisProblem], ControllerCandidate], function)

@@ -104,11 +104,11 @@ class MinimaxDescent:
     def _remember(
         self, peaks: list[list[float]], k: Lti, plants: Sequence[GeneralisedPlant]
     ) -> float:
-        found = true_norms(k, plants, peaks)
-        for memory, (_, at) in zip(peaks, found, strict=True):
+        norms = true_norms(k, plants, peaks)
+        for memory, (_, at) in zip(peaks, norms, strict=True):
             if np.isfinite(at):
                 memory[:] = [*memory, float(np.clip(at, self.grid[0], self.grid[-1]))][-REMEMBERED:]
-        return max(value for value, _ in found)
+        return max(value for value, _ in norms)
 
     def run(self, start: Vector, rounds: int) -> DescentPoint:
         """Descend from stabilising parameters; the result is never worse than the start."""
@@ -152,7 +152,7 @@ class MinimaxDescent:
         least = np.maximum(low / scale, start[:-1] - box)
         most = np.minimum(high / scale, start[:-1] + box)
 
-        found = minimize(
+        minimum = minimize(
             lambda x: x[-1],
             start,
             jac=lambda x: np.eye(len(x))[-1],
@@ -165,9 +165,9 @@ class MinimaxDescent:
             method="SLSQP",
             options={"maxiter": STEPS, "ftol": 0.1 * SETTLED},
         )
-        if not np.all(np.isfinite(found.x)):
+        if not np.all(np.isfinite(minimum.x)):
             return here.parameters, here.worst
-        return np.clip(found.x[:-1], least, most) * scale, float(found.x[-1])
+        return np.clip(minimum.x[:-1], least, most) * scale, float(minimum.x[-1])
 
 
 @dataclass(frozen=True)

@@ -46,25 +46,25 @@ def reduce_order(k: Lti, order: int, check: Check, kept: Kept = "high") -> list[
     unstable, or if `order` is 0 and `k` has an integrator.
     """
     integrator, rest = split_integrator(k)
-    held = 0 if integrator is None else 1
+    integrators = 0 if integrator is None else 1
     if not rest.stable:
         raise NoSolutionError(
             "order reduction: the controller is unstable; only the stable part of one can be "
             "reduced"
         )
-    if order < held:
+    if order < integrators:
         raise NoSolutionError(
             "order reduction: order 0 is below the integrator, which is kept; take order: 1 or more"
         )
     balanced, hankel = balanced_form(rest)
     steps: list[ReducedController] = []
-    for states in range(min(rest.order, k.order) - 1, order - held - 1, -1):
+    for states in range(min(rest.order, k.order) - 1, order - integrators - 1, -1):
         part = (truncated if kept == "high" else residualised)(balanced, min(states, len(hankel)))
         smaller = part if integrator is None else parallel_sum(integrator, part)
         try:
             check(smaller)
         except NoSolutionError as error:
-            raise NoSolutionError(f"reduced to order {states + held}: {error}") from None
+            raise NoSolutionError(f"reduced to order {states + integrators}: {error}") from None
         steps.append(ReducedController(smaller, float(2.0 * np.sum(hankel[states:]))))
     return steps
 

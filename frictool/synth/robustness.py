@@ -46,9 +46,9 @@ def robustness(problem: SynthesisProblem, system: Lti) -> stored.Robustness:
     return stored.Robustness(
         interior_points=points_inside(problem.box.vertices),
         interior=worst.norm,
-        structured=_found(worst_gain(plant.closed(system), blocks, worst.norm).value),
-        parameter_dependent=_found(parameter_dependent_bound(loops).gamma),
-        common=_found(common_bound(loops).gamma),
+        structured=_finite_or_none(worst_gain(plant.closed(system), blocks, worst.norm).value),
+        parameter_dependent=_finite_or_none(parameter_dependent_bound(loops).gamma),
+        common=_finite_or_none(common_bound(loops).gamma),
     )
 
 
@@ -74,5 +74,5 @@ def sensitivity_inside(
     )
 
 
-def _found(value: float) -> float | None:
+def _finite_or_none(value: float) -> float | None:
     return value if math.isfinite(value) else None

@@ -135,21 +135,21 @@ class _PlacementSearch:
 
     def best(self) -> PlacementTrial:
         """Search a coarse grid, then in halved logarithmic steps around the best trials."""
-        found: list[PlacementTrial] = []
+        trials: list[PlacementTrial] = []
         for frequency in self.slowest * np.geomspace(1.0, 20.0, FREQUENCIES):
             for damping in DAMPINGS:
-                found += [
+                trials += [
                     trial
                     for ratio in np.geomspace(1.0, 30.0, FREQUENCIES)
                     if (trial := self.trial(PlacementRule(frequency, damping, ratio)))
                 ]
-        if not found:
+        if not trials:
             raise NoSolutionError(
                 "method rst: no choice of dominant and auxiliary poles is stable at every vertex "
                 "with a stable controller; narrow the "
                 "model's intervals, or take method: minimax"
             )
-        ranked = sorted(found, key=self.merit, reverse=True)
+        ranked = sorted(trials, key=self.merit, reverse=True)
         refined = []
         for start in ranked[:: max(1, len(ranked) // (4 * STARTS))][:STARTS]:
             here = start
@@ -286,8 +286,8 @@ class _PlacementSearch:
 
 def _simulated(a: Vector, b: Vector, c: Vector, entering: Vector) -> Vector:
     """Return c x of x+ = a x + b u for the input u (k,)."""
-    x, found = np.zeros(len(a)), np.empty(len(entering))
+    x, response = np.zeros(len(a)), np.empty(len(entering))
     for k, value in enumerate(entering):
-        found[k] = c[0] @ x
+        response[k] = c[0] @ x
         x = a @ x + b[:, 0] * value
-    return found
+    return response

@@ -155,11 +155,11 @@ class StructuredController:
         """Return the monic factors of the free poles' polynomial in s/w0, highest power first."""
         odd = self.free % 2
         w0 = self.around
-        found = [np.array([1.0, self.bound * np.exp(parameters[0]) / w0])] if odd else []
+        sections = [np.array([1.0, self.bound * np.exp(parameters[0]) / w0])] if odd else []
         for j in range(odd, self.free, 2):
             w, m = self._pair(parameters[j], parameters[j + 1])
-            found.append(np.array([1.0, 2.0 * m * w / w0, (w / w0) ** 2]))
-        return found
+            sections.append(np.array([1.0, 2.0 * m * w / w0, (w / w0) ** 2]))
+        return sections
 
     def system(self, parameters: Vector) -> Lti:
         """Return the controller in its domain.

@@ -170,8 +170,10 @@ class _BlockRules:
         )
         if band < step:
             unit = self.unit("position")
-            found = f"found {band:g} {unit}; allowed: at least the encoder's step, {step:g} {unit}"
-            raise FrictoolError(f"limiter.band: {found}").at("design", "limiter.band")
+            finding = (
+                f"found {band:g} {unit}; allowed: at least the encoder's step, {step:g} {unit}"
+            )
+            raise FrictoolError(f"limiter.band: {finding}").at("design", "limiter.band")
         if energy and today.coulomb.value + virtual == 0.0:
             raise FrictoolError(
                 "limiter: condition energy needs friction to stop with, and the model's coulomb "

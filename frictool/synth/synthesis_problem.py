@@ -178,10 +178,10 @@ class SynthesisProblem:
         running = self.discretised(k)
         required = self.spec.modulus_margin or 0.0
         for point in self.box.vertices:
-            found = check_loop(running, point.rates, self.lag, self.delay)
-            if not found.stable or found.modulus_margin < required:
+            loop_check = check_loop(running, point.rates, self.lag, self.delay)
+            if not loop_check.stable or loop_check.modulus_margin < required:
                 raise NoSolutionError(
-                    f"not verified: modulus margin {found.modulus_margin:.3f} at vertex "
+                    f"not verified: modulus margin {loop_check.modulus_margin:.3f} at vertex "
                     f"{point.name}, specified {required:g}; raise order"
                 )
 
@@ -216,9 +216,9 @@ def check_claim(k: Lti, plant: GeneralisedPlant, gamma: float, where: str) -> fl
     """
     norm = performance(k, plant)
     if not norm <= CLAIM * gamma:
-        found = "the loop is unstable" if np.isinf(norm) else f"its norm is {norm:.4g}"
+        finding = "the loop is unstable" if np.isinf(norm) else f"its norm is {norm:.4g}"
         raise NoSolutionError(
-            f"not verified: the inequalities claim gamma {gamma:.4g} at {where}, but {found}; "
+            f"not verified: the inequalities claim gamma {gamma:.4g} at {where}, but {finding}; "
             "raise `recentring`, or bring the weights "
             "nearer to each other"
         )

@@ -195,22 +195,23 @@ def _margins(controller: Controller) -> list[str]:
 def _beyond(controller: Controller) -> list[str]:
     """Describe the bounds for the plants between the vertices."""
     lines = []
-    found = controller.verified.robustness
-    if found is not None and controller.linear.input == "speed_error":
+    bounds = controller.verified.robustness
+    if bounds is not None and controller.linear.input == "speed_error":
         lines.append(
-            f"  largest sensitivity inside the box, {found.interior_points} plants       "
-            f"{found.interior:.4g}"
+            f"  largest sensitivity inside the box, {bounds.interior_points} plants       "
+            f"{bounds.interior:.4g}"
         )
-    elif found is not None:
+    elif bounds is not None:
         lines += [
             "  worst norm at the vertices                              "
             f"{controller.verified.gamma_verified:.4g}",
-            f"  seen inside the box, {found.interior_points} plants and a search          "
-            f"{found.interior:.4g}",
-            f"  bound for every constant plant, D-G scalings            {_level(found.structured)}",
+            f"  seen inside the box, {bounds.interior_points} plants and a search          "
+            f"{bounds.interior:.4g}",
+            "  bound for every constant plant, D-G scalings            "
+            f"{_level(bounds.structured)}",
             "  bound by a Lyapunov matrix that depends on the plant    "
-            f"{_level(found.parameter_dependent)}",
-            f"  bound for parameters as fast as they like, one matrix   {_level(found.common)}",
+            f"{_level(bounds.parameter_dependent)}",
+            f"  bound for parameters as fast as they like, one matrix   {_level(bounds.common)}",
         ]
     if controller.certificate is not None:
         for bound in controller.certificate.bounds:
@@ -231,13 +232,13 @@ def _beyond(controller: Controller) -> list[str]:
 
 
 def _schedule(controller: Controller) -> list[str]:
-    found = controller.schedule
-    if found is None:
+    stored = controller.schedule
+    if stored is None:
         return []
     return [
-        f"scheduled over {', '.join(found.parameters)}: {len(found.corners)} controllers; with "
-        f"{found.points} plants between their corners "
-        f"the worst norm is {found.gamma:.4g}, the least modulus margin {found.modulus_margin:.3f}"
+        f"scheduled over {', '.join(stored.parameters)}: {len(stored.corners)} controllers; "
+        f"with {stored.points} plants between their corners the worst norm is {stored.gamma:.4g}, "
+        f"the least modulus margin {stored.modulus_margin:.3f}"
     ]
 
 
@@ -245,26 +246,26 @@ def _level(value: float | None) -> str:
     return "none found" if value is None else f"{value:.4g}"
 
 
-def _disturbance(found: LoadDisturbance, unit: str) -> list[str]:
+def _disturbance(load: LoadDisturbance, unit: str) -> list[str]:
     """Describe the load that the loop must compensate, although its plants do not contain it."""
-    if found.total == 0.0:
+    if load.total == 0.0:
         return []
     parts = [
         f"{name} {value:.4g}"
         for name in ("offset", "gravity", "ripple")
-        if (value := getattr(found, name))
+        if (value := getattr(load, name))
     ]
     share = (
-        f"{100.0 * found.total / found.available:.2g} % of the {found.available:.4g} {unit} at "
+        f"{100.0 * load.total / load.available:.2g} % of the {load.available:.4g} {unit} at "
         "the drive's limit"
     )
     lines = [
         f"disturbance: up to {' + '.join(parts)} {unit}, {share}; the plants of the polytope are "
         "without it, simulate plays it"
     ]
-    if found.total >= found.breakaway:
+    if load.total >= load.breakaway:
         lines.append(
-            f"  the least breakaway, {found.breakaway:.4g} {unit}, does not hold it: with the "
+            f"  the least breakaway, {load.breakaway:.4g} {unit}, does not hold it: with the "
             "drive off the axis may move"
         )
     return lines

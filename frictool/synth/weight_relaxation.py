@@ -121,7 +121,7 @@ class _TradeSearch:
     def trade(self) -> Trade:
         start = self._at(0.0, 0.0)
         if start.level <= self.required:
-            return self._told(
+            return self._trade(
                 0.0, 0.0, start, start, "the strictest weights are achievable as they are"
             )
         self._columns()
@@ -137,7 +137,7 @@ class _TradeSearch:
             )
         effort = self._best()
         disturbance, point = self.curve[effort]
-        return self._told(disturbance, effort, point, start, self._why(point, start, effort))
+        return self._trade(disturbance, effort, point, start, self._why(point, start, effort))
 
     def _columns(self) -> None:
         """Try logarithmically spaced efforts, from the middle outwards.
@@ -154,16 +154,16 @@ class _TradeSearch:
     def _at(self, disturbance: float, effort: float) -> TradePoint:
         weights = self.chosen.relaxed(math.exp(disturbance), math.exp(effort))
         try:
-            found = self.level(weights)
+            level = self.level(weights)
         except (NoSolutionError, np.linalg.LinAlgError):
-            found = math.inf
-        self.points.append(TradePoint(weights.disturbance, weights.drive, found))
+            level = math.inf
+        self.points.append(TradePoint(weights.disturbance, weights.drive, level))
         return self.points[-1]
 
     def _best(self) -> float:
         """Return the largest effort weight whose W1 counts as largest."""
-        enough = max(found for found, _ in self.curve.values()) + math.log(FLAT)
-        return max(effort for effort, (found, _) in self.curve.items() if found >= enough)
+        enough = max(level for level, _ in self.curve.values()) + math.log(FLAT)
+        return max(effort for effort, (level, _) in self.curve.items() if level >= enough)
 
     def _column(self, effort: float) -> None:
         """Add the largest feasible disturbance at this effort to the curve, if there is one."""
@@ -245,7 +245,7 @@ class _TradeSearch:
             )
         return f"that would not gain {100.0 * (1.0 / FLAT - 1.0):.0f} % of W1"
 
-    def _told(
+    def _trade(
         self, disturbance: float, effort: float, point: TradePoint, start: TradePoint, why: str
     ) -> Trade:
         weights = self.chosen.relaxed(math.exp(disturbance), math.exp(effort))
@@ -291,13 +291,13 @@ class _Bracket:
         ]
         if len(known) == 2 and known[1][1] > known[0][1]:
             slope = (known[1][1] - known[0][1]) / (known[1][0] - known[0][0])
-            found = known[0][0] + (wanted - known[0][1]) / slope
+            middle = known[0][0] + (wanted - known[0][1]) / slope
         elif len(known) == 1 and math.isfinite(wanted):
-            found = known[0][0] + (wanted - known[0][1]) / SLOPE
+            middle = known[0][0] + (wanted - known[0][1]) / SLOPE
         else:
             return 0.5 * (self.low + self.high)
         margin = 0.02 * (self.high - self.low)
-        return min(self.high - (margin if self.above else 0.0), max(self.low + margin, found))
+        return min(self.high - (margin if self.above else 0.0), max(self.low + margin, middle))
 
     def _excess(self, level: float) -> float:
         squares = level**2 - self.floor**2

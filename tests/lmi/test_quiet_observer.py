@@ -48,9 +48,9 @@ def test_a_scalar_in_closed_form(a: float, q: float, weight: float, factor: floa
     mode = ObserverMode(np.array([[a]]), np.array([[1.0]]), np.array([[q]]), np.array([[weight]]))
     found = quiet_gains({0: mode}, [(0, 0)], {0: NOISE[0]}, 1.0, factor)
     left = 1.0 - 1.0 / factor if a < 1.0 else 0.0
-    assert found.found.gamma <= factor * weight * q * (1.0 + 1e-6)
+    assert found.gains.gamma <= factor * weight * q * (1.0 + 1e-6)
     assert found.noise_gain == pytest.approx(weight * (a - left) / (1.0 - left), rel=0.03)
-    assert found.found.gains[0][0, 0] == pytest.approx(a - left, rel=0.1)
+    assert found.gains.gains[0][0, 0] == pytest.approx(a - left, rel=0.1)
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -60,13 +60,13 @@ def test_less_noise_for_more_gamma(seed: int) -> None:
     strict = switched_gains(modes, ALL, 0.98)
     found = [quiet_gains(modes, ALL, NOISE, 0.98, factor) for factor in (1.2, 2.0, 5.0)]
     for quiet, factor in zip(found, (1.2, 2.0, 5.0), strict=True):
-        assert quiet.found.smallest_gamma <= strict.gamma * (
+        assert quiet.gains.smallest_gamma <= strict.gamma * (
             1.0 + 1e-6
         )  # a slack in place of lemma 6.2.1 loses less
-        assert quiet.found.gamma <= factor * quiet.found.smallest_gamma
+        assert quiet.gains.gamma <= factor * quiet.gains.smallest_gamma
         assert (
-            proved_gamma(modes, ALL, quiet.found.gains, quiet.found.p, quiet.found.t, 0.98)
-            == quiet.found.gamma
+            proved_gamma(modes, ALL, quiet.gains.gains, quiet.gains.p, quiet.gains.t, 0.98)
+            == quiet.gains.gamma
         )
     assert found[0].noise_gain >= found[1].noise_gain * 0.999
     assert found[1].noise_gain >= found[2].noise_gain * 0.999
@@ -86,7 +86,7 @@ def test_noise_along_random_switches_stays_below_what_is_proved() -> None:
     )
     quiet, strict = quiet_gains(modes, ALL, NOISE, 0.99, 4.0), switched_gains(modes, ALL, 0.99)
     seen = []
-    for gains in (quiet.found.gains, strict.gains):
+    for gains in (quiet.gains.gains, strict.gains):
         worst = 0.0
         for _ in range(10):
             e, out, entered = np.zeros(3), 0.0, 0.0

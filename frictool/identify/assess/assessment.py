@@ -120,12 +120,12 @@ def _row(
 ) -> ParameterAssessment:
     known = facts.known.get(parameter)
     target = min(wanted, known) if known else wanted
-    found = verdict(parameter, facts, target)
+    result = verdict(parameter, facts, target)
     doubled = verdict(parameter, facts.with_step(0.5 * facts.sensing.step), target).precision
     value = facts.value(parameter)
     relative = least / value if least is not None and value > 0.0 else None
-    step = facts.sensing.step if found.identifiable else coarsest_step(parameter, facts, target)
-    return ParameterAssessment(parameter, found, wanted, known, target, relative, doubled, step)
+    step = facts.sensing.step if result.identifiable else coarsest_step(parameter, facts, target)
+    return ParameterAssessment(parameter, result, wanted, known, target, relative, doubled, step)
 
 
 def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> float | None:

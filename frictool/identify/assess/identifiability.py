@@ -147,17 +147,17 @@ def _statistical(
 ) -> tuple[dict[str, float], int]:
     deviation, window = weak_deviation(list(strokes), axis, sensing)
     values = (axis.inertia, axis.viscous, axis.coulomb)
-    found = {
+    precision = {
         name: QUANTILE * float(d) / v if v > 0.0 else math.inf
         for name, d, v in zip(SLIDING, deviation, values, strict=False)
     }
-    return found, window
+    return precision, window
 
 
 def _inertia(facts: AssessmentInputs, wanted: float) -> Identifiability:
-    found = differentiation("inertia", facts, wanted)
-    if found is not None:
-        return found
+    accuracy = differentiation("inertia", facts, wanted)
+    if accuracy is not None:
+        return accuracy
     precision = statistical(facts)["inertia"]
     refusal = refusal_of_differentiation("inertia", facts)
     bound = raw_bound("inertia", facts)
@@ -174,16 +174,16 @@ def _inertia(facts: AssessmentInputs, wanted: float) -> Identifiability:
 
 
 def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identifiability:
-    found = differentiation("viscous", facts, wanted)
+    accuracy = differentiation("viscous", facts, wanted)
     precision = statistical(facts)[parameter]
-    if found is not None and precision <= wanted:
+    if accuracy is not None and precision <= wanted:
         # the mean error of sign(v) is zero (4.2.1.1)
-        bound = found.bound if parameter == "viscous" else None
-        return replace(found, precision=precision, bound=bound)
+        bound = accuracy.bound if parameter == "viscous" else None
+        return replace(accuracy, precision=precision, bound=bound)
     bound = raw_bound("viscous", facts) if parameter == "viscous" else None
     refusal = (
         refusal_of_differentiation(parameter, facts)
-        if found is None
+        if accuracy is None
         else f"least squares is expected to reach {percent(precision)}"
     )
     if not facts.axis.loads.plain:
@@ -211,11 +211,11 @@ def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identif
 
 
 def _breakaway(facts: AssessmentInputs, wanted: float) -> Identifiability:
-    found = ramp_precision(
+    onset_precision = ramp_precision(
         facts.rate, facts.sensing.step, facts.sensing.period, facts.inertia, facts.onsets
     )
-    late = found.latest / facts.breakaway
-    precision = QUANTILE * found.deviation / facts.breakaway
+    late = onset_precision.latest / facts.breakaway
+    precision = QUANTILE * onset_precision.deviation / facts.breakaway
     why = (
         f"the onset under a ramp of {facts.rate:.3g} a second is seen {up_to(late)} late; "
         f"corrected over {facts.onsets:g} onsets"

@@ -34,10 +34,10 @@ MOST = 8  # largest number of strokes that represent all
 
 def recorded_facts(records: list[MotionRecord], bench: Bench) -> AssessmentInputs:
     """Return the inputs for records of sliding motion; raise UnusableLogs if nothing moves."""
-    found = np.concatenate([_strokes(record) for record in records])
-    if found.size == 0:
+    stroke_table = np.concatenate([_strokes(record) for record in records])
+    if stroke_table.size == 0:
         raise UnusableLogs("no sample slips: no motion exceeds one encoder count")
-    strokes = _representatives(found)
+    strokes = _representatives(stroke_table)
     known = bench.mechanics
     fastest, slowest = time_constants(bench)
     noise = (

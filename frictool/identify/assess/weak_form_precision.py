@@ -62,9 +62,9 @@ def weak_deviation(
         else [window]
     )
     for width in choice:
-        found = _deviation(strokes, axis, sensing, width, share)
-        if found[0] < best[0]:
-            best, chosen = found, width
+        deviation = _deviation(strokes, axis, sensing, width, share)
+        if deviation[0] < best[0]:
+            best, chosen = deviation, width
     return best, chosen
 
 
@@ -96,11 +96,11 @@ def _deviation(
     if not np.all(scale > 0.0) or np.linalg.cond(normal / np.outer(scale, scale)) > 1e12:
         return np.full(4, np.inf)
     inverse = np.linalg.inv(normal / np.outer(scale, scale)) / np.outer(scale, scale)
-    found = np.sqrt(np.diag(inverse @ covariance @ inverse))
+    deviation = np.sqrt(np.diag(inverse @ covariance @ inverse))
     # relative to the power that only the acceleration explains
     pulled = axis.inertia * sensing.step**2 / 12.0 * float(c @ c) * samples * inverse[0, 0]
-    found[0] = np.hypot(found[0] / np.sqrt(share), pulled / share)
-    return of_sliding(found, axis)
+    deviation[0] = np.hypot(deviation[0] / np.sqrt(share), pulled / share)
+    return of_sliding(deviation, axis)
 
 
 def _gram(rows: Vector, kernel: Vector) -> Vector:

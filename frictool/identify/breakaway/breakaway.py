@@ -130,8 +130,8 @@ def breakaway(
         if fall.velocity > 0.0:
             data = replace(data, velocity=fall.velocity)
             fit = _fit(data, nominal)
-        held = any(record.lag == 0.0 for record in records)
-        half_step = 0.5 * max(o.rate for o in data.onsets) * records[0].period if held else 0.0
+        lag_free = any(record.lag == 0.0 for record in records)
+        half_step = 0.5 * max(o.rate for o in data.onsets) * records[0].period if lag_free else 0.0
         errors = _errors(data, fit, axis, fall, half_step, confidence)
     except SingularRegressors as error:
         raise UnusableLogs(

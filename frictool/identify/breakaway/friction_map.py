@@ -113,10 +113,10 @@ def _fitted(
     value = pieces.solution.value
     place = len(pieces.knees) + 1
     pair = [Interval.around(value[k], half[k]) for k in (0, place, place + 1)]
-    found = {"viscous": not_negative(pair[0]), "coulomb": pair[1]}
+    estimates = {"viscous": not_negative(pair[0]), "coulomb": pair[1]}
     refused = {} if law.common or bench.mechanics.offset is not None else {"offset": OFFSET_REASON}
     if law.common:
-        found["offset"] = pair[2]
+        estimates["offset"] = pair[2]
     levels = pair[1:2] if law.common else pair[1:]
     laws = Laws(
         backward=None
@@ -127,7 +127,7 @@ def _fitted(
     error = float(np.linalg.norm(pieces.residual) / np.linalg.norm(means.effort))
     details: dict[str, float | int] = {"strokes": means.effort.size, "knees": len(pieces.knees)}
     return SlidingFit(
-        found, refused, error, None, pieces.solution.condition, means.speed.size, details, laws
+        estimates, refused, error, None, pieces.solution.condition, means.speed.size, details, laws
     ), levels
 
 
@@ -161,14 +161,16 @@ def breakaway_laws(ramp: Breakaway, bench: Bench, sliding: Laws | None = None) -
         backward = msgspec.structs.replace(
             backward or Backward(), breakaway=law.backward.estimate("effort", bench.axis, 0.0)
         )
-    own = [
+    polynomials = [
         Polynomial(
             powers, forward_interval=tuple((one.low, one.high) for one in law.coefficients[k])
         )
         for k, powers in enumerate(law.powers)
     ]
     both = msgspec.structs.replace(
-        own[0], backward=own[1].forward, backward_interval=own[1].forward_interval
+        polynomials[0],
+        backward=polynomials[1].forward,
+        backward_interval=polynomials[1].forward_interval,
     )
-    position = FrictionOverPosition(span, own[0] if law.common else both)
+    position = FrictionOverPosition(span, polynomials[0] if law.common else both)
     return msgspec.structs.replace(laws, backward=backward, position=position)

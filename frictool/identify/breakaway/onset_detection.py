@@ -70,7 +70,7 @@ def find_onsets(record: MotionRecord, bench: Bench) -> list[BreakawayOnset]:
     strokes, rests = find_strokes(record), _rests(record)
     # a rest begins at the position at which the motion has ended
     following = [start + 1 for start, _ in rests[1:]] + [record.position.size]
-    found = []
+    onsets = []
     for (start, end), until, ramp in zip(
         rests, following, ramps_among(rests, record.position, record.effort), strict=False
     ):
@@ -84,8 +84,8 @@ def find_onsets(record: MotionRecord, bench: Bench) -> list[BreakawayOnset]:
             continue
         onset = _onset(record, start, end, until, direction)
         if onset is not None:
-            found.append(onset)
-    return found
+            onsets.append(onset)
+    return onsets
 
 
 def _onset(

@@ -167,16 +167,16 @@ class OnsetData:
 
 def onset_data(records: list[MotionRecord], bench: Bench) -> OnsetData:
     """Return the onsets of the directions that have enough of them."""
-    found = [onset for record in records for onset in find_onsets(record, bench)]
+    onsets = [onset for record in records for onset in find_onsets(record, bench)]
     used = [
         onset
-        for onset in found
-        if sum(o.direction == onset.direction for o in found) >= FEWEST_ONSETS
+        for onset in onsets
+        if sum(o.direction == onset.direction for o in onsets) >= FEWEST_ONSETS
     ]
     if not used:
         raise UnusableLogs(
-            f"{len(found)} breakaways under an effort that rises from a low level along a line; at "
-            f"least {FEWEST_ONSETS} in one direction are needed"
+            f"{len(onsets)} breakaways under an effort that rises from a low level along a line; "
+            f"at least {FEWEST_ONSETS} in one direction are needed"
         )
     position = np.array([o.position for o in used])
     direction = np.array([o.direction for o in used])

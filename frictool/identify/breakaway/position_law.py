@@ -130,11 +130,11 @@ def choose_structure(places: BreakawayPositions, friction: Vector) -> Polynomial
     """Return the polynomial orders that the data support: frictions (n,), N m | N, at `places`."""
     forward = places.direction > 0.0
     present = (bool(np.any(forward)), bool(np.any(~forward)))
-    own = [
+    orders = [
         _order(places.scaled[side], friction[side]) if any_ else -1
         for side, any_ in zip((forward, ~forward), present, strict=True)
     ]
-    separate = PolynomialOrders((own[0], own[1]), False)
+    separate = PolynomialOrders((orders[0], orders[1]), False)
     if not all(present):
         return separate
     errors = [

@@ -61,14 +61,14 @@ def allowed_fall(
         if that is allowed, else the velocity with the least misfit.
     """
     velocities = [0.0, *(scale * GRID).tolist(), math.inf]
-    found = [nominal(velocity) for velocity in velocities]
-    limit = min(found) + float(ndtri(0.5 + 0.5 * confidence)) ** 2
+    levels = [nominal(velocity) for velocity in velocities]
+    limit = min(levels) + float(ndtri(0.5 + 0.5 * confidence)) ** 2
     allowed = [
         k
         for k, velocity in enumerate(velocities)
-        if found[k] <= limit or any(misfit(velocity) <= limit for misfit in ends)
+        if levels[k] <= limit or any(misfit(velocity) <= limit for misfit in ends)
     ]
-    best = 0.0 if found[0] <= limit else velocities[int(np.argmin(found))]
+    best = 0.0 if levels[0] <= limit else velocities[int(np.argmin(levels))]
     return StribeckVelocityRange(
         best,
         velocities[max(allowed[0] - 1, 0)],

@@ -51,9 +51,9 @@ def conditioned(
 
 def _fit(samples: RegressionSamples, window: int, confidence: float) -> SlidingFit:
     scale = BEST_SPEED / float(np.max(np.abs(samples.velocity)))
-    found = fit(samples, scale * by_speed(samples), window, confidence, {"window": window})
+    result = fit(samples, scale * by_speed(samples), window, confidence, {"window": window})
     before = condition_m2(samples.velocity, samples.sign)
     after = condition_m2(scale * samples.velocity, samples.sign)
     return replace(
-        found, details={**found.details, "condition_m2": before, "condition_m2_scaled": after}
+        result, details={**result.details, "condition_m2": before, "condition_m2_scaled": after}
     )

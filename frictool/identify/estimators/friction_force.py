@@ -76,14 +76,14 @@ def friction_force(
     )
     names = ("coulomb", "viscous", "breakaway", "offset")[: columns.shape[1]]
     value = np.array([value[0], value[1], value[0] + value[2], *value[3:]])
-    found = intervals_around(names, value, half)
+    estimates = intervals_around(names, value, half)
     refused = {
         "inertia": "the friction force is the effort less that of the bench's, "
         f"{bench.mechanics.inertia.value:.4g}"
     }
     if not both and rows.known_offset is not None:
-        found |= {
-            name: less_offset(found[name], rows.known_offset, float(rows.sign[0]))
+        estimates |= {
+            name: less_offset(estimates[name], rows.known_offset, float(rows.sign[0]))
             for name in ("coulomb", "breakaway")
         }
         refused |= KNOWN_OFFSET
@@ -93,7 +93,7 @@ def friction_force(
         "filter_order": pipeline.filter_order,
     }
     return SlidingFit(
-        found,
+        estimates,
         refused,
         float(np.linalg.norm(residual) / np.linalg.norm(rows.effort)),
         None,

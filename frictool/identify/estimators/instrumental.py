@@ -66,10 +66,10 @@ def instrumental(
             "the velocity does not follow that of the reference (correlation "
             f"{correlation:.2g}); use least-squares"
         )
-    found = by_instruments(samples, z, window, settings.confidence)
+    result = by_instruments(samples, z, window, settings.confidence)
     details = {**plain.details, "reference_correlation": correlation}
     parameters = spread_as(
-        plain.parameters, {name: found[name] for name in plain.parameters}, samples
+        plain.parameters, {name: result[name] for name in plain.parameters}, samples
     )
     return replace(plain, parameters=parameters, details=details)
 

@@ -65,21 +65,21 @@ def inverse_dynamic(
         "decimate": pipeline.decimate,
     }
     window = max(1, round(1.0 / (pipeline.cutoff_hz * records[0].period * pipeline.decimate)))
-    found = fit(samples, np.ones(samples.velocity.size), window, confidence, details)
+    result = fit(samples, np.ones(samples.velocity.size), window, confidence, details)
     balance = power_balance(
         records, bench, IdentificationSettings(confidence, fixed=settings.fixed)
     )
     refused = {
-        **found.refused,
+        **result.refused,
         **balance.refused,
         **_unresolved(records[0], bench, samples, pipeline),
     }
     spanned = {
-        name: _span(own, balance.parameters[name])
-        for name, own in found.parameters.items()
+        name: _span(interval, balance.parameters[name])
+        for name, interval in result.parameters.items()
         if name not in refused
     }
-    return replace(found, parameters=spanned, refused=refused)
+    return replace(result, parameters=spanned, refused=refused)
 
 
 def _span(pipeline: Interval, other: Interval) -> Interval:

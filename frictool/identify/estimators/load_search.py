@@ -50,7 +50,7 @@ def with_found_loads(
     if names != SLIDING or refused:
         return bench
     plain, _, _, stroke = reduced(samples, np.ones(samples.velocity.size), len(names), used)
-    found = found_terms(
+    terms = found_terms(
         plain,
         stroke,
         (*names, *samples.loads),
@@ -58,7 +58,7 @@ def with_found_loads(
         samples.velocity.size,
         settings.confidence,
     )
-    return with_load(bench, found) if found else bench
+    return with_load(bench, terms) if terms else bench
 
 
 def found_terms(
@@ -74,12 +74,12 @@ def found_terms(
     plain (g, q, q) and stroke (g,) belong to the runs of `rows` rows in all.
     """
     columns = list(range(len(SLIDING)))
-    found = list[Term]()
+    selected = list[Term]()
     half = halved(stroke)
     best = held_out_squares(plain, plain, half, columns)
     while best is not None:
         tried: list[tuple[float, Term, list[int], Vector]] = []
-        for term in set(possible) - set(found):
+        for term in set(possible) - set(selected):
             seen = [*columns, *(k for k, name in enumerate(names) if name in TERMS[term])]
             squares = held_out_squares(plain, plain, half, seen)
             if squares is not None and not indistinct_terms(
@@ -92,8 +92,8 @@ def found_terms(
         if not clearly_better(by_stroke(squares, stroke), by_stroke(best, stroke), confidence):
             break
         columns, best = seen, squares
-        found.append(term)
-    return tuple(found)
+        selected.append(term)
+    return tuple(selected)
 
 
 def with_load(bench: Bench, terms: tuple[Term, ...]) -> Bench:

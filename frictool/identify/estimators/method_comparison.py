@@ -233,24 +233,29 @@ def _simulations(sides: Sides, rows: Rows, data: ComparedData) -> list[Predictio
     """Return the scores of output error and of regressions with the load terms that it chose."""
     known = start_values(data.fits[0], data.bench)
     try:
-        found = choose_structure(sides, data.bench, known, data.settings.confidence)
+        structure = choose_structure(sides, data.bench, known, data.settings.confidence)
     except UnusableLogs:
         return []
     regressions = (
-        regression_scores(sides, rows, data, found.terms)
-        if found.terms not in ((), (DIRECTION,))
+        regression_scores(sides, rows, data, structure.terms)
+        if structure.terms not in ((), (DIRECTION,))
         else []
     )
-    force = _force(rows, found.values, [_laws(values, data.bench) for values in found.values])
+    force = _force(
+        rows, structure.values, [_laws(values, data.bench) for values in structure.values]
+    )
 
     def make() -> SlidingFit:
         return replace(
-            simulated_fit(*data.all(data.bench), found.terms, found.errors), method=OUTPUT_ERROR
+            simulated_fit(*data.all(data.bench), structure.terms, structure.errors),
+            method=OUTPUT_ERROR,
         )
 
     return [
         *regressions,
-        PredictionScore(_name(OUTPUT_ERROR, found.terms), found.terms, found.squares, force, make),
+        PredictionScore(
+            _name(OUTPUT_ERROR, structure.terms), structure.terms, structure.squares, force, make
+        ),
     ]
 
 

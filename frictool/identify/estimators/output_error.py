@@ -178,11 +178,14 @@ def simulation_error(
             "leave the controller out"
         )
     known = {**start_values(start, bench), **fixed}
-    found = estimate(simulated, known)
+    result = estimate(simulated, known)
     half = _widened(
-        simulated, found, _half_widths(simulated, found, known, settings.confidence), settings.fixed
+        simulated,
+        result,
+        _half_widths(simulated, result, known, settings.confidence),
+        settings.fixed,
     )
-    intervals = {name: Interval.around(found.values[name], w) for name, w in half.items()}
+    intervals = {name: Interval.around(result.values[name], w) for name, w in half.items()}
     inertia = start.parameters.get("inertia")
     if (
         servo is None
@@ -190,8 +193,8 @@ def simulation_error(
         and inertia.low > 0.0
         and inertia.half_width < KNOWN_BETTER * half["inertia"]
     ):
-        simulated, found, intervals = _with_inertia(simulated, found, known, inertia, settings)
-    fit = _fit(simulated, found, intervals)
+        simulated, result, intervals = _with_inertia(simulated, result, known, inertia, settings)
+    fit = _fit(simulated, result, intervals)
     return replace(fit, refused={"inertia": hidden}) if hidden.endswith(OWN_INERTIA) else fit
 
 
@@ -248,8 +251,8 @@ def _with_inertia(
         settings.fixed,
     )
     intervals = {"inertia": inertia}
-    for (name, own), change in zip(half.items(), slope.tolist(), strict=True):
-        width = float(np.hypot(own, change * inertia.half_width))
+    for (name, half_width), change in zip(half.items(), slope.tolist(), strict=True):
+        width = float(np.hypot(half_width, change * inertia.half_width))
         intervals[name] = Interval.around(again.values[name], width)
     return simulated, again, intervals
 
@@ -310,12 +313,12 @@ def _insignificant_loads(fit: SlidingFit, terms: tuple[str, ...]) -> tuple[str, 
         None if load is None or load.gravity is None else (load.gravity.sine, load.gravity.cosine)
     )
     spring = None if load is None or load.stiffness is None else (load.stiffness,)
-    found = {SPRING: spring, GRAVITY: gravity}
+    estimates = {SPRING: spring, GRAVITY: gravity}
     return tuple(
         term
         for term in terms
-        if (own := found.get(term)) is not None
-        and all(one.interval[0] <= 0.0 <= one.interval[1] for one in own)
+        if (values := estimates.get(term)) is not None
+        and all(one.interval[0] <= 0.0 <= one.interval[1] for one in values)
     )
 
 

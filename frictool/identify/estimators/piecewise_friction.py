@@ -88,7 +88,7 @@ def fit_pieces(means: StrokeMeans, most: int = MOST_KNEES) -> PiecewiseFriction:
     Raises SingularRegressors if the rows do not determine even one piece.
     """
     knees: tuple[float, ...] = ()
-    found: tuple[float, ...] = ()
+    best: tuple[float, ...] = ()
     least = _criterion(means, knees)
     for _ in range(most):
         placed = _with_one_more(means, knees)
@@ -96,9 +96,9 @@ def fit_pieces(means: StrokeMeans, most: int = MOST_KNEES) -> PiecewiseFriction:
             break
         knees = placed
         value = _criterion(means, placed)
-        if value < least - EVIDENCE * (len(knees) - len(found)):
-            found, least = knees, value
-    return _solved(means, found)
+        if value < least - EVIDENCE * (len(knees) - len(best)):
+            best, least = knees, value
+    return _solved(means, best)
 
 
 def design(means: StrokeMeans, knees: tuple[float, ...]) -> Matrix:

@@ -114,8 +114,8 @@ class SegmentSimulation:
         """
         gains = of_each_record(self.segments, observer_gains)
         return [
-            self._observe(segment, values, own)
-            for segment, own in zip(self.segments, gains, strict=True)
+            self._observe(segment, values, gain)
+            for segment, gain in zip(self.segments, gains, strict=True)
         ]
 
     def _observe(
@@ -183,7 +183,7 @@ def estimate(simulated: SegmentSimulation, known: Mapping[str, float]) -> Simula
         )
 
     size = max(float(np.sqrt(np.mean(residual(start) ** 2))), 1e-300)
-    found = trust_region(
+    solution = trust_region(
         lambda z: residual(z) / size,
         np.maximum(start, 2.0 * low),
         bounds=(low, np.inf),
@@ -194,7 +194,9 @@ def estimate(simulated: SegmentSimulation, known: Mapping[str, float]) -> Simula
         ftol=1e-7,
         gtol=1e-9,
     )
-    if not found.success and found.status != 0:
-        raise UnusableLogs(f"the search for the output error does not end: {found.message}")
-    values = dict(zip(names, (found.x * scale).tolist(), strict=True))
-    return SimulationFit({**simulated.fixed, **values}, found.fun * size, found.jac * size / scale)
+    if not solution.success and solution.status != 0:
+        raise UnusableLogs(f"the search for the output error does not end: {solution.message}")
+    values = dict(zip(names, (solution.x * scale).tolist(), strict=True))
+    return SimulationFit(
+        {**simulated.fixed, **values}, solution.fun * size, solution.jac * size / scale
+    )

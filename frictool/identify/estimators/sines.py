@@ -93,11 +93,11 @@ def sines(
     )
     free = [name for name in COLUMNS[1:] if name not in fixed]
     places = {"viscous": 0, **{name: count + 1 + place for place, name in enumerate(free)}}
-    found = {name: Interval.around(value[k], half[k]) for name, k in places.items()}
-    found["viscous"] = not_negative(found["viscous"])
+    estimates = {name: Interval.around(value[k], half[k]) for name, k in places.items()}
+    estimates["viscous"] = not_negative(estimates["viscous"])
     speeds = rows.means.mean(rows.means.speed)
     return SlidingFit(
-        found,
+        estimates,
         {"inertia": NO_INERTIA},
         float(np.linalg.norm(pieces.residual) / np.linalg.norm(effort)),
         None,
@@ -162,11 +162,11 @@ def _coulomb_and_offset(
     target = means.effort - bench.mechanics.inertia.value * rows.acceleration
     solution = solve(means.columns, target, means.weight, means.cluster)
     half = _of_fixed(rows, means.columns, solution.half_width(confidence), fixed)
-    found = intervals_around(free, solution.value, half)
+    estimates = intervals_around(free, solution.value, half)
     left = (target - means.columns @ solution.value) * means.weight
     residual = float(np.linalg.norm(left) / np.linalg.norm(effort * means.weight))
     return SlidingFit(
-        found,
+        estimates,
         {"inertia": NO_INERTIA},
         residual,
         None,

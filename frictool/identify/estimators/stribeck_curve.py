@@ -120,15 +120,15 @@ def _fitted(
         columns = np.column_stack((design, value[1] * design[:, 1] * ratio * exponent / velocity))
     solution = solve(columns, runs.effort, weight, cluster)
     half = solution.half_width(confidence)
-    found = intervals_around(names, value, half)
+    estimates = intervals_around(names, value, half)
     if velocity > 0.0:
-        found |= {
-            "breakaway": _sum(found["coulomb"], found.pop("fall")),
+        estimates |= {
+            "breakaway": _sum(estimates["coulomb"], estimates.pop("fall")),
             "stribeck_velocity": Interval.around(velocity, float(half[-1])),
         }
     residual = runs.effort - design @ value
     return SlidingFit(
-        found,
+        estimates,
         {"inertia": "at a constant speed it does not act"},
         float(np.linalg.norm(residual) / np.linalg.norm(runs.effort)),
         None,
@@ -172,17 +172,17 @@ def _runs(record: MotionRecord) -> list[tuple[float, float, float, float]]:
     Blocks of one stroke are joined as long as they form a line.
     """
     number = find_strokes(record).number
-    found = []
+    rows = []
     edges = [int(edge) for edge in np.flatnonzero(np.diff(number, prepend=-1, append=-1) != 0)]
     for start, end in itertools.pairwise(edges):
         first = start
         for last in range(start + BLOCK, end + 1, BLOCK):
             if _straight(record, first, last):
                 continue
-            found += _row(record, first, last - BLOCK)
+            rows += _row(record, first, last - BLOCK)
             first = last - BLOCK
-        found += _row(record, first, end - (end - first) % BLOCK)
-    return found
+        rows += _row(record, first, end - (end - first) % BLOCK)
+    return rows
 
 
 def _straight(record: MotionRecord, first: int, last: int) -> bool:
@@ -225,8 +225,8 @@ def _choice(runs: ConstantSpeedRuns) -> tuple[float, float]:
         def left(place: float, exponent: float = exponent) -> float:
             return runs.squares(float(np.exp(place)), exponent)
 
-        found = minimize_scalar(left, bounds=(near - reach, near + reach), method="bounded")
-        score = count * np.log(float(found.fun) / count) + 2.0 * np.log(count)
+        minimum = minimize_scalar(left, bounds=(near - reach, near + reach), method="bounded")
+        score = count * np.log(float(minimum.fun) / count) + 2.0 * np.log(count)
         if score < best[2] - (EVIDENCE if best[0] > 0.0 else 0.0):
-            best = (float(np.exp(found.x)), exponent, score)
+            best = (float(np.exp(minimum.x)), exponent, score)
     return best[0], best[1]

@@ -85,11 +85,13 @@ def predict_halves(
     """Return the prediction of each half by a simulation fitted to the other half."""
     squares, values = [], []
     for seen, unseen in (sides, (sides[1], sides[0])):
-        found = estimate(SegmentSimulation(comparison_segments(seen), bench, terms), known).values
+        estimated = estimate(
+            SegmentSimulation(comparison_segments(seen), bench, terms), known
+        ).values
         squares.append(
-            stroke_squares(SegmentSimulation(comparison_segments(unseen), bench, terms), found)
+            stroke_squares(SegmentSimulation(comparison_segments(unseen), bench, terms), estimated)
         )
-        values.append(found)
+        values.append(estimated)
     together = np.concatenate(squares)
     return HeldOutPrediction(
         terms,
@@ -124,8 +126,8 @@ def choose_terms(
     sides = halves(records)
     if sides is None:
         return declared_terms(bench), {}
-    found = choose_structure(sides, bench, known, confidence)
-    return found.terms, found.errors
+    structure = choose_structure(sides, bench, known, confidence)
+    return structure.terms, structure.errors
 
 
 def choose_structure(

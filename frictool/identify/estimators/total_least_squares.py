@@ -63,7 +63,7 @@ def _fit(
     places = [*(SLIDING.index(name) for name in names), -1]
     noise = _noise(samples, window, record)[np.ix_(places, places)]
     products, rows, cluster = cluster_products(samples, (*columns, samples.effort), window)
-    found = intervals(
+    estimates = intervals(
         products,
         rows,
         cluster,
@@ -75,7 +75,7 @@ def _fit(
         plain,
         parameters=spread_as(
             plain.parameters,
-            {name: one for name, one in found.items() if name in plain.parameters},
+            {name: one for name, one in estimates.items() if name in plain.parameters},
             samples,
         ),
     )

@@ -85,8 +85,8 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     samples = _chosen(samples, parts, structure)
     # these columns share the acceleration's power, so that a longer window is better
     if structure != FrictionStructure():
-        own = _own_power(samples) / float(np.mean(samples.acceleration**2))
-        deviation, window = weak_deviation(strokes, axis, sensing, settings.window, own)
+        share = _own_power(samples) / float(np.mean(samples.acceleration**2))
+        deviation, window = weak_deviation(strokes, axis, sensing, settings.window, share)
         samples = _chosen(*_windows(records, bench, window), structure)
     details: dict[str, float | int] = {
         "window": window,
@@ -94,24 +94,24 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
         "knees": len(structure.knees),
     }
     samples = with_fixed(samples, settings.fixed)
-    found = fit(samples, np.ones(samples.velocity.size), OVERLAP, settings.confidence, details)
-    found = _identified(found, structure, bench, settings.fixed)
+    result = fit(samples, np.ones(samples.velocity.size), OVERLAP, settings.confidence, details)
+    result = _identified(result, structure, bench, settings.fixed)
     if "inertia" in settings.fixed:
-        return found
+        return result
     precision = QUANTILE * float(deviation[0]) / axis.inertia
     known = facts.known.get("inertia", 1.0)
     if precision >= known:
-        kept = {name: interval for name, interval in found.parameters.items() if name != "inertia"}
+        kept = {name: interval for name, interval in result.parameters.items() if name != "inertia"}
         reason = (
             f"the weak form over {window} samples reaches {percent(precision)}, and the bench "
             f"knows it to {percent(known)}"
         )
-        return replace(found, parameters=kept, refused={**found.refused, "inertia": reason})
+        return replace(result, parameters=kept, refused={**result.refused, "inertia": reason})
     return replace(
-        found,
+        result,
         parameters={
-            **found.parameters,
-            "inertia": _widened(found, samples, sensing, window, settings.confidence),
+            **result.parameters,
+            "inertia": _widened(result, samples, sensing, window, settings.confidence),
         },
     )
 
@@ -161,9 +161,12 @@ def _windows(
             slipping_mask(record, strokes, bench, signals[1], window, every),
             window,
         )
-        found = slipping_rows(record, bench, window, signals, every)
+        window_rows = slipping_rows(record, bench, window, signals, every)
         samples.append(
-            replace(found, loads={**found.loads, **position_columns(record, rows, low, high)})
+            replace(
+                window_rows,
+                loads={**window_rows.loads, **position_columns(record, rows, low, high)},
+            )
         )
         parts.append(rows)
     return joined(samples), parts

@@ -87,10 +87,10 @@ def limits_of(bench: Bench) -> BenchLimits:
     load = known_load(bench)
     left = effort - coulomb - offset - load
     if left <= 0.0:
-        beside = " and the load take" if load else " takes"
+        also = " and the load take" if load else " takes"
         raise NoSolutionError(
             f"{bench.name}: the drive's limit gives {effort:.3g} {si_unit('effort', bench.axis)} "
-            f"at least, friction{beside} up to {coulomb + offset + load:.3g}: nothing moves for "
+            f"at least, friction{also} up to {coulomb + offset + load:.3g}: nothing moves for "
             "certain; raise actuator.limit or narrow mechanics.coulomb"
         )
     if known.top_speed is None and viscous <= 0.0:

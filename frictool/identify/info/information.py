@@ -114,7 +114,7 @@ def _facts(made: LogAssembly, surveys: list[StreamSurvey]) -> dict[str, Any]:
     """Return one row per signal, and figures of the whole log."""
     columns = origins(made, [one.topic for one in surveys]).get(COLUMNS, {})
     main = next((one for one in surveys if "position" in one.signals), surveys[0])
-    test, given = _test(made, main)
+    test, source = _test(made, main)
     sign = sign_of(main.opening)
     velocity = main.velocity
     return {
@@ -126,7 +126,7 @@ def _facts(made: LogAssembly, surveys: list[StreamSurvey]) -> dict[str, Any]:
         "duration_s": max(one.base.duration_s for one in surveys),
         "encoder_step": main.signals["position"].step if "position" in main.signals else None,
         "lost": as_rows(made.earlier_losses),
-        "test": {"kind": test, "given": given},
+        "test": {"kind": test, "given": source},
         "velocity": None
         if velocity is None
         else {"low": velocity[0], "high": velocity[1], "samples": main.window},
@@ -146,7 +146,7 @@ def _clocks(main: StreamSurvey, surveys: list[StreamSurvey]) -> list[dict[str, A
 
     The clocks are compared by the first signal that both streams have.
     """
-    found = []
+    clocks = []
     for other in surveys:
         common = next(
             (name for name in main.signals if other is not main and name in other.signals), None
@@ -154,14 +154,14 @@ def _clocks(main: StreamSurvey, surveys: list[StreamSurvey]) -> list[dict[str, A
         clock = None if common is None else of_streams(main.opening, other.opening, common)
         if clock is not None:
             facts = {"offset_s": clock.offset, "drift": clock.drift, "spread_s": clock.spread}
-            found.append({"source": other.topic, "against": main.topic, "signal": common, **facts})
-    return found
+            clocks.append({"source": other.topic, "against": main.topic, "signal": common, **facts})
+    return clocks
 
 
 def _test(made: LogAssembly, main: StreamSurvey) -> tuple[str | None, bool]:
     """Return the kind of test, and True if it was declared to `ingest`."""
-    given = made.notes.get(KIND, {}).get(TEST)
-    return (given, True) if given else (kind_of(main.opening), False)
+    recorded = made.notes.get(KIND, {}).get(TEST)
+    return (recorded, True) if recorded else (kind_of(main.opening), False)
 
 
 def _apart(main: StreamSurvey, surveys: list[StreamSurvey]) -> str | None:

@@ -40,7 +40,9 @@ def table(information: Information) -> str:
         )
     lines += [f"lost: {loss_text(loss)}" for loss in made.earlier_losses]
     lines += _fed(facts["methods"])
-    lines += [f"layout: {name}: {told}" for name, told in facts["layout"].items() if told != PLAIN]
+    lines += [
+        f"layout: {name}: {layout}" for name, layout in facts["layout"].items() if layout != PLAIN
+    ]
     lines += [f"{key}: {text}" for key, text in made.notes.get(PROVENANCE, {}).items()]
     return bounded(lines)
 
@@ -50,12 +52,12 @@ def _fed(methods: dict[str, str | None]) -> list[str]:
     by_reason: dict[str | None, list[str]] = {}
     for name, why in methods.items():
         by_reason.setdefault(why, []).append(name)
-    found = [
+    lines = [
         f"does not feed {', '.join(names)}: {why}"
         for why, names in by_reason.items()
         if why is not None
     ]
-    return [f"feeds {', '.join(by_reason[None])}", *found] if None in by_reason else found
+    return [f"feeds {', '.join(by_reason[None])}", *lines] if None in by_reason else lines
 
 
 def _channels(facts: dict[str, Any]) -> list[str]:

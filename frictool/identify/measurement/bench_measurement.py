@@ -41,17 +41,19 @@ def measurement(
         if currents
         else UnusableLogs(NO_COMMAND)
     )
-    found = {
+    measured = {
         "backlash": (width, "position"),
         "delay": (late, "time"),
         "loop_time_constant": (lag, "time"),
     }
     estimates = {
         name: one.estimate(dimension, bench.axis)
-        for name, (one, dimension) in found.items()
+        for name, (one, dimension) in measured.items()
         if isinstance(one, Interval)
     }
-    refused = {name: str(one) for name, (one, _) in found.items() if isinstance(one, UnusableLogs)}
+    refused = {
+        name: str(one) for name, (one, _) in measured.items() if isinstance(one, UnusableLogs)
+    }
     return Measurement(**estimates, refused=refused)
 
 

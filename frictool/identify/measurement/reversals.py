@@ -132,10 +132,12 @@ def _over_windows(
     The windows are lengths in samples. The effect of the encoder's noise differs between them.
     """
     try:
-        found = [estimate(window) for window in windows]
+        estimates = [estimate(window) for window in windows]
     except UnusableLogs as error:
         return error
-    return Interval(found[0].value, min(one.low for one in found), max(one.high for one in found))
+    return Interval(
+        estimates[0].value, min(one.low for one in estimates), max(one.high for one in estimates)
+    )
 
 
 def _delay(records: list[MotionRecord], gap: float, confidence: float, window: int) -> Interval:
@@ -251,14 +253,14 @@ def _width(rows: list[ReversalRows], widest: float) -> float:
     places = np.linspace(0.0, widest, PLACES + 1)[1:]
     near = places[int(np.argmin([squares(float(place))[0] for place in places]))]
     bounds = (max(near - places[0], 0.1 * places[0]), near + places[0])
-    found = float(
+    best = float(
         minimize_scalar(lambda place: squares(place)[0], bounds=bounds, method="bounded").x
     )
-    least, rise = squares(found)
+    least, rise = squares(best)
     none = plain[:, :SLOPE]
     left = float(np.sum((effort - none @ np.linalg.lstsq(none, effort, rcond=None)[0]) ** 2))
     gain = count * np.log(left / least) - 2.0 * np.log(count)
-    return found if gain > EVIDENCE and rise > 0.0 else 0.0
+    return best if gain > EVIDENCE and rise > 0.0 else 0.0
 
 
 def _split(rows: list[ReversalRows], plain: Matrix, width: float) -> Matrix:

@@ -98,9 +98,9 @@ def find_loops(records: list[MotionRecord], breakaway: Interval) -> PreslidingLo
 def branches_of(record: MotionRecord) -> NDArray[np.int64]:
     """Return the branch number (n,) of each sample, from 0; the effort's reversals end branches."""
     points = np.empty(record.effort.size, dtype=np.int64)
-    found = turning_points(record.effort, TURN * float(np.ptp(record.effort)), points)
+    turning = turning_points(record.effort, TURN * float(np.ptp(record.effort)), points)
     turns = np.zeros(record.effort.size, dtype=np.int64)
-    turns[points[:found] + 1] = 1
+    turns[points[:turning] + 1] = 1
     return np.cumsum(turns)
 
 

@@ -58,8 +58,8 @@ def fit_path(loops: PreslidingLoops, path: Path, start: Vector, confidence: floa
 
     Raises UnusableLogs if the loops do not determine the parameters.
     """
-    value, beside = _minimum(loops, path, start, loops.used)
-    residual = (loops.force - beside - path(loops, value))[loops.used]
+    value, details = _minimum(loops, path, start, loops.used)
+    residual = (loops.force - details - path(loops, value))[loops.used]
     columns = np.column_stack(
         [*_slopes(loops, path, value), np.ones(loops.force.size), loops.speed]
     )[loops.used]
@@ -76,19 +76,19 @@ def fit_path(loops: PreslidingLoops, path: Path, start: Vector, confidence: floa
     counts = 0.5 * loops.count * float(value[0]) / loops.breakaway.value
     if not np.all(np.isfinite(statistical) & (statistical < MOST_UNSURE)):
         raise UnusableLogs("the loops determine a parameter within a factor of ten only")
-    found = []
+    estimates = []
     for k, centre in enumerate(value):
         width = half_width(
             confidence,
             float(statistical[k]),
             [0.5 * float(np.log(ends[1][k] / ends[0][k])), counts],
         )
-        found.append(
+        estimates.append(
             Interval(float(centre), float(centre * np.exp(-width)), float(centre * np.exp(width)))
         )
     size = loops.breakaway.value
     return PreslidingFit(
-        tuple(found), _rms(residual) / size, _rms(_held_out(loops, path, value)) / size
+        tuple(estimates), _rms(residual) / size, _rms(_held_out(loops, path, value)) / size
     )
 
 
@@ -145,8 +145,8 @@ def _held_out(loops: PreslidingLoops, path: Path, start: Vector) -> Vector:
     half = (loops.branch // 2) % 2
     errors = []
     for side in (0, 1):
-        value, beside = _minimum(loops, path, start, loops.used & (half != side))
-        errors.append((loops.force - beside - path(loops, value))[loops.used & (half == side)])
+        value, details = _minimum(loops, path, start, loops.used & (half != side))
+        errors.append((loops.force - details - path(loops, value))[loops.used & (half == side)])
     return np.concatenate(errors)
 
 

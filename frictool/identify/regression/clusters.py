@@ -43,7 +43,7 @@ def _repetitions(sign: Vector, counts: Vector, rows: IntVector) -> IntVector:
     """Return the group number (m,) of each of m strokes; strokes that repeat share one group."""
     order = np.lexsort((counts, rows, sign))
     group = np.full(sign.size, -1, dtype=np.int64)
-    found = 0
+    repetitions = 0
     for place, stroke in enumerate(order):
         for other in order[place - 1 :: -1] if place else ():
             if sign[other] != sign[stroke] or rows[stroke] - rows[other] > SAME_ROWS:
@@ -52,6 +52,6 @@ def _repetitions(sign: Vector, counts: Vector, rows: IntVector) -> IntVector:
                 group[stroke] = group[other]
                 break
         if group[stroke] < 0:
-            group[stroke] = found
-            found = found + 1
+            group[stroke] = repetitions
+            repetitions = repetitions + 1
     return group

@@ -40,7 +40,7 @@ def differenced_fit(
     samples, memory = differenced(records, time_constant)
     weight = weigh(samples)
     used = with_fixed(samples.rows(weight > 0.0), settings.fixed)
-    found = fit(
+    result = fit(
         used, weight[weight > 0.0], memory, settings.confidence, {"time_constant": time_constant}
     )
     impulse = np.zeros(50 * memory)
@@ -48,7 +48,7 @@ def differenced_fit(
     impulse[1:4] = np.array([1.0, -2.0, 1.0]) / records[0].period ** 2
     response = _low_pass(impulse, time_constant, records[0].period)
     return refuse_hidden_inertia(
-        found,
+        result,
         records[0],
         bench,
         response,

@@ -77,11 +77,13 @@ def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str
     whole = merged(plain)[:, :-1]
     out = {}
     for term in HARMONICS:
-        own = [k for k, name in enumerate(names) if name in TERMS[term]]
-        if not own:
+        columns = [k for k, name in enumerate(names) if name in TERMS[term]]
+        if not columns:
             continue
-        others = np.delete(whole, own, axis=1)
-        left = whole[:, own] - others @ np.linalg.lstsq(others, whole[:, own], rcond=None)[0]
+        others = np.delete(whole, columns, axis=1)
+        left = (
+            whole[:, columns] - others @ np.linalg.lstsq(others, whole[:, columns], rcond=None)[0]
+        )
         share = float(np.linalg.svd(left, compute_uv=False)[-1]) / np.sqrt(0.5 * rows)
         if share < LEAST_SHARE:
             reason = (

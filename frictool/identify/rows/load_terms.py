@@ -191,20 +191,20 @@ def load_values(laws: LawsDocument | None) -> dict[str, float]:
         return {}
     load = laws.load or LoadLaw()
     backward = laws.backward
-    found: dict[str, Estimate | None] = {
+    estimates: dict[str, Estimate | None] = {
         "stiffness": load.stiffness,
         "viscous_backward": None if backward is None else backward.viscous,
     }
     for name, harmonic in (("gravity", load.gravity), ("ripple", load.ripple)):
         if harmonic is not None:
-            found |= {f"{name}_sine": harmonic.sine, f"{name}_cosine": harmonic.cosine}
-    return {name: one.value for name, one in found.items() if one is not None}
+            estimates |= {f"{name}_sine": harmonic.sine, f"{name}_cosine": harmonic.cosine}
+    return {name: one.value for name, one in estimates.items() if one is not None}
 
 
 def terms_of(laws: LawsDocument | None) -> tuple[str, ...]:
     """Return the load terms of a fit."""
-    found = load_values(laws)
-    return tuple(term for term, names in TERMS.items() if any(name in found for name in names))
+    estimates = load_values(laws)
+    return tuple(term for term, names in TERMS.items() if any(name in estimates for name in names))
 
 
 def bench_with_terms(bench: Bench, terms: tuple[str, ...]) -> Bench:
@@ -223,20 +223,22 @@ def bench_with_terms(bench: Bench, terms: tuple[str, ...]) -> Bench:
 
 def with_laws(fit: SlidingFit, bench: Bench) -> SlidingFit:
     """Return the fit with its load parameters as laws; infinite intervals are refused."""
-    sliding = {name: found for name, found in fit.parameters.items() if name in SLIDING}
-    told = {
-        name: found
-        for name, found in fit.parameters.items()
-        if name not in sliding and np.isfinite(found.half_width)
+    sliding = {name: interval for name, interval in fit.parameters.items() if name in SLIDING}
+    determined = {
+        name: interval
+        for name, interval in fit.parameters.items()
+        if name not in sliding and np.isfinite(interval.half_width)
     }
-    endless = {name: UNTOLD for name in fit.parameters if name not in sliding and name not in told}
-    told = {
-        name: found
-        for name, found in told.items()
+    endless = {
+        name: UNTOLD for name in fit.parameters if name not in sliding and name not in determined
+    }
+    determined = {
+        name: interval
+        for name, interval in determined.items()
         if name in HALVES or not any(other in endless for other in _term(name))
     }
     return replace(
-        fit, parameters=sliding, refused={**fit.refused, **endless}, laws=laws_of(told, bench)
+        fit, parameters=sliding, refused={**fit.refused, **endless}, laws=laws_of(determined, bench)
     )
 
 

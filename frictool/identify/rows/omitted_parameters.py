@@ -73,20 +73,20 @@ class OmittedParameters:
         """
         if not self._hidden:
             return
-        beside = self._beside(cluster, confidence)
+        effects = self._hidden_load_shift(cluster, confidence)
         if most is None:
-            self._add(beside)
+            self._add(effects)
             return
         total = np.zeros(len(self.free))
-        for own in TERMS.values():
-            group = [name for name in own if name in self._hidden]
+        for names in TERMS.values():
+            group = [name for name in names if name in self._hidden]
             if group:
                 points = most * _unit_loads([loads[name] for name in group])
                 total += np.max(
                     np.abs(np.column_stack([self._slope[name] for name in group]) @ points.T),
                     axis=1,
                 )
-        self._add(np.minimum(total, beside))
+        self._add(np.minimum(total, effects))
 
     def widened(self, names: Sequence[str], half: Vector) -> Vector:
         """Return half widths (p,) that include the added ones, for the names of `by_direction`."""
@@ -100,7 +100,7 @@ class OmittedParameters:
     def _add(self, half: Vector) -> None:
         self._added = np.hypot(self._added, half)
 
-    def _beside(self, cluster: IntVector, confidence: float) -> Vector:
+    def _hidden_load_shift(self, cluster: IntVector, confidence: float) -> Vector:
         """Return the distance (p,) of the free parameters from a fit with the hidden loads.
 
         It is inf if there is no such fit.

@@ -63,12 +63,12 @@ def refuse_hidden_inertia(
     reason = unresolved_inertia(record, bench, response, acceleration, smoothing)
     if reason is None or "inertia" not in fit.parameters:
         return fit
-    told = (
+    explanation = (
         f"the fit gives {fit.parameters['inertia'].value:.4g} "
         f"{si_unit('inertia', bench.axis)}; {reason}"
     )
     kept = {name: interval for name, interval in fit.parameters.items() if name != "inertia"}
-    return replace(fit, parameters=kept, refused={**fit.refused, "inertia": told})
+    return replace(fit, parameters=kept, refused={**fit.refused, "inertia": explanation})
 
 
 def _percent(part: float, whole: float) -> str:

@@ -169,7 +169,7 @@ def fit(
             plain, weighted, order, low, high, [names.index(name) for name in droppable]
         )
     ]
-    found = {
+    estimates = {
         name: Interval(0.0, float(low[names.index(name)]), float(high[names.index(name)]))
         for name in dropped
     }
@@ -182,27 +182,27 @@ def fit(
     if dropped_or_split:
         solution = solve_triangles(weighted, cluster)
         width = outside.widened(kept, solution.half_width(confidence))
-    found |= intervals_around(kept, solution.value, width)
+    estimates |= intervals_around(kept, solution.value, width)
     # so far the excess of viscous friction backward over forward
-    if "viscous_backward" in found and "viscous" in samples.fixed:
-        found["viscous_backward"] = shifted(
-            found["viscous_backward"], samples.fixed["viscous"].value
+    if "viscous_backward" in estimates and "viscous" in samples.fixed:
+        estimates["viscous_backward"] = shifted(
+            estimates["viscous_backward"], samples.fixed["viscous"].value
         )
     if (
         refused.get("offset") == KNOWN_OFFSET["offset"]
         and samples.known_offset is not None
-        and "coulomb" in found
+        and "coulomb" in estimates
     ):
-        found["coulomb"] = less_offset(
-            found["coulomb"], samples.known_offset, float(samples.sign[0])
+        estimates["coulomb"] = less_offset(
+            estimates["coulomb"], samples.known_offset, float(samples.sign[0])
         )
     size = float(np.linalg.norm(samples.effort + samples.known_effort))
     held_out = held_out_norm(plain, weighted, halved(order), list(range(len(kept))))
     return SlidingFit(
         {
-            name: found[name]
+            name: estimates[name]
             for name in dict.fromkeys((*names, *kept))
-            if name in found and name not in refused
+            if name in estimates and name not in refused
         },
         refused,
         residual_norm(plain, solution.value) / size,

@@ -69,17 +69,17 @@ class RecordSegment:
 
 def whole(records: Sequence[MotionRecord]) -> list[RecordSegment]:
     """Return every unbroken piece of the records that is long enough."""
-    found = []
+    segments = []
     for record in records:
         edges = np.concatenate(
             ([0], np.flatnonzero(np.diff(record.piece)) + 1, [record.position.size])
         )
-        found += [
+        segments += [
             RecordSegment(record, int(a), int(b))
             for a, b in itertools.pairwise(edges)
             if b - a >= FEWEST_SAMPLES
         ]
-    return found
+    return segments
 
 
 def thinned(segments: Sequence[RecordSegment], most: int) -> list[RecordSegment]:
@@ -97,8 +97,8 @@ def thinned(segments: Sequence[RecordSegment], most: int) -> list[RecordSegment]
 
 def of_each_record(segments: Sequence[RecordSegment], what: Callable[[MotionRecord], T]) -> list[T]:
     """Return what(record) for each segment's record, calling it once per record."""
-    found: dict[int, T] = {}
+    results: dict[int, T] = {}
     for segment in segments:
-        if id(segment.record) not in found:
-            found[id(segment.record)] = what(segment.record)
-    return [found[id(segment.record)] for segment in segments]
+        if id(segment.record) not in results:
+            results[id(segment.record)] = what(segment.record)
+    return [results[id(segment.record)] for segment in segments]

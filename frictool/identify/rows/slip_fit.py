@@ -81,19 +81,31 @@ def slipping_fit(
         samples, used = slipping(records, bench, share, None)
         result = fitting(with_fixed(samples, settings.fixed), used)
     response = acceleration_response(records[0], used)
-    own = _own_share(samples)
-    found = refuse_hidden_inertia(
-        result, records[0], bench, response, own * samples.acceleration, f"over {used} samples"
+    sample_share = _own_share(samples)
+    checked = refuse_hidden_inertia(
+        result,
+        records[0],
+        bench,
+        response,
+        sample_share * samples.acceleration,
+        f"over {used} samples",
     )
-    if own < 1.0 and "inertia" in result.parameters and "inertia" not in found.parameters:
-        beside = fitting(
+    if (
+        sample_share < 1.0
+        and "inertia" in result.parameters
+        and "inertia" not in checked.parameters
+    ):
+        with_bench_inertia = fitting(
             with_fixed(samples, {**settings.fixed, "inertia": known_inertia(bench)}), used
         )
-        found = replace(
-            beside,
-            refused={**beside.refused, "inertia": f"{found.refused['inertia']}; {OWN_INERTIA}"},
+        checked = replace(
+            with_bench_inertia,
+            refused={
+                **with_bench_inertia.refused,
+                "inertia": f"{checked.refused['inertia']}; {OWN_INERTIA}",
+            },
         )
-    return with_laws(found, bench)
+    return with_laws(checked, bench)
 
 
 def _own_share(samples: RegressionSamples) -> float:

@@ -175,9 +175,9 @@ def _force(model: Model, record: MotionRecord) -> tuple[Vector, Vector]:
     rows = slip_rows(record, model.bench)
     if rows is not None:
         values = {
-            name: given.value
+            name: interval.value
             for name in FIELDS
-            if (given := getattr(model.parameters, name)) is not None
+            if (interval := getattr(model.parameters, name)) is not None
         }
         measured[rows.index] = rows.effort
         modelled[rows.index] = rows.modelled_effort(values, model.laws)

@@ -121,14 +121,14 @@ class ArrayTable:
                 f"variable {wanted!r} is a {self.others[wanted]}; allowed: a real vector: "
                 f"{listed(self.names)}",
             )
-        found = find_array(self.names, wanted)
-        if found is None and self.damage is not None:
+        name = find_array(self.names, wanted)
+        if name is None and self.damage is not None:
             raise LostColumnError(
                 self.source,
                 f"is damaged: {self.damage}; read before that: {listed(self.names)}, "
                 f"and no {wanted!r}",
             )
-        return found
+        return name
 
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
@@ -174,9 +174,9 @@ class ArrayTable:
             years = dates.astype("M8[Y]").astype(np.float64) + 1970
         missing = np.flatnonzero(np.isnat(dates) | (years < FIRST_YEAR) | (years > LAST_YEAR))
         if missing.size:
-            found = f"{self.clock!r} has {dates[missing[0]]} at sample {row + int(missing[0]) + 1}"
+            damage = f"{self.clock!r} has {dates[missing[0]]} at sample {row + int(missing[0]) + 1}"
             raise LogError(
-                self.source, f"{found}; allowed: a time in the years {FIRST_YEAR} to {LAST_YEAR}"
+                self.source, f"{damage}; allowed: a time in the years {FIRST_YEAR} to {LAST_YEAR}"
             )
         return dates.astype("M8[ns]").astype(np.int64)
 
@@ -192,14 +192,14 @@ class ArrayTable:
             for stream in streams.values():
                 stream.check()
         after = f" after {read} of {rows} samples" if read < rows else ""
-        found = [
+        damaged = [
             DataLoss((name,), f"variable {name!r} {s.damage}{after}", samples=rows - read)
             for name, s in streams.items()
             if s.damage
         ]
-        if self.damage is not None and not found:  # damage elsewhere in the file
-            found = [DataLoss((), self.damage, samples=0)]
-        for loss in found:
+        if self.damage is not None and not damaged:  # damage elsewhere in the file
+            damaged = [DataLoss((), self.damage, samples=0)]
+        for loss in damaged:
             if losses is None:
                 raise LogError(self.source, f"is damaged: {loss.reason}")
             losses.append(loss)
@@ -213,8 +213,8 @@ def check_rows(source: str, size: int, rows: int, columns: int) -> None:
 
 def find_array(names: Sequence[str], wanted: str | int) -> str | None:
     """Return the element of `names` with this name, number (from 1) or matrix notation, or None."""
-    found = find(names, wanted)
-    return other_notation(names, str(wanted)) if found is None else found
+    name = find(names, wanted)
+    return other_notation(names, str(wanted)) if name is None else name
 
 
 def other_notation(names: Sequence[str], wanted: str) -> str | None:

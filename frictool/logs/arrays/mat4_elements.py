@@ -58,8 +58,10 @@ class Mat4Header(NamedTuple):
 
 def looks_like(head: bytes) -> bool:
     """Return whether a file may be of version 4, which has no signature."""
-    found = _head(head[:HEAD])
-    return found is not None and _NAME.fullmatch(head[HEAD : HEAD + found.name_bytes]) is not None
+    element = _head(head[:HEAD])
+    return (
+        element is not None and _NAME.fullmatch(head[HEAD : HEAD + element.name_bytes]) is not None
+    )
 
 
 def arrays(path: Path, size: int) -> Iterator[MatArray]:

@@ -53,9 +53,9 @@ def _open(path: Path) -> Sequence[LibraryTable]:
     for number, (name, item) in enumerate(_inside("", file, 0)):
         if number > MOST:
             raise LogError(path, f"has more than {MOST} arrays")
-        found = dict(_columns(name, item)) if isinstance(item, h5py.Dataset) else {}
-        columns |= found
-        if name not in found:
+        described = dict(_columns(name, item)) if isinstance(item, h5py.Dataset) else {}
+        columns |= described
+        if name not in described:
             others[name] = _described(item)
     if not columns:
         raise LogError(

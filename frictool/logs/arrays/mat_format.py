@@ -36,24 +36,24 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
     with open_log(path) as stream:
         head = stream.read(HEAD_BYTES)
     size = path.stat().st_size
-    found: list[MatArray] = []
+    arrays: list[MatArray] = []
     damage: str | None = None
     try:
         is_new = head[124:128] in VERSION_5
-        found.extend((mat_elements if is_new else mat4_elements).arrays(path, size))
+        arrays.extend((mat_elements if is_new else mat4_elements).arrays(path, size))
     except ValueError as error:
         damage = str(error)
     except OSError as error:
         raise LogError(path, f"cannot be read: {error.strerror or error}") from None
     # arrays without a name are the bytes of MATLAB's objects
-    found = [array for array in found if array.name]
-    columns = {name: column for array in found for name, column in array.columns()}
+    arrays = [array for array in arrays if array.name]
+    columns = {name: column for array in arrays for name, column in array.columns()}
     if not columns and damage is not None:
         raise LogError(path, f"is damaged or no MATLAB file: {damage}")
     if not columns:
         raise LogError(
             path,
             "has no real numeric vector; found: "
-            f"{listed([f'{array.name} ({array})' for array in found])}",
+            f"{listed([f'{array.name} ({array})' for array in arrays])}",
         )
-    return (ArrayTable(str(path), columns, size, described(found), damage),)
+    return (ArrayTable(str(path), columns, size, described(arrays), damage),)

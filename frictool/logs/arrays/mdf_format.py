@@ -84,18 +84,18 @@ def _open(path: Path) -> Sequence[LibraryTable]:
         if group.channel_group.cycles_nr
     ]
     count = Counter(name for _, name in named)
-    found = [
+    opened = [
         _group(path, file, index, name if count[name] == 1 else f"{name} {index + 1}", start, end)
         for index, name in named
     ]
-    if not any(table.names for table in found):
+    if not any(table.names for table in opened):
         if (
             described_at(path) is not None
         ):  # asammdf may read the zeros after the end as a file without channels
             raise LogError(path, _unreadable(path))
-        empty = [f"{name} ({what})" for table in found for name, what in table.others.items()]
+        empty = [f"{name} ({what})" for table in opened for name, what in table.others.items()]
         raise LogError(path, f"has no channel of numbers with samples; found: {listed(empty)}")
-    return [table for table in found if table.names]
+    return [table for table in opened if table.names]
 
 
 def _unreadable(path: Path) -> str:
@@ -240,8 +240,10 @@ class MdfTable(LibraryTable):
             return values
         if losses is None:
             row = first + int(np.flatnonzero(invalid)[0])
-            found = f"group {self.topic!r}, channel {name!r}: sample {row + 1} is marked as invalid"
-            raise LogError(self.source, f"{found}; {SALVAGE}")
+            damage = (
+                f"group {self.topic!r}, channel {name!r}: sample {row + 1} is marked as invalid"
+            )
+            raise LogError(self.source, f"{damage}; {SALVAGE}")
         return np.where(invalid, np.nan, values)
 
     def _samples(self, name: str, first: int, n: int) -> tuple[Vector, NDArray[np.bool_] | None]:

@@ -125,14 +125,14 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
         is_array = stream.read(len(NPY)) == NPY
     size = path.stat().st_size
     damage: list[str] = []
-    found = list(
+    members = list(
         _member(ALONE, partial(FileBytes, path, 0, size), size, damage)
         if is_array
         else _members(path, damage)
     )
-    vectors = {name: column for member in found for name, column in member.columns()}
+    vectors = {name: column for member in members for name, column in member.columns()}
     columns = {name: column for name, column in vectors.items() if column.dtype.kind in "iufb"}
-    others = {member.name: str(member) for member in found if member.name not in columns}
+    others = {member.name: str(member) for member in members if member.name not in columns}
     clock, dated = next(
         ((name, column) for name, column in vectors.items() if column.dtype.kind == "M"),
         (None, None),
@@ -156,16 +156,16 @@ def _members(path: Path, damage: list[str]) -> Iterator[NpyArray]:
     """Yield the arrays of an archive."""
     try:
         with zipfile.ZipFile(path) as archive:
-            found = [one for one in archive.infolist() if one.filename.endswith(".npy")]
+            arrays = [one for one in archive.infolist() if one.filename.endswith(".npy")]
     except Exception as error:
         # on a damaged directory zipfile also raises errors of struct, codecs and others
         raise LogError(
             path,
             f"is no whole zip archive ({error}); its directory is at its end: is the file cut off?",
         ) from None
-    if len(found) > MOST_MEMBERS:
-        raise LogError(path, f"holds {len(found)} arrays; allowed: {MOST_MEMBERS}")
-    for one in found:
+    if len(arrays) > MOST_MEMBERS:
+        raise LogError(path, f"holds {len(arrays)} arrays; allowed: {MOST_MEMBERS}")
+    for one in arrays:
         yield from _member(
             one.filename.removesuffix(".npy"), partial(_inside, path, one), one.file_size, damage
         )

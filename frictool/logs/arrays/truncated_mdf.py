@@ -67,15 +67,15 @@ def records_before(group: Any, end: int) -> int:
     """
     if group.data_location != ORIGINAL_FILE or group.uses_ld:
         raise ValueError("the records of its groups are mixed or lie by columns")
-    found = 0
+    preceding = 0
     for block in group.get_data_blocks():
         there = max(0, min(block.compressed_size, end - block.address))
         if there < block.compressed_size:
-            found += there if block.block_type == PLAIN else 0
+            preceding += there if block.block_type == PLAIN else 0
             break
-        found += block.original_size
+        preceding += block.original_size
     size = int(group.channel_group.samples_byte_nr + group.channel_group.invalidation_bytes_nr)
-    return int(min(found // max(size, 1), group.channel_group.cycles_nr))
+    return int(min(preceding // max(size, 1), group.channel_group.cycles_nr))
 
 
 def described_at(path: Path) -> int | None:

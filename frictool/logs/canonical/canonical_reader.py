@@ -283,20 +283,20 @@ class CanonicalReader:
         raises LogError.
         """
         counts = self._declarations.counts or {}
-        found = {
+        samples = {
             number: self.channels[number].samples if number in self.channels else 0
             for number in counts
         }
         if self._missing is not None:
-            self._missing.check(counts, found)
+            self._missing.check(counts, samples)
             return
         for number, count in counts.items():
-            if count != found[number]:
+            if count != samples[number]:
                 name = (
                     self.channels[number].topic if number in self.channels else f"channel {number}"
                 )
                 self.fail(
-                    f"is damaged: {found[number]} messages of {name} are there, "
+                    f"is damaged: {samples[number]} messages of {name} are there, "
                     f"the statistics count {count}"
                 )
 

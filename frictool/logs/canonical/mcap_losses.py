@@ -45,11 +45,11 @@ class MissingSamples:
         ):  # the CRC covers a whole section, whose damage has been recorded already
             return
         reason = f"{part.reason}, at byte {part.at} of {size}"
-        told = [(channel, times) for channel, times in part.indexed() if times.size]
-        if told:
+        indexed = [(channel, times) for channel, times in part.indexed() if times.size]
+        if indexed:
             self.lost += [
                 CanonicalLoss(reason, channel, int(times.min()), int(times.max()), int(times.size))
-                for channel, times in told
+                for channel, times in indexed
             ]
         elif part.empty:
             self.lost.append(CanonicalLoss(reason, samples=0))
@@ -72,14 +72,14 @@ class MissingSamples:
         counts: channel -> number of samples in the statistics.
         samples_read: channel -> number of samples read.
         """
-        told = {
+        lost = {
             number: sum(one.samples or 0 for one in self.lost if one.channel == number)
             for number in counts
         }
         missing = {
             number: count
             for number in counts
-            if (count := counts[number] - samples_read[number] - told[number]) > 0
+            if (count := counts[number] - samples_read[number] - lost[number]) > 0
         }
         unknown = [one for one in self.lost if one.samples is None]
         if missing and len(unknown) == 1:

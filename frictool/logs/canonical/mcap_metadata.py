@@ -27,7 +27,7 @@ def heads(path: Path, metadata: Metadata, channels: Iterable[DeclaredStream]) ->
     Raises LogError if there is no stream, or if one has no samples or no units.
     """
     units = metadata.get(UNITS, {})
-    found = []
+    heads_read = []
     for one in channels:
         if not one.samples:
             raise LogError(path, f"stream {one.topic} has no samples")
@@ -38,16 +38,16 @@ def heads(path: Path, metadata: Metadata, channels: Iterable[DeclaredStream]) ->
                 f"is no canonical log: metadata {UNITS!r} has no "
                 f"{message_path(one.topic, missing[0])!r}",
             )
-        found.append(
+        heads_read.append(
             StreamHeader(
                 one.topic,
                 one.fields,
                 tuple(units[message_path(one.topic, name)] for name in one.fields),
             )
         )
-    if not found:
+    if not heads_read:
         raise LogError(path, "no sample in it can be read, since it declares no channel")
-    return found
+    return heads_read
 
 
 def shift_ns(path: Path, metadata: Metadata) -> int:

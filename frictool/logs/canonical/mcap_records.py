@@ -180,16 +180,16 @@ class FileRecords:
         The search begins inside the last message, because its length may be wrong and span other
         records.
         """
-        found = self._next_record((start if self._doubtful is None else self._doubtful) + 1)
+        record = self._next_record((start if self._doubtful is None else self._doubtful) + 1)
         self._doubtful = None
-        bare = opcode == Opcode.CHUNK and found == start + RECORD_HEAD + _CHUNK.size + _LENGTH.size
-        end = self._size if found is None else found
+        bare = opcode == Opcode.CHUNK and record == start + RECORD_HEAD + _CHUNK.size + _LENGTH.size
+        end = self._size if record is None else record
         rest = b""
-        if found is None and opcode == Opcode.CHUNK and end - start <= LONGEST_REST:
+        if record is None and opcode == Opcode.CHUNK and end - start <= LONGEST_REST:
             self._stream.seek(start + RECORD_HEAD)
             rest = self._stream.read(end - start - RECORD_HEAD)
         self._bytes.step_to(end)
-        if opcode in _KINDS and found is None:
+        if opcode in _KINDS and record is None:
             return DamagedBytes(
                 start,
                 end,

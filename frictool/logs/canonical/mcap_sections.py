@@ -77,15 +77,15 @@ def contents(
     """
     worker = ThreadPoolExecutor(1)
     waiting: deque[tuple[Future[list[tuple[FileRecord | FileSection, int]]], int]] = deque()
-    held = 0
+    buffered = 0
     try:
         for batch, size in _batches(_parts(records, only), UnpackedBudget(records.size)):
-            while waiting and (waiting[0][0].done() or held + size > AHEAD_BYTES):
+            while waiting and (waiting[0][0].done() or buffered + size > AHEAD_BYTES):
                 first, freed = waiting.popleft()
-                held -= freed
+                buffered -= freed
                 yield from first.result()
             waiting.append((worker.submit(_opened, batch), size))
-            held += size
+            buffered += size
         while waiting:
             yield from waiting.popleft()[0].result()
     finally:
@@ -136,7 +136,7 @@ def _batches(
     A large chunk forms its own batch. A chunk beyond the budget is not unpacked.
     """
     batch: list[tuple[FileRecord | FileSection, int]] = []
-    held = 0
+    buffered = 0
     for item, end in parts:
         if (
             isinstance(item, FileSection)
@@ -150,14 +150,14 @@ def _batches(
             if isinstance(item, FileSection)
             else len(item.body)
         )
-        if batch and held + size > BATCH_BYTES:
-            yield batch, held
+        if batch and buffered + size > BATCH_BYTES:
+            yield batch, buffered
             batch = []
-            held = 0
+            buffered = 0
         batch.append((item, end))
-        held += size
+        buffered += size
     if batch:
-        yield batch, held
+        yield batch, buffered
 
 
 def _opened(

@@ -20,7 +20,7 @@ def chunked(pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
 
     A chunk has at most CHUNK_BYTES.
     """
-    held: list[SampleBlock] = []  # parts of the current chunk
+    pending: list[SampleBlock] = []  # parts of the current chunk
     # samples and time limit (ns) left for the current chunk, maximum samples of a chunk
     left = end = rows = 0
     start: int | None = None
@@ -31,19 +31,19 @@ def chunked(pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
             start = int(piece.time[0])
             rows = max(1, CHUNK_BYTES // message_dtype(len(piece.values)).itemsize)
         while low < size:
-            if not held:
+            if not pending:
                 left = rows
                 end = start + ((int(piece.time[low]) - start) // CHUNK_NS + 1) * CHUNK_NS
             high = min(int(piece.time.searchsorted(end)), low + left)
             if high > low:
-                held.append(piece.part(low, high))
+                pending.append(piece.part(low, high))
             left -= high - low
             if high < size or not left:
-                yield join_blocks(held)
-                held = []
+                yield join_blocks(pending)
+                pending = []
             low = high
-    if held:
-        yield join_blocks(held)
+    if pending:
+        yield join_blocks(pending)
 
 
 def join_blocks(parts: Sequence[SampleBlock]) -> SampleBlock:

@@ -71,11 +71,11 @@ def _check_units(log: Log, stream: Stream, bench: Bench) -> None:
             continue
         wanted = si_unit(CHANNEL_DIMENSIONS[name], bench.axis)
         if unit != wanted:
-            found = (
+            mismatch = (
                 f"{message_path(stream.topic, name)} is in {unit!r}, "
                 f"the {bench.axis} axis of bench {bench.name!r} has it in {wanted!r}"
             )
-            raise LogError(log.source, f"{found}; is this the bench of this log?")
+            raise LogError(log.source, f"{mismatch}; is this the bench of this log?")
 
 
 def _check_wraps(log: Log, stream: Stream, bench: Bench) -> tuple[str, ...]:

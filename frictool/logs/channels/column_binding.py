@@ -49,7 +49,7 @@ def bind(
             f"bench {bench.name!r} maps no channel: columns needs at least one of "
             f"{', '.join(CHANNEL_DIMENSIONS)}",
         )
-    found: dict[int, ChannelColumns] = {}
+    bound: dict[int, ChannelColumns] = {}
     behind: dict[str, LostColumnError] = {}
     for channel, column in bench.columns.items():
         if channel != TIME:
@@ -58,10 +58,10 @@ def bind(
             except LostColumnError as error:
                 behind[channel] = error
                 continue
-            found.setdefault(home, {})[channel] = column, name
-    if behind and (lost is None or not found):
+            bound.setdefault(home, {})[channel] = column, name
+    if behind and (lost is None or not bound):
         raise next(iter(behind.values()))
-    order = sorted(found, key=lambda home: "position" not in found[home])
+    order = sorted(bound, key=lambda home: "position" not in bound[home])
     topics: list[str] = []
     for home in order:
         topics.append(topic_for(stem, tables[home].topic if topics else "", [*taken, *topics]))
@@ -71,15 +71,15 @@ def bind(
             for channel, error in behind.items()
         ]
     derive_from = (
-        bench.actuator.drive if not any(EFFORT in channels for channels in found.values()) else None
+        bench.actuator.drive if not any(EFFORT in channels for channels in bound.values()) else None
     )
     return [
         ChannelMapper(
             tables[home],
             bench,
-            _time(tables[home], bench) | found[home],
+            _time(tables[home], bench) | bound[home],
             topic,
-            derive=derive_from in found[home],
+            derive=derive_from in bound[home],
             period=bench.sample_period_s if topic == topics[0] else None,
         )
         for home, topic in zip(order, topics, strict=True)
@@ -96,20 +96,20 @@ def _home(tables: Sequence[RawTable], channel: str, column: Column) -> tuple[int
             f"has {len(tables)} time bases, so that columns have no number; "
             f"give columns.{channel}.column by its name",
         )
-    found = [
+    matches = [
         (home, name)
         for home, table in enumerate(tables)
         if (name := table.find(wanted)) is not None
     ]
-    if not found:
+    if not matches:
         pick([name for table in tables for name in table.names], wanted, source)
-    if len(found) > 1:
-        where = listed([tables[home].topic for home, _ in found])
+    if len(matches) > 1:
+        where = listed([tables[home].topic for home, _ in matches])
         raise LogError(
             source,
-            f"has {len(found)} columns {wanted!r}, in {where}; name the one of columns.{channel}",
+            f"has {len(matches)} columns {wanted!r}, in {where}; name the one of columns.{channel}",
         )
-    return found[0]
+    return matches[0]
 
 
 def _time(table: RawTable, bench: Bench) -> ChannelColumns:

@@ -114,8 +114,8 @@ def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoi
     """Return the choice for each channel that at least one column fits."""
     fitting: dict[str, list[tuple[int, OfferedColumn]]] = {}
     for one in offered:
-        found, rank = _channels(one, axis)
-        for channel in found:
+        channels, rank = _channels(one, axis)
+        for channel in channels:
             # the file itself dates its rows, and more exactly
             dated = channel == TIME and one.table.time_ns is not None
             if not dated:
@@ -145,7 +145,7 @@ def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
 
     Several channels are returned if its name is ambiguous.
     """
-    given = [
+    compatible = [
         name
         for name in dict.fromkeys((*CHANNEL_DIMENSIONS, TIME))
         if one.unit is None or fits(one.unit, dimension_of(name), axis)
@@ -153,14 +153,14 @@ def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
     named = quantities(one.name)
     if is_command(one.name):
         wanted = {"position": "reference", "current": "current_command", "voltage": "voltage"}
-        found = [wanted[name] for name in named if name in wanted and wanted[name] in given]
-        return found or (["reference"] if not named and "reference" in given else []), clarity(
-            one.name
-        )
-    found = [name for name in named if name in given]
-    if found or one.unit is None or (clarity(one.name) < len(QUANTITIES) and not named):
-        return found, clarity(one.name) if len(found) == 1 else len(QUANTITIES)
-    by_unit = [name for name in given if name not in ("reference", "current_command")]
+        matching = [wanted[name] for name in named if name in wanted and wanted[name] in compatible]
+        return matching or (
+            ["reference"] if not named and "reference" in compatible else []
+        ), clarity(one.name)
+    matching = [name for name in named if name in compatible]
+    if matching or one.unit is None or (clarity(one.name) < len(QUANTITIES) and not named):
+        return matching, clarity(one.name) if len(matching) == 1 else len(QUANTITIES)
+    by_unit = [name for name in compatible if name not in ("reference", "current_command")]
     return by_unit if len(by_unit) == 1 else [], len(QUANTITIES)
 
 
@@ -190,9 +190,9 @@ def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> Co
     elif channel == EFFORT and first.name != EFFORT and not _JOINT_STATE.fullmatch(first.name):
         column = OPEN
         questions.append(ColumnQuestion(channel, "column", _quoted(names), f"is it {LOAD_SIDE}"))
-    unit, asked = _unit(channel, first, axis)
-    if asked is not None:
-        questions.append(asked)
+    unit, unit_question = _unit(channel, first, axis)
+    if unit_question is not None:
+        questions.append(unit_question)
     return ColumnChoice(column, unit, first.table, names, tuple(questions))
 
 

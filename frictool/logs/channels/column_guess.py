@@ -103,22 +103,22 @@ def start_from(log: Path, name: str, axis: Axis | None, log_path: str | None = N
 
     Raises LogError as `guess_from` does.
     """
-    found = guess_from(log, axis)
+    start = guess_from(log, axis)
     return StartingRig(
         name=name,
-        axis=found.axis,
+        axis=start.axis,
         log=log.name,
         log_path=log_path,
-        drive=found.drive,
-        columns=found.columns,
-        left=found.left,
-        period=found.period,
-        step=found.step,
+        drive=start.drive,
+        columns=start.columns,
+        left=start.left,
+        period=start.period,
+        step=start.step,
         axis_source="guessed" if axis is None else "given",
         questions={
-            key: "; ".join(one.note for one in found.questions if one.channel == key)
-            for key in found.columns
-            if found.asks(key)
+            key: "; ".join(one.note for one in start.questions if one.channel == key)
+            for key in start.columns
+            if start.asks(key)
         },
     )
 
@@ -128,7 +128,7 @@ def read_start(tables: Sequence[RawTable]) -> list[MemoryTable]:
 
     Raises LogError if no table has numbers.
     """
-    found: list[MemoryTable] = []
+    memory_tables: list[MemoryTable] = []
     for table in sorted(tables, key=lambda one: -len(one.names)):
         first, _ = (
             next(iter(table.blocks(table.names, [])), (None, 0)) if table.names else (None, 0)
@@ -140,8 +140,8 @@ def read_start(tables: Sequence[RawTable]) -> list[MemoryTable]:
             else [name for name, values in first.columns.items() if np.isfinite(values).any()]
         )
         if names:
-            found.append(in_memory(table, names, MOST_ROWS))
-    if not found:
+            memory_tables.append(in_memory(table, names, MOST_ROWS))
+    if not memory_tables:
         for table in tables:
             if table.names:
                 # raises LogError if the rows are refused or damaged
@@ -149,7 +149,7 @@ def read_start(tables: Sequence[RawTable]) -> list[MemoryTable]:
         raise LogError(
             tables[0].source, "has no column of numbers with a finite one in its first rows"
         )
-    return found
+    return memory_tables
 
 
 def _table(log: Log) -> MemoryTable:
@@ -186,7 +186,7 @@ def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGues
 
 def _liveliest_first(table: MemoryTable) -> list[str]:
     """Return the column names, those of the joint with most changing columns first."""
-    label = {name: found[1] if (found := LABEL.search(name)) else "" for name in table.columns}
+    label = {name: match[1] if (match := LABEL.search(name)) else "" for name in table.columns}
     moving = Counter(label[name] for name, values in table.columns.items() if np.ptp(values) > 0.0)
     return sorted(table.columns, key=lambda name: -moving[label[name]])
 
@@ -199,13 +199,13 @@ def kind_of_axis(tables: Sequence[MemoryTable]) -> Axis | None:
     units = [
         unit for table in tables for unit in table.units.values() if unit and not is_count(unit)
     ]
-    found = {word for table in tables for name in table.columns for word in words(name)}
-    for told in (
+    name_words = {word for table in tables for name in table.columns for word in words(name)}
+    for axes in (
         {axis for axis in AXIS_NAMES for unit in units if _tells(unit, axis)},
-        {axis for axis, names in AXIS_NAMES.items() if found & names},
+        {axis for axis, names in AXIS_NAMES.items() if name_words & names},
     ):
-        if told:
-            return told.pop() if len(told) == 1 else None
+        if axes:
+            return axes.pop() if len(axes) == 1 else None
     return None
 
 

@@ -60,12 +60,14 @@ def quantities(name: str) -> list[str]:
     >>> quantities("i_q"), quantities("bus_voltage")
     (['current'], [])
     """
-    found = set(words(name))
-    if any(map(_NO_SIGNAL.fullmatch, found)):
+    name_words = set(words(name))
+    if any(map(_NO_SIGNAL.fullmatch, name_words)):
         return []
-    found.add("".join(words(name)))
+    name_words.add("".join(words(name)))
     for level in QUANTITIES:
-        fitting = [channel for channel, pattern in level.items() if found & set(pattern.split("|"))]
+        fitting = [
+            channel for channel, pattern in level.items() if name_words & set(pattern.split("|"))
+        ]
         if fitting:
             return fitting
     return []
@@ -76,9 +78,11 @@ def clarity(name: str) -> int:
 
     Returns len(QUANTITIES) if there is no such word.
     """
-    found = {*words(name), "".join(words(name))}
+    name_words = {*words(name), "".join(words(name))}
     levels = (set("|".join(level.values()).split("|")) for level in QUANTITIES)
-    return next((number for number, level in enumerate(levels) if found & level), len(QUANTITIES))
+    return next(
+        (number for number, level in enumerate(levels) if name_words & level), len(QUANTITIES)
+    )
 
 
 def is_command(name: str) -> bool:

@@ -43,8 +43,8 @@ def guess_log(path: Path) -> GuessedLog:
     tables = read_start(open_tables(parts))
     # default if neither units nor names decide; no unit here depends on the kind of axis
     axis: Axis = kind_of_axis(tables) or "rotary"
-    found = guess(tables, axis)
-    named = {channel: column for channel, (column, _) in found.columns.items() if column != OPEN}
+    guessed = guess(tables, axis)
+    named = {channel: column for channel, (column, _) in guessed.columns.items() if column != OPEN}
     home = named.get(
         "position", next((column for channel, column in named.items() if channel != TIME), None)
     )
@@ -52,7 +52,7 @@ def guess_log(path: Path) -> GuessedLog:
         raise LogError(path, f"has no column that its name or unit assigns to a channel; {GIVE}")
     table = next(one for one in tables if home in one.columns)
     chosen = {channel: column for channel, column in named.items() if column in table.columns}
-    time = _time(table, found, chosen.pop(TIME, None), axis)
+    time = _time(table, guessed, chosen.pop(TIME, None), axis)
     finite = {channel: np.isfinite(table.columns[column]) for channel, column in chosen.items()}
     rows = np.logical_and.reduce(list(finite.values())) & np.isfinite(time)
     lost = _lost(
@@ -64,7 +64,7 @@ def guess_log(path: Path) -> GuessedLog:
     time = time[rows]
     if time.size < 2 or (np.diff(time) <= 0.0).any():
         raise LogError(path, f"has no times that increase from row to row; {GIVE}")
-    units = {channel: found.columns[channel][1] for channel in chosen}
+    units = {channel: guessed.columns[channel][1] for channel in chosen}
     stream = Stream(
         MAIN_TOPIC,
         time,
@@ -77,7 +77,7 @@ def guess_log(path: Path) -> GuessedLog:
     }
     return GuessedLog(
         Log((stream,), {COLUMNS: columns} | ({LOST: record_of(lost)} if lost else {}), str(path)),
-        found,
+        guessed,
     )
 
 

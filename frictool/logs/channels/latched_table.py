@@ -60,10 +60,10 @@ class LatchedTable(DerivedTable):
         back = np.flatnonzero(np.diff(time) < 0)
         if back.size:
             row = int(back[0]) + 1
-            found = (
+            damage = (
                 f"time does not increase: {time[row] / NS:.9g} s after {time[row - 1] / NS:.9g} s"
             )
-            raise LogError(self.source, found, line=self._table.line(block.first_row + row))
+            raise LogError(self.source, damage, line=self._table.line(block.first_row + row))
 
     def _block(
         self,

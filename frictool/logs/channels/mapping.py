@@ -200,11 +200,11 @@ class ChannelMapper:
         if not salvage:
             name, mask = next(iter(bad.items()))
             row = int(np.argmax(mask))
-            found = (
+            error = (
                 f"column {name!r}: found {block.columns[name][row]}; allowed: a finite number, "
                 f"{LARGEST:g} at most; {SALVAGE}"
             )
-            raise fail_at(self._table, block.first_row + row, found)
+            raise fail_at(self._table, block.first_row + row, error)
         dropped = []
         left = np.ones(next(iter(bad.values())).size, np.bool_)
         for name, mask in bad.items():
@@ -234,8 +234,8 @@ class ChannelMapper:
                 )
         if seconds.size and np.abs(seconds).max() > LATEST:
             worst = int(np.argmax(np.abs(seconds)))
-            found = f"time {seconds[worst]:g} s is beyond {LATEST:g} s; is its unit right?"
-            raise fail_at(self._table, block.first_row + int(rows[worst]), found)
+            error = f"time {seconds[worst]:g} s is beyond {LATEST:g} s; is its unit right?"
+            raise fail_at(self._table, block.first_row + int(rows[worst]), error)
         time: Nanoseconds = np.rint(seconds * NS).astype(np.int64)
         return time
 
@@ -251,15 +251,15 @@ class ChannelMapper:
         if not salvage:
             row = int(back[0])
             before = time[row - 1] if row else self._last
-            found = (
+            error = (
                 f"time does not increase: {time[row] / NS:.9g} s after {(before or 0) / NS:.9g} s"
             )
             if time[row] == before and self._time is not None:
-                found += (
+                error += (
                     "; if it is too coarse, leave time out of columns: "
                     "rows are then sample_period_s apart"
                 )
-            raise fail_at(self._table, block.first_row + int(rows[row]), f"{found}; {SALVAGE}")
+            raise fail_at(self._table, block.first_row + int(rows[row]), f"{error}; {SALVAGE}")
         kept = increasing(time, self._last)
         return (
             rows[kept],
@@ -295,8 +295,8 @@ class ChannelMapper:
             allowed = f"a counter of encoder.wrap_bits = {bits}"
             bad = outside(raw, bits)
         if bad is not None:
-            found = f"column {source.name!r}: found {raw[bad]:.17g}; allowed: {allowed}"
-            raise fail_at(self._table, block.first_row + int(rows[bad]), found)
+            error = f"column {source.name!r}: found {raw[bad]:.17g}; allowed: {allowed}"
+            raise fail_at(self._table, block.first_row + int(rows[bad]), error)
         return self._counter.follow(time / NS, raw)
 
 
@@ -307,10 +307,10 @@ def _in_counts(source: ChannelSource) -> bool:
 def _factor(table: RawTable, bench: Bench, channel: str, name: str, column: Column) -> float:
     """Return the factor from a channel's scaled numbers to SI, after a check of the file's unit."""
     unit = column.unit
-    given = table.units.get(name)
+    declared = table.units.get(name)
     dimension = CHANNEL_DIMENSIONS.get(channel, TIME)
     key = f"columns.{channel}.unit of bench {bench.name!r}"
-    if given == ISO_8601:
+    if declared == ISO_8601:
         dates = "holds dates and dates the rows by itself; leave it out of columns"
         raise LogError(
             table.source,
@@ -318,17 +318,17 @@ def _factor(table: RawTable, bench: Bench, channel: str, name: str, column: Colu
         )
     if unit == COUNT and dimension == "position":
         factor = bench.encoder.resolution * bench.encoder.direction
-        agrees = given is None or given.lower() in (COUNT, "counts")
+        agrees = declared is None or declared.lower() in (COUNT, "counts")
     else:
         try:
             factor = factor_to_si(unit, dimension, bench.axis)
         except ValueError as error:
             raise LogError(table.source, f"{key}: {error}") from None
-        agrees = given in (None, unit) or _same(str(given), dimension, bench, factor)
+        agrees = declared in (None, unit) or _same(str(declared), dimension, bench, factor)
     if not agrees and column.scale == 1.0:  # a scale may convert one unit to the other
         raise LogError(
             table.source,
-            f"column {name!r} is in {given!r}, but {key} says {unit!r}; make them agree",
+            f"column {name!r} is in {declared!r}, but {key} says {unit!r}; make them agree",
         )
     return factor
 

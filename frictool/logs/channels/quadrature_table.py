@@ -21,13 +21,14 @@ class QuadratureTable(DerivedTable):
         self.names = (*table.names, *encoders)
         self.units = {**table.units, **dict.fromkeys(encoders, "count")}
         self._channels = {
-            name: (self._found(one.a), self._found(one.b), one) for name, one in encoders.items()
+            name: (self._channel_name(one.a), self._channel_name(one.b), one)
+            for name, one in encoders.items()
         }
         self._illegal = dict.fromkeys(encoders, (0, 0))
 
-    def _found(self, wanted: str | int) -> str:
-        found = self._table.find(wanted)
-        return pick(self._table.names, wanted, self.source) if found is None else found
+    def _channel_name(self, wanted: str | int) -> str:
+        name = self._table.find(wanted)
+        return pick(self._table.names, wanted, self.source) if name is None else name
 
     def find(self, wanted: str | int) -> str | None:
         if isinstance(wanted, str) and wanted in self._channels:

@@ -44,26 +44,28 @@ class ZeroedTable(DerivedTable):
         Without `losses`, or without any value, this raises LogError.
         """
         wanted = self._counts[name]
-        found = np.empty(0)
+        samples = np.empty(0)
         for block, _ in self._table.blocks([name], []):
             values = block.columns[name]
-            found = np.concatenate([found, values[np.isfinite(values)][: wanted - found.size]])
-            if found.size == wanted:
-                return float(found.mean())
-        if losses is None or not found.size:
+            samples = np.concatenate(
+                [samples, values[np.isfinite(values)][: wanted - samples.size]]
+            )
+            if samples.size == wanted:
+                return float(samples.mean())
+        if losses is None or not samples.size:
             raise LogError(
                 self.source,
-                f"column {name!r} has {found.size} samples, fewer than its zero_first_samples, "
+                f"column {name!r} has {samples.size} samples, fewer than its zero_first_samples, "
                 f"{wanted}",
             )
         losses.append(
             DataLoss(
                 (name,),
-                f"its zero is the mean of {found.size} samples, and not of {wanted}",
+                f"its zero is the mean of {samples.size} samples, and not of {wanted}",
                 samples=0,
             )
         )
-        return float(found.mean())
+        return float(samples.mean())
 
 
 def zeroed(table: RawTable, columns: Mapping[Channel, Column]) -> RawTable:

@@ -35,14 +35,14 @@ def aligned(
     try:
         t, x = _signal(reference, estimate.reference)
         u, y = _signal(flow, estimate.channel)
-        found = clock_offset(t - reference_ahead_ns / NS, x, u, y, estimate.most.value)
+        offset = clock_offset(t - reference_ahead_ns / NS, x, u, y, estimate.most.value)
     except ValueError as error:
         names = f"{estimate.channel} and {estimate.reference} of {Path(reference.source).name}"
         raise LogError(flow.source, f"clock_estimate from {names}: {error}") from None
     path = message_path(reference.head.topic, estimate.reference)
     return round(
-        found.value * NS
-    ), f"from {found.low:.6g} to {found.high:.6g} s (95 %), {estimate.channel} against {path}"
+        offset.value * NS
+    ), f"from {offset.low:.6g} to {offset.high:.6g} s (95 %), {estimate.channel} against {path}"
 
 
 def _signal(flow: StreamSource, name: str) -> tuple[Vector, Vector]:

@@ -112,18 +112,18 @@ class ClockPair:
         by delays.
         """
         sent = np.concatenate(self._sent) if self._sent else np.empty(0, np.int64)
-        found = (
+        drift = (
             of_messages(sent, np.concatenate(self._received))
             if sent.size >= FEWEST_MESSAGES
             else None
         )
-        if found is None or found.drift is None:
+        if drift is None or drift.drift is None:
             return None
-        apart = found.drift * float(np.ptp(sent)) / NS
-        if abs(apart) <= max(period, CLEAR * found.spread):
+        apart = drift.drift * float(np.ptp(sent)) / NS
+        if abs(apart) <= max(period, CLEAR * drift.spread):
             return None
         runs = (
-            f"the recorder's clock gains {1e6 * found.drift:.4g} us in a second on {clock}, "
+            f"the recorder's clock gains {1e6 * drift.drift:.4g} us in a second on {clock}, "
             f"{apart:.4g} s over these messages"
         )
         return f"{runs}; the log is dated by {clock}"
@@ -142,16 +142,16 @@ def of_streams(one: Stream, other: Stream, name: str) -> ClockDrift | None:
     grid = np.arange(low, high, period)
     ours = np.interp(grid, one.time, one.signals[name])
     since = grid - 0.5 * (grid[0] + grid[-1])
-    found: ClockDrift | None = None
+    drift: ClockDrift | None = None
     for number in range(PASSES):
         ahead = (
-            np.zeros(grid.size) if found is None else found.offset + (found.drift or 0.0) * since
+            np.zeros(grid.size) if drift is None else drift.offset + (drift.drift or 0.0) * since
         )
         theirs = np.interp(grid + ahead, other.time, other.signals[name])
-        found = _line(grid, ahead, ours, theirs, _small_lag if number else _lag)
-        if found is None:
+        drift = _line(grid, ahead, ours, theirs, _small_lag if number else _lag)
+        if drift is None:
             return None
-    return found
+    return drift
 
 
 def _line(

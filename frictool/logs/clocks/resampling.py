@@ -70,14 +70,16 @@ def grid(heads: Sequence[StreamHeader], derived: Sequence[str], period_ns: int) 
     note = {"period_s": f"{period_ns / 1e9:.9g}"}
     for number, head in enumerate(heads):
         for place, (name, unit) in enumerate(zip(head.fields, head.units, strict=True)):
-            held = name in HELD or (name == EFFORT and head.topic in derived)
+            is_held = name in HELD or (name == EFFORT and head.topic in derived)
             new = name if name not in fields else _prefixed(head.topic, name, fields)
             was = message_path(head.topic, name)
             fields.append(new)
             units.append(unit)
-            parts.append(GridField(number, place, held))
+            parts.append(GridField(number, place, is_held))
             path = message_path(MAIN_TOPIC, new)
-            note[path] = ("held" if held else "linear") + (f", from {was}" if was != path else "")
+            note[path] = ("held" if is_held else "linear") + (
+                f", from {was}" if was != path else ""
+            )
     return ResamplingGrid(
         StreamHeader(MAIN_TOPIC, tuple(fields), tuple(units)), tuple(parts), period_ns, note
     )
@@ -140,5 +142,5 @@ def _at(samples: SampleBlock, part: GridField, time: Nanoseconds) -> Vector:
     after = np.minimum(before + 1, samples.time.size - 1)
     width = np.maximum(samples.time[after] - samples.time[before], 1)
     weight = (time - samples.time[before]) / width
-    found: Vector = values[before] + weight * (values[after] - values[before])
-    return found
+    interpolated: Vector = values[before] + weight * (values[after] - values[before])
+    return interpolated

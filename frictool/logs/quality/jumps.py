@@ -45,8 +45,8 @@ def lone(steps: Vector) -> NDArray[np.bool_]:
     size = np.abs(steps)
     if size.size < 3 or size.max() <= ALONE * SLACK_COUNTS:
         return np.zeros(size.size, dtype=np.bool_)
-    beside = np.maximum(np.append(size[1:], size[-2]), np.insert(size[:-1], 0, size[1]))
-    alone = np.asarray(size > ALONE * np.maximum(beside, SLACK_COUNTS))
+    neighbours = np.maximum(np.append(size[1:], size[-2]), np.insert(size[:-1], 0, size[1]))
+    alone = np.asarray(size > ALONE * np.maximum(neighbours, SLACK_COUNTS))
     return alone & (size > RARE * float(np.quantile(size, ORDINARY))) if alone.any() else alone
 
 

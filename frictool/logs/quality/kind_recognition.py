@@ -100,15 +100,15 @@ def _is_lines(values: Vector) -> bool:
     window = np.hanning(values.size)
     power = np.abs(np.fft.rfft((values - values.mean()) * window)) ** 2
     total = float(power.sum())
-    held = 0.0
+    line_power = 0.0
     if power.size < FEWEST_BINS * LOBE or total == 0.0:
         return False
     for _ in range(LINES):
         peak = int(np.argmax(power))
         lobe = slice(max(peak - LOBE, 0), peak + LOBE + 1)
-        held += float(power[lobe].sum())
+        line_power += float(power[lobe].sum())
         power[lobe] = 0.0
-    return held >= PURE * total
+    return line_power >= PURE * total
 
 
 def _path(position: Vector) -> float:

@@ -121,12 +121,12 @@ class RepeatedJumps:
         steps = (self._ends[:, 3] - self._ends[:, 2])[crossing]
         size = np.abs(steps)
         around = -np.sign(steps)[:, None] * self._around[crossing]
-        beside = around[:, WINDOW - NEIGHBOURS : WINDOW + NEIGHBOURS].copy()
-        beside[np.abs(beside) > self._long] = np.nan  # exclude long steps
-        usable = np.isfinite(beside).sum(axis=1) >= NEIGHBOURS
+        neighbours = around[:, WINDOW - NEIGHBOURS : WINDOW + NEIGHBOURS].copy()
+        neighbours[np.abs(neighbours) > self._long] = np.nan  # exclude long steps
+        usable = np.isfinite(neighbours).sum(axis=1) >= NEIGHBOURS
         if not usable.any() or self._high - self._low < self._narrow:
             return None
-        least, most = np.nanmin(beside[usable], axis=1), np.nanmax(beside[usable], axis=1)
+        least, most = np.nanmin(neighbours[usable], axis=1), np.nanmax(neighbours[usable], axis=1)
         slack = CURVED * (most - least) + self._noise
         shortest = size[usable] + least - slack
         longest = size[usable] + most + slack

@@ -52,14 +52,14 @@ class SignCheck:
             return None
         names = " or ".join(self.reversed)
         if self.work is not None and self.work <= -CLEAR:
-            found = (
+            finding = (
                 f"the effort takes energy from the axis ({100 * self.work:.0f} % of the work), "
                 "which friction cannot give"
             )
         else:
-            found = "the velocity runs against the position"
+            finding = "the velocity runs against the position"
         fix = "encoder.direction, or a scale of -1 in columns"
-        return f"{found}: the sign of {names} is reversed; see {fix}"
+        return f"{finding}: the sign of {names} is reversed; see {fix}"
 
 
 def sign_of(stream: Stream) -> SignCheck:

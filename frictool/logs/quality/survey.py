@@ -90,7 +90,7 @@ def survey(head: StreamHeader, pieces: Pieces, limits: Mapping[str, float]) -> S
     }
     intervals = SampleIntervals()
     levels = {name: DistinctValues() for name in signals}
-    held = {name: HoldDetector() for name in signals}
+    holds = {name: HoldDetector() for name in signals}
     opening = OpeningSamples(head)
     for piece in _blocks(pieces()):
         opening.take(piece)
@@ -100,13 +100,13 @@ def survey(head: StreamHeader, pieces: Pieces, limits: Mapping[str, float]) -> S
             one.low = min(one.low, float(values.min()))
             one.high = max(one.high, float(values.max()))
             levels[name].take(values)
-            held[name].take(values)
+            holds[name].take(values)
     for name, one in signals.items():
         one.levels, one.step = levels[name].count, levels[name].step
-        one.hold = held[name].samples(one.step)
-    found = StreamSurvey(head.topic, intervals.base(), signals, opening.stream)
-    _second_pass(head, pieces, found, limits)
-    return found
+        one.hold = holds[name].samples(one.step)
+    stream = StreamSurvey(head.topic, intervals.base(), signals, opening.stream)
+    _second_pass(head, pieces, stream, limits)
+    return stream
 
 
 def _second_pass(

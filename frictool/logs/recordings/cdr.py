@@ -103,10 +103,10 @@ class MessageLayout:
         fits: NDArray[np.bool_] = messages.length == self.size
         at = np.flatnonzero(fits)
         guards = np.concatenate(
-            [np.arange(offset, offset + len(found)) for offset, found in self.guards]
+            [np.arange(offset, offset + len(expected)) for offset, expected in self.guards]
             or [np.empty(0, np.intp)]
         )
-        wanted = np.frombuffer(b"".join(found for _, found in self.guards), np.uint8)
+        wanted = np.frombuffer(b"".join(expected for _, expected in self.guards), np.uint8)
         fits[at] = (messages.data[messages.start[at][:, None] + guards] == wanted).all(axis=1)
         return fits
 

@@ -13,10 +13,10 @@ def _decoded(data: bytes) -> object:
     if len(data) > LONGEST:
         raise ValueError(f"is {len(data)} bytes of JSON; allowed: {LONGEST}")
     try:
-        found: object = msgspec.json.decode(data)
+        decoded: object = msgspec.json.decode(data)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"is no JSON ({error})") from None
-    return found
+    return decoded
 
 
 class JsonDecoder(ObjectDecoder):

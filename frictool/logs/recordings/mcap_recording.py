@@ -134,7 +134,7 @@ class McapRecording:
 
     def messages(self, topic: str) -> Iterator[tuple[Messages | MessageGap, int]]:
         """Yield the messages (see RecordingFile); raise LogError if the file cannot be read."""
-        told = 0
+        count = 0
         unknown = False
         with open_log(self._path) as stream:
             one = _McapPass(
@@ -146,14 +146,12 @@ class McapRecording:
             )
             try:
                 for piece, done in one.pieces():
-                    for found in self._of_topic(one, piece, topic):
-                        told += (
-                            found.start.size
-                            if isinstance(found, Messages)
-                            else (found.samples or 0)
+                    for item in self._of_topic(one, piece, topic):
+                        count += (
+                            item.start.size if isinstance(item, Messages) else (item.samples or 0)
                         )
-                        unknown |= isinstance(found, MessageGap) and found.samples is None
-                        yield found, done
+                        unknown |= isinstance(item, MessageGap) and item.samples is None
+                        yield item, done
             except OSError as error:
                 raise LogError(self._path, f"cannot be read: {error.strerror or error}") from None
         declared = sum(
@@ -161,10 +159,10 @@ class McapRecording:
             for number, channel in one.channels.items()
             if channel.topic == topic
         )
-        if told < declared and not unknown:
+        if count < declared and not unknown:
             yield (
                 MessageGap(
-                    f"{told} messages are there, the statistics count {declared}", declared - told
+                    f"{count} messages are there, the statistics count {declared}", declared - count
                 ),
                 self.size,
             )

@@ -57,5 +57,5 @@ def gather(data: Bytes, start: IntVector, width: int) -> Bytes:
     if not start.size:
         return np.empty((0, width), np.uint8)
     windows = as_strided(data, (data.size - width + 1, width), (1, 1), writeable=False)
-    found: Bytes = windows[start]
-    return found
+    gathered: Bytes = windows[start]
+    return gathered

@@ -72,21 +72,21 @@ class ObjectDecoder:
         failed: dict[int, str] = {}
         for index in range(count):
             try:
-                found = self._numbers(messages.payload(index))
+                numbers = self._numbers(messages.payload(index))
             except ValueError as error:
                 failed[index] = str(error)
                 continue
-            values[:, index] = [found.get(path, np.nan) for path in paths]
-            present[:, index] = [path in found for path in paths]
+            values[:, index] = [numbers.get(path, np.nan) for path in paths]
+            present[:, index] = [path in numbers for path in paths]
         return values, present, failed
 
     def _numbers(self, data: bytes) -> dict[str, float]:
-        found: dict[str, float] = {}
+        decoded: dict[str, float] = {}
         try:
             for path, value in numbers(self._objects(data)):
-                found[path] = value
-                if len(found) > MOST_NUMBERS:
+                decoded[path] = value
+                if len(decoded) > MOST_NUMBERS:
                     raise ValueError(f"has more than {MOST_NUMBERS} numbers")
         except RecursionError:
             raise ValueError("is nested too deep") from None
-        return found
+        return decoded

@@ -22,9 +22,9 @@ def protobuf_decoder(path: Path, kind: str, definition: bytes) -> ObjectDecoder:
         for name in ("descriptor_pb2", "message", "message_factory", "descriptor_pool")
     )
     try:
-        given = descriptors.FileDescriptorSet.FromString(definition)
+        files = descriptors.FileDescriptorSet.FromString(definition)
         pool = pools.DescriptorPool()
-        _add(pool, {file.name: file for file in given.file})
+        _add(pool, {file.name: file for file in files.file})
         Message = factory.GetMessageClass(pool.FindMessageTypeByName(kind))
     except (message.DecodeError, TypeError, KeyError, ValueError) as error:
         raise ValueError(f"its descriptors are damaged ({' '.join(str(error).split())})") from None

@@ -31,16 +31,16 @@ def sources(paths: Sequence[Path]) -> list[tuple[Path, ...]]:
     parts of one recording. Any other file is a recording of one part. Raises LogError as `parts_of`
     does.
     """
-    found: list[tuple[Path, ...]] = []
+    recordings: list[tuple[Path, ...]] = []
     left = list(paths)
     while left:
         count = next((n for n in range(len(left), 1, -1) if are_parts(left[:n])), 1)
         taken, left = left[:count], left[count:]
         if count > 1 and not is_canonical(taken[0]):
-            found.append(tuple(sorted(taken, key=_number)))
+            recordings.append(tuple(sorted(taken, key=_number)))
         else:
-            found += [tuple(parts_of(path)) if path.is_dir() else (path,) for path in taken]
-    return found
+            recordings += [tuple(parts_of(path)) if path.is_dir() else (path,) for path in taken]
+    return recordings
 
 
 def parts_of(folder: Path) -> list[Path]:
@@ -52,8 +52,8 @@ def parts_of(folder: Path) -> list[Path]:
             f"which has a {METADATA}",
         )
     try:
-        found = SafeConstructor().construct_document(compose(read_text(folder / METADATA)))
-        about = found[ROOT]
+        metadata = SafeConstructor().construct_document(compose(read_text(folder / METADATA)))
+        about = metadata[ROOT]
         names = [str(name) for name in about["relative_file_paths"]]
         compressed = str(about.get("compression_mode") or "").upper() not in ("", "NONE")
     except InputFileError as error:

@@ -83,7 +83,7 @@ class BagRecording:
 
         The result is empty if there is no such index.
         """
-        found: set[str] = set()
+        topics: set[str] = set()
         try:
             stream.seek(len(MAGIC))
             start = int.from_bytes(
@@ -97,14 +97,14 @@ class BagRecording:
                 if kind == CONNECTION:
                     self._connect(fields, data)
                 elif kind == CHUNK_INFO:
-                    found |= {
+                    topics |= {
                         self._names[number]
                         for number, count in struct.iter_unpack("<II", data)
                         if count and number in self._names
                     }
         except (ValueError, struct.error):
             return set()
-        return found
+        return topics
 
     def _pieces(self, stream: BinaryIO) -> Iterator[tuple[TopicMessages | BagLoss, int]]:
         """Yield the messages chunk by chunk; may raise OSError."""
@@ -128,13 +128,14 @@ class BagRecording:
             try:
                 if kind == CHUNK:
                     plain = _plain(fields, data, budget)
-                    found, end = self._grouped(plain)
+                    messages, end = self._grouped(plain)
                     whole = end == len(plain) == _number(fields, b"size") and not cut
                     yield (
-                        found
+                        messages
                         if whole
                         else BagLoss(
-                            f"{where}: a chunk of {length} bytes cannot be read to its end", found
+                            f"{where}: a chunk of {length} bytes cannot be read to its end",
+                            messages,
                         ),
                         stream.tell(),
                     )
@@ -164,7 +165,7 @@ class BagRecording:
 
         Raises ValueError if a message's connection is not declared.
         """
-        found: TopicMessages = {}
+        messages: TopicMessages = {}
         position = 0
         while position < len(data):
             try:
@@ -186,10 +187,10 @@ class BagRecording:
                         f"a message of connection {_number(fields, b'conn')}, which is not declared"
                     )
                 seconds, nanoseconds = _TIME.unpack(fields.get(b"time", b""))
-                times, payloads = found.setdefault(topic, ([], []))
+                times, payloads = messages.setdefault(topic, ([], []))
                 times.append(seconds * NS + nanoseconds)
                 payloads.append(data[start:position])
-        return found, position
+        return messages, position
 
     def _connect(self, fields: Fields, data: bytes) -> None:
         """Read a connection: topic, type and definition of its messages."""

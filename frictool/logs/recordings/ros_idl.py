@@ -46,9 +46,9 @@ def parse_idl(name: str, text: str) -> MessageType:
     parser = _IdlParser([match["token"] for match in _TOKENS.finditer(text) if match["token"]])
     parser.definitions(())
     for known, lines in WELL_KNOWN.items():
-        found = parse_message(known, lines)
+        definition = parse_message(known, lines)
         parser.structures.setdefault(
-            known, [(one.name, str(one.kind), one.repeat, one.size) for one in found.fields]
+            known, [(one.name, str(one.kind), one.repeat, one.size) for one in definition.fields]
         )
     return assembled(short_name(name), parser.structures)
 
@@ -70,9 +70,9 @@ class _IdlParser:
         return self.tokens[self.at] if self.at < len(self.tokens) else ""
 
     def expect(self, token: str) -> None:
-        found = self.next()
-        if found != token:
-            raise ValueError(f"found {found!r} where {token!r} is expected")
+        next_token = self.next()
+        if next_token != token:
+            raise ValueError(f"found {next_token!r} where {token!r} is expected")
 
     def skip_to(self, last: str) -> None:
         while self.next() != last:

@@ -122,7 +122,7 @@ def assembled(name: str, definitions: Definitions) -> MessageType:
 
 def _fields(message: str, lines: str) -> list[tuple[str, str, Repeat, int]]:
     """Return the fields of one message; constants (`uint8 ERROR=40`) take no bytes."""
-    found: list[tuple[str, str, Repeat, int]] = []
+    parsed: list[tuple[str, str, Repeat, int]] = []
     for line in lines.splitlines():
         if not line.strip() or line.lstrip().startswith("#"):
             continue
@@ -134,10 +134,10 @@ def _fields(message: str, lines: str) -> list[tuple[str, str, Repeat, int]]:
             continue
         fixed = array[1:-1].isdigit() if array else False
         repeat: Repeat = "once" if not array else "fixed" if fixed else "sequence"
-        found.append(
+        parsed.append(
             (name, _full_name(kind, message), repeat, int(array[1:-1]) if array and fixed else 0)
         )
-    return found
+    return parsed
 
 
 def _full_name(kind: str, message: str) -> str:

@@ -83,12 +83,12 @@ def dialect(lines: Sequence[str], layout: Layout) -> tuple[str, str]:
         total = 0.0
         for line in lines:
             cells = [cell for cell in cells_of(line, tried[0]) if cell]
-            found = sum(
+            count = sum(
                 number(cell, tried[1], THOUSANDS[layout.thousands]) is not None or is_stamp(cell)
                 for cell in cells
             )
             # number of numeric cells, times their share
-            total += found**2 / len(cells) if cells else 0.0
+            total += count**2 / len(cells) if cells else 0.0
         return total
 
     delimiter, mark = DELIMITERS.get(layout.delimiter or ""), MARKS.get(layout.decimal or "")

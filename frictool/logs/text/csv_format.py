@@ -67,17 +67,21 @@ class CsvTable:
         self.size = path.stat().st_size
         encoding = encoding_of(head, layout.encoding)
         text = head_bytes(head, encoding)
-        self.layout = found = find_layout(
+        self.layout = text_layout = find_layout(
             path, decoded(text, encoding), len(head) >= self.size, encoding, layout
         )
         ends = re.finditer(rb"\r\n|\n|\r", text)
         self._start = (
-            next((end.end() for end in islice(ends, found.first_line - 2, None)), 0)
-            if found.first_line > 1
+            next((end.end() for end in islice(ends, text_layout.first_line - 2, None)), 0)
+            if text_layout.first_line > 1
             else 0
         )
-        self.names, self.clock, self.description = found.names, found.clock, found.description
-        self.units = dict(zip(found.names, found.units, strict=True))
+        self.names, self.clock, self.description = (
+            text_layout.names,
+            text_layout.clock,
+            text_layout.description,
+        )
+        self.units = dict(zip(text_layout.names, text_layout.units, strict=True))
 
     def find(self, wanted: str | int) -> str | None:
         return find(self.names, wanted)

@@ -83,8 +83,8 @@ def first_row(rows: Rows, is_number: IsNumber) -> int | None:
     ]
     for index, row in full:
         filled = [column for column in usual if row[column]]
-        found = sum(is_number(row[column]) for column in filled)
-        if 2 * found > len(filled) and not _stands_over_units(rows, index):
+        numbers = sum(is_number(row[column]) for column in filled)
+        if 2 * numbers > len(filled) and not _stands_over_units(rows, index):
             return index
     return full[0][0]
 
@@ -211,9 +211,9 @@ def _steps_beneath(
 
     The numbers are in the line below the names.
     """
-    found = {name.lower(): number(cell) for name, cell in zip(names, beneath, strict=False)}
-    increment = found.get(INCREMENT)
-    start = found.get(START) or 0.0
+    values = {name.lower(): number(cell) for name, cell in zip(names, beneath, strict=False)}
+    increment = values.get(INCREMENT)
+    start = values.get(START) or 0.0
     if increment is None or not (0.0 < increment < math.inf and math.isfinite(start)):
         return None
     return "increment", increment * 1e9, start * 1e9

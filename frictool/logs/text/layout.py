@@ -100,20 +100,20 @@ def find_layout(
     if first is None or first >= len(rows):
         raise LogError(path, _no_rows(rows, first, after))
     header, unit = _above(rows, first, layout, is_number)
-    found = labels(rows, first, header, unit, value)
+    names = labels(rows, first, header, unit, value)
     stamps = next(
-        (place for place, cell in enumerate(rows[first][: len(found.names)]) if is_stamp(cell)),
+        (place for place, cell in enumerate(rows[first][: len(names.names)]) if is_stamp(cell)),
         None,
     )
-    units = tuple(ISO_8601 if place == stamps else one for place, one in enumerate(found.units))
-    clock, period, start = found.clock, found.period_ns, found.start_ns
+    units = tuple(ISO_8601 if place == stamps else one for place, one in enumerate(names.units))
+    clock, period, start = names.clock, names.period_ns, names.start_ns
     if layout.period_s is not None:
         clock = "layout.period_s"
         stamps = None
         period = layout.period_s * 1e9
         start = (layout.start_s or 0.0) * 1e9
     elif stamps is not None:
-        clock = found.names[stamps]
+        clock = names.names[stamps]
         period = None
         start = 0.0
     return TextLayout(
@@ -121,7 +121,7 @@ def find_layout(
         delimiter,
         mark,
         thousands,
-        found.names,
+        names.names,
         units,
         header_line=0 if header is None else header + 1,
         unit_line=0 if unit is None else unit + 1,

@@ -111,7 +111,7 @@ def _synthesised(
     # in mode 0 alpha's estimate is itself the measurement, so that nothing corrects it
     stuck = np.array([[True, False], [True, False], [False, True]])
     found = quiet_gains(posed, allowed, noise, decay, quiet, {0: stuck})
-    return found.found, found.noise_gain
+    return found.gains, found.noise_gain
 
 
 def _seconds(samples: float | None, period: float) -> float | None:
