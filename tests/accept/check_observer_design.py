@@ -1,4 +1,4 @@
-"""Switched observers of random_model models at full count: axes from a throttle to a portal,
+"""Switched observers of drawn models at full count: axes from a throttle to a portal,
 periods from 0.1 to 10 ms, friction that turns up to four times. Each is designed and kept by an
 independent simulation in SI, or refused in one line."""
 
@@ -51,11 +51,11 @@ def drawn_models() -> dict[str, Any]:
         "passed": kept and len(found) >= LEAST_DESIGNED * COUNT,
         "designed": f"{len(found)} of {COUNT}",
         "refused": "; ".join(refused) or "none",
-        "worst largest_gain over gamma, independent simulation": round(float(table[:, 0].max()), 4),
+        "worst gain over gamma, independent simulation": round(float(table[:, 0].max()), 4),
         "worst disturbance over gamma": f"{table[:, 1].min():.3f} to {table[:, 1].max():.4f}",
     }
 
 
 CHECKS: dict[str, Callable[[], dict[str, Any]]] = {
-    "observers: designs of random_model models": drawn_models
+    "observers: designs of drawn models": drawn_models
 }

@@ -109,7 +109,7 @@ def known(value: float, unit: str) -> Estimate:
 
 def test_every_law_of_slip_is_the_engines() -> None:
     """Direction, a knee and a spring, simulated by the engine: the model that has them explains the
-    effort, and the plain_axis one does not."""
+    effort, and the plain one does not."""
     axis = plain_axis(
         laws=AxisLaws(
             backward=AxisFrictionLevels(16.0, 9.0, 9.0), regimes=(AxisRegime(0.3, 20.0, 30.0),)

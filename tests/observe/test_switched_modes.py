@@ -118,7 +118,7 @@ def test_friction_opposes_the_motion_and_rest_holds(wear: str, direction: int) -
 
 @pytest.mark.parametrize("number", [0, 22])
 def test_drawn_models_keep_their_gamma(number: int) -> None:
-    """A part of the check `observers: designs of random_model models`."""
+    """A part of the check `observers: designs of drawn models`."""
     model, asked, is_additive = random_model(number)
     observer = (additive if is_additive else multiplicative).design(
         model, asked, Provenance("drawn", "0")
