@@ -112,20 +112,20 @@ def _backward(
     model: Model, dry: float, slope: Callable[[float], float]
 ) -> AxisFrictionLevels | None:
     """Return the scaled levels of the negative direction; None if the model has none."""
-    given = model.laws.backward if model.laws else None
-    if given is None:
+    backward = model.laws.backward if model.laws else None
+    if backward is None:
         return None
     today = model.parameters
 
-    def level(own: Quantity | None, common: Quantity) -> float:
-        return (own or common).value
+    def level(specific: Quantity | None, common: Quantity) -> float:
+        return (specific or common).value
 
     coulomb, breakaway = (
-        level(given.coulomb, today.coulomb),
-        level(given.breakaway, today.breakaway),
+        level(backward.coulomb, today.coulomb),
+        level(backward.breakaway, today.breakaway),
     )
     return AxisFrictionLevels(
-        slope(level(given.viscous, today.viscous)), dry * coulomb, dry * breakaway
+        slope(level(backward.viscous, today.viscous)), dry * coulomb, dry * breakaway
     )
 
 

@@ -83,9 +83,13 @@ class _Composition:
         self.speed_reference: ProgramNode | None = None
         filtered = self.reference
         if controller.prefilter is not None:
-            own = controller.prefilter
+            settings = controller.prefilter
             filtered, self.speed_reference = prefilter(
-                program, self.reference, own.natural_frequency_rad_s, own.damping, self.period
+                program,
+                self.reference,
+                settings.natural_frequency_rad_s,
+                settings.damping,
+                self.period,
             )
         program.block("position error, and the position's difference")
         self.error = program.named("error", filtered - self.position)
@@ -115,9 +119,9 @@ class _Composition:
         """Write the observer's update from the drive commanded at this sample."""
         if self.move is not None:
             assert self.program.output is not None
-            own = self.document
+            document = self.document
             actuator = self.document.bench.actuator
-            drive = own.drive_limit, own.delay_samples, actuator.loop_time_constant_s
+            drive = document.drive_limit, document.delay_samples, actuator.loop_time_constant_s
             self.move(
                 mean_effort(
                     self.program, self.program.output, actuator.constant.value, *drive, self.period
@@ -126,13 +130,13 @@ class _Composition:
 
     def _motion(self) -> tuple[ProgramNode | None, ProgramNode | None]:
         """Return the position's difference, and the speed if a block uses one."""
-        own = self.document.velocity
+        settings = self.document.velocity
         program = self.program
         measured = None
-        if own.observer is not None and uses_speed(self.document):
-            found, self.move = observer_block(program, self.position, own.observer)
-            measured = found.velocity
-        elif own.source == "measured":
+        if settings.observer is not None and uses_speed(self.document):
+            estimates, self.move = observer_block(program, self.position, settings.observer)
+            measured = estimates.velocity
+        elif settings.source == "measured":
             measured = self.sensed
         derives = measured is None and uses_speed(self.document)
         if not derives and not (
@@ -144,7 +148,9 @@ class _Composition:
         )
         if not derives:
             return motion, measured
-        return motion, velocity(program, motion, self.period, own.bandwidth_rad_s, own.order)
+        return motion, velocity(
+            program, motion, self.period, settings.bandwidth_rad_s, settings.order
+        )
 
     def _low_high(self) -> None:
         bench = self.document.bench.actuator
@@ -158,8 +164,8 @@ class _Composition:
         )
 
     def _cascade(self) -> None:
-        own, program = self.document, self.program
-        law = own.position_law
+        document, program = self.document, self.program
+        law = document.position_law
         assert law is not None  # the document says so
         edge = program.constant(law.band, "band")
         resting = running = None
@@ -187,7 +193,7 @@ class _Composition:
         )
         if running is not None:
             wanted = program.select(running, wanted, self.zero)
-        if own.linear.input == "speed_error":
+        if document.linear.input == "speed_error":
             assert self.speed is not None
             entering = program.named("speed_error", wanted - self.speed)
             widest = 2.0 * self._speed_reach(law.gain, law.kind)
@@ -205,7 +211,7 @@ class _Composition:
         return gain * (math.sqrt(width) if kind == "square_root" else width)
 
     def _position(self) -> None:
-        own = self.document
+        document = self.document
         program = self.program
         limiter = self.document.limiter
         released = None
@@ -226,7 +232,7 @@ class _Composition:
                 released = program.named("released_and_settled", released & slow)
             if limiter.virtual_coulomb > 0.0:
                 assert self.speed is not None
-                per_virtual = limiter.virtual_coulomb / own.bench.actuator.constant.value
+                per_virtual = limiter.virtual_coulomb / document.bench.actuator.constant.value
                 braking = limit_cycle_limiter.virtual_friction(
                     program, self.speed, per_virtual, limiter.virtual_speed
                 )
@@ -234,23 +240,31 @@ class _Composition:
 
     def _compensation(self) -> tuple[ProgramNode | None, ProgramNode | None]:
         """Return the drive that is added and the friction of the observer, each None if unused."""
-        own = self.document.friction_compensation
+        settings = self.document.friction_compensation
         program = self.program
-        if own is None:
+        if settings is None:
             return None, None
         constant = self.document.bench.actuator.constant.value
-        if own.source == "model":
-            speed = self.speed_reference if own.velocity == "reference" else self.speed
+        if settings.source == "model":
+            speed = self.speed_reference if settings.velocity == "reference" else self.speed
             if speed is None:
                 speed = self.zero
-            parts = (own.gain * own.coulomb / constant, own.gain * own.viscous / constant)
+            parts = (
+                settings.gain * settings.coulomb / constant,
+                settings.gain * settings.viscous / constant,
+            )
             return friction_compensation.model_compensation(
-                program, speed, *parts, own.smoothing_speed
+                program, speed, *parts, settings.smoothing_speed
             ), None
         assert self.speed is not None
         limit = self.document.drive_limit
         return friction_compensation.observer_compensation(
-            program, self.speed, own.observer_rad_s, own.inertia / constant, own.gain, limit
+            program,
+            self.speed,
+            settings.observer_rad_s,
+            settings.inertia / constant,
+            settings.gain,
+            limit,
         )
 
     def _linear(
@@ -262,25 +276,25 @@ class _Composition:
         braking: ProgramNode,
     ) -> None:
         """Write the linear controller, the compensation, the limit and the update of the states."""
-        own = self.document.linear
+        linear = self.document.linear
         program = self.program
         compensation, observed = self._compensation()
-        equation = _equation(own.discrete, own.anti_windup)
-        chain = own.sos if own.form == "sos" and self.document.schedule is None else None
+        equation = _equation(linear.discrete, linear.anti_windup)
+        chain = linear.sos if linear.form == "sos" and self.document.schedule is None else None
         if chain is not None:
             a, b, c, d = second_order_sections.chain_state_space(chain)
-            found = DifferenceEquation(a, b, c, d, np.array(own.sos_anti_windup))
+            chain_equation = DifferenceEquation(a, b, c, d, np.array(linear.sos_anti_windup))
             drive, passed = second_order_sections.output(
                 program,
                 chain,
                 entering,
-                state_bounds(found, widest, self.document.drive_limit, False),
+                state_bounds(chain_equation, widest, self.document.drive_limit, False),
             )
         else:
             equations = self._equations(equation)
             bound = np.max(
                 [
-                    state_bounds(one, widest, self.document.drive_limit, own.conditional)
+                    state_bounds(one, widest, self.document.drive_limit, linear.conditional)
                     for one in equations
                 ],
                 axis=0,
@@ -297,10 +311,10 @@ class _Composition:
             drive = program.named("drive", drive + compensation)
         limited, met = drive_limit.limit(program, drive, self.drive_low, self.drive_high)
         excess = program.named("excess", limited - drive)
-        held = None
-        if own.conditional:
+        hold = None
+        if linear.conditional:
             program.block("conditional integration")
-            held = program.named("held", met * entering > self.zero)
+            hold = program.named("held", met * entering > self.zero)
         applied = limited
         if released is not None:
             braked, _ = (
@@ -310,19 +324,19 @@ class _Composition:
             )
             applied = program.select(released, braked, limited)
             excess = program.select(released, self.zero, excess)
-            held = released if held is None else held | released
+            hold = released if hold is None else hold | released
         if resting is not None:
             applied = program.select(resting, self.zero, applied)
-            held = held | resting if held is not None else None
+            hold = hold | resting if hold is not None else None
         applied = program.select(self.fault, self.zero, applied)
         program.output = program.named("output", applied)
         if chain is not None:
             second_order_sections.advance(
-                program, chain, np.array(own.sos_anti_windup), passed, excess, resting
+                program, chain, np.array(linear.sos_anti_windup), passed, excess, resting
             )
         else:
             difference_equation.advance(
-                program, _integrators(equations), k, entering, excess, held, resting
+                program, _integrators(equations), k, entering, excess, hold, resting
             )
         if "limited_before" in program.states:
             program.update(

@@ -27,11 +27,11 @@ Ends = tuple[float, float]
 def coulomb_level(model: Model) -> Ends:
     """Return (low, high) of the Coulomb level [N m | N]; equal if the model has no interval."""
     forward, backward = _mean_factors(model)
-    own = model.parameters.coulomb
+    coulomb = model.parameters.coulomb
     opposite = _opposite(model, "coulomb")
     low, high = (
         0.5 * (forward * a + backward * b)
-        for a, b in zip(own.interval, opposite.interval, strict=True)
+        for a, b in zip(coulomb.interval, opposite.interval, strict=True)
     )
     return low, high
 
@@ -79,9 +79,9 @@ def _slopes(model: Model) -> tuple[list[Quantity], list[Quantity]]:
 def _opposite(model: Model, name: str) -> Quantity:
     """Return the parameter `name` of the negative direction."""
     backward = model.laws.backward if model.laws is not None else None
-    own: Quantity | None = getattr(backward, name) if backward is not None else None
+    level: Quantity | None = getattr(backward, name) if backward is not None else None
     common: Quantity = getattr(model.parameters, name)
-    return own or common
+    return level or common
 
 
 def _mean_factors(model: Model) -> Ends:

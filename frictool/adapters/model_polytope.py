@@ -34,8 +34,11 @@ def regime_levels(model: Model, coulomb: tuple[float, float]) -> RegimeLevels:
             "regime: the model has no laws.regimes; schedule viscous and coulomb "
             "instead, or identify from a log with speeds above the knee"
         ).at("design", "schedule")
-    own = model.laws.backward
-    slow = (model.parameters.viscous, *((own.viscous,) if own and own.viscous else ()))
+    backward = model.laws.backward
+    slow = (
+        model.parameters.viscous,
+        *((backward.viscous,) if backward and backward.viscous else ()),
+    )
     fast = [
         (regime.viscous, *((regime.backward,) if regime.backward else ()))
         for regime in model.laws.regimes

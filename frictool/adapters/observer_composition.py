@@ -34,7 +34,7 @@ class ObserverProgram(NamedTuple):
     """A program with the inputs `position` [rad | m] and `effort` [N m | N], and its estimates."""
 
     program: Program
-    found: ObserverNodes
+    estimates: ObserverNodes
 
 
 def observer_program(observer: Observer) -> ObserverProgram:
@@ -43,10 +43,10 @@ def observer_program(observer: Observer) -> ObserverProgram:
     most = _most_effort(observer.bench)
     position = program.input("position", *reach(observer.bench))
     effort = program.input("effort", -most, most)
-    found, move = observer_block(program, position, observer)
+    estimates, move = observer_block(program, position, observer)
     move(effort)
-    program.output = found.velocity
-    return ObserverProgram(program, found)
+    program.output = estimates.velocity
+    return ObserverProgram(program, estimates)
 
 
 def observer_block(
@@ -58,13 +58,15 @@ def observer_block(
     states.
     """
     if observer.tracking is not None:
-        own = tracking_facts(observer, observer.tracking)
-        found, tracked = tracking_observer.write_prediction(program, position, own)
-        return found, lambda effort: tracking_observer.write_update(program, effort, tracked, own)
+        parameters = tracking_facts(observer, observer.tracking)
+        estimates, tracked = tracking_observer.write_prediction(program, position, parameters)
+        return estimates, lambda effort: tracking_observer.write_update(
+            program, effort, tracked, parameters
+        )
     facts = switched_facts(observer)
-    found, chosen = switched_observer.write_prediction(program, position, facts)
-    return found, lambda effort: switched_observer.write_correction(
-        program, position, effort, found, chosen, facts
+    estimates, chosen = switched_observer.write_prediction(program, position, facts)
+    return estimates, lambda effort: switched_observer.write_correction(
+        program, position, effort, estimates, chosen, facts
     )
 
 
@@ -73,26 +75,26 @@ def switched_facts(observer: Observer) -> SwitchedParameters:
 
     Raises ValueError if the document lacks a mode.
     """
-    own, friction = observer.switched, observer.friction
-    assert own is not None
-    stuck = next((mode for mode in own.modes if mode.direction == 0), None)
+    switched, friction = observer.switched, observer.friction
+    assert switched is not None
+    stuck = next((mode for mode in switched.modes if mode.direction == 0), None)
     forward, backward = (
-        _cells([mode for mode in own.modes if mode.direction == side]) for side in (1, -1)
+        _cells([mode for mode in switched.modes if mode.direction == side]) for side in (1, -1)
     )
     if stuck is None or not forward or not backward:
         raise ValueError(
             "switched.modes: one direction or the stuck mode is missing; allowed: modes of "
             "directions -1, 0 and 1"
         )
-    additive = own.wear == "additive"
+    additive = switched.wear == "additive"
     return SwitchedParameters(
         period=observer.sample_period_s,
         inertia=observer.inertia.value,
-        switch_speed=own.switch_speed.value,
+        switch_speed=switched.switch_speed.value,
         forward=forward,
         backward=backward,
         stuck=(stuck.gains[0][0], stuck.gains[1][0]),
-        kept=own.stuck_speed,
+        kept=switched.stuck_speed,
         additive=additive,
         curves=(friction.forward, friction.backward),
         travel=(friction.over.low, friction.over.high),
@@ -105,21 +107,21 @@ def switched_facts(observer: Observer) -> SwitchedParameters:
     )
 
 
-def tracking_facts(observer: Observer, own: Tracking) -> TrackingParameters:
+def tracking_facts(observer: Observer, tracking: Tracking) -> TrackingParameters:
     """Return the parameters of the tracking block."""
-    friction, bench, gap = observer.friction, observer.bench, own.backlash
+    friction, bench, gap = observer.friction, observer.bench, tracking.backlash
     return TrackingParameters(
         period=observer.sample_period_s,
         inertia=observer.inertia.value,
-        gains=own.gains,
-        cell=own.cell,
+        gains=tracking.gains,
+        cell=tracking.cell,
         step=bench.encoder.resolution,
         forward=friction.forward,
         backward=friction.backward,
         travel=(friction.over.low, friction.over.high),
-        breakaway=own.breakaway_ratio,
+        breakaway=tracking.breakaway_ratio,
         viscous=friction.viscous,
-        knees=tuple((knee.above.value, knee.steeper) for knee in own.knees),
+        knees=tuple((knee.above.value, knee.steeper) for knee in tracking.knees),
         offset=friction.offset,
         backlash=0.0 if gap is None else gap.width,
         loose=0.0 if gap is None else gap.friction,

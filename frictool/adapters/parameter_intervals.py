@@ -18,11 +18,14 @@ def intervals(model: Model) -> dict[str, tuple[float, float]]:
 
     They are `ranges`, extended by the local Coulomb friction over the travel.
     """
-    found = ranges(model)
+    ranges_of_model = ranges(model)
     if model.laws is not None and model.laws.position is not None:
         local = _over_position(model.laws.position, model.parameters.coulomb, model.laws.backward)
-        found["coulomb"] = (min(found["coulomb"][0], local[0]), max(found["coulomb"][1], local[1]))
-    return found
+        ranges_of_model["coulomb"] = (
+            min(ranges_of_model["coulomb"][0], local[0]),
+            max(ranges_of_model["coulomb"][1], local[1]),
+        )
+    return ranges_of_model
 
 
 def ranges(model: Model) -> dict[str, tuple[float, float]]:
@@ -43,9 +46,9 @@ def ranges(model: Model) -> dict[str, tuple[float, float]]:
     }
     if model.laws is not None:
         backward, regimes = model.laws.backward, model.laws.regimes
-        slopes = [found for regime in regimes for found in (regime.viscous, regime.backward)]
+        slopes = [slope for regime in regimes for slope in (regime.viscous, regime.backward)]
         slopes += [backward.viscous] if backward else []
-        pairs["viscous"] += tuple(found for found in slopes if found is not None)
+        pairs["viscous"] += tuple(slope for slope in slopes if slope is not None)
         pairs["coulomb"] += (backward.coulomb,) if backward and backward.coulomb else ()
     return {name: hull(*quantities) for name, quantities in pairs.items()}
 

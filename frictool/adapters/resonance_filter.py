@@ -16,10 +16,10 @@ def resonance_filters(resonances: Resonances) -> tuple[Lti, ...]:
 
     Without intervals there is the nominal filter only.
     """
-    found = [_filter(resonances, None)]
+    filters = [_filter(resonances, None)]
     if any(one.interval_rad_s is not None for one in (*resonances.poles, *resonances.zeros)):
-        found += [_filter(resonances, 0), _filter(resonances, 1)]
-    return tuple(found)
+        filters += [_filter(resonances, 0), _filter(resonances, 1)]
+    return tuple(filters)
 
 
 def _filter(resonances: Resonances, end: int | None) -> Lti:

@@ -90,7 +90,7 @@ def command(
     if as_json:
         print_json("export/1", found.summary(), output)
     else:
-        for line in found.told():
+        for line in found.lines():
             say(line, output)
 
 

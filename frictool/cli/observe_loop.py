@@ -97,7 +97,7 @@ def command(
     if as_json:
         print_json("observe-loop/1", machine_view(found), output)
     else:
-        say("\n".join(found.told()), output)
+        say("\n".join(found.lines()), output)
 
 
 def machine_view(found: ObservedController) -> dict[str, Any]:

@@ -23,7 +23,7 @@ def with_observer_option(document: Controller, observer: Path | None) -> Control
     from frictool.verify.observed_controller import with_observer
 
     found = with_observer(document, load(observer, Observer))
-    for line in found.told():
+    for line in found.lines():
         note(line)
     return found.controller
 

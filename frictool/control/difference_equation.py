@@ -98,12 +98,12 @@ def advance(
     k: CoefficientNodes,
     entering: ProgramNode,
     excess: ProgramNode,
-    held: ProgramNode | None,
+    hold: ProgramNode | None,
     resting: ProgramNode | None,
 ) -> None:
     """Write the update of x.
 
-    excess = limited drive - drive. `held` is true while the states `integrators` keep their values,
+    excess = limited drive - drive. `hold` is true while the states `integrators` keep their values,
     `resting` while the other states are 0.
     """
     program.block("its states: next x = b e + l excess + a x")
@@ -112,9 +112,9 @@ def advance(
     for i in range(n):
         terms = _present([k.b[i], k.gains[i], *k.a[i]], [entering, excess, *x])
         following = program.dot(*terms) if terms[0] else program.constant(0.0)
-        holds = held is not None and i in integrators
-        if held is not None and holds:
-            following = program.select(held, x[i], following)
+        holds = hold is not None and i in integrators
+        if hold is not None and holds:
+            following = program.select(hold, x[i], following)
         if resting is not None and not holds:
             following = program.select(resting, program.constant(0.0), following)
         program.update(f"x[{i}]", following)
@@ -143,8 +143,8 @@ def state_bounds(
     is added before its limit; in these cases a fixed-point word saturates.
     """
     n = len(equation.b)
-    held = equation.integrators if conditional else []
-    free = [i for i in range(n) if i not in held]
+    held_states = equation.integrators if conditional else []
+    free = [i for i in range(n) if i not in held_states]
     closed = equation.a - np.outer(equation.gains, equation.c)
     a = closed[np.ix_(free, free)]
     # with the limit: x+ = (a - l c) x + (b - l d) e + l (limited u), plus the terms that held
@@ -152,23 +152,25 @@ def state_bounds(
     into_e = (equation.b - equation.gains * equation.d)[free]
     into_u = equation.gains[free]
     bounds = np.full(n, np.inf)
-    if held and (np.any(equation.gains[free]) or np.any(equation.a[np.ix_(free, held)])):
+    if held_states and (
+        np.any(equation.gains[free]) or np.any(equation.a[np.ix_(free, held_states)])
+    ):
         return bounds
     bounds[free] = _reach(impulse_sums(a, into_e), entering) + _reach(
         impulse_sums(a, into_u), drive
     )
-    for i in held:
+    for i in held_states:
         others = float(np.sum(np.abs(equation.c[free]) * bounds[free])) + abs(equation.d) * entering
-        if equation.c[i] != 0.0 and len(held) == 1 and equation.c[i] * equation.b[i] >= 0.0:
+        if equation.c[i] != 0.0 and len(held_states) == 1 and equation.c[i] * equation.b[i] >= 0.0:
             bounds[i] = (drive + others) / abs(equation.c[i]) + abs(equation.b[i]) * entering
     return bounds
 
 
 def _reach(sums: Matrix, bound: float) -> Matrix:
     """Return sums (n,) times a bound, with 0 * inf = 0."""
-    found = np.zeros(len(sums))
-    found[sums != 0.0] = sums[sums != 0.0] * bound
-    return found
+    bounds = np.zeros(len(sums))
+    bounds[sums != 0.0] = sums[sums != 0.0] * bound
+    return bounds
 
 
 def impulse_sums(a: Matrix, b: Matrix) -> Matrix:

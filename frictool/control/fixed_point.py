@@ -143,7 +143,7 @@ class _Scaling:
                 self.constants[node.index], self.real[node.index] = word, (value, value)
                 self.words[node.index] = (word, word)
             elif node.op in ("input", "state"):
-                self._given(node)
+                self._keep_bounds(node)
             else:
                 self.real[node.index] = self._interval(node)
                 self._scale(node)
@@ -168,7 +168,7 @@ class _Scaling:
     def _called(self, node: ProgramNode) -> str:
         return self.program.names.get(node.index, f"value {node.index} ({node.op})")
 
-    def _given(self, node: ProgramNode) -> None:
+    def _keep_bounds(self, node: ProgramNode) -> None:
         if not (math.isfinite(node.low) and math.isfinite(node.high)):
             raise FixedPointOverflow(f"{self._called(node)} has no bounds")
         self.real[node.index] = (node.low, node.high)
@@ -183,10 +183,10 @@ class _Scaling:
             raise FixedPointOverflow(f"{self._called(node)} has no bounds")
         if largest == 0.0:
             return 0
-        found = math.floor(math.log2(FILLED * WORD / largest))
-        if found < -FINEST:
+        fraction = math.floor(math.log2(FILLED * WORD / largest))
+        if fraction < -FINEST:
             raise FixedPointOverflow(f"{self._called(node)} reaches {largest:.3g}")
-        return min(found, FINEST)
+        return min(fraction, FINEST)
 
     def _interval(self, node: ProgramNode) -> Interval:
         """Return the real interval of a result by the rule of its operation."""

@@ -43,15 +43,17 @@ def observer_compensation(
     carried = program.constant(bandwidth * inertia, "observer_inertia") * speed
     before = program.state("observed", -REACH * most, REACH * most)
     high = program.constant(most, "observer_limit")
-    found = program.named(
+    friction = program.named(
         "friction_found", program.smaller(program.larger(before - carried, -high), high)
     )
-    return program.named("compensation", program.constant(gain, "compensation_gain") * found), found
+    return program.named(
+        "compensation", program.constant(gain, "compensation_gain") * friction
+    ), friction
 
 
 def observe(
-    program: Program, drive: ProgramNode, found: ProgramNode, bandwidth: float, period: float
+    program: Program, drive: ProgramNode, estimate: ProgramNode, bandwidth: float, period: float
 ) -> None:
-    """Write the observer's update from the applied drive and the estimated friction `found`."""
+    """Write the observer's update from the applied drive and the estimated friction `estimate`."""
     step = program.constant(bandwidth * period, "observer_step")
-    program.update("observed", program.states["observed"] + step * (drive - found))
+    program.update("observed", program.states["observed"] + step * (drive - estimate))

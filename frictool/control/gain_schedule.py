@@ -29,9 +29,9 @@ def corner_weights(
         values = [corner[name] for corner in corners]
         low, high = min(values), max(values)
         if high > low:
-            held = program.state(name, low, high, start=0.5 * (low + high))
+            parameter = program.state(name, low, high, start=0.5 * (low + high))
             inside = program.smaller(
-                program.larger(held, program.constant(low, f"{name}_low")),
+                program.larger(parameter, program.constant(low, f"{name}_low")),
                 program.constant(high, f"{name}_high"),
             )
             share = (inside - program.constant(low, f"{name}_low")) * program.constant(

@@ -32,14 +32,17 @@ def write_guard(
     )
     used = {}
     valid = None
-    for name, given in inputs.items():
-        one = program.named(f"{name}_valid", program.valid(given))
+    for name, measured in inputs.items():
+        one = program.named(f"{name}_valid", program.valid(measured))
         before = program.state(
-            f"{name}_before", given.low, given.high, start=0.0 if name == "velocity" else "position"
+            f"{name}_before",
+            measured.low,
+            measured.high,
+            start=0.0 if name == "velocity" else "position",
         )
         used[name] = program.named(
             f"{name}_used",
-            program.node("select", one, given, before, low=given.low, high=given.high),
+            program.node("select", one, measured, before, low=measured.low, high=measured.high),
         )
         program.update(f"{name}_before", used[name])
         valid = one if valid is None else valid & one

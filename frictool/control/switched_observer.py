@@ -120,7 +120,7 @@ def write_correction(
     program: Program,
     position: ProgramNode,
     effort: ProgramNode,
-    found: ObserverNodes,
+    estimates: ObserverNodes,
     chosen: ActiveModeNodes,
     facts: SwitchedParameters,
 ) -> None:
@@ -131,7 +131,7 @@ def write_correction(
     one = program.constant(1.0)
     period = program.constant(facts.period, "period")
     program.update(STATES[0], program.dot([one, period, chosen.gains[0]], [theta, omega, error]))
-    push = effort - found.friction
+    push = effort - estimates.friction
     if facts.viscous != 0.0:
         push = push - program.constant(facts.viscous, "observer_viscous") * omega
     if facts.offset != 0.0:

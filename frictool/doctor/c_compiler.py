@@ -19,7 +19,7 @@ LONGEST_S = 60.0  # s, timeout of each command
 
 def check_c_compiler(names: tuple[str, ...] = NAMES) -> InstallationCheck:
     """Compile a program that calls sqrt with the first of `names` on the PATH, and run it."""
-    path = next((found for found in map(shutil.which, names) if found), None)
+    path = next((compiler for compiler in map(shutil.which, names) if compiler), None)
     if path is None:
         return InstallationCheck(
             "C compiler",
@@ -45,18 +45,18 @@ def check_c_compiler(names: tuple[str, ...] = NAMES) -> InstallationCheck:
                     timeout=LONGEST_S,
                     check=False,
                 )
-                told = (
+                message = (
                     ""
                     if done.returncode == 0
                     else (done.stderr.strip().splitlines() or [f"exit {done.returncode}"])[0]
                 )
             except (OSError, subprocess.TimeoutExpired) as error:
-                told = " ".join(str(error).split())
-            if told:
+                message = " ".join(str(error).split())
+            if message:
                 return InstallationCheck(
                     "C compiler",
                     "note",
-                    f"{shown} does not work: {told}",
+                    f"{shown} does not work: {message}",
                     "install a C library beside it (libc6-dev)",
                     facts,
                 )

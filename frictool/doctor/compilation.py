@@ -138,7 +138,7 @@ def _uniform(kind: Any) -> list[Any]:
 def kept(folder: Path) -> Iterator[list[Any]]:
     """Yield the rows of the package's kernels in the folder of a toolchain, callers first."""
     sources = Sources(PACKAGE.parent, folder)
-    found = []
+    rows = []
     for state in kernel_cache.states(folder):
         module = f"frictool.{kernel_cache.module_of(state.path)}"
         if not sources.holds(module) or not state.path.name.endswith(
@@ -149,10 +149,10 @@ def kept(folder: Path) -> Iterator[list[Any]]:
             with open(index, "rb") as stream:
                 pickle.load(stream)
                 _, overloads = pickle.loads(stream.read())
-            found += list(rows_of(module, index.name.partition("-")[0], overloads))
-    modules = {row[0] for row in found}
+            rows += list(rows_of(module, index.name.partition("-")[0], overloads))
+    modules = {row[0] for row in rows}
     sizes = {module: len(sources.state([module]).modules) for module in modules}
-    yield from sorted(found, key=lambda row: (-sizes[row[0]], json.dumps(row)))
+    yield from sorted(rows, key=lambda row: (-sizes[row[0]], json.dumps(row)))
 
 
 def rows_of(module: str, name: str, signatures: Any) -> Iterator[list[Any]]:

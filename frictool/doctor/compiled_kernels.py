@@ -27,14 +27,14 @@ class OldKernelFolder:
 def check_compiling() -> InstallationCheck:
     """Compile a kernel now and check its value."""
     start = time.perf_counter()
-    found = kernels.compiler(_polynomial)(1.5, 4)
+    value = kernels.compiler(_polynomial)(1.5, 4)
     took = time.perf_counter() - start
     facts = {"toolchain": kernels.toolchain(), "seconds": round(took, 3)}
-    if found != _polynomial(1.5, 4):
+    if value != _polynomial(1.5, 4):
         return InstallationCheck(
             "compiling",
             "wrong",
-            f"a kernel gave {found}, not {_polynomial(1.5, 4)}",
+            f"a kernel gave {value}, not {_polynomial(1.5, 4)}",
             "reinstall numba and llvmlite",
             facts,
         )
@@ -68,15 +68,19 @@ def check_kernel_folder() -> InstallationCheck:
             "set NUMBA_CACHE_DIR",
             {},
         )
-    found = next((one for one in kernel_cache.folders(folder.parent) if one.path == folder), None)
-    size = 0 if found is None else found.size
+    folder_state = next(
+        (one for one in kernel_cache.folders(folder.parent) if one.path == folder), None
+    )
+    size = 0 if folder_state is None else folder_state.size
     count = sum(1 for _ in folder.rglob("*.nbi"))
     facts = {"folder": str(folder), "bytes": size, "functions": count}
-    told = f"{folder}: {count} functions, {_megabytes(size)}"
+    description = f"{folder}: {count} functions, {_megabytes(size)}"
     return InstallationCheck(
         "kernels",
         "ok",
-        told if count else f"{folder}: none yet; each is compiled at its first use, and kept",
+        description
+        if count
+        else f"{folder}: none yet; each is compiled at its first use, and kept",
         facts=facts,
     )
 
@@ -106,7 +110,7 @@ def _distrusted(folder: Path | None) -> InstallationCheck:
 
 def old_kernel_folders() -> list[OldKernelFolder]:
     """Return the folders of former versions and of other installations with the same cache."""
-    found = [
+    old = [
         folder
         for place in kernels.cache_places()
         for folder in kernel_cache.folders(place)
@@ -114,7 +118,7 @@ def old_kernel_folders() -> list[OldKernelFolder]:
     ]
     if kernels.FOLDER is not None:
         sources = Sources(PACKAGE.parent, kernels.FOLDER, only=PACKAGE.name)
-        found += [
+        old += [
             kernel_cache.sized(state)
             for state in kernel_cache.states(kernels.FOLDER)
             if not _is_current(state.path, sources)
@@ -122,12 +126,12 @@ def old_kernel_folders() -> list[OldKernelFolder]:
     now = time.time()
     young = {
         folder.path: "used within the last hour"
-        for folder in found
+        for folder in old
         if now - folder.used <= kernel_cache.REST_S
     }
     return [
         OldKernelFolder(folder, "in use" if folder.busy else young.get(folder.path, ""))
-        for folder in found
+        for folder in old
     ]
 
 

@@ -18,18 +18,18 @@ from frictool.doctor.resources import check_machine, check_temporary, check_term
 
 def examine() -> list[InstallationCheck]:
     """Run all checks; one that raises an exception becomes a finding with the reason."""
-    asked = required_libraries()
-    found = [check_python(), check_libraries(asked)]
-    found += [
+    required = required_libraries()
+    checks = [check_python(), check_libraries(required)]
+    checks += [
         _tried("compiling", _compiling),
         _tried("kernels", _kept),
         _tried("left over", _left_over),
         _tried("solver", _solver),
     ]
     return [
-        *found,
+        *checks,
         check_c_compiler(),
-        *check_extras(asked),
+        *check_extras(required),
         check_machine(),
         check_temporary(),
         check_terminal(),
@@ -41,9 +41,9 @@ def _tried(name: str, check: Callable[[], InstallationCheck]) -> InstallationChe
     try:
         return check()
     except Exception as error:
-        told = " ".join(f"{type(error).__name__}: {error}".split())
+        message = " ".join(f"{type(error).__name__}: {error}".split())
         return InstallationCheck(
-            name, "wrong", told, "reinstall: pip install --force-reinstall frictool"
+            name, "wrong", message, "reinstall: pip install --force-reinstall frictool"
         )
 
 
@@ -77,7 +77,7 @@ def json_view(checks: list[InstallationCheck]) -> list[dict[str, Any]]:
         {
             "check": one.name,
             "state": one.state,
-            "found": one.found,
+            "found": one.finding,
             "try": one.remedy or None,
             **one.facts,
         }
@@ -89,7 +89,7 @@ def lines(checks: list[InstallationCheck]) -> list[str]:
     """Return the findings as lines of text."""
     shown = []
     for one in checks:
-        shown.append(f"{one.state:<6}{one.name:<16}{one.found}")
+        shown.append(f"{one.state:<6}{one.name:<16}{one.finding}")
         if one.remedy:
             shown.append(f"{'':<22}try: {one.remedy}")
     return shown

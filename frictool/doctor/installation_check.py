@@ -10,14 +10,16 @@ State = Literal["ok", "note", "wrong"]
 
 @dataclass(frozen=True)
 class InstallationCheck:
-    """Finding about one part.
+    """State of one part of the installation.
 
-    state: `ok`; `note`, if frictool works with restrictions; `wrong`, if it does not work. found:
-    as text. remedy: advice. facts: finding as data.
+    - state: `ok`; `note` if frictool works with restrictions; `wrong` if it does not work
+    - finding: the state in words
+    - remedy: advice
+    - facts: the finding as data
     """
 
     name: str
     state: State
-    found: str
+    finding: str
     remedy: str = ""
     facts: dict[str, Any] = field(default_factory=dict)

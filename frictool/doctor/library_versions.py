@@ -15,7 +15,7 @@ from frictool.logs.formats import FORMATS
 PACKAGE = "frictool"
 # extras for users; the package may have only some of them
 FOR_USERS = (*(one.library[1] for one in FORMATS if one.library), "protobuf", "cluster", "control")
-ASKED = re.compile(
+REQUIREMENT = re.compile(
     r"(?P<name>[A-Za-z0-9._-]+)(\[[^]]*\])?\s*>=\s*(?P<least>[0-9.]+)"
     r"(.*extra == \"(?P<extra>\w+)\")?"
 )
@@ -42,21 +42,21 @@ class RequiredLibrary:
 
 def _numbers(version: str) -> tuple[int, ...]:
     """Return the release numbers of a version: those of 1.2 for 1.2rc1."""
-    found = re.match(r"\d+(\.\d+)*", version)
-    return tuple(int(part) for part in found[0].split(".")) if found else ()
+    match = re.match(r"\d+(\.\d+)*", version)
+    return tuple(int(part) for part in match[0].split(".")) if match else ()
 
 
 def required_libraries() -> list[RequiredLibrary]:
     """Return the requirements of the installed package's metadata."""
-    return list(_asked(metadata.requires(PACKAGE) or []))
+    return list(_requirements(metadata.requires(PACKAGE) or []))
 
 
-def _asked(requirements: list[str]) -> Iterator[RequiredLibrary]:
+def _requirements(requirements: list[str]) -> Iterator[RequiredLibrary]:
     for text in requirements:
-        found = ASKED.match(text)
-        if found is not None:
+        match = REQUIREMENT.match(text)
+        if match is not None:
             yield RequiredLibrary(
-                found["name"], found["least"], found["extra"], _installed(found["name"])
+                match["name"], match["least"], match["extra"], _installed(match["name"])
             )
 
 
@@ -69,50 +69,50 @@ def _installed(name: str) -> str | None:
 
 def check_python() -> InstallationCheck:
     """Check the interpreter against `requires-python`."""
-    found = sys.version.split()[0]
+    version = sys.version.split()[0]
     wanted = metadata.metadata(PACKAGE)["Requires-Python"] or ">=3"
     least = wanted.removeprefix(">=")
-    facts = {"version": found, "executable": sys.executable, "frictool": __version__}
-    if _numbers(found) < _numbers(least):
+    facts = {"version": version, "executable": sys.executable, "frictool": __version__}
+    if _numbers(version) < _numbers(least):
         return InstallationCheck(
             "python",
             "wrong",
-            f"{found}; allowed: {wanted}",
+            f"{version}; allowed: {wanted}",
             f"install frictool with Python {least} or later",
             facts,
         )
-    return InstallationCheck("python", "ok", f"{found}, {sys.executable}", facts=facts)
+    return InstallationCheck("python", "ok", f"{version}, {sys.executable}", facts=facts)
 
 
-def check_libraries(asked: list[RequiredLibrary]) -> InstallationCheck:
+def check_libraries(required: list[RequiredLibrary]) -> InstallationCheck:
     """Check the libraries that every installation needs."""
-    needed = [one for one in asked if one.extra is None]
+    needed = [one for one in required if one.extra is None]
     facts = {one.name: one.installed for one in needed}
     missing = [one for one in needed if not one.is_met]
     if missing:
-        found = "; ".join(
+        finding = "; ".join(
             f"{one.name} {one.installed or 'is missing'}, needed: >={one.least}" for one in missing
         )
         return InstallationCheck(
-            "libraries", "wrong", found, "pip install --upgrade --force-reinstall frictool", facts
+            "libraries", "wrong", finding, "pip install --upgrade --force-reinstall frictool", facts
         )
     return InstallationCheck(
         "libraries", "ok", ", ".join(f"{one.name} {one.installed}" for one in needed), facts=facts
     )
 
 
-def check_extras(asked: list[RequiredLibrary]) -> list[InstallationCheck]:
+def check_extras(required: list[RequiredLibrary]) -> list[InstallationCheck]:
     """Check each extra for users."""
-    found = []
+    checks = []
     for extra in FOR_USERS:
-        libraries = [one for one in asked if one.extra == extra]
+        libraries = [one for one in required if one.extra == extra]
         if not libraries:
             continue
         facts = {one.name: one.installed for one in libraries}
         shown = ", ".join(f"{one.name} {one.installed or 'not installed'}" for one in libraries)
         is_there = all(one.is_met for one in libraries)
         remedy = "" if is_there else f"pip install 'frictool[{extra}]'"
-        found.append(
+        checks.append(
             InstallationCheck(f"extra {extra}", "ok" if is_there else "note", shown, remedy, facts)
         )
-    return found
+    return checks

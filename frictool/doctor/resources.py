@@ -27,11 +27,11 @@ def check_machine() -> InstallationCheck:
         "system": platform.system(),
         "machine": platform.machine(),
     }
-    told = (
+    description = (
         f"{cores} core{'s' * (cores > 1)}, "
         f"{'memory unknown' if memory is None else f'{memory / 1e9:.1f} GB of memory'}"
     )
-    shown = f"{told}, {platform.system()} {platform.machine()}"
+    shown = f"{description}, {platform.system()} {platform.machine()}"
     if memory is not None and memory < LEAST_MEMORY:
         return InstallationCheck(
             "machine", "note", shown, "a large synthesis takes more than 1 GB", facts
@@ -86,15 +86,15 @@ def check_terminal() -> InstallationCheck:
         "is_terminal": is_terminal,
         "no_colour": bool(os.environ.get("NO_COLOR")),
     }
-    told = (
+    description = (
         f"{encoding}, {'a terminal' if is_terminal else 'not a terminal: no colours, no progress'}"
     )
     if encoding not in ("utf-8", "utf8"):
         return InstallationCheck(
             "terminal",
             "note",
-            told,
+            description,
             "set LANG=C.UTF-8, or names that are not ASCII may not be shown",
             facts,
         )
-    return InstallationCheck("terminal", "ok", told, facts=facts)
+    return InstallationCheck("terminal", "ok", description, facts=facts)

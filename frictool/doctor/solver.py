@@ -19,21 +19,21 @@ def check_solver() -> InstallationCheck:
 
     At the minimum, P solves the Lyapunov equation A'P + P A + I = 0.
     """
-    found = solve(np.array([1.0, 0.0, 1.0]), [_decrease, _symmetric])
-    p = _symmetric(found.x[None])[0]
+    solution = solve(np.array([1.0, 0.0, 1.0]), [_decrease, _symmetric])
+    p = _symmetric(solution.x[None])[0]
     expected = np.trace(solve_lyapunov())
     apart = abs(float(np.trace(p)) - expected) / expected
     facts = {
-        "status": found.status,
-        "holds": found.holds,
+        "status": solution.status,
+        "holds": solution.holds,
         "apart": apart if math.isfinite(apart) else None,
     }
-    if not found.holds or not apart < NEAR:
+    if not solution.holds or not apart < NEAR:
         remedy = "pip install --force-reinstall clarabel scipy numpy"
         return InstallationCheck(
             "solver",
             "wrong",
-            f"a matrix inequality ended with {found.status}, {apart:.3g} from its solution",
+            f"a matrix inequality ended with {solution.status}, {apart:.3g} from its solution",
             remedy,
             facts,
         )

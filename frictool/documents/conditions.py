@@ -89,12 +89,12 @@ def _check_course(one: Disturbance | Signal) -> None:
 
 def check_fault(kind: str, counts: object, offset: object, gain_error: object) -> None:
     """Raise ValueError if the values that are not None do not match the kind of fault."""
-    for key, needed, given in (
+    for key, needed, value in (
         ("counts", "lost_counts", counts),
         ("offset", "drive_offset", offset),
         ("gain_error", "drive_gain", gain_error),
     ):
-        if (given is not None) != (kind == needed):
+        if (value is not None) != (kind == needed):
             raise ValueError(f"{key} belongs to kind {needed}, which needs it")
 
 

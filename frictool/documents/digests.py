@@ -59,12 +59,12 @@ def block_digests(controller: Controller) -> dict[str, str]:
 
 def uncomputed_figures(verified: Verified) -> dict[str, float]:
     """Return the figures of `verified` that `frictool verify` cannot recompute, by key."""
-    found = {f"verified.{name}": getattr(verified, name) for name in GIVEN}
+    figures = {f"verified.{name}": getattr(verified, name) for name in GIVEN}
     if verified.robustness is not None:
-        found |= {
+        figures |= {
             f"verified.robustness.{name}": getattr(verified.robustness, name) for name in SOLVED
         }
-    return {key: value for key, value in found.items() if value is not None}
+    return {key: value for key, value in figures.items() if value is not None}
 
 
 def with_digests(controller: Controller, *blocks: str) -> Controller:

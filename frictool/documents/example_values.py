@@ -12,17 +12,19 @@ from typing import Any
 def examples_of(document: Any) -> tuple[str, ...]:
     """Return the keys of a document's example values, including those of its bench."""
     bench = getattr(document, "bench", None)
-    own: tuple[str, ...] = getattr(document, "examples", ())
-    return (*own, *(f"bench.{key}" for key in getattr(bench, "examples", ())))
+    examples: tuple[str, ...] = getattr(document, "examples", ())
+    return (*examples, *(f"bench.{key}" for key in getattr(bench, "examples", ())))
 
 
 def examples_words(groups: Mapping[str, Iterable[str]]) -> str:
     """Return a message on the remaining example values, by document; empty if there are none."""
-    found = [
+    described = [
         f"{name}: {', '.join(keys)}"
         for name, keys in ((name, tuple(keys)) for name, keys in groups.items())
         if keys
     ]
     return (
-        f"example values of `frictool init` are left in place: {'; '.join(found)}" if found else ""
+        f"example values of `frictool init` are left in place: {'; '.join(described)}"
+        if described
+        else ""
     )

@@ -24,10 +24,10 @@ def line_of(path: Path, key: str) -> int | None:
         return None
     line = node.start_mark.line + 1
     for name, index in re.findall(r"([^.\[\]]+)|\[(\d+)\]", key):
-        found = _within(node, name, index)
-        if found is None:
+        node_line = _within(node, name, index)
+        if node_line is None:
             break
-        line, node = found
+        line, node = node_line
     return line
 
 

@@ -53,25 +53,25 @@ def summary_of(kind: type[msgspec.Struct]) -> str:
 
 def meanings_of(kind: type[msgspec.Struct]) -> dict[str, str]:
     """Return the meaning of each key of a struct that has one, in the order of the keys."""
-    own = {
+    meanings = {
         key: " ".join(text.split())
         for keys, text in ITEM.findall(inspect.cleandoc(kind.__doc__ or ""))
         for key in re.findall(r"`(\w+)`", keys)
     }
     return {
-        key: own.get(key) or COMMON[key]
+        key: meanings.get(key) or COMMON[key]
         for key in kind.__struct_fields__
-        if key in own or key in COMMON
+        if key in meanings or key in COMMON
     }
 
 
-def structs_of(kind: Any, found: list[type[msgspec.Struct]] | None = None) -> list[Any]:
+def structs_of(kind: Any, collected: list[type[msgspec.Struct]] | None = None) -> list[Any]:
     """Return the structs in a type, in the order of their first use."""
-    found = [] if found is None else found
-    if isinstance(kind, type) and issubclass(kind, msgspec.Struct) and kind not in found:
-        found.append(kind)
+    collected = [] if collected is None else collected
+    if isinstance(kind, type) and issubclass(kind, msgspec.Struct) and kind not in collected:
+        collected.append(kind)
         for hint in typing.get_type_hints(kind, include_extras=True).values():
-            structs_of(hint, found)
+            structs_of(hint, collected)
     for part in typing.get_args(kind):
-        structs_of(part, found)
-    return found
+        structs_of(part, collected)
+    return collected

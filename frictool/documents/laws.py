@@ -97,12 +97,12 @@ class FrictionOverPosition(
             raise ValueError(
                 f"over: found {self.over.low:g} to {self.over.high:g}; allowed: low < high"
             )
-        for name, own in (("coulomb", self.coulomb), ("breakaway", self.breakaway)):
+        for name, curve in (("coulomb", self.coulomb), ("breakaway", self.breakaway)):
             for side in ("forward", "backward"):
                 mean = (
                     1.0
-                    if own is None
-                    else _mean(getattr(own, side) or own.forward, self.over.low, self.over.high)
+                    if curve is None
+                    else _mean(getattr(curve, side) or curve.forward, self.over.low, self.over.high)
                 )
                 if not 0.0 < mean < inf:
                     raise ValueError(

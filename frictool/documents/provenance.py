@@ -49,12 +49,12 @@ def provenance_of_call(function: str, **documents: msgspec.Struct | None) -> Pro
 
     Their digests are those of the files that `save` would write.
     """
-    given = {
+    texts = {
         name: to_yaml(document) for name, document in documents.items() if document is not None
     }
     inputs = tuple(
         Input(f"{name}.yaml", hashlib.sha256(text.encode()).hexdigest())
-        for name, text in given.items()
+        for name, text in texts.items()
     )
     return Provenance(f"{function}() in Python", __version__, inputs)
 

@@ -27,8 +27,8 @@ def written_quantity(text: str) -> tuple[str, str] | None:
     >>> written_quantity("1.5e-2 N m"), written_quantity("10"), written_quantity("many")
     (('1.5e-2', 'N m'), ('10', ''), None)
     """
-    found = NUMBER_WITH_UNIT.fullmatch(text)
-    return None if found is None else (found[1], found[2])
+    match = NUMBER_WITH_UNIT.fullmatch(text)
+    return None if match is None else (match[1], match[2])
 
 
 def axis_dimension(dimension: str, drive: Literal["current", "voltage"]) -> str:

@@ -172,14 +172,14 @@ class DocumentReader:
         ):
             return self._tagged(node, members, key)
         scalar_members = [member for member in members if member in (str, int, float, bool)]
-        found = self._plain(node, key) if isinstance(node, yaml.ScalarNode) else None
-        if type(found) not in scalar_members:
+        value = self._plain(node, key) if isinstance(node, yaml.ScalarNode) else None
+        if type(value) not in scalar_members:
             self.fail(
                 node,
                 key,
                 f"found {_shown(node)}; allowed: {' or '.join(_type_name(m) for m in members)}",
             )
-        return found
+        return value
 
     def _tagged(self, node: yaml.Node, members: list[type[msgspec.Struct]], key: str) -> Any:
         """Return one of several structs, selected by its tag field."""
@@ -188,14 +188,15 @@ class DocumentReader:
         pairs = self._pairs(node, key)
         if field not in pairs:
             self.fail(node, _join(key, field), f"missing; allowed: {', '.join(kinds)}")
-        found = str(self._plain(pairs[field][1], _join(key, field)))
-        if found not in kinds:
+        tag_value = str(self._plain(pairs[field][1], _join(key, field)))
+        if tag_value not in kinds:
             self.fail(
                 pairs[field][1],
                 _join(key, field),
-                f"found {found!r}{_suggest(found, list(kinds))}; allowed: {', '.join(kinds)}",
+                f"found {tag_value!r}{_suggest(tag_value, list(kinds))}; "
+                f"allowed: {', '.join(kinds)}",
             )
-        return self._struct(node, kinds[found], key)
+        return self._struct(node, kinds[tag_value], key)
 
     def _series(self, node: yaml.Node, meta: list[msgspec.Meta], key: str) -> Series:
         extra = next((m.extra for m in meta if m.extra), {"dimension": "any"})
@@ -210,31 +211,31 @@ class DocumentReader:
     def _struct(self, node: yaml.Node, kind: type[msgspec.Struct], key: str) -> Any:
         fields = {field.encode_name: field for field in msgspec.structs.fields(kind)}
         hints = typing.get_type_hints(kind, include_extras=True)
-        given = self._pairs(node, key)
+        present = self._pairs(node, key)
         tag = kind.__struct_config__.tag_field
         if tag is not None:  # the tag has selected the struct already
-            given = {name: pair for name, pair in given.items() if name != tag}
+            present = {name: pair for name, pair in present.items() if name != tag}
         if (
-            "format" in given and "format" in fields
+            "format" in present and "format" in fields
         ):  # check the format first: in a document of another kind every key is unknown
-            self._refuse_mechanism(given["format"][1], kind, _join(key, "format"))
-            self.read(given["format"][1], hints["format"], _join(key, "format"))
+            self._refuse_mechanism(present["format"][1], kind, _join(key, "format"))
+            self.read(present["format"][1], hints["format"], _join(key, "format"))
         elif "format" in fields:
             self._missing(node, "format", fields, hints, key)
-        self._known(given, list(fields), key)
+        self._known(present, list(fields), key)
         values: dict[str, Any] = {}
         # the axis and its drive decide the units of the rest: read them first
-        for name in sorted(given, key=lambda n: n not in ("axis", "actuator", "bench", "drive")):
-            value = self.read(given[name][1], hints[fields[name].name], _join(key, name))
+        for name in sorted(present, key=lambda n: n not in ("axis", "actuator", "bench", "drive")):
+            value = self.read(present[name][1], hints[fields[name].name], _join(key, name))
             if name == "axis":
                 self.axis = value
             if name == "drive" and not isinstance(value, float):  # `rest` has a limit of this name
                 self.drive = value
             values[fields[name].name] = value
         for name, field in fields.items():
-            if field.required and name not in given and type(None) in get_args(hints[field.name]):
+            if field.required and name not in present and type(None) in get_args(hints[field.name]):
                 values[field.name] = None  # writing omits None
-            elif field.required and name not in given:
+            elif field.required and name not in present:
                 self._missing(node, name, fields, hints, key)
         try:
             return kind(**values)
@@ -316,16 +317,16 @@ class DocumentReader:
         for item in meta:
             least = item.min_length or 0
             most = item.max_length
-            found = len(node.value)
-            if found < least or (most is not None and found > most):
+            count = len(node.value)
+            if count < least or (most is not None and count > most):
                 allowed = (
                     f"at least {least}"
                     if most is None
                     else f"at most {most}"
-                    if found > most
+                    if count > most
                     else f"{least} to {most}"
                 )
-                self.fail(node, key, f"found a list of {found}; allowed: {allowed}")
+                self.fail(node, key, f"found a list of {count}; allowed: {allowed}")
         return tuple(
             self.read(item, kind, f"{key}[{index}]") for index, item in enumerate(node.value)
         )
@@ -376,13 +377,13 @@ class DocumentReader:
         self._known(pairs, list(fields), key)
         for name in required:
             if name not in pairs:
-                given = {
+                present = {
                     other: pair[1].value
                     for other, pair in pairs.items()
                     if isinstance(pair[1], yaml.ScalarNode)
                 }
                 form = quantity_form(
-                    required, {"unit": example_unit(dimension, self.axis, self.drive)} | given
+                    required, {"unit": example_unit(dimension, self.axis, self.drive)} | present
                 )
                 self.fail(node, _join(key, name), f"missing; allowed: {form}")
         return pairs
@@ -394,11 +395,11 @@ class DocumentReader:
         exclusive = bool(extra.get("exclusive"))
         for name, number in numbers.items():
             if minimum is not None and (number < minimum or (exclusive and number == minimum)):
-                found = f"found {_shown(pairs[name][1])} {unit}"
+                finding = f"found {_shown(pairs[name][1])} {unit}"
                 self.fail(
                     pairs[name][1],
                     _join(key, name),
-                    f"{found}; allowed: {'>' if exclusive else '>='} {minimum:g}",
+                    f"{finding}; allowed: {'>' if exclusive else '>='} {minimum:g}",
                 )
         order = [name for name in ("low", "value", "high") if name in numbers]
         for below, above in itertools.pairwise(order):
@@ -437,30 +438,30 @@ class DocumentReader:
         return None if tag == "null" else node.value
 
     def _scalar(self, node: yaml.Node, kind: Any, meta: list[msgspec.Meta], key: str) -> Any:
-        found = self._plain(node, key)
+        value = self._plain(node, key)
         if (
             kind is str
-            and found is not None
-            and not isinstance(found, str)
+            and value is not None
+            and not isinstance(value, str)
             and isinstance(node, yaml.ScalarNode)
         ):
-            found = node.value  # a name such as 12 or true
-        if kind is float and isinstance(found, float | int) and not isinstance(found, bool):
+            value = node.value  # a name such as 12 or true
+        if kind is float and isinstance(value, float | int) and not isinstance(value, bool):
             try:
-                finite = math.isfinite(found)
+                finite = math.isfinite(value)
             except OverflowError:
                 finite = False
             if not finite:
                 self.fail(node, key, f"found {_shown(node)}; allowed: a finite number")
         whole = typing.Annotated[kind, *meta] if meta else kind
         try:
-            return msgspec.convert(found, whole, strict=True)
+            return msgspec.convert(value, whole, strict=True)
         except msgspec.ValidationError:
             self.fail(
                 node,
                 key,
                 f"found {_shown(node)}; allowed: "
-                f"{_allowed(kind, meta)}{_nearest_choice(kind, found)}",
+                f"{_allowed(kind, meta)}{_nearest_choice(kind, value)}",
             )
 
 
@@ -484,9 +485,9 @@ def _suggest(name: str, known: list[str]) -> str:
     return f", did you mean {near[0]!r}?" if near else ""
 
 
-def _nearest_choice(kind: Any, found: Any) -> str:
-    if get_origin(kind) is Literal and isinstance(found, str):
-        return _suggest(found, [str(choice) for choice in get_args(kind)])
+def _nearest_choice(kind: Any, value: Any) -> str:
+    if get_origin(kind) is Literal and isinstance(value, str):
+        return _suggest(value, [str(choice) for choice in get_args(kind)])
     return ""
 
 

@@ -83,9 +83,9 @@ def _kind(node: yaml.Node, path: Path) -> type[msgspec.Struct]:
     """Return the type of document that the key `format` names."""
     for key, value in node.value if isinstance(node, yaml.MappingNode) else []:
         if key.value == "format":
-            found = DOCUMENTS.get(str(value.value).partition("/")[0])
-            if found is not None:
-                return found
+            document_kind = DOCUMENTS.get(str(value.value).partition("/")[0])
+            if document_kind is not None:
+                return document_kind
             allowed = ", ".join(f"{name}/1" for name in DOCUMENTS)
             raise DocumentError(
                 path,
@@ -101,13 +101,13 @@ def _kind(node: yaml.Node, path: Path) -> type[msgspec.Struct]:
 def same_axis(documents: dict[Path, Any]) -> None:
     """Raise InputFileError if the documents differ in the kind of axis or of drive."""
     for name in ("axis", "drive"):
-        found = {
+        axes = {
             path: getattr(document, name)
             for path, document in documents.items()
             if hasattr(document, name)
         }
-        first = next(iter(found.items()), None)
-        for path, value in found.items():
+        first = next(iter(axes.items()), None)
+        for path, value in axes.items():
             if first is not None and value != first[1]:
                 raise InputFileError(
                     path,

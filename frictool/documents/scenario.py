@@ -52,10 +52,10 @@ class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     hold_s: Hold | None = None
 
     def __post_init__(self) -> None:
-        given = [name for name in STEP_KINDS if getattr(self, name) is not None]
-        if len(given) != 1:
+        present = [name for name in STEP_KINDS if getattr(self, name) is not None]
+        if len(present) != 1:
             raise ValueError(
-                f"found {' and '.join(given) or 'none of them'}; allowed: exactly one "
+                f"found {' and '.join(present) or 'none of them'}; allowed: exactly one "
                 f"of {', '.join(STEP_KINDS)}"
             )
         if (self.duration_s is None) != (self.hold_s is not None):
@@ -72,9 +72,9 @@ class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     @property
     def seconds(self) -> float:
         """Return the duration of the part [s]."""
-        found = self.hold_s if self.duration_s is None else self.duration_s
-        assert found is not None
-        return found
+        duration = self.hold_s if self.duration_s is None else self.duration_s
+        assert duration is not None
+        return duration
 
 
 class Replay(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

@@ -71,8 +71,8 @@ def example_keys(start: StartingRig) -> dict[str, list[str]]:
 
     The files mark them `# example: replace`.
     """
-    found = {name: _example_keys(text) for name, text in _rendered(start).items()}
-    return {name: keys for name, keys in found.items() if keys}
+    by_document = {name: _example_keys(text) for name, text in _rendered(start).items()}
+    return {name: keys for name, keys in by_document.items() if keys}
 
 
 def _listed(text: str) -> str:
@@ -85,7 +85,11 @@ def _listed(text: str) -> str:
         f"examples:{NOTE}# not known of your rig: delete a key when you have replaced its value\n"
     )
     return re.sub(
-        r"^name: .*\n", lambda found: f"{found[0]}{head}{rows}", text, count=1, flags=re.MULTILINE
+        r"^name: .*\n",
+        lambda name_line: f"{name_line[0]}{head}{rows}",
+        text,
+        count=1,
+        flags=re.MULTILINE,
     )
 
 

@@ -123,11 +123,11 @@ class FrictionBody:
         if self.extension is not None and (
             self.knee < math.inf or self.extension.table[DELAY] > 0.0
         ):
-            found = (
+            finding = (
                 "a pure delay of the film" if self.knee == math.inf else "a knee of the body's own"
             )
             raise ValueError(
-                f"found {found}; a body that is extended takes its knees from the extension, "
+                f"found {finding}; a body that is extended takes its knees from the extension, "
                 "and a lag but no delay"
             )
         for side, direction in enumerate((-1.0, 1.0)):

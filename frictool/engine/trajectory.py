@@ -66,8 +66,8 @@ class Trajectory:
 
     def times_of(self, kind: int = fb.BREAKS_AWAY) -> Vector:
         """Return the times of all events of one kind [s]."""
-        found: Vector = self.events[self.events[:, 1] == kind, 0]
-        return found
+        times: Vector = self.events[self.events[:, 1] == kind, 0]
+        return times
 
 
 def segment_arrays(

@@ -119,9 +119,13 @@ def _code(names: CNames, numbers: NumberWriter) -> dict[str, Any]:
         for line in numbers.entering(node, name)
     ]
     body = [f"{INDENT}{line}" for line in entering] + c_statements(names, numbers)
-    held = [node for node in program.states.values() if node.index not in program.updates]
+    constant_states = [
+        node for node in program.states.values() if node.index not in program.updates
+    ]
     starts, writes = _starts(names, numbers), _writes(names, numbers)
-    setters = [(program.names[node.index], numbers.stored(node, None, "value")) for node in held]
+    setters = [
+        (program.names[node.index], numbers.stored(node, None, "value")) for node in constant_states
+    ]
     text = "\n".join(
         [*body, *starts, *writes, *(stored for _, stored in setters), numbers.valid("position")]
     )
@@ -240,9 +244,9 @@ def _field(
     table: NamedArray, numbers: NumberWriter, program: Program, note: str
 ) -> tuple[str, str]:
     """Return the declaration of a state field, and its comment."""
-    held = all(node.index not in program.updates for node in table.nodes.values())
-    told = [text for text in (state_meaning(table.name, held), note) if text]
-    return f"{numbers.kind} {table.name}{table.brackets};", "; ".join(told)
+    is_constant = all(node.index not in program.updates for node in table.nodes.values())
+    comments = [text for text in (state_meaning(table.name, is_constant), note) if text]
+    return f"{numbers.kind} {table.name}{table.brackets};", "; ".join(comments)
 
 
 def _starts(names: CNames, numbers: NumberWriter) -> list[str]:
@@ -306,5 +310,7 @@ def _vectors(program: Program, vectors: GoldenVectors, numbers: NumberWriter) ->
 def _columns(program: Program) -> list[ProgramNode]:
     """Return the nodes of a row of the vectors."""
     assert program.output is not None
-    held = [node for node in program.states.values() if node.index not in program.updates]
-    return [*program.inputs.values(), *held, program.output]
+    constant_states = [
+        node for node in program.states.values() if node.index not in program.updates
+    ]
+    return [*program.inputs.values(), *constant_states, program.output]

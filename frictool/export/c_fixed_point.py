@@ -79,12 +79,12 @@ class FixedNumbers:
         fractions = self.scaled.fractions
         if source is None:
             return str(round(math.ldexp(state.value, fractions[state.index])))
-        given = self._bounded(source, "position")
+        position = self._bounded(source, "position")
         shift = fractions[source.index] - fractions[state.index]
         return (
-            given
+            position
             if shift == 0 and self._range(state) == self._range(source)
-            else self._bounded(state, _moved(given, shift))
+            else self._bounded(state, _moved(position, shift))
         )
 
     def stored(self, state: ProgramNode, source: ProgramNode | None, text: str) -> str:
@@ -166,12 +166,12 @@ class FixedNumbers:
 
     def fractions(self, table: NamedArray) -> str:
         """Return a comment with the fractions of an array's elements, for the line above it."""
-        told = [
+        counts = [
             str(self.scaled.fractions[node.index]) if node is not None else "-"
             for _, node in table.elements()
         ]
-        one = f"fraction of {table.name}" if len(set(told)) == 1 else f"fractions of {table.name}"
-        return f"/* {one}: {', '.join(told[:1] if len(set(told)) == 1 else told)} */\n"
+        one = f"fraction of {table.name}" if len(set(counts)) == 1 else f"fractions of {table.name}"
+        return f"/* {one}: {', '.join(counts[:1] if len(set(counts)) == 1 else counts)} */\n"
 
     def note(self, node: ProgramNode) -> str:
         """Return a comment with the fraction of a value."""

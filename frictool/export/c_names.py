@@ -111,13 +111,13 @@ class CNames:
     def _free(self, name: str) -> str:
         """Return the name, or a similar one that is not taken."""
         word = re.sub(r"\W+", "_", name).strip("_")
-        found = word if word not in TAKEN else f"{word}_"
+        candidate = word if word not in TAKEN else f"{word}_"
         count = 1
-        while found in self.taken:
+        while candidate in self.taken:
             count += 1
-            found = f"{word}_{count}"
-        self.taken.add(found)
-        return found
+            candidate = f"{word}_{count}"
+        self.taken.add(candidate)
+        return candidate
 
 
 def _split(name: str) -> tuple[str, Index]:
@@ -139,9 +139,11 @@ def _tables(
         base, index = _split(program.names[node.index])
         groups.setdefault((base, 0 if index else node.index), {})[index] = node
     tables = []
-    for (base, _), found in groups.items():
-        shape = tuple(max(index[k] for index in found) + 1 for k in range(len(next(iter(found)))))
-        tables.append(NamedArray(free(base), shape, found))
+    for (base, _), members in groups.items():
+        shape = tuple(
+            max(index[k] for index in members) + 1 for k in range(len(next(iter(members))))
+        )
+        tables.append(NamedArray(free(base), shape, members))
     return tables
 
 

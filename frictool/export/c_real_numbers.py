@@ -45,8 +45,8 @@ class RealNumbers:
         if self.kind == "double":
             return repr(value)
         with np.errstate(over="ignore", under="ignore"):
-            held = float(np.float32(value))
-        if not math.isfinite(held) or (held == 0.0) != (value == 0.0):
+            rounded = float(np.float32(value))
+        if not math.isfinite(rounded) or (rounded == 0.0) != (value == 0.0):
             raise NoSolutionError(
                 f"{value:.3g} is beyond the range of float; use --number double, or "
                 "other units in the design"

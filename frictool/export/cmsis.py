@@ -51,11 +51,11 @@ def cmsis_arrays(controller: Controller, number: Number) -> CmsisArrays:
             f"{controller.name}: the document holds no second-order sections; use --lang c"
         )
     if number == "float":
-        found = float_biquads(linear.sos)
+        biquads = float_biquads(linear.sos)
     else:
-        found = fixed_biquads(controller.name, linear.sos, number, _entering(controller, number))
-    runs = found.sections(number)
-    return CmsisArrays(found, _as_sections(linear, runs))
+        biquads = fixed_biquads(controller.name, linear.sos, number, _entering(controller, number))
+    runs = biquads.sections(number)
+    return CmsisArrays(biquads, _as_sections(linear, runs))
 
 
 def _as_sections(
@@ -90,10 +90,10 @@ def cmsis_header(
 ) -> dict[str, str]:
     """Return the text of the header by file name."""
     name = c_identifier(controller.name)
-    found = arrays.biquads
+    biquads = arrays.biquads
     values = RealNumbers("float").literal if number == "float" else str
     padded = [
-        [*stage[:1], 0, *stage[1:]] if number == "q15" else list(stage) for stage in found.stages
+        [*stage[:1], 0, *stage[1:]] if number == "q15" else list(stage) for stage in biquads.stages
     ]
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(FOLDER), undefined=jinja2.StrictUndefined, autoescape=False
@@ -113,9 +113,9 @@ def cmsis_header(
         number=number,
         kind=KINDS[number],
         rows=[[values(value) for value in stage] for stage in padded],
-        found=found,
+        found=biquads,
         bits=BITS.get(number, 0),
-        step=math.ldexp(found.output_scale, -BITS[number]) if number in BITS else 0.0,
+        step=math.ldexp(biquads.output_scale, -BITS[number]) if number in BITS else 0.0,
         margin=margin,
         signal=signals[_signal(controller)],
         drive_unit=drive,

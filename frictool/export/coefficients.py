@@ -108,10 +108,10 @@ def _observer(observer: Observer) -> dict[str, Any]:
 
     The bench is left out because it is the controller's.
     """
-    found = {
+    record = {
         key: _whole(getattr(observer, key)) for key in ("sample_period_s", "inertia", "friction")
     }
-    return found | {
+    return record | {
         "kind": observer.kind,
         **_whole(observer.tracking if observer.switched is None else observer.switched),
     }
@@ -152,22 +152,22 @@ def _program(program: Program, number: Number) -> dict[str, Any]:
     """
     tables = CNames(program).constants
     hold = coefficient_rounder(number)
-    found: dict[str, Any] = {
+    record: dict[str, Any] = {
         "coefficients": {
             table.name: _nested(table, lambda node: hold(node.value), 0.0) for table in tables
         }
     }
     if number in BITS:
         bits = BITS[number]
-        found["words"] = {
+        record["words"] = {
             table.name: _nested(table, lambda node: coefficient(node.value, bits)[0], 0)
             for table in tables
         }
-        found["fractions"] = {
+        record["fractions"] = {
             table.name: _nested(table, lambda node: coefficient(node.value, bits)[1], 0)
             for table in tables
         }
-    found["states"] = {
+    record["states"] = {
         name: {
             "low": node.low if math.isfinite(node.low) else None,
             "high": node.high if math.isfinite(node.high) else None,
@@ -176,7 +176,7 @@ def _program(program: Program, number: Number) -> dict[str, Any]:
         }
         for name, node in program.states.items()
     }
-    return found
+    return record
 
 
 def _nested(table: NamedArray, value: Callable[[ProgramNode], float], nothing: float) -> Any:

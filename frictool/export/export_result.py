@@ -50,7 +50,7 @@ class ExportResult:
     def summary(self) -> dict[str, Any]:
         """Return the result as JSON values."""
         loop, vectors = self.loop, self.vectors
-        found: dict[str, Any] = {
+        record: dict[str, Any] = {
             "files": list(self.files),
             "language": self.language,
             "number": self.number,
@@ -65,15 +65,15 @@ class ExportResult:
             },
         }
         if vectors is not None:
-            found["vectors"] = {"samples": vectors.samples, **vectors.visits}
-            found["away_from_double"] = {
+            record["vectors"] = {"samples": vectors.samples, **vectors.visits}
+            record["away_from_double"] = {
                 "drive": vectors.away,
                 "drive_rms": vectors.rms,
                 "samples_in_another_mode": vectors.apart,
             }
-        return found
+        return record
 
-    def told(self) -> list[str]:
+    def lines(self) -> list[str]:
         """Return the result as lines of text."""
         norm = (
             "" if self.loop.norm is None else f", norm {self.loop.norm:.4g} at {self.loop.norm_at}"
@@ -122,19 +122,19 @@ def export(
     NoSolutionError
         If the rounded loop cannot be verified, or the format cannot represent the controller.
     """
-    for what, found, allowed in (
+    for what, choice, allowed in (
         ("language", language, LANGUAGES),
         ("number", number, (*get_args(Number), None)),
     ):
-        if found not in allowed:
+        if choice not in allowed:
             raise FrictoolError(
-                f"{what}: found {found!r}; allowed: {', '.join(one for one in allowed if one)}"
+                f"{what}: found {choice!r}; allowed: {', '.join(one for one in allowed if one)}"
             )
-    given = origin or ExportOrigin(
+    known_origin = origin or ExportOrigin(
         hashlib.sha256(to_yaml(controller).encode()).hexdigest(),
         "frictool.export.export() in Python",
     )
-    return export_controller(controller, language, number or default_number(language), given)
+    return export_controller(controller, language, number or default_number(language), known_origin)
 
 
 def export_controller(

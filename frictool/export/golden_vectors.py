@@ -96,8 +96,8 @@ class _VectorSequence:
         self.visits = visit_conditions(program)
         self.step = controller.bench.encoder.resolution
         law, limiter = controller.position_law, controller.limiter
-        own = law.band if law is not None else limiter.band if limiter is not None else 0.0
-        self.band = own or COUNTS * self.step
+        band = law.band if law is not None else limiter.band if limiter is not None else 0.0
+        self.band = band or COUNTS * self.step
         travel = controller.bench.mechanics.travel
         self.low, self.high = (travel.low, travel.high) if travel else (0.0, BANDS * self.band)
         self.settled, self.slow = _speeds(controller, self.band)
@@ -147,12 +147,12 @@ class _VectorSequence:
         output = self.program.output
         assert output is not None
         control_step(self.machine, inputs["reference"], inputs["position"], inputs["velocity"])
-        given = [read(self.machine, node.index) for node in self.inputs]
+        readings = [read(self.machine, node.index) for node in self.inputs]
         drive = read(self.machine, output.index)
-        self.rows.append((*given, drive))
-        asked = dict(zip(self.program.inputs, given, strict=False))
+        self.rows.append((*readings, drive))
+        values = dict(zip(self.program.inputs, readings, strict=False))
         other = control_step(
-            self.double, asked["reference"], asked["position"], asked.get("velocity", 0.0)
+            self.double, values["reference"], values["position"], values.get("velocity", 0.0)
         )
         seen = [
             {name for name, visit in self.visits.items() if visit.made(one)}
@@ -211,9 +211,9 @@ class _VectorSequence:
         reference = self.rows[-1][0]
         start = self.position
         self.position = start + bands * self.band
-        for held in range(PHASE):
+        for count in range(PHASE):
             self.sample(reference)
-            if held >= 2 and abs(self.now("speed", 0.0)) <= self.slow:
+            if count >= 2 and abs(self.now("speed", 0.0)) <= self.slow:
                 break
         away = self.position - start
         steps = math.ceil(abs(away) / self.returning) if self.returning > 0.0 else 1

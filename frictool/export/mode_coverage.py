@@ -33,31 +33,31 @@ class VisitCondition:
 def visit_conditions(program: Program) -> dict[str, VisitCondition]:
     """Return the conditions of the modes and limits that the program has, by name."""
     places = {name: index for index, name in reversed(program.names.items())}
-    found = {}
+    conditions = {}
     if "mode_now" in places:
         modes = {"run": (RUN, "in RUN"), "brake": (BRAKE, "in BRAKE"), "rest": (REST, "in REST")}
         for name, (value, text) in modes.items():
             if name != "brake" or "running" in places:  # a band that cuts never brakes
-                found[name] = VisitCondition(places["mode_now"], value, False, text)
+                conditions[name] = VisitCondition(places["mode_now"], value, False, text)
     released = places.get("released_and_settled", places.get("released"))
     if released is not None:
-        found["released"] = VisitCondition(released, 1.0, False, "with the drive released")
+        conditions["released"] = VisitCondition(released, 1.0, False, "with the drive released")
     if "braking" in places:
-        found["braking"] = VisitCondition(
+        conditions["braking"] = VisitCondition(
             places["braking"], 0.0, True, "with virtual friction", released
         )
     if "held" in places:
-        found["held"] = VisitCondition(places["held"], 1.0, False, "with the integrator held")
+        conditions["held"] = VisitCondition(places["held"], 1.0, False, "with the integrator held")
     if program.guard is not None:
         guard = program.guard
-        found["invalid"] = VisitCondition(
+        conditions["invalid"] = VisitCondition(
             guard.left_now.index, guard.hold.value, True, "with an input held or in the fault"
         )
-        found["fault"] = VisitCondition(guard.fault.index, 1.0, False, "in the fault")
-    found["limited"] = VisitCondition(places["met"], 0.0, True, "with the drive limited")
+        conditions["fault"] = VisitCondition(guard.fault.index, 1.0, False, "in the fault")
+    conditions["limited"] = VisitCondition(places["met"], 0.0, True, "with the drive limited")
     if "drive_high" in places:
         limit = program.nodes[places["drive_limit"]].value
-        found["voltage"] = VisitCondition(
+        conditions["voltage"] = VisitCondition(
             places["drive_high"], limit, True, "with less current than the limit, by the voltage"
         )
-    return found
+    return conditions

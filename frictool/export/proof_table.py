@@ -38,13 +38,13 @@ def proof_lines(names: CNames, scaled: FixedProgram) -> list[str]:
 
 def field_note(table: NamedArray, scaled: FixedProgram) -> str:
     """Return resolution and range [SI] of a state's elements as text; equal ones appear once."""
-    told = []
+    notes = []
     for node in table.nodes.values():
         low, high = (
             math.ldexp(word, -scaled.fractions[node.index]) for word in scaled.words[node.index]
         )
-        told.append(f"2^{-scaled.fractions[node.index]}, {low:.4g} to {high:.4g}")
-    return "; ".join(dict.fromkeys(told)) if len(set(told)) == 1 else "; ".join(told)
+        notes.append(f"2^{-scaled.fractions[node.index]}, {low:.4g} to {high:.4g}")
+    return "; ".join(dict.fromkeys(notes)) if len(set(notes)) == 1 else "; ".join(notes)
 
 
 def conversion_macros(

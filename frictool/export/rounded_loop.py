@@ -71,7 +71,7 @@ def rounded_loop(
             f"the anti-windup is unstable (spectral radius {radius:.6g} of a - l c)",
         )
     try:
-        found = [
+        margins = [
             (_margin(controller, number, one, point, delays), point.name)
             for one, point, delays in _loops(controller, linear, number)
         ]
@@ -83,7 +83,7 @@ def rounded_loop(
         FloatingPointError,
     ):  # a rounded pole lies exactly on the unit circle
         raise _refused(controller, number, "a pole of the loop lies on the unit circle") from None
-    margin, at = smallest(value for value, _ in found)
+    margin, at = smallest(value for value, _ in margins)
     worst, norm_at = largest(value for value, _ in norms) if norms else (None, 0)
     claimed = controller.verified.gamma_verified
     if worst is not None and not worst <= CLAIM * claimed:
@@ -92,7 +92,7 @@ def rounded_loop(
             number,
             f"at vertex {norms[norm_at][1]} the norm is {worst:.4g}, {claimed:.4g} is claimed",
         )
-    return RoundedLoop(margin, found[at][1], worst, norms[norm_at][1] if norms else "")
+    return RoundedLoop(margin, margins[at][1], worst, norms[norm_at][1] if norms else "")
 
 
 def _refused(controller: Controller, number: Number, why: str) -> NoSolutionError:
@@ -122,10 +122,10 @@ def _loops(
     for index, corner in enumerate(
         controller.schedule.corners if controller.schedule is not None else ()
     ):
-        own = msgspec.structs.replace(
+        corner_controller = msgspec.structs.replace(
             controller.linear, discrete=corner.discrete, anti_windup=corner.anti_windup
         )
-        there = rounded_linear(own, number)
+        there = rounded_linear(corner_controller, number)
         point = PlantPoint(
             f"corner {index} of the schedule",
             corner.inertia,

@@ -31,6 +31,6 @@ MEANINGS = {
 }
 
 
-def state_meaning(state: str, held: bool) -> str:
-    """Return the description of a state; `held`: the program never changes it."""
-    return "scheduled parameter, set by the caller" if held else MEANINGS.get(state, "")
+def state_meaning(state: str, constant: bool) -> str:
+    """Return the description of a state; `constant` if the program never changes it."""
+    return "scheduled parameter, set by the caller" if constant else MEANINGS.get(state, "")

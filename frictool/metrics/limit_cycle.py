@@ -48,27 +48,27 @@ def limit_cycle(time: Vector, position: Vector, resolution: float = 0.0) -> Limi
 
     `time` [s] and `position` [rad or m] have shape (n,); `resolution` is the sensor's step.
     """
-    held = float(np.sum(sample_durations(time)))
+    duration = float(np.sum(sample_durations(time)))
     least = (
-        LEAST_HOLD - 0.5 * held / time.size
+        LEAST_HOLD - 0.5 * duration / time.size
     )  # half a sample of tolerance for the rounding of the times
-    first = int(np.searchsorted(time, time[0] + held / 3.0))
+    first = int(np.searchsorted(time, time[0] + duration / 3.0))
     t, x = time[first:], position[first:]
     threshold = max(resolution * (1.0 + 1e-6), 2.0 * noise_floor(x))
     turns = turning_points(x, threshold)
-    if len(turns) >= (LEAST_TURNS if held > least else MANY_TURNS) and _kept_up(t, x, turns):
+    if len(turns) >= (LEAST_TURNS if duration > least else MANY_TURNS) and _kept_up(t, x, turns):
         return LimitCycle(0.5 * float(np.ptp(x[turns[-min(3, len(turns))] :])), _period(t[turns]))
-    if held <= least:
+    if duration <= least:
         return LimitCycle(
             None,
-            reason=f"held for {held:.3g} s only; a limit cycle is told absent behind "
+            reason=f"held for {duration:.3g} s only; a limit cycle is told absent behind "
             f"{LEAST_HOLD:g} s",
         )
     if float(np.ptp(x)) <= threshold or _has_ended(t, x, turns, threshold):
         return LimitCycle(0.0)
     still = "turns less and less" if len(turns) >= LEAST_TURNS else "does not turn twice"
     moved = (
-        f"moves by {float(np.ptp(x)):.3g} behind the first {held / 3.0:.3g} s of the hold and "
+        f"moves by {float(np.ptp(x)):.3g} behind the first {duration / 3.0:.3g} s of the hold and "
         f"{still}"
     )
     return LimitCycle(None, reason=f"{moved}; a longer hold tells whether it cycles")

@@ -27,7 +27,7 @@ def turning_points(position: Vector, threshold: float, direction: float = 0.0) -
     increments = np.diff(position)
     moving = np.flatnonzero(increments)
     turns = moving[1:][np.sign(increments[moving[1:]]) != np.sign(increments[moving[:-1]])]
-    found: list[int] = []
+    turning: list[int] = []
     low = high = extreme = 0
     for sample in [*turns.tolist(), position.size - 1]:
         value = position[sample]
@@ -39,10 +39,10 @@ def turning_points(position: Vector, threshold: float, direction: float = 0.0) -
         elif direction * (value - position[extreme]) > 0.0:
             extreme = sample
         elif direction * (position[extreme] - value) > threshold:
-            found.append(extreme)
+            turning.append(extreme)
             direction = -direction
             extreme = sample
-    return found
+    return turning
 
 
 def reversals(position: Vector, origin: float, target: float, resolution: float = 0.0) -> int:

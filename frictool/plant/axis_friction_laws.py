@@ -189,6 +189,8 @@ def _maps(
             ("breakaway less Coulomb friction", excess),
         ):
             if smallest < -room:
-                found = f"{name} {('backward', 'forward')[index]} is {smallest:.3g} at {where:.4g}"
-                raise ValueError(f"position: {found}; allowed: >= 0 over the polynomials' range")
+                negative = (
+                    f"{name} {('backward', 'forward')[index]} is {smallest:.3g} at {where:.4g}"
+                )
+                raise ValueError(f"position: {negative}; allowed: >= 0 over the polynomials' range")
     return out.ravel()

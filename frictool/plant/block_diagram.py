@@ -47,21 +47,21 @@ def connect(
     if len(periods) > 1:
         raise ValueError(f"blocks of different periods: {sorted(periods)}")
     produced = [name for block in blocks.values() for name in block.outputs]
-    given = [*inputs, *produced]
-    doubled = {name for name in [*given, *sums] if [*given, *sums].count(name) > 1}
+    available = [*inputs, *produced]
+    doubled = {name for name in [*available, *sums] if [*available, *sums].count(name) > 1}
     if doubled:
         raise ValueError(f"signals with two sources: {sorted(doubled)}")
-    rows: dict[str, Matrix] = {name: np.eye(len(given))[k] for k, name in enumerate(given)}
+    rows: dict[str, Matrix] = {name: np.eye(len(available))[k] for k, name in enumerate(available)}
     for name, terms in sums.items():
         rows[name] = sum(
             (factor * _row(rows, term) for term, factor in terms.items()),
-            start=np.zeros(len(given)),
+            start=np.zeros(len(available)),
         )
     m = len(inputs)
     entering = np.array(
         [_row(rows, name) for block in blocks.values() for name in block.inputs]
-    ).reshape(-1, len(given))
-    leaving = np.array([_row(rows, name) for name in outputs]).reshape(-1, len(given))
+    ).reshape(-1, len(available))
+    leaving = np.array([_row(rows, name) for name in outputs]).reshape(-1, len(available))
     a, b, c, d = (
         block_diag(*(getattr(block.system, part) for block in blocks.values())) for part in "abcd"
     )

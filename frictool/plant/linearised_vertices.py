@@ -42,18 +42,18 @@ def rates_of(point: PlantPoint, centre: PlantPoint, form: Form = "exact") -> Axi
             return value * (1.0 - deviation) / nominal
         return (value - middle * deviation) / nominal
 
-    found = AxisRates(
+    rates = AxisRates(
         rate(point.constant, centre.constant),
         rate(point.viscous, centre.viscous),
         rate(point.coulomb, centre.coulomb),
     )
-    if found.drive <= 0.0:
+    if rates.drive <= 0.0:
         raise NoSolutionError(
             f"the plant linearised at {point.name} (inertia {point.inertia:.4g}, "
             f"constant {point.constant:.4g}) has no positive gain: the "
             "intervals are too wide for linearised vertices; write vertices: exact"
         )
-    return found
+    return rates
 
 
 def vertex_rates(box: Polytope, form: Form = "exact") -> tuple[AxisRates, ...]:

@@ -158,7 +158,7 @@ def _momentum(
         for name in DYNAMIC
     )
     w_j, w_k, w_s = ({f"{name}.w{level}": 1.0} for name in DYNAMIC)
-    found = _sum(
+    combined = _sum(
         (k0 / j0, drive),
         (1.0 / j0, w_k),
         (-s0 / j0, speed),
@@ -166,9 +166,9 @@ def _momentum(
         (1.0 / j0, effort),
         (-1.0 / j0, w_j),
     )
-    for name, factor, row in zip(DYNAMIC, (rj, rk, rs), (found, drive, speed), strict=True):
+    for name, factor, row in zip(DYNAMIC, (rj, rk, rs), (combined, drive, speed), strict=True):
         table[f"{name}.z{level}"] = _sum((factor, row))
-    return found
+    return combined
 
 
 def _continuous(box: Box, lag: float) -> _AxisRows:

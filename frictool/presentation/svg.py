@@ -109,8 +109,8 @@ def render(figure: Figure, label: str) -> str:
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     for size in ("width", "height"):
         text = re.sub(rf'<svg([^>]*?) {size}="[^"]*"', r"<svg\1", text, count=1)
-    told = html.escape("".join(c for c in label if c.isprintable()))
-    return text.replace("<svg", f'<svg role="img" aria-label="{told}"', 1).strip()
+    escaped_label = html.escape("".join(c for c in label if c.isprintable()))
+    return text.replace("<svg", f'<svg role="img" aria-label="{escaped_label}"', 1).strip()
 
 
 def render_compact(figure: Figure, label: str) -> str:

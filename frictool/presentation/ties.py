@@ -33,11 +33,11 @@ def largest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[floa
     >>> largest([1.0, 2.0 - 1e-9, 2.0])
     (2.0, 1)
     """
-    found = [-math.inf if math.isnan(value) else float(value) for value in values]
-    top = max(found)
+    numbers = [-math.inf if math.isnan(value) else float(value) for value in values]
+    top = max(numbers)
     room = tolerance * abs(top) if math.isfinite(top) else 0.0
     return top, next(
-        index for index, value in enumerate(found) if value == top or top - value <= room
+        index for index, value in enumerate(numbers) if value == top or top - value <= room
     )
 
 
@@ -51,5 +51,5 @@ def smallest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[flo
     >>> smallest([3.0, 1.0 + 1e-9, 1.0])
     (1.0, 1)
     """
-    found, index = largest((-value for value in values), tolerance)
-    return -found, index
+    negated, index = largest((-value for value in values), tolerance)
+    return -negated, index

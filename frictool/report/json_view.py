@@ -104,6 +104,6 @@ def _sensitivity(found: VertexTransfers | None) -> dict[str, Any] | None:
     }
     return {
         "gamma": found.gamma,
-        "gamma_is": "asked" if found.asked else "verified",
+        "gamma_is": "asked" if found.is_requested else "verified",
         "transfers": transfers,
     }

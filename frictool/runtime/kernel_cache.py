@@ -95,11 +95,11 @@ def restricted_umask() -> Iterator[None]:
 
 def folders(place: Path) -> list[KernelFolder]:
     """Return the kernel folders in `place`, most recently used first."""
-    found = []
+    cached = []
     for path in sorted(place.glob(f"{PREFIX}*")):
         with suppress(OSError):  # removed by another process in between
-            found.append(KernelFolder(path, _size(path), _last_used(path), _is_held(path)))
-    return sorted(found, key=lambda folder: -folder.used)
+            cached.append(KernelFolder(path, _size(path), _last_used(path), _is_held(path)))
+    return sorted(cached, key=lambda folder: -folder.used)
 
 
 def _size(folder: Path) -> int:
@@ -230,13 +230,13 @@ def prune_states(current: Path) -> list[Path]:
 
 def states(folder: Path) -> list[KernelFolder]:
     """Return the folders of module states in a toolchain's folder, most recently used first."""
-    found = []
+    cached = []
     with suppress(OSError):
         for entry in os.scandir(folder):
             with suppress(OSError):
                 if entry.is_dir() and not entry.name.startswith("."):
-                    found.append(KernelFolder(Path(entry.path), 0, entry.stat().st_mtime, False))
-    return sorted(found, key=lambda one: (-one.used, one.path))
+                    cached.append(KernelFolder(Path(entry.path), 0, entry.stat().st_mtime, False))
+    return sorted(cached, key=lambda one: (-one.used, one.path))
 
 
 def module_of(state: Path) -> str:

@@ -117,14 +117,14 @@ class Sources:
     def everything(self, top: str = "frictool") -> frozenset[str]:
         """Return the names of all modules of a package."""
         folder = self._folder(top)
-        found = {top}
+        reached = {top}
         for path in folder.rglob("*.py"):
-            found.add(
+            reached.add(
                 ".".join((top, *path.relative_to(folder).with_suffix("").parts)).removesuffix(
                     ".__init__"
                 )
             )
-        return frozenset(found)
+        return frozenset(reached)
 
     def _folder(self, name: str) -> Path:
         top, *rest = name.split(".")
@@ -145,14 +145,14 @@ class Sources:
         """Return the modules that `name` imports directly, including its parent packages."""
         if name not in self._edges:
             parts = name.split(".")
-            found = {".".join(parts[:count]) for count in range(1, len(parts))}
+            modules = {".".join(parts[:count]) for count in range(1, len(parts))}
             if self._path(name) is not None:
                 source = self._source(name)
                 if source.is_open and name != LAZY:
-                    found |= self.everything() | self.everything(parts[0])
+                    modules |= self.everything() | self.everything(parts[0])
                 for one in source.imports:
-                    found |= self._meant(name, *one)
-            self._edges[name] = frozenset(found) - STORAGE
+                    modules |= self._meant(name, *one)
+            self._edges[name] = frozenset(modules) - STORAGE
         return self._edges[name]
 
     def _meant(self, importer: str, level: int, module: str, name: str) -> frozenset[str]:

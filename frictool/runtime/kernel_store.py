@@ -85,12 +85,12 @@ class KernelStore(FunctionCache):
         context.refresh()
         if not self._place(signature):
             return None
-        found = self._load(signature, context)
-        if found is None and self._claim(signature):
-            found = self._load(signature, context)
-            if found is not None:
+        overload = self._load(signature, context)
+        if overload is None and self._claim(signature):
+            overload = self._load(signature, context)
+            if overload is not None:
                 self.release()
-        return found
+        return overload
 
     def _load(self, signature: Any, context: Any) -> Any:
         try:
@@ -244,19 +244,19 @@ def reached(function: Any, is_followed: Callable[[str], bool]) -> set[str]:
     """
     left = [function]
     seen = set()
-    found = set()
+    reached_kernels = set()
     while left:
         one = left.pop()
         one = one.py_func if isinstance(one, Dispatcher) else getattr(one, "_defn", one)
         if not isinstance(one, FunctionType) or id(one) in seen or not is_followed(module_of(one)):
             continue
         seen.add(id(one))
-        found.add(module_of(one))
+        reached_kernels.add(module_of(one))
         names = _names(one.__code__)
         values = [*(one.__globals__.get(name) for name in names), *_cells(one)]
         modules = [value for value in values if isinstance(value, ModuleType)]
         left += [*values, *(vars(module).get(name) for module in modules for name in names)]
-    return found
+    return reached_kernels
 
 
 def _names(code: CodeType) -> set[str]:
@@ -270,13 +270,13 @@ def _cells(function: Any) -> list[Any]:
 
 def _parts(signature: Any) -> list[Any]:
     """Return the types of the arguments and the types that they are composed of."""
-    found = list(getattr(signature, "args", signature))
-    for one in found:
+    parts = list(getattr(signature, "args", signature))
+    for one in parts:
         if isinstance(one, types.BaseTuple):
-            found += getattr(one, "types", None) or [getattr(one, "dtype", None)]
+            parts += getattr(one, "types", None) or [getattr(one, "dtype", None)]
         if isinstance(one, types.Optional):
-            found.append(one.type)
-    return found
+            parts.append(one.type)
+    return parts
 
 
 # folder -> (process, handle); handles stay open, since closing one would release all its locks

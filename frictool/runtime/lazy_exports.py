@@ -34,9 +34,9 @@ def lazy_exports(
             raise AttributeError(
                 f"module {package!r} has no attribute {name!r}; it offers {', '.join(exported)}"
             )
-        found = getattr(importlib.import_module(where[name]), name)
-        setattr(sys.modules[package], name, found)
-        return found
+        value = getattr(importlib.import_module(where[name]), name)
+        setattr(sys.modules[package], name, value)
+        return value
 
     def names() -> list[str]:
         return sorted({*vars(sys.modules[package]), *where})

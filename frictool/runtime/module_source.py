@@ -79,19 +79,19 @@ def _imports(node: ast.Import | ast.ImportFrom) -> list[Import]:
 
 def _bound(tree: ast.Module) -> set[str]:
     """Return the names that a module binds on its first level."""
-    found = set()
+    names = set()
     for node in tree.body:
         if isinstance(node, (ast.FunctionDef, ast.ClassDef)):
-            found.add(node.name)
+            names.add(node.name)
         elif isinstance(node, (ast.Import, ast.ImportFrom)):
-            found |= {alias.asname or alias.name for alias in node.names}
+            names |= {alias.asname or alias.name for alias in node.names}
         elif isinstance(node, (ast.Assign, ast.AnnAssign)):
-            found |= {
+            names |= {
                 one.id
                 for one in ast.walk(node)
                 if isinstance(one, ast.Name) and isinstance(one.ctx, ast.Store)
             }
-    return found
+    return names
 
 
 def _table(tree: ast.Module) -> dict[str, str]:
@@ -101,13 +101,13 @@ def _table(tree: ast.Module) -> dict[str, str]:
         for node in ast.walk(tree)
         if isinstance(node, ast.Call) and getattr(node.func, "id", "") == "lazy_exports"
     ]
-    found: dict[str, str] = {}
+    origins: dict[str, str] = {}
     for node in (
         argument for call in calls for argument in call.args if isinstance(argument, ast.Dict)
     ):
         for module, names in ast.literal_eval(node).items():
-            found |= dict.fromkeys(names, module)
-    return found
+            origins |= dict.fromkeys(names, module)
+    return origins
 
 
 def _strip(tree: ast.Module) -> None:

@@ -168,7 +168,7 @@ def enclose_loop(
     friction = (
         friction_rates(box, *rates) if loop.weights.disturbance else (Fraction(0), Fraction(0))
     )
-    found = []
+    enclosures = []
     for axis in corners(*rates, friction, loop.lag, loop.period):
         whole, n = closed_loop(loop, axis)
         states = coordinates.forth @ _part(whole, slice(None, n))
@@ -177,13 +177,13 @@ def enclose_loop(
             np.vstack([states.centre, outputs.centre]), np.vstack([states.radius, outputs.radius])
         )
         left = Enclosure(rows.centre[:, :n], rows.radius[:, :n]) @ coordinates.back
-        found.append(
+        enclosures.append(
             Enclosure(
                 np.hstack([left.centre, rows.centre[:, n:]]),
                 np.hstack([left.radius, rows.radius[:, n:]]),
             )
         )
-    return found
+    return enclosures
 
 
 def failing_inequality(
@@ -224,10 +224,10 @@ def failing_inequality(
         # 2^finer, in units of 2^-(4 BITS + bits). With e = 2^-finer, 1 + e becomes 2^finer + 1, and
         # 1 + 1/e becomes (2^finer + 1) 2^finer.
         lost = np.diag(spread) * (3 * (1 << finer) * ((1 << finer) + 1))
-        for index, (held, gained) in enumerate(
+        for index, (cubic, gained) in enumerate(
             zip(_cubic_of_line(kept), _cubic((low.centre, high.centre), stored), strict=True)
         ):
-            left = (held << finer) - ((gained * ((1 << finer) + 1) + lost) << 2 * BITS)
+            left = (cubic << finer) - ((gained * ((1 << finer) + 1) + lost) << 2 * BITS)
             minor = first_failing_minor(rounded_below(left))
             if minor is not None:
                 return (

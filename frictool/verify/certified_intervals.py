@@ -56,7 +56,7 @@ def parameters_outside(controller: Controller, ranges: Mapping[str, Interval]) -
     box = box_of(controller) if known else {}
     units = plant_units(controller.bench)
     verb = "certified" if controller.certificate is not None else "verified"
-    found = []
+    outside = []
     for name in PARAMETERS:
         if name not in ranges or name not in box:
             continue
@@ -64,16 +64,16 @@ def parameters_outside(controller: Controller, ranges: Mapping[str, Interval]) -
         room = ROUNDING * max(abs(least), abs(most))
         if not (least - room <= low <= high <= most + room):
             shown = f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
-            found.append(f"{name} {shown} {units[name]}, {verb} {least:.6g} to {most:.6g}")
-    return tuple(found)
+            outside.append(f"{name} {shown} {units[name]}, {verb} {least:.6g} to {most:.6g}")
+    return tuple(outside)
 
 
-def outside_message(controller: str, found: Iterable[str]) -> str:
-    """Return a warning about the differences `found`, as a predicate without a subject.
+def outside_message(controller: str, names: Iterable[str]) -> str:
+    """Return a warning about the parameters `names`, as a predicate without a subject.
 
     The caller puts the subject before it: the model, the mechanism or the bench.
     """
     return (
         f"is not what {controller} was verified for, so that its margins are not proved for it: "
-        f"{'; '.join(found)}; synthesise it anew"
+        f"{'; '.join(names)}; synthesise it anew"
     )

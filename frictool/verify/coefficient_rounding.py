@@ -34,8 +34,8 @@ def rounded_linear(linear: LinearController, number: Number) -> LinearController
     """
     hold = coefficient_rounder(number)
 
-    def rows(given: Rows) -> Rows:
-        return tuple(tuple(hold(value) for value in row) for row in given)
+    def rows(matrix: Rows) -> Rows:
+        return tuple(tuple(hold(value) for value in row) for row in matrix)
 
     space = linear.discrete
     gains, sections_gains = rows((linear.anti_windup, linear.sos_anti_windup))

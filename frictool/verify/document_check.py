@@ -32,15 +32,15 @@ def loop_checks(
     loops: Sequence[FeedbackLoop], point: PlantPoint, lag: float, delays: tuple[int, ...]
 ) -> tuple[DelayCheck, ...]:
     """Return the worst figures of the sampled loops at one vertex, for each delay [samples]."""
-    found = []
+    checks = []
     for delay_samples in delays:
         each = [check_feedback(loop, point.rates, lag, delay_samples) for loop in loops]
         radius, margin = (
             max(one.spectral_radius for one in each),
             min(one.modulus_margin for one in each),
         )
-        found.append(DelayCheck(delay_samples, radius, margin))
-    return tuple(found)
+        checks.append(DelayCheck(delay_samples, radius, margin))
+    return tuple(checks)
 
 
 def check_feedback(
@@ -103,10 +103,10 @@ def _of_its_bench(controller: Controller) -> None:
         "sample_period_s": (controller.sample_period_s, bench.sample_period_s),
         "delay_samples": (controller.delay_samples, bench.delay_samples),
     }
-    for key, (found, has) in pairs.items():
-        if found != has:
+    for key, (stated, has) in pairs.items():
+        if stated != has:
             raise NoSolutionError(
-                f"{controller.name}: not verified: {key}: found {found}, but its bench has {has}; "
+                f"{controller.name}: not verified: {key}: found {stated}, but its bench has {has}; "
                 "synthesise it anew"
             )
 
@@ -121,10 +121,10 @@ def _vertices(controller: Controller, margins: bool) -> None:
     )
     for vertex, point in zip(controller.verified.vertices, vertex_points(controller), strict=True):
         where = f"{controller.name}: not verified: at vertex {vertex.name}"
-        found = loop_checks(
+        checks = loop_checks(
             loops, point, lag, tuple(check.delay_samples for check in vertex.checks)
         )
-        for check in found:
+        for check in checks:
             if check.spectral_radius >= 1.0:
                 raise NoSolutionError(
                     f"{where} the loop of the stored coefficients is unstable with "
@@ -134,7 +134,7 @@ def _vertices(controller: Controller, margins: bool) -> None:
         margin = next(
             (
                 check.modulus_margin
-                for check in found
+                for check in checks
                 if check.delay_samples == controller.delay_samples
             ),
             None,
@@ -146,12 +146,12 @@ def _vertices(controller: Controller, margins: bool) -> None:
             )
         if margins:
             _compare(where, vertex.modulus_margin, margin, controller.delay_samples)
-            for stored, check in zip(vertex.checks, found, strict=True):
+            for stored, check in zip(vertex.checks, checks, strict=True):
                 _compare(where, stored.modulus_margin, check.modulus_margin, check.delay_samples)
         if not all(
             check_feedback(one, point.rates, lag, check.delay_samples).stable
             for one in brake
-            for check in found
+            for check in checks
         ):
             raise NoSolutionError(
                 f"{where} the limiter's virtual friction is unstable at rest; raise "
@@ -164,10 +164,10 @@ def _vertices(controller: Controller, margins: bool) -> None:
             )
 
 
-def _compare(where: str, stated: float, found: float, delay_samples: int) -> None:
-    if abs(found - stated) > TOLERANCE * stated:
+def _compare(where: str, stated: float, recomputed: float, delay_samples: int) -> None:
+    if abs(recomputed - stated) > TOLERANCE * stated:
         raise NoSolutionError(
-            f"{where} the stored coefficients give a modulus margin of {found:.6g} with "
+            f"{where} the stored coefficients give a modulus margin of {recomputed:.6g} with "
             f"{delay_words(delay_samples)}, the document says "
             f"{stated:.6g}; synthesise it anew"
         )

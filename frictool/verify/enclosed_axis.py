@@ -84,14 +84,14 @@ def corners(
     e = exponential_series(0, ratio, 0)(0, Fraction(0))
     zero = Enclosure.of(0)
     step = Enclosure.of(t)
-    found = []
+    corner_plants = []
     for k, f in zip(drive, friction, strict=True):
         k_t, f_t = Enclosure.of(k) * step, Enclosure.of(f) * step
         for index in range(CONTROL_POINTS):
             h_0, h_1, h_2, a, b = (points[key][index] for key in _FUNCTIONS)
             if not lag:
                 a, b = zero, zero
-            found.append(
+            corner_plants.append(
                 EnclosedAxis(
                     lagless=not lag,
                     kept_drive=e if lag else zero,
@@ -105,7 +105,7 @@ def corners(
                     eta_from_friction=step * f_t * h_2,
                 )
             )
-    return found
+    return corner_plants
 
 
 _FUNCTIONS = ((0, False), (1, False), (2, False), (1, True), (2, True))  # h_0, h_1, h_2, a, b
@@ -181,8 +181,11 @@ def exponential_series(
 def _nested(ratio: Fraction, last: int, one: int) -> dict[int, tuple[int, int]]:
     """Return centre and radius of v_j, times `one`, for j up to `last`."""
     begun = last + 64 + 4 * math.ceil(ratio)
-    found = {begun: (one >> 1, (one >> 1) + 1)}
+    enclosures = {begun: (one >> 1, (one >> 1) + 1)}
     for j in range(begun - 1, 0, -1):
-        (centre, radius), below = found[j + 1], ratio.denominator * j
-        found[j] = one - centre * ratio.numerator // below, radius * ratio.numerator // below + 2
-    return found
+        (centre, radius), below = enclosures[j + 1], ratio.denominator * j
+        enclosures[j] = (
+            one - centre * ratio.numerator // below,
+            radius * ratio.numerator // below + 2,
+        )
+    return enclosures

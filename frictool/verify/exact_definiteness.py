@@ -61,11 +61,11 @@ def inverse_of_upper(factor: Integers, one: int) -> Integers:
     Raises ZeroDivisionError if a diagonal entry is zero.
     """
     n = len(factor)
-    found = np.zeros((n, n), dtype=object)
+    inverse = np.zeros((n, n), dtype=object)
     for column in range(n):
         for row in range(column, -1, -1):
             known = sum(
-                (factor[row, k] * found[k, column] for k in range(row + 1, column + 1)), start=0
+                (factor[row, k] * inverse[k, column] for k in range(row + 1, column + 1)), start=0
             )
-            found[row, column] = ((one * one if row == column else 0) - known) // factor[row, row]
-    return found
+            inverse[row, column] = ((one * one if row == column else 0) - known) // factor[row, row]
+    return inverse

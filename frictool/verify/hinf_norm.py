@@ -31,16 +31,16 @@ def gains(system: Lti, frequencies: ArrayLike) -> NDArray[np.float64]:
     Infinity is allowed in continuous time.
     """
     w = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
-    found = np.full(len(w), np.linalg.norm(system.d, 2))
+    gain = np.full(len(w), np.linalg.norm(system.d, 2))
     finite = np.isfinite(w)
     if system.order:
         responses = system.response(w[finite])
-        found[finite] = (
+        gain[finite] = (
             np.abs(responses[:, 0, 0])
             if system.d.size == 1
             else np.linalg.norm(responses, 2, axis=(1, 2))
         )
-    return found
+    return gain
 
 
 def norm(
@@ -66,9 +66,9 @@ def _peak(system: Lti, tolerance: float, looks: ArrayLike | None) -> tuple[float
         if looks is None
         else np.concatenate([_ends(system), np.atleast_1d(np.asarray(looks, dtype=np.float64))])
     )
-    found = gains(system, where)
-    best = int(np.argmax(found))
-    peak, at = float(found[best]), float(where[best])
+    responses = gains(system, where)
+    best = int(np.argmax(responses))
+    peak, at = float(responses[best]), float(where[best])
     for _ in range(LEVELS):
         crossings = (
             _crossings(system, peak * (1.0 + tolerance))
@@ -78,11 +78,11 @@ def _peak(system: Lti, tolerance: float, looks: ArrayLike | None) -> tuple[float
         if crossings.size == 0:
             return peak, at
         middles = _between(crossings, system.period)
-        found = gains(system, middles)
-        best = int(np.argmax(found))
-        if found[best] <= peak * (1.0 + tolerance):
+        responses = gains(system, middles)
+        best = int(np.argmax(responses))
+        if responses[best] <= peak * (1.0 + tolerance):
             return peak, at
-        peak, at = float(found[best]), float(middles[best])
+        peak, at = float(responses[best]), float(middles[best])
     return np.inf, np.nan
 
 

@@ -52,14 +52,14 @@ def interior_points(box: Box, count: int, seed: int) -> tuple[PlantPoint, ...]:
 
 def _radical_inverse(index: NDArray[np.int64], base: int) -> NDArray[np.float64]:
     """Return the digits of `index` mirrored at the radix point."""
-    found = np.zeros(len(index))
+    inverse = np.zeros(len(index))
     share = 1.0 / base
     rest = index.copy()
     while np.any(rest):
-        found += share * (rest % base)
+        inverse += share * (rest % base)
         rest = rest // base
         share = share / base
-    return found
+    return inverse
 
 
 def _point(name: str, box: Box, unit: NDArray[np.float64]) -> PlantPoint:
@@ -115,8 +115,8 @@ def worst_norm(
 
     `plant` maps the axis's rates to the generalised plant, in the controller's domain.
     """
-    found, at = largest(norm(plant(point.rates).closed(controller))[0] for point in points)
-    return WorstPlant(found, points[at])
+    value, at = largest(norm(plant(point.rates).closed(controller))[0] for point in points)
+    return WorstPlant(value, points[at])
 
 
 def searched(
@@ -136,11 +136,11 @@ def searched(
                 np.clip(at + sign * step[axis] * np.eye(len(NAMES))[axis], 0.0, 1.0)
                 for sign in (-1.0, 1.0)
             ]
-            found = [
+            candidates = [
                 (worst_norm(controller, plant, [_point("found", box, unit)]), unit)
                 for unit in tried
             ]
-            worst, unit = found[largest(pair[0].norm for pair in found)[1]]
+            worst, unit = candidates[largest(pair[0].norm for pair in candidates)[1]]
             if worst.norm > best.norm * (1.0 + 1e-9):
                 best, at = worst, unit
             else:

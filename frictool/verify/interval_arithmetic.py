@@ -42,9 +42,12 @@ class Enclosure:
     def matrix(rows: Any) -> Enclosure:
         """Return the enclosure of an array of numbers of any shape."""
         cells = np.asarray(rows, dtype=object)
-        found = [Enclosure.of(value) for value in cells.ravel()]
-        centre, radius = np.empty(len(found), dtype=object), np.empty(len(found), dtype=object)
-        for index, one in enumerate(found):
+        enclosures = [Enclosure.of(value) for value in cells.ravel()]
+        centre, radius = (
+            np.empty(len(enclosures), dtype=object),
+            np.empty(len(enclosures), dtype=object),
+        )
+        for index, one in enumerate(enclosures):
             centre[index], radius[index] = one.centre, one.radius
         return Enclosure(centre.reshape(cells.shape), radius.reshape(cells.shape))
 

@@ -51,12 +51,12 @@ class LoggedPlant:
     def of_text(text: str) -> LoggedPlant | None:
         """Return the plant of a log's metadata; None if the text is not one."""
         try:
-            found = json.loads(text)
+            facts = json.loads(text)
             levels = {
-                name: float(found[name]) for name in ("inertia", "viscous", "coulomb", "constant")
+                name: float(facts[name]) for name in ("inertia", "viscous", "coulomb", "constant")
             }
             slopes, constants = (
-                tuple(float(value) for value in found[name]) for name in ("slopes", "constants")
+                tuple(float(value) for value in facts[name]) for name in ("slopes", "constants")
             )
         except (ValueError, KeyError, TypeError):
             return None
@@ -72,12 +72,12 @@ def intervals_to_text(intervals: Mapping[str, tuple[float, float]]) -> dict[str,
 
 def intervals_of_text(record: Mapping[str, str]) -> dict[str, tuple[float, float]]:
     """Return the intervals of a log's metadata; entries without two finite numbers are left out."""
-    found = {}
+    intervals = {}
     for name, text in record.items():
         try:
             low, high = (float(end) for end in json.loads(text))
         except (ValueError, TypeError):
             continue
         if math.isfinite(low) and math.isfinite(high):
-            found[name] = (low, high)
-    return found
+            intervals[name] = (low, high)
+    return intervals

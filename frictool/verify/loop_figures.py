@@ -128,7 +128,7 @@ class LinearLoops:
     def margins(self) -> stored.Margins:
         """Return the worst of each margin over loops and vertices."""
         loops = self.feedbacks()
-        found = [
+        margins_of_loops = [
             loop_margins(open_loop(loop, point.rates, self.lag, self.delay))
             for loop in loops
             for point in self.points
@@ -138,10 +138,10 @@ class LinearLoops:
             for point in self.points
         )
         return stored.Margins(
-            gain_increase=_finite(min(one.gain_up for one in found)),
-            gain_decrease=max(one.gain_down for one in found) or None,
-            phase_deg=float(np.degrees(min(one.phase for one in found))),
-            delay_s=_finite(min(one.delay for one in found)),
+            gain_increase=_finite(min(one.gain_up for one in margins_of_loops)),
+            gain_decrease=max(one.gain_down for one in margins_of_loops) or None,
+            phase_deg=float(np.degrees(min(one.phase for one in margins_of_loops))),
+            delay_s=_finite(min(one.delay for one in margins_of_loops)),
             small_gain=friction,
         )
 

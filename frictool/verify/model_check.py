@@ -61,11 +61,11 @@ def check_model(controller: Controller, model: Model) -> ModelCheck:
             theirs.actuator.loop_time_constant_s,
         ),
     }
-    for name, (own, other) in pairs.items():
-        if own != other:
+    for name, (expected, other) in pairs.items():
+        if expected != other:
             raise FrictoolError(
                 f"the model {model.name} has {name} {other}, the controller {controller.name} "
-                f"{own}; synthesise it anew"
+                f"{expected}; synthesise it anew"
             )
     ranges, margins = intervals(model), PlantMargins(controller)
     points = corner_points(ranges)

@@ -53,7 +53,7 @@ class ObservedController:
         """Modulus margin that the controller document specifies."""
         return self.controller.verified.modulus_margin_specified
 
-    def told(self) -> list[str]:
+    def lines(self) -> list[str]:
         """Return the result as lines for the user."""
         if self.after is None or self.before is None:
             return [
@@ -174,15 +174,16 @@ def _of_one_rig(controller: Controller, observer: Observer) -> None:
         ),
         "delay_samples": (controller.delay_samples, theirs.delay_samples),
     }
-    for name, (has, found) in pairs.items():
+    for name, (controller_value, observer_value) in pairs.items():
         same = (
-            has == found
-            if isinstance(has, str) or isinstance(found, str)
-            else abs(has - found) <= SAME * abs(has)
+            controller_value == observer_value
+            if isinstance(controller_value, str) or isinstance(observer_value, str)
+            else abs(controller_value - observer_value) <= SAME * abs(controller_value)
         )
         if not same:
             shown = [
-                f"{value:.9g}" if isinstance(value, float) else str(value) for value in (found, has)
+                f"{value:.9g}" if isinstance(value, float) else str(value)
+                for value in (observer_value, controller_value)
             ]
             raise FrictoolError(
                 f"the observer {observer.name} belongs to another rig: its {name} is "
@@ -213,15 +214,15 @@ def _brake(controller: Controller) -> None:
             controller.verified.vertices, vertex_points(controller), strict=True
         ):
             for check in vertex.checks:
-                found = check_feedback(
+                brake_check = check_feedback(
                     one, point.rates, bench.loop_time_constant_s, check.delay_samples
                 )
-                if not found.stable:
+                if not brake_check.stable:
                     _refuse(
                         controller,
                         vertex,
                         check.delay_samples,
-                        found.spectral_radius,
+                        brake_check.spectral_radius,
                         "the limiter's virtual friction at rest",
                     )
 

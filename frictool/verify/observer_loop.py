@@ -75,18 +75,18 @@ def _alone(observer: Observer, hold: Held) -> tuple[ObserverSpeed, ...]:
         return (ObserverSpeed(_tracking(observer, hold)),)
     switched = observer.switched
     assert switched is not None
-    found: dict[tuple[float, ...], ObserverSpeed] = {}
+    speeds: dict[tuple[float, ...], ObserverSpeed] = {}
     for mode in switched.modes:
         if mode.direction == 0:
             continue
         coupling = mode.direction * (mode.friction if switched.wear == "multiplicative" else 1.0)
         gains = tuple(row[0] for row in mode.gains)
-        if (coupling, *gains) not in found:
+        if (coupling, *gains) not in speeds:
             system = _switched(
                 observer, hold, hold(coupling), (hold(gains[0]), hold(gains[1]), hold(gains[2]))
             )
-            found[(coupling, *gains)] = ObserverSpeed(system, f"mode {mode.index}")
-    return tuple(found.values())
+            speeds[(coupling, *gains)] = ObserverSpeed(system, f"mode {mode.index}")
+    return tuple(speeds.values())
 
 
 def _tracking(observer: Observer, hold: Held) -> Lti:
@@ -94,9 +94,9 @@ def _tracking(observer: Observer, hold: Held) -> Lti:
 
     Its states are the position difference after the correction and the model's step, v, and d.
     """
-    own = observer.tracking
-    assert own is not None
-    period, (one, two, three) = observer.sample_period_s, (hold(gain) for gain in own.gains)
+    tracking = observer.tracking
+    assert tracking is not None
+    period, (one, two, three) = observer.sample_period_s, (hold(gain) for gain in tracking.gains)
     rate = hold(period / observer.inertia.value)
     viscous = observer.friction.viscous
     # miss = e - T m;  v^ = v + two miss, d^ = d + three miss;  v+ = (1 - rate viscous) v^ + rate

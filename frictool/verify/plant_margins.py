@@ -124,13 +124,18 @@ class PlantMargins:
             )
 
         angles = np.concatenate([self._angles, np.abs(np.angle(poles))])
-        found = by_modes(np.concatenate([self._circle, np.exp(1j * angles[len(self._angles) :])]))
+        responses = by_modes(
+            np.concatenate([self._circle, np.exp(1j * angles[len(self._angles) :])])
+        )
         order = np.argsort(angles, kind="stable")
-        angles, found = angles[order], found[order]
+        angles, responses = angles[order], responses[order]
         looks = np.empty(0)
         expected = 0.0
-        for k in np.flatnonzero(found >= NEAR * found.max()).tolist():
-            if found[k] < found[max(k - 1, 0)] or found[k] < found[min(k + 1, len(found) - 1)]:
+        for k in np.flatnonzero(responses >= NEAR * responses.max()).tolist():
+            if (
+                responses[k] < responses[max(k - 1, 0)]
+                or responses[k] < responses[min(k + 1, len(responses) - 1)]
+            ):
                 continue
             low = angles[max(k - 1, 0)]
             high = angles[min(k + 1, len(angles) - 1)]

@@ -89,9 +89,9 @@ def verify(controller: Controller) -> Verification:
     certificate = controller.certificate
     proved = () if certificate is None else prove_document(controller, certificate)
     check_document(controller)
-    found = (*_differences(controller), *_below_what_is_seen(controller.verified))
+    differences = (*_differences(controller), *_below_what_is_seen(controller.verified))
     return Verification(
-        proved, found, changed_blocks(controller), uncomputed_figures(controller.verified)
+        proved, differences, changed_blocks(controller), uncomputed_figures(controller.verified)
     )
 
 
@@ -151,15 +151,15 @@ def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Roun
     Within TOLERANCE of the limit, these are the formats that the document lists.
     """
     listed = {one.number for one in verified.rounded}
-    found = []
+    differences = []
     for number in (*HELD, *OFFERED):
         one = loops.rounded(number)
         room = TOLERANCE if number in listed else -TOLERANCE
         if tolerates_rounding(
             one, gamma * (1.0 + room), verified.modulus_margin_specified * (1.0 - room)
         ):
-            found.append(one)
-    return tuple(found)
+            differences.append(one)
+    return tuple(differences)
 
 
 def _robustness(controller: Controller, loops: LinearLoops) -> Robustness | None:
@@ -179,11 +179,11 @@ def _robustness(controller: Controller, loops: LinearLoops) -> Robustness | None
 
 def _scheduled(controller: Controller, schedule: Schedule) -> Schedule:
     loops = loops_of(controller, ())
-    found = scheduled_figures(
+    figures = scheduled_figures(
         schedule.corners, schedule.parameters, loops.plant, loops.lag, loops.delay, loops.period
     )
     return msgspec.structs.replace(
-        schedule, gamma=found.gamma, modulus_margin=found.modulus_margin, points=found.points
+        schedule, gamma=figures.gamma, modulus_margin=figures.modulus_margin, points=figures.points
     )
 
 

@@ -52,7 +52,7 @@ def resonant_check(
 
 
 def require_margin(
-    found: ResonantCheck, resonances: Resonances, required: float, name: str = ""
+    check: ResonantCheck, resonances: Resonances, required: float, name: str = ""
 ) -> None:
     """Raise NoSolutionError if a loop with the resonances is unstable or misses the margin."""
     slowest = min(
@@ -60,17 +60,17 @@ def require_margin(
         default=min(resonances.real_poles_rad_s, default=0.0),
     )
     links = ", ".join(resonances.links)
-    told = f"with the resonance of {links} at {slowest:.4g} rad/s, {found.where}"
+    condition = f"with the resonance of {links} at {slowest:.4g} rad/s, {check.where}"
     before = f"{name}: not verified: " if name else "not verified: "
-    if found.spectral_radius >= 1.0:
+    if check.spectral_radius >= 1.0:
         raise NoSolutionError(
-            f"{before}{told}: the loop is unstable (spectral radius {found.spectral_radius:.6g}); "
-            "lower weights.bandwidth_rad_s, or "
+            f"{before}{condition}: the loop is unstable "
+            f"(spectral radius {check.spectral_radius:.6g}); lower weights.bandwidth_rad_s, or "
             f"stiffen {links}"
         )
-    if found.modulus_margin < required:
+    if check.modulus_margin < required:
         raise NoSolutionError(
-            f"{before}{told}: the modulus margin is {found.modulus_margin:.4g}, specified "
+            f"{before}{condition}: the modulus margin is {check.modulus_margin:.4g}, specified "
             f"{required:g}; lower weights.bandwidth_rad_s, or "
             f"stiffen {links}"
         )

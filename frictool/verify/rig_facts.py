@@ -91,24 +91,24 @@ def facts_to_text(facts: Mapping[str, float]) -> dict[str, str]:
 
 def facts_of_text(record: Mapping[str, str]) -> dict[str, float]:
     """Return the facts of a log's metadata; entries that are not numbers are left out."""
-    found = {}
+    facts = {}
     for name, text in record.items():
         try:
             value = float(json.loads(text))
         except (ValueError, TypeError):
             continue
         if not math.isnan(value):
-            found[name] = value
-    return found
+            facts[name] = value
+    return facts
 
 
-def _phrase(name: str, found: float, known: float, bench: Bench) -> str:
+def _phrase(name: str, present: float, known: float, bench: Bench) -> str:
     label, unit = FACTS[name]
     if unit in ("position", "stiffness"):
         unit = si_unit(unit, bench.axis)
     elif unit == "drive":
         unit = bench.actuator.limit.unit
-    return f"{label} {_shown(found, unit)}, verified {_shown(known, unit)}"
+    return f"{label} {_shown(present, unit)}, verified {_shown(known, unit)}"
 
 
 def _shown(value: float, unit: str) -> str:

@@ -74,14 +74,14 @@ def weights(
     alpha_i is the product over the parameters of the distance to the opposite end over the width. A
     parameter outside its interval counts as at its end; an interval of width zero has no factor.
     """
-    found = np.ones(len(corners))
+    shares = np.ones(len(corners))
     for name in names:
         values = np.array([getattr(corner, name) for corner in corners])
         low, high = float(values.min()), float(values.max())
         if high > low:
             share = (min(max(getattr(point, name), low), high) - low) / (high - low)
-            found *= np.where(values == high, share, 1.0 - share)
-    return found
+            shares *= np.where(values == high, share, 1.0 - share)
+    return shares
 
 
 def interpolate_controller(controllers: Sequence[Lti], alpha: NDArray[np.float64]) -> Lti:

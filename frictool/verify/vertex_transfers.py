@@ -76,14 +76,15 @@ class VertexTransfer:
 class VertexTransfers:
     """Transfer functions at the frequencies [rad/s] (n,) for the named vertices.
 
-    `gamma` is the factor of the templates: that of the method if `asked`, else the verified one.
+    `gamma` is the factor of the templates: the level requested from the method if `is_requested`,
+    else the verified level.
     """
 
     frequencies: Vector
     vertices: tuple[str, ...]
     transfers: tuple[VertexTransfer, ...]
     gamma: float
-    asked: bool
+    is_requested: bool
 
 
 def sensitivities(controller: Controller) -> VertexTransfers | str:
@@ -108,8 +109,8 @@ def sensitivities(controller: Controller) -> VertexTransfers | str:
     )
     worst = {} if weights is None else _worst(controller, stable, weights, gamma)
     transfers = tuple(
-        VertexTransfer(name, found, templates.get(name), worst.get(name))
-        for name, found in gains.items()
+        VertexTransfer(name, gain, templates.get(name), worst.get(name))
+        for name, gain in gains.items()
     )
     return VertexTransfers(
         frequencies,
@@ -175,12 +176,12 @@ def _templates(
 ) -> dict[Name, Vector]:
     """Return gamma divided by the magnitude of each nonzero weight, at the frequencies (n,)."""
     w2 = np.abs(first_order(weights.error).system(period).response(frequencies)[:, 0, 0])
-    found: dict[Name, Vector] = {"error": gamma / w2}
+    templates: dict[Name, Vector] = {"error": gamma / w2}
     if weights.drive > 0.0:
-        found["drive"] = np.full_like(frequencies, gamma / weights.drive)
+        templates["drive"] = np.full_like(frequencies, gamma / weights.drive)
     if weights.disturbance > 0.0:
-        found["disturbance"] = gamma / (weights.disturbance * w2)
-    return found
+        templates["disturbance"] = gamma / (weights.disturbance * w2)
+    return templates
 
 
 def _worst(
@@ -189,7 +190,7 @@ def _worst(
     """Return the worst gains by norms, independent of the frequency grid."""
     weighted = PlantWeights(first_order(weights.error), weights.disturbance, weights.drive)
     loops = [_closed(controller, vertex, weighted) for vertex in vertices]
-    found: dict[Name, WorstGain] = {}
+    worst: dict[Name, WorstGain] = {}
     for name, (row, column) in ENTRIES.items():
         entries = (
             Lti(one.a, one.b[:, [column]], one.c[[row]], one.d[[row]][:, [column]], one.period)
@@ -198,5 +199,5 @@ def _worst(
         peaks = [norm(entry) for entry in entries]
         level, at = largest(peak for peak, _ in peaks)
         if level > 0.0:
-            found[name] = WorstGain(level / gamma, vertices[at].name, peaks[at][1])
-    return found
+            worst[name] = WorstGain(level / gamma, vertices[at].name, peaks[at][1])
+    return worst

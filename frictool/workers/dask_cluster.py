@@ -77,15 +77,15 @@ def _check(client: Any, address: str) -> None:
             f"start some with `dask worker {address} --nthreads 1`"
         ) from None
     here = installation()
-    found = _answers(client, address)
-    unlike = {name: _unlike(here, there) for name, there in found.items()}
+    answers = _answers(client, address)
+    unlike = {name: _unlike(here, there) for name, there in answers.items()}
     unlike = {name: text for name, text in unlike.items() if text}
     if unlike:
         raise ClusterError(
             f"{address}: workers differ from this machine: "
             f"{'; '.join(f'{name}: {text}' for name, text in unlike.items())}"
         )
-    others = {there.processor for there in found.values()} - {here.processor}
+    others = {there.processor for there in answers.values()} - {here.processor}
     if others:
         notifications.remark(
             f"workers have another processor ({', '.join(sorted(others))}, "
@@ -111,13 +111,13 @@ def _answers(client: Any, address: str) -> Any:
     slow.daemon = True
     slow.start()
     try:
-        found = client.run(dask_worker.worker_installation, on_error="return")
+        answers = client.run(dask_worker.worker_installation, on_error="return")
     except OSError:
         raise ClusterError(f"{address}: the scheduler is gone") from None
     finally:
         slow.cancel()
     # an OSError is from a worker that has ended
-    return {name: there for name, there in found.items() if not isinstance(there, OSError)}
+    return {name: there for name, there in answers.items() if not isinstance(there, OSError)}
 
 
 def _unlike(here: Installation, there: Any) -> str:

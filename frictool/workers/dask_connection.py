@@ -152,8 +152,8 @@ def _finish(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
     except RuntimeError:
         asyncio.run(work())
         return
-    with ThreadPoolExecutor(1) as beside:
-        beside.submit(lambda: asyncio.run(work())).result()
+    with ThreadPoolExecutor(1) as executor:
+        executor.submit(lambda: asyncio.run(work())).result()
 
 
 def _barred(address: str, error: BaseException, certificates: dict[str, Any]) -> str:

@@ -30,9 +30,9 @@ def installation() -> Installation:
 
     The package's version includes a digest of its sources, because these change during development.
     """
-    own = f"{_version('frictool')} (sources {_sources()})"
+    package = f"{_version('frictool')} (sources {_sources()})"
     versions = {
-        "frictool": own,
+        "frictool": package,
         "python": platform.python_version(),
         **{name: _version(name) for name in LIBRARIES},
     }
@@ -41,10 +41,10 @@ def installation() -> Installation:
 
 def differences(here: Installation, there: Installation) -> str:
     """Return the differences as text, with both sides; empty if there are none."""
-    own, other = dict(here.versions), dict(there.versions)
-    names = [name for name in {**own, **other} if own.get(name) != other.get(name)]
+    local, remote = dict(here.versions), dict(there.versions)
+    names = [name for name in {**local, **remote} if local.get(name) != remote.get(name)]
     return ", ".join(
-        f"{name} {other.get(name, 'missing')}, here {own.get(name, 'missing')}" for name in names
+        f"{name} {remote.get(name, 'missing')}, here {local.get(name, 'missing')}" for name in names
     )
 
 

@@ -65,13 +65,13 @@ class WorkerProcess:
         self.held: PendingTask | None = None
         self.ready = False
 
-    def give(self, held: PendingTask) -> bool:
+    def give(self, pending: PendingTask) -> bool:
         """Send a task; return False if the process has ended."""
         try:
-            self.connection.send(held.task)
+            self.connection.send(pending.task)
         except OSError:
             return False
-        self.held = held
+        self.held = pending
         return True
 
     def hear(self) -> list[Any] | None:
@@ -80,15 +80,15 @@ class WorkerProcess:
         Raises EOFError if the process has ended, or the error that it has sent.
         """
         try:
-            kind, told = self.connection.recv()
+            kind, content = self.connection.recv()
         except (OSError, pickle.UnpicklingError):  # the process ended while it sent
             raise EOFError from None
         if kind == FAILED:
-            raise told
+            raise content
         if kind == COMPILING:
             notifications.compiling()
         self.ready = self.ready or kind == READY
-        return told if kind == RESULTS else None
+        return content if kind == RESULTS else None
 
     def cause(self) -> str:
         """Return the exit code or signal that ended the process."""
@@ -139,11 +139,11 @@ class ProcessPool:
         """Give each idle process a task: lost ones first, then new ones."""
         for place in range(len(self._members)):
             while self._members[place].held is None:
-                held = self._next(source)
-                if held is None:
+                pending = self._next(source)
+                if pending is None:
                     return
-                if not self._members[place].give(held):
-                    self._again.appendleft(held)
+                if not self._members[place].give(pending):
+                    self._again.appendleft(pending)
                     self._replace(place)
 
     def _next(self, source: Iterator[Task]) -> PendingTask | None:
@@ -157,10 +157,10 @@ class ProcessPool:
 
         Raises WorkerLost if a job ends every process that runs it and `instead` is None.
         """
-        told = connection.wait([one.connection for one in self._members])
+        ready = connection.wait([one.connection for one in self._members])
         answers: list[Answer] = []
         for place, member in enumerate(self._members):
-            if member.connection not in told:
+            if member.connection not in ready:
                 continue
             try:
                 results = member.hear()
@@ -179,25 +179,27 @@ class ProcessPool:
         """
         dead = self._members[place]
         cause = dead.cause()
-        held = dead.held
+        pending = dead.held
         if not dead.ready:
             raise WorkerLost(
                 None, f"a process to share the work with does not start ({cause}); try one core"
             )
         self._replace(place)
-        if held is None:
+        if pending is None:
             return []
-        deaths = held.deaths + (len(held.task) == 1)  # of several jobs, the guilty one is unknown
+        deaths = pending.deaths + (
+            len(pending.task) == 1
+        )  # of several jobs, the guilty one is unknown
         if deaths >= ATTEMPTS:
             return [
                 self._given_up(
-                    held.task,
+                    pending.task,
                     f"each of {deaths} processes that were at it was ended ({cause}); "
                     "is memory short?",
                 )
             ]
         notifications.remark(f"a process was ended ({cause}); what it was at is done again")
-        self._again.extend(PendingTask((one,), deaths) for one in held.task)
+        self._again.extend(PendingTask((one,), deaths) for one in pending.task)
         return []
 
     def _given_up(self, task: Task, reason: str) -> Answer:

@@ -52,13 +52,13 @@ class _RemoteFunction(Generic[Job, Result]):
     function: Callable[[Paths, Job], Result]
 
     def __call__(self, job: tuple[tuple[FileDescription, ...], Job]) -> Result | FilesMissing:
-        sent, own = job
+        sent, request = job
         if any(one.content for one in sent):
             with _copies(sent) as paths:
-                return self.function(paths, own)
+                return self.function(paths, request)
         if not all(is_here(one) for one in sent):
             return FilesMissing()
-        return self.function(tuple(one.path for one in sent), own)
+        return self.function(tuple(one.path for one in sent), request)
 
 
 @dataclass(frozen=True)
@@ -116,15 +116,15 @@ def _by_description(
     def lost(job: tuple[tuple[FileDescription, ...], Job], why: str) -> Result | FilesMissing:
         return instead(job[1], why)
 
-    asked: list[int] = []
+    missing: list[int] = []
     for number, result in share(
         _RemoteFunction(function), offered(), cluster=cluster, instead=lost
     ):
         if isinstance(result, FilesMissing):
-            asked.append(number)
+            missing.append(number)
         else:
             yield places[number], result
-    sendable = [number for number in sorted(asked) if _size(described[number]) <= LARGEST_SENT]
+    sendable = [number for number in sorted(missing) if _size(described[number]) <= LARGEST_SENT]
     if sendable:
         sent = (
             (tuple(map(with_content, described[number])), jobs[places[number]][1])
@@ -133,7 +133,7 @@ def _by_description(
         for turn, result in share(_RemoteFunction(function), sent, cluster=cluster, instead=lost):
             assert not isinstance(result, FilesMissing)
             yield places[sendable[turn]], result
-    for number in sorted(set(asked) - set(sendable)):
+    for number in sorted(set(missing) - set(sendable)):
         yield places[number], instead(jobs[places[number]][1], _too_large(_size(described[number])))
     # the function itself reports best why a file cannot be read
     for index in sorted(set(range(len(jobs))) - set(places)):

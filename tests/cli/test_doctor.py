@@ -99,7 +99,7 @@ def test_a_library_that_is_missing_or_too_old_is_named(monkeypatch: pytest.Monke
     )
     found = library_versions.check_libraries(asked)
     assert found.state == "wrong"
-    assert found.found == "numpy 1.26.4, needed: >=2.0; numba is missing, needed: >=0.60"
+    assert found.finding == "numpy 1.26.4, needed: >=2.0; numba is missing, needed: >=0.60"
     (extra,) = library_versions.check_extras(asked)
     assert (extra.name, extra.state, extra.remedy) == (
         "extra mat73",
@@ -119,7 +119,7 @@ def test_what_cannot_be_imported_is_wrong_and_no_traceback(monkeypatch: pytest.M
         raise ImportError("libLLVM.so: cannot open shared object file")
 
     found = examination._tried("compiling", broken)
-    assert (found.state, found.found) == (
+    assert (found.state, found.finding) == (
         "wrong",
         "ImportError: libLLVM.so: cannot open shared object file",
     )
@@ -180,13 +180,13 @@ def test_where_libraries_are_broken_it_still_tells() -> None:
 
 def test_a_c_compiler_is_tried(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
-    assert check_c_compiler(("cc",)).found == "none of cc is on the PATH"
+    assert check_c_compiler(("cc",)).finding == "none of cc is on the PATH"
     for body, told in (("echo 'no stdio.h' >&2; exit 1", "no stdio.h"), ("exit 0", "No such file")):
         (tmp_path / "cc").write_text(f"#!/bin/sh\n{body}\n")
         (tmp_path / "cc").chmod(0o755)
         found = check_c_compiler(("cc",))
         assert found.state == "note"
-        assert told in found.found
+        assert told in found.finding
 
 
 def test_clean_removes_former_states_of_a_module_and_leaves_the_present_one(

@@ -149,7 +149,7 @@ def test_the_margins_are_found_again_and_the_document_proves_itself() -> None:
     )
     assert merged.verified.count_drive is not None
     assert merged.verified.count_drive > 0.0
-    assert "modulus margin" in found.told()[0]
+    assert "modulus margin" in found.lines()[0]
 
 
 def test_a_faster_observer_leaves_more_of_the_margin() -> None:
@@ -186,7 +186,7 @@ def test_virtual_friction_that_does_not_come_to_rest_with_the_observer_is_refuse
     )
     found = with_observer(position, tracking(900.0))
     assert found.after is None
-    assert "fed by the position" in found.told()[0]
+    assert "fed by the position" in found.lines()[0]
     steep = msgspec.structs.replace(
         position, limiter=msgspec.structs.replace(limiter, virtual_speed=5.0)
     )

@@ -201,13 +201,13 @@ def test_templates_are_those_of_the_weights_that_the_document_holds() -> None:
 def test_gamma_is_the_one_asked_where_the_method_asks_for_one() -> None:
     controller = designed("fast")
     asked, verified = controller.verified.gamma_asked, controller.verified.gamma_verified
-    assert (found(controller).asked, found(controller).gamma) == (True, asked)
+    assert (found(controller).is_requested, found(controller).gamma) == (True, asked)
     without = found(
         msgspec.structs.replace(
             controller, verified=msgspec.structs.replace(controller.verified, gamma_asked=None)
         )
     )
-    assert (without.asked, without.gamma) == (False, verified)
+    assert (without.is_requested, without.gamma) == (False, verified)
     assert all(
         transfer.worst is not None and transfer.worst.ratio <= 1.0 + 1e-6
         for transfer in without.transfers[:3]

@@ -182,16 +182,16 @@ def _packed_joints(joints: list[Transmission], start: Vector) -> Joints:
 
 
 def _refuse_loose(
-    links: list[Transmission], collected: ElementArrays, blocks: BlockNames, held: set[int]
+    links: list[Transmission], collected: ElementArrays, blocks: BlockNames, driven: set[int]
 ) -> None:
     """Raise ElementError for a part that is tied to no source, sensor or frame."""
     pairs = [(link.a, link.b) for link in links]
     pairs += [(row.a, row.b) for row in collected.couplings.values() if row.a != FRAME]
-    for part in loose_parts(pairs, held | collected.grounded, len(blocks.names)):
-        told = ", ".join(blocks.names[block] for block in part)
+    for part in loose_parts(pairs, driven | collected.grounded, len(blocks.names)):
+        names = ", ".join(blocks.names[block] for block in part)
         raise ElementError(
             f"blocks.{blocks.names[part[0]]}",
-            f"no link, source or sensor ties {told} to the rest, and nothing to the ground: "
+            f"no link, source or sensor ties {names} to the rest, and nothing to the ground: "
             "it would have no part in anything; "
             "link it, ground it by a spring, friction or stop, or leave it out",
         )

@@ -101,20 +101,22 @@ class BlockNames:
     ) -> None:
         """Raise ElementError if the ends do not have the kinds of motion that the element needs."""
         where = f"{key}.between"
-        found = (self.kind(where, ends[0]), self.kind(where, ends[1]))
-        if found == kinds:
+        motions = (self.kind(where, ends[0]), self.kind(where, ends[1]))
+        if motions == kinds:
             return
-        told = " and ".join(
-            f"{name}, which {MOTION[kind]}" for name, kind in zip(ends, found, strict=True)
+        described = " and ".join(
+            f"{name}, which {MOTION[kind]}" for name, kind in zip(ends, motions, strict=True)
         )
-        asked = " and one that ".join(MOTION[kind] for kind in kinds)
-        turned = found == kinds[::-1] and kinds[0] != kinds[1]
+        required = " and one that ".join(MOTION[kind] for kind in kinds)
+        turned = motions == kinds[::-1] and kinds[0] != kinds[1]
         hint = (
             f"; write [{ends[1]}, {ends[0]}]"
             if turned
             else "; rack and screw link what turns with what slides"
         )
-        raise ElementError(where, f"found {told}; allowed for {what}: a block that {asked}{hint}")
+        raise ElementError(
+            where, f"found {described}; allowed for {what}: a block that {required}{hint}"
+        )
 
 
 def check_unit(

@@ -167,8 +167,10 @@ class ElementArrays:
                 f"found a multiple of {cam.angle.value.unit}; allowed: rad, deg",
             )
         if max(map(abs, cam.angle.value.values)) > STEEPEST:
-            found = math.degrees(max(cam.angle.value.values, key=abs))
-            raise ElementError(f"{key}.angle.value", f"found {found:g} deg; allowed: -80 to 80 deg")
+            largest = math.degrees(max(cam.angle.value.values, key=abs))
+            raise ElementError(
+                f"{key}.angle.value", f"found {largest:g} deg; allowed: -80 to 80 deg"
+            )
         angle = monotone_cubic(cam.angle.position.values, cam.angle.value.values)
         self._ranges.append((f"{key}.angle", block, angle))
         profile = cam_push(monotone_cubic(cam.force.position.values, cam.force.value.values), angle)
@@ -247,16 +249,17 @@ class ElementArrays:
         for element in self.document.links.values():
             if not isinstance(element, Stop):
                 continue
-            held = self.blocks.names.index(element.on)
-            group = next(group for group in groups if held in group.blocks)
+            block_index = self.blocks.names.index(element.on)
+            group = next(group for group in groups if block_index in group.blocks)
             for key, block, curve in self._ranges:
                 if block not in group.blocks:
                     continue
                 over = (
-                    group.ratios[group.blocks.index(block)] / group.ratios[group.blocks.index(held)]
+                    group.ratios[group.blocks.index(block)]
+                    / group.ratios[group.blocks.index(block_index)]
                 )
                 ways = [
-                    side.value - self.start[held]
+                    side.value - self.start[block_index]
                     for side in (element.low, element.high)
                     if side is not None
                 ]

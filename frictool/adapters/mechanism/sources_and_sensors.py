@@ -92,17 +92,17 @@ def controlled_names(document: Mechanism) -> tuple[str, str]:
     driven = [name for name, source in document.sources.items() if source.effort is None] or list(
         document.sources
     )
-    for what, found in (("source", driven), ("sensor", list(document.sensors))):
-        if not found:
+    for what, names in (("source", driven), ("sensor", list(document.sensors))):
+        if not names:
             raise ElementError(
                 f"{what}s",
                 f"found none; allowed: at least one {what}, which a controller and a reduced "
                 "model need",
             )
-        if len(found) > 1:
+        if len(names) > 1:
             raise ElementError(
                 f"{what}s",
-                f"found {', '.join(found)}; which one a controller has is said by control: "
+                f"found {', '.join(names)}; which one a controller has is said by control: "
                 f"{{source: ..., sensor: ...}}",
             )
     return driven[0], next(iter(document.sensors))

@@ -24,18 +24,18 @@ def room_notes(
 def _wide_plays(
     document: Mechanism, blocks: BlockNames, joints: Sequence[Transmission]
 ) -> list[str]:
-    found = []
+    notes = []
     for link in joints:
         for block, play in ((link.b, 2.0 * link.gap), (link.a, 2.0 * link.gap / abs(link.ratio))):
             between = way_between_stops(document, blocks.names[block])
             if between is not None and play > between[1] > 0.0:
                 unit = si_unit("position", blocks.kinds[block])
                 stops = f"{between[0]} leaves it {between[1]:.6g}"
-                found.append(
+                notes.append(
                     f"the backlash of {link.name}, {play:.6g} {unit} at {blocks.names[block]}, is "
                     f"wider than the distance between its stops: {stops} {unit}"
                 )
-    return found
+    return notes
 
 
 def way_between_stops(document: Mechanism, block: str) -> tuple[str, float] | None:

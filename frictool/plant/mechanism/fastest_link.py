@@ -32,13 +32,13 @@ def fastest_link(assembled: AssembledMechanism) -> FastestLink:
         for block, ratio in zip(group.blocks, group.ratios, strict=True):
             mobility[block] = ratio * ratio / group.inertia if group.inertia > 0.0 else math.inf
     couplings = assembled.packed.couplings
-    found = FastestLink(0.0, "")
+    fastest = FastestLink(0.0, "")
     for link, name in enumerate(assembled.couplings):
         a, b = int(couplings.a[link]), int(couplings.b[link])
         moved = mobility[b] + (0.0 if a == FRAME else couplings.ratio[link] ** 2 * mobility[a])
         rate = max(
             math.sqrt(couplings.stiffness[link] * moved), float(couplings.damping[link] * moved)
         )
-        if math.isfinite(rate) and rate > found.rate:
-            found = FastestLink(rate, name)
-    return found
+        if math.isfinite(rate) and rate > fastest.rate:
+            fastest = FastestLink(rate, name)
+    return fastest

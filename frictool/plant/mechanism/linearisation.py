@@ -98,13 +98,13 @@ class LinearMechanism:
         grown = np.concatenate([scale, scale])
         values, vectors = np.linalg.eig(grown[:, None] * system.a / grown)
         fastest = np.max(np.abs(values), initial=0.0)
-        found = []
+        pairs = []
         for place in np.argsort(np.abs(values), kind="stable"):
             value = values[place]
             if value.imag > STILL * fastest:
                 shape = np.asarray(vectors[:count, place] / scale, dtype=np.complex128)
-                found.append(self._mode(complex(value), shape))
-        return tuple(found)
+                pairs.append(self._mode(complex(value), shape))
+        return tuple(pairs)
 
     def _mode(self, value: complex, shape: NDArray[np.complex128]) -> VibrationMode:
         kinetic = self.inertia * np.abs(self.moves @ shape) ** 2

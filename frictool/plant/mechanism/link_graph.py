@@ -234,10 +234,10 @@ def groups_of(
         blocks = tuple(sorted(ratio))
         total = sum(ratio[block] ** 2 * inertia[block] for block in blocks)
         if total <= 0.0:
-            told = ", ".join(names[block] for block in blocks)
+            group_names = ", ".join(names[block] for block in blocks)
             raise ElementError(
                 f"blocks.{names[root]}",
-                f"{told} has no inertia and no rigid link without play to a block that has; "
+                f"{group_names} has no inertia and no rigid link without play to a block that has; "
                 "give it some, or such a link",
             )
         groups.append(RigidGroup(root, blocks, tuple(ratio[block] for block in blocks), total))

@@ -84,7 +84,7 @@ def check_speeds(ratios: dict[int, float], root: int, names: Sequence[str]) -> N
     """Raise ElementError if the ratio of two tied blocks' speeds is outside the limits."""
     for block, ratio in ratios.items():
         if not SLOWEST <= abs(ratio) <= FASTEST:
-            told = f"links give it {abs(ratio):g} times the speed of {names[root]}"
+            finding = f"links give it {abs(ratio):g} times the speed of {names[root]}"
             raise ElementError(
-                f"blocks.{names[block]}", f"{told}; allowed: {SLOWEST:g} to {FASTEST:g} times"
+                f"blocks.{names[block]}", f"{finding}; allowed: {SLOWEST:g} to {FASTEST:g} times"
             )
