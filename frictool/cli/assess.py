@@ -128,15 +128,15 @@ def command(
         note(f"warning: {unsaid}")
     named = {name: part for name, part in wanted if name is not None}
     everywhere = [part for name, part in wanted if name is None]
-    asked = {**(dict.fromkeys(PARAMETERS, everywhere[-1]) if everywhere else {}), **named}
-    found = assess(document, asked, duration, noise, effort, presliding)
+    requested = {**(dict.fromkeys(PARAMETERS, everywhere[-1]) if everywhere else {}), **named}
+    assessment = assess(document, requested, duration, noise, effort, presliding)
     if output is not None:
-        save_text(output, text(found, document) + "\n", [bench])
+        save_text(output, text(assessment, document) + "\n", [bench])
     if as_json:
-        print_json("assess/1", summary(found, document), output)
+        print_json("assess/1", summary(assessment, document), output)
     elif output != STDOUT:
-        say(text(found, document))
-    missing = unreachable_parameters(found, COUNTED | set(named))
+        say(text(assessment, document))
+    missing = unreachable_parameters(assessment, COUNTED | set(named))
     if missing:
         from frictool.identify.assess.assessment import NotIdentifiable
 
@@ -164,11 +164,11 @@ def _encoder(step: float, bench: Bench) -> str:
     return f"a step of {step:.3g} m"
 
 
-def summary(found: Assessment, bench: Bench) -> dict[str, Any]:
+def summary(assessment: Assessment, bench: Bench) -> dict[str, Any]:
     """Return an assessment as JSON values."""
     from frictool.identify.assess.decision_text import scheme
 
-    facts, entropy = found.facts, found.entropy
+    facts, entropy = assessment.facts, assessment.entropy
     return {
         "bench": bench.name,
         "step": facts.sensing.step,
@@ -176,7 +176,7 @@ def summary(found: Assessment, bench: Bench) -> dict[str, Any]:
         "top_speed": facts.speed,
         "effort": facts.effort,
         "effort_noise": facts.sensing.noise,
-        "effort_constant_error": found.constant,
+        "effort_constant_error": assessment.constant,
         "entropy": {
             "counts": entropy.counts,
             "nats": entropy.nats,
@@ -185,8 +185,8 @@ def summary(found: Assessment, bench: Bench) -> dict[str, Any]:
         }
         if entropy
         else None,
-        "parameters": [_row(row, bench) for row in found.rows],
-        "scheme": scheme(found),
+        "parameters": [_row(row, bench) for row in assessment.rows],
+        "scheme": scheme(assessment),
     }
 
 
@@ -212,21 +212,21 @@ def _row(row: ParameterAssessment, bench: Bench) -> dict[str, Any]:
     }
 
 
-def text(found: Assessment, bench: Bench) -> str:
+def text(assessment: Assessment, bench: Bench) -> str:
     """Return an assessment as text."""
     from frictool.identify.assess.decision_text import scheme
 
-    facts = found.facts
+    facts = assessment.facts
     unit = "rad" if bench.axis == "rotary" else "m"
     lines = [
         f"{bench.name}: step {facts.sensing.step:.4g} {unit}, period "
         f"{facts.sensing.period:g} s, top speed {facts.speed:.4g} {unit}/s, "
         f"effort {facts.effort:.4g} {'N m' if unit == 'rad' else 'N'}",
-        *scheme(found),
+        *scheme(assessment),
         f"{'parameter':<11}{'method':<15}{'precision':>11}{'half step':>11}"
         f"{'least (CR)':>12}{'worst case':>12}{'known':>9}  test",
     ]
-    for row in found.rows:
+    for row in assessment.rows:
         verdict = row.verdict
         figures = (verdict.precision, row.doubled, row.least, verdict.bound, row.known)
         shown = "".join(
@@ -236,17 +236,17 @@ def text(found: Assessment, bench: Bench) -> str:
         lines.append(
             f"{row.parameter:<11}{verdict.method or '-':<15}{shown}  {verdict.test or '-'}"
         )
-    lines += [f"{row.parameter}: {row.verdict.why}" for row in found.rows]
-    if found.entropy is not None:
+    lines += [f"{row.parameter}: {row.verdict.why}" for row in assessment.rows]
+    if assessment.entropy is not None:
         lines.append(
-            f"the sensor tells {found.entropy.bits:.3g} bits over the travel (metric "
-            f"entropy {found.entropy.nats:.3g} nats, "
-            f"{found.entropy.counts:.0f} counts); twice the resolution adds 1 bit, "
-            f"{100.0 * found.entropy.gain:.3g} %"
+            f"the sensor tells {assessment.entropy.bits:.3g} bits over the travel (metric "
+            f"entropy {assessment.entropy.nats:.3g} nats, "
+            f"{assessment.entropy.counts:.0f} counts); twice the resolution adds 1 bit, "
+            f"{100.0 * assessment.entropy.gain:.3g} %"
         )
-    if found.constant > 0.0:
+    if assessment.constant > 0.0:
         lines.append(
-            f"the effort constant is known to +-{100.0 * found.constant:.3g} %, which "
+            f"the effort constant is known to +-{100.0 * assessment.constant:.3g} %, which "
             "scales every parameter alike and comes on top"
         )
     return "\n".join(lines)

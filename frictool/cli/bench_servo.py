@@ -43,7 +43,7 @@ class ServoGains(NamedTuple):
     integral: float | None
 
     @property
-    def given(self) -> bool:
+    def closed(self) -> bool:
         """Return True if there is a controller. Raises UsageError if it is incomplete."""
         if (self.position is None) != (self.speed is None) or (
             self.integral is not None and self.speed is None

@@ -243,12 +243,14 @@ def _campaign(paths: CampaignPaths, options: CampaignOptions) -> int:
     ) as store:
         trials, worst = _play(trial, draws, store, paths, options)
         remarks = remarks_of(setting, space)
-        found = find(trials, request.method, worst, request.at_least, request.confidence, remarks)
-        _save(found, worst, _provenance(paths, options), paths, options)
+        findings = find(
+            trials, request.method, worst, request.at_least, request.confidence, remarks
+        )
+        _save(findings, worst, _provenance(paths, options), paths, options)
         if options.keep is None:
             store.remove()
-    _tell(found, options)
-    return EXIT_DONE if found.acceptable(options.allow_undecided) else EXIT_NO
+    _tell(findings, options)
+    return EXIT_DONE if findings.acceptable(options.allow_undecided) else EXIT_NO
 
 
 def _check_targets(paths: CampaignPaths, options: CampaignOptions) -> None:
@@ -332,7 +334,7 @@ def _provenance(paths: CampaignPaths, options: CampaignOptions) -> Provenance:
 
 
 def _save(
-    found: Findings,
+    findings: Findings,
     worst: list[WorstCase],
     provenance: Provenance,
     paths: CampaignPaths,
@@ -351,28 +353,28 @@ def _save(
     if options.table is not None:
         from frictool.campaign.views.trials_csv import as_csv
 
-        contents[options.table] = as_csv(found.trials)
+        contents[options.table] = as_csv(findings.trials)
     if options.output is not None and is_page(options.output):
         from frictool.campaign.views.page import page
 
-        contents[options.output] = page(found, provenance)
+        contents[options.output] = page(findings, provenance)
     elif options.output is not None:
         from frictool.campaign.views.yaml_view import as_document
 
-        contents[options.output] = as_document(found, provenance)
+        contents[options.output] = as_document(findings, provenance)
     if options.worst is not None:
         options.worst.mkdir(exist_ok=True)
     for target, text in contents.items():
         save_text(target, text, inputs)
 
 
-def _tell(found: Findings, options: CampaignOptions) -> None:
+def _tell(findings: Findings, options: CampaignOptions) -> None:
     from frictool.campaign.views.json_view import FORMAT, as_json
     from frictool.campaign.views.text_view import lines
 
     if options.as_json:
-        print_json(FORMAT, as_json(found), options.output)
+        print_json(FORMAT, as_json(findings), options.output)
         return
     to_stdout = STDOUT in (options.output, options.table)
-    for line in lines(found, use_colour(to_stdout)):
+    for line in lines(findings, use_colour(to_stdout)):
         say(line, STDOUT if to_stdout else None)

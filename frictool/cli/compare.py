@@ -109,7 +109,9 @@ def command(
     chosen = _chosen(laws, LawSimulator(setting).names())
     chosen = _taking(setting, chosen, bool(laws), parameters)
     _check(setting, chosen, parameters, allow)
-    found = compare(setting, LawSimulator(setting), chosen, _progress, workers=_workers(chosen))
+    comparison = compare(
+        setting, LawSimulator(setting), chosen, _progress, workers=_workers(chosen)
+    )
     if output is not None:
         arguments = {
             "parameters": parameters,
@@ -117,8 +119,8 @@ def command(
             "--allow": allow,
             "--explain": explain,
         }
-        _save(found, output, command_line("compare", arguments), inputs, explain)
-    _tell(found, output, as_json, explain)
+        _save(comparison, output, command_line("compare", arguments), inputs, explain)
+    _tell(comparison, output, as_json, explain)
 
 
 def _is_page(output: Path) -> bool:
@@ -168,7 +170,7 @@ def _chosen(laws: tuple[str, ...], known: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def _taking(
-    setting: ComparisonSetting, laws: tuple[str, ...], asked: bool, path: Path | None
+    setting: ComparisonSetting, laws: tuple[str, ...], requested: bool, path: Path | None
 ) -> tuple[str, ...]:
     """Return the laws that support the document's extension.
 
@@ -182,7 +184,7 @@ def _taking(
         return laws
     refused = LawSimulator(setting).refusals((REFERENCE, *laws))
     for law, reason in refused.items():
-        if asked or law == REFERENCE:
+        if requested or law == REFERENCE:
             raise InputFileError(
                 path or setting.name, f"{reason}; change the key, or choose other laws by --law"
             )
@@ -235,28 +237,30 @@ def _workers(laws: tuple[str, ...]) -> int:
     return (os.cpu_count() or 1) if len(laws) > WORTH_SHARING else 1
 
 
-def _save(found: Comparison, output: Path, words: str, inputs: list[Path], explain: bool) -> None:
+def _save(
+    comparison: Comparison, output: Path, words: str, inputs: list[Path], explain: bool
+) -> None:
     from frictool.cli.output_folder import save_folder
     from frictool.compare.json_view import as_json
     from frictool.compare.page import page
     from frictool.documents.provenance import provenance_of_command
     from frictool.presentation.json_text import json_text
 
-    html = page(found, provenance_of_command(words, inputs), explain)
+    html = page(comparison, provenance_of_command(words, inputs), explain)
     if _is_page(output):
         save_text(output, html, inputs)
         return
-    figures = json_text("compare/1", as_json(found)) + "\n"
+    figures = json_text("compare/1", as_json(comparison)) + "\n"
     save_folder(output, {"index.html": html, "compare.json": figures}, inputs, overwrite=True)
 
 
-def _tell(found: Comparison, output: Path | None, as_json: bool, explain: bool) -> None:
+def _tell(comparison: Comparison, output: Path | None, as_json: bool, explain: bool) -> None:
     if as_json:
         from frictool.compare.json_view import as_json as machine_view
 
-        print_json("compare/1", machine_view(found), output)
+        print_json("compare/1", machine_view(comparison), output)
         return
     from frictool.compare.text_view import lines
 
-    for line in lines(found, explain):
+    for line in lines(comparison, explain):
         say(line, output)

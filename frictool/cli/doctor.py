@@ -63,19 +63,19 @@ def command(
         "frictool": __version__,
         "installed_in": str(Path(__file__).parents[1]),
     }
-    told = [f"frictool {__version__} in {facts['installed_in']}"]
+    text = [f"frictool {__version__} in {facts['installed_in']}"]
     if clean:
         words, facts["clean"] = _cleaned()
-        told += words
+        text += words
     is_failed = False
     if compile_now:
         words, facts["compile"] = _compiled()
-        told += words
+        text += words
         is_failed = bool(facts["compile"]["failures"])
     checks = examine()
-    told += [*lines(checks), _verdict(checks)]
+    text += [*lines(checks), _verdict(checks)]
     if output is not None:
-        save_text(output, "\n".join(told) + "\n", [])
+        save_text(output, "\n".join(text) + "\n", [])
     if as_json:
         print_json(
             "doctor/1",
@@ -83,7 +83,7 @@ def command(
             output,
         )
     elif output != Path("-"):
-        say("\n".join(told), output)
+        say("\n".join(text), output)
     if _wrong(checks) or is_failed:
         ctx.exit(1)
 
@@ -122,12 +122,12 @@ def _compiled() -> tuple[list[str], dict[str, Any]]:
         }
     with progress("compiling") as report:
         done = compile_all(report)
-    told = [
+    lines = [
         f"compiled: {done.compiled} functions, so that {done.prepared} kernels are in "
         f"{kernels.FOLDER}"
     ]
-    told += [f"not compiled: {failure}" for failure in done.failures]
-    return told, {"kernels": done.prepared, "compiled": done.compiled, "failures": done.failures}
+    lines += [f"not compiled: {failure}" for failure in done.failures]
+    return lines, {"kernels": done.prepared, "compiled": done.compiled, "failures": done.failures}
 
 
 def _cleaned() -> tuple[list[str], dict[str, Any]]:
@@ -135,19 +135,19 @@ def _cleaned() -> tuple[list[str], dict[str, Any]]:
     from frictool.runtime.part_files import remove_stale_parts
 
     parts = [str(path) for path in remove_stale_parts(Path.cwd())]
-    told = [
+    lines = [
         f"removed: {len(parts)} unfinished output{'' if len(parts) == 1 else 's'} in this folder"
     ]
     try:
         from frictool.doctor.compiled_kernels import remove_old_kernels
     except ImportError as error:  # the checks report what is broken
-        return [*told, f"removed: no kernels ({error})"], {"removed": parts, "left": []}
+        return [*lines, f"removed: no kernels ({error})"], {"removed": parts, "left": []}
     gone, left = remove_old_kernels()
-    told.append(
+    lines.append(
         f"removed: the kernels of {len(gone)} former version{'' if len(gone) == 1 else 's'}"
     )
-    told += [f"left: {one.folder.path} ({one.kept_by or 'cannot be removed'})" for one in left]
-    return told, {
+    lines += [f"left: {one.folder.path} ({one.kept_by or 'cannot be removed'})" for one in left]
+    return lines, {
         "removed": [*parts, *(str(path) for path in gone)],
         "left": [str(one.folder.path) for one in left],
     }

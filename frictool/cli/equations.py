@@ -34,8 +34,8 @@ def command(
     from frictool.documents.registry import load
     from frictool.equations import equations
 
-    found = equations(load(mechanism, Mechanism), name=str(mechanism), explain=explain)
+    derived = equations(load(mechanism, Mechanism), name=str(mechanism), explain=explain)
     if output is not None or not as_json:
-        save_text(output or STDOUT, found.latex if latex else found.text, [mechanism])
+        save_text(output or STDOUT, derived.latex if latex else derived.text, [mechanism])
     if as_json:
-        print_json("equations/1", found.data, output)
+        print_json("equations/1", derived.data, output)

@@ -114,9 +114,9 @@ positive = FiniteRange(0.0, min_open=True)
 )
 @json_option
 def command(
-    bench: Path, kind: str, plot: Path | None, output: Path, as_json: bool, **given: Any
+    bench: Path, kind: str, plot: Path | None, output: Path, as_json: bool, **options: Any
 ) -> None:
-    _check_options(kind, given)
+    _check_options(kind, options)
     check_targets({"-o": output, "--plot": plot}, [bench])
     from frictool.documents.bench import Bench
     from frictool.documents.registry import load
@@ -127,11 +127,11 @@ def command(
     unsaid = unsaid_load(document)
     if unsaid is not None:
         note(f"warning: {unsaid}")
-    sequence = excite(kind, document, ExcitationSettings(**given))
+    sequence = excite(kind, document, ExcitationSettings(**options))
     words = {
         "--bench": bench,
         "--kind": kind,
-        **{f"--{name.replace('_', '-')}": value for name, value in given.items()},
+        **{f"--{name.replace('_', '-')}": value for name, value in options.items()},
     }
     _save(sequence, output, command_line("excite", words), [bench])
     if plot is not None:
@@ -144,20 +144,20 @@ def command(
         say(text(sequence, output), output)
 
 
-def _check_options(kind: str, given: dict[str, Any]) -> None:
+def _check_options(kind: str, options: dict[str, Any]) -> None:
     """Raise UsageError if an option belongs to another kind, or if options are contradictory."""
-    for name, value in given.items():
+    for name, value in options.items():
         if value is not None and name not in KINDS[kind][1]:
             kinds = ", ".join(one for one, (_, settings) in KINDS.items() if name in settings)
             raise click.UsageError(
                 f"--{name.replace('_', '-')} belongs to --kind {kinds}, not to {kind}."
             )
-    if all(given[name] is not None for name in ("amplitude", "frequency", "speed")):
+    if all(options[name] is not None for name in ("amplitude", "frequency", "speed")):
         raise click.UsageError(
             "speed = 2 pi frequency amplitude: give at most two of --amplitude, "
             "--frequency and --speed."
         )
-    if kind == "sine" and given["duration"] is not None and given["repetitions"] is not None:
+    if kind == "sine" and options["duration"] is not None and options["repetitions"] is not None:
         raise click.UsageError("give --duration or --repetitions, not both.")
 
 

@@ -82,15 +82,15 @@ def command(
     if (lang, number) == ("cmsis", "double"):
         raise click.UsageError("--lang cmsis has no --number double; allowed: float, q31, q15.")
     words = command_line("export", {"controller": controller, "--lang": lang, "--number": number})
-    found = export(document, lang, number, ExportOrigin(digest(controller), words))
-    save_folder(output, found.files, [controller], overwrite=True)
+    result = export(document, lang, number, ExportOrigin(digest(controller), words))
+    save_folder(output, result.files, [controller], overwrite=True)
     note_changes(controller, document)
     if lang == "c" and output != STDOUT:
-        _tell_others(output, found.files)
+        _tell_others(output, result.files)
     if as_json:
-        print_json("export/1", found.summary(), output)
+        print_json("export/1", result.summary(), output)
     else:
-        for line in found.lines():
+        for line in result.lines():
             say(line, output)
 
 

@@ -79,8 +79,8 @@ def check_ending(target: Path, writes: Sequence[str], chooses: bool, what: str =
     if target == Path("-") or (target.exists() and not target.is_file()):
         return
     allowed = [ending for name in writes for ending in FORMATS[name]]
-    found = target.suffix.lower()
-    if found in allowed or not (chooses or says_file(target)):
+    suffix = target.suffix.lower()
+    if suffix in allowed or not (chooses or says_file(target)):
         return
-    said = "says another format" if found and not chooses else "does not say its format"
+    said = "says another format" if suffix and not chooses else "does not say its format"
     raise click.UsageError(f"{target.name!r} {said}{what}: end it in {alternatives(allowed)}.")

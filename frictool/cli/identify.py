@@ -272,7 +272,7 @@ def _alone(line: IdentifyCommand) -> None:
         [read_log(path, document) for path in paths] for paths in (line.logs, line.ramp, line.loops)
     )
     try:
-        found = identify(
+        outcome = identify(
             read,
             document,
             line.request,
@@ -285,18 +285,20 @@ def _alone(line: IdentifyCommand) -> None:
         _tell(error.result, document, line.as_json, output)
         raise
     if output is not None:
-        save_text(output, to_yaml(found.model), inputs)
+        save_text(output, to_yaml(outcome.model), inputs)
     if line.plot is not None:
         from frictool.identify.picture import picture_of
 
         save_text(
-            line.plot, picture_of(found.model, found.result, found.records, document) + "\n", inputs
+            line.plot,
+            picture_of(outcome.model, outcome.result, outcome.records, document) + "\n",
+            inputs,
         )
-    _tell(found.result, document, line.as_json, output, found.model)
+    _tell(outcome.result, document, line.as_json, output, outcome.model)
     if not line.as_json:
         from frictool.identify.text import table
 
-        say(table(found.result, found.model), output)
+        say(table(outcome.result, outcome.model), output)
 
 
 def _tell(

@@ -92,9 +92,9 @@ def identify_each(line: IdentifyEachCommand, logs: Sequence[Path]) -> int:
         raise click.UsageError(f"{message} {', '.join(TABLES)}.")
     if line.table is not None and line.table != STDOUT:
         require(format_for(line.table), line.table)
-    found = _members(line, logs)
-    for told in unmatched_patterns(line.patterns, [member.name for member in found]):
-        note(f"warning: {told}")
+    fleet = _members(line, logs)
+    for unmatched in unmatched_patterns(line.patterns, [member.name for member in fleet]):
+        note(f"warning: {unmatched}")
     shown = {"logs": (), "--bench": line.bench, **line.shown}
     jobs = [
         replace(
@@ -103,9 +103,9 @@ def identify_each(line: IdentifyEachCommand, logs: Sequence[Path]) -> int:
                 "identify", {**shown, "logs": [member.path for member in one.members]}
             ),
         )
-        for one in groups(found, line.each)
+        for one in groups(fleet, line.each)
     ]
-    inputs = [line.bench, *(member.path for member in found if member.path.is_file())]
+    inputs = [line.bench, *(member.path for member in fleet if member.path.is_file())]
     _check_outputs(line, jobs, inputs)
     bench_input = Input(line.bench.name, digest(line.bench))
     work = IdentifyJob(to_yaml(line.document), bench_input, line.request, line.patterns)
@@ -129,10 +129,10 @@ def _members(line: IdentifyEachCommand, logs: Sequence[Path]) -> list[Any]:
     """Return the logs, without files that an earlier run wrote into the output folder."""
     from frictool.logs.fleet import members
 
-    found = members(logs)
+    fleet = members(logs)
     if line.folder is None or any(line.folder.resolve() == log.resolve() for log in logs):
-        return found
-    return [one for one in found if line.folder.resolve() not in one.path.resolve().parents]
+        return fleet
+    return [one for one in fleet if line.folder.resolve() not in one.path.resolve().parents]
 
 
 def _check_outputs(line: IdentifyEachCommand, jobs: Sequence[LogGroup], inputs: list[Path]) -> None:
@@ -176,7 +176,7 @@ def _tell(line: IdentifyEachCommand, batch: list[BatchResult], inputs: list[Path
         reasons,
     )
 
-    found = batch_populations(batch, line.request.settings.confidence)
+    populations = batch_populations(batch, line.request.settings.confidence)
     if line.table is not None and line.table.suffix.lower() in TABLES[1:]:
         _save_parquet(line, line.table, batch, inputs)
     elif line.table is not None:
@@ -184,13 +184,13 @@ def _tell(line: IdentifyEachCommand, batch: list[BatchResult], inputs: list[Path
     if line.as_json:
         print_json(
             "identify-each/1",
-            as_json(batch, found, line.document),
+            as_json(batch, populations, line.document),
             line.table if line.table == STDOUT else None,
         )
     tell: Callable[[str], None] = note if line.as_json or line.table == STDOUT else say
     for text in [
         *reasons(batch),
-        *([] if line.as_json else [headline(batch), *population_lines(found, line.document)]),
+        *([] if line.as_json else [headline(batch), *population_lines(populations, line.document)]),
     ]:
         tell(text)
 

@@ -66,13 +66,15 @@ def command(
     window = window_of(start, end)
     with stdin_as_file([log]) as (path,):
         raw = _guessed(path) if bench is None else None
-        found = info(path if raw is None else raw, document, window)
-    for warning in found.warnings:
+        information = info(path if raw is None else raw, document, window)
+    for warning in information.warnings:
         note(f"warning: {warning}")
     if as_json:
-        print_json("info/1", found.facts, output)
+        print_json("info/1", information.facts, output)
     if output is not None or not as_json:
-        save_text(output or STDOUT, table(found) + "\n", [log] if bench is None else [log, bench])
+        save_text(
+            output or STDOUT, table(information) + "\n", [log] if bench is None else [log, bench]
+        )
 
 
 def _guessed(path: Path) -> Log | None:
@@ -86,13 +88,13 @@ def _guessed(path: Path) -> Log | None:
 
     if is_canonical(path):
         return None
-    found = guess_log(path)
+    guess = guess_log(path)
     columns = ", ".join(
         f"{channel} is {column!r} [{unit}]"
-        for channel, (column, unit) in found.guess.columns.items()
+        for channel, (column, unit) in guess.guess.columns.items()
         if column != OPEN
     )
     note(f"guessed without --bench: {columns}; nothing is converted")
-    for question in found.guess.questions:
+    for question in guess.guess.questions:
         note(f"columns.{question.channel}: {question.key} unknown: {question.why}")
-    return found.log
+    return guess.log

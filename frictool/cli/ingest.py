@@ -166,9 +166,9 @@ def command(
     for parts in recordings:
         if len(parts) > 1:
             note(f"{', '.join(part.name for part in parts)}: read as parts of one recording")
-    for name, told in made.notes.get(LAYOUT, {}).items():
-        if told != PLAIN:
-            note(f"{name}: {told}")
+    for name, layout in made.notes.get(LAYOUT, {}).items():
+        if layout != PLAIN:
+            note(f"{name}: {layout}")
     for warning in made.warnings:
         note(f"warning: {warning}")
     facts = summary(streams, made)
@@ -239,7 +239,7 @@ def _propose(
         }
         print_json("ingest-guess/1", {**facts, "questions": start.questions}, output)
         return
-    found = (
+    guesses = (
         ", ".join(
             f"{channel} is {column!r} [{unit}]" for channel, (column, unit) in start.columns.items()
         )
@@ -247,7 +247,7 @@ def _propose(
     )
     say(
         (
-            f"guessed from {start.log}: {found}; check the values marked as guessed, and "
+            f"guessed from {start.log}: {guesses}; check the values marked as guessed, and "
             "replace those marked as examples"
         ),
         output,

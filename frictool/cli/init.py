@@ -70,25 +70,25 @@ def command(folder: Path, axis: str | None, log: Path | None, as_json: bool) -> 
             "left": start.left,
             "sample_period_s": start.period,
         }
-        told = {
+        view = {
             "log": start.log,
             **guessed,
             "questions": start.questions,
             "encoder_step": start.step,
             "examples": example_keys(start),
         }
-        print_json("init/1", {"folder": str(folder), "files": list(files), **told})
+        print_json("init/1", {"folder": str(folder), "files": list(files), **view})
         return
     say(f"{folder}: {', '.join(files)}")
     if log is not None:
-        found = (
+        guesses = (
             ", ".join(
                 f"{channel} is {column!r} [{unit}]"
                 for channel, (column, unit) in start.columns.items()
             )
             or "no channel"
         )
-        say(f"guessed from {log.name}: {found}; check the values marked as guessed")
+        say(f"guessed from {log.name}: {guesses}; check the values marked as guessed")
         for line in question_lines(start):
             say(line)
     say(_still_to_do(folder, start, example_keys(start)))
@@ -96,7 +96,7 @@ def command(folder: Path, axis: str | None, log: Path | None, as_json: bool) -> 
 
 def _still_to_do(folder: Path, start: StartingRig, keys: dict[str, list[str]]) -> str:
     lines = ["examples, not yours: replace them before you believe a verdict"]
-    lines += [f"  {name}: {', '.join(found)}" for name, found in keys.items()]
+    lines += [f"  {name}: {', '.join(messages)}" for name, messages in keys.items()]
     if start.log_path is None:
         lines.append(
             f"put the bench's logs (CSV, MATLAB, MCAP) into {folder / 'logs'}/, then "
@@ -119,5 +119,5 @@ def _start(folder: Path, axis: str | None, log: Path | None) -> StartingRig:
     from frictool.logs.channels.column_guess import start_from
 
     path = os.path.relpath(log.absolute(), folder.absolute())
-    given: Axis | None = None if axis is None else "linear" if axis == "linear" else "rotary"
-    return start_from(log, name, given, path if re.fullmatch(r"[\w./+,@-]+", path) else None)
+    requested: Axis | None = None if axis is None else "linear" if axis == "linear" else "rotary"
+    return start_from(log, name, requested, path if re.fullmatch(r"[\w./+,@-]+", path) else None)

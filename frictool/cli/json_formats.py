@@ -40,11 +40,11 @@ def json_type(name: str) -> Any:
 
 def json_format_schema(name: str) -> dict[str, Any]:
     """Return the JSON Schema of a format; it allows further keys, which later releases may add."""
-    found = msgspec.json.schema(json_type(name))
-    for one in found["$defs"].values():
+    schema = msgspec.json.schema(json_type(name))
+    for one in schema["$defs"].values():
         if one.get("additionalProperties") is False:
             del one["additionalProperties"]
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **found}
+    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
 
 
 def _type(title: str, kind: Any) -> Any:
@@ -55,8 +55,8 @@ def _type(title: str, kind: Any) -> Any:
     if isinstance(kind, dict):
         return _record(title, kind)
     base = kind.removesuffix("~")
-    found = KINDS.get(base) or Literal[tuple(base.split(" | "))]
-    return found if base == kind else found | None
+    value_type = KINDS.get(base) or Literal[tuple(base.split(" | "))]
+    return value_type if base == kind else value_type | None
 
 
 def _record(title: str, keys: dict[str, Any]) -> Any:
@@ -64,9 +64,11 @@ def _record(title: str, keys: dict[str, Any]) -> Any:
     for names, kind in keys.items():
         for marked in names.split():
             name = marked.rstrip("~+")
-            found = _type(title + name.title().replace("_", "").replace(".", ""), kind)
-            found = found | None if "~" in marked else found
-            field = (found | msgspec.UnsetType, msgspec.UNSET) if "+" in marked else (found,)
+            field_type = _type(title + name.title().replace("_", "").replace(".", ""), kind)
+            field_type = field_type | None if "~" in marked else field_type
+            field = (
+                (field_type | msgspec.UnsetType, msgspec.UNSET) if "+" in marked else (field_type,)
+            )
             fields += [(key, *field) for key in (_registered(name) if "." in name else [name])]
     return msgspec.defstruct(title, fields, kw_only=True, forbid_unknown_fields=True)
 

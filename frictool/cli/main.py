@@ -171,10 +171,10 @@ def _warn_of_examples() -> Callable[[str, tuple[str, ...]], None]:
     said: set[str] = set()
 
     def warn(path: str, keys: tuple[str, ...]) -> None:
-        found = [key for key in keys if key.removeprefix("bench.") not in said]
-        said.update(key.removeprefix("bench.") for key in found)
-        if found:
-            click.echo(printable(f"warning: {examples_words({path: found})}"), err=True)
+        examples = [key for key in keys if key.removeprefix("bench.") not in said]
+        said.update(key.removeprefix("bench.") for key in examples)
+        if examples:
+            click.echo(printable(f"warning: {examples_words({path: examples})}"), err=True)
 
     return warn
 

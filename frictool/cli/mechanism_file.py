@@ -34,8 +34,8 @@ def tell_notes(path: Path, assembled: AssembledMechanism) -> None:
     """Print the notes on an assembled mechanism on stderr."""
     from frictool.cli.output import note
 
-    for told in assembled.notes:
-        note(f"note: {path}: {told}")
+    for message in assembled.notes:
+        note(f"note: {path}: {message}")
 
 
 def mechanism_error(path: Path, wrong: ElementError) -> DocumentError:

@@ -33,14 +33,14 @@ def _block(stream: Stream, name: str) -> dict[str, Any]:
     )
     assert position is not None
     assert velocity is not None
-    found = {
+    summary = {
         "block": name,
         "lowest": float(position.min()),
         "highest": float(position.max()),
         "unit": stream.units[name + POSITION],
         "top_speed": float(abs(velocity).max()),
     }
-    return found | ({} if stuck is None else {"stuck": float(stuck.mean())})
+    return summary | ({} if stuck is None else {"stuck": float(stuck.mean())})
 
 
 def _contact(stream: Stream, name: str) -> dict[str, Any]:
@@ -53,36 +53,36 @@ def _contact(stream: Stream, name: str) -> dict[str, Any]:
     }
 
 
-def block_lines(found: dict[str, Any]) -> list[str]:
+def block_lines(summary: dict[str, Any]) -> list[str]:
     """Return the summary as text lines."""
     lines = [
-        f"{found['topic']:<14}{'lowest':>12}{'highest':>12}      {'top speed':>12}      "
+        f"{summary['topic']:<14}{'lowest':>12}{'highest':>12}      {'top speed':>12}      "
         f"  {'stuck':>7}"
     ]
-    for row in found["blocks"]:
+    for row in summary["blocks"]:
         stuck = f"{row['stuck']:>7.0%}" if "stuck" in row else f"{'-':>7}"
         unit = row["unit"]
         lines.append(
             f"  {row['block']:<12}{row['lowest']:>12.4g}{row['highest']:>12.4g} "
             f"{unit:<5}{row['top_speed']:>12.4g} {unit + '/s':<7}{stuck}"
         )
-    lines += [_contact_line(row) for row in found["contacts"]]
-    lines += _event_lines(found["events"])
-    energy = found["energy_J"]
+    lines += [_contact_line(row) for row in summary["contacts"]]
+    lines += _event_lines(summary["events"])
+    energy = summary["energy_J"]
     if energy:
         lost = {
             name.removeprefix("lost in "): value
             for name, value in energy.items()
             if name.startswith("lost in ")
         }
-        told = ", ".join(
+        losses = ", ".join(
             f"{name} {value:.4g}"
             for name, value in sorted(lost.items(), key=lambda one: -abs(one[1]))
         )
         lines.append(
             f"  energy in J: put in {energy['input']:.6g}; kinetic "
             f"{energy['kinetic']:.4g}, stored {energy['stored']:.4g}"
-            f", lost {sum(lost.values()):.6g}{f' ({told})' if told else ''}; residual "
+            f", lost {sum(lost.values()):.6g}{f' ({losses})' if losses else ''}; residual "
             f"{energy['residual']:.1e}"
         )
     return lines
@@ -99,6 +99,6 @@ def _event_lines(events: dict[str, int]) -> list[str]:
     if not events:
         return []
     often = sorted(events.items(), key=lambda one: -one[1])
-    told = ", ".join(f"{name} {count}" for name, count in often[:MOST_EVENTS])
+    counts = ", ".join(f"{name} {count}" for name, count in often[:MOST_EVENTS])
     more = f", and {len(often) - MOST_EVENTS} kinds more" if len(often) > MOST_EVENTS else ""
-    return [f"  events: {told}{more}"]
+    return [f"  events: {counts}{more}"]

@@ -155,7 +155,7 @@ def command(model: Path, kind: Kind, output: Path | None, as_json: bool, **optio
 
     document = load(model, Model)
     ctx = click.get_current_context()
-    given = {
+    provided = {
         name: value
         for name, value in options.items()
         if ctx.get_parameter_source(name) != click.core.ParameterSource.DEFAULT
@@ -164,12 +164,12 @@ def command(model: Path, kind: Kind, output: Path | None, as_json: bool, **optio
         f"--{name.replace('_', '-')}": ",".join(f"{w:g}" for w in value)
         if name == "weights"
         else value
-        for name, value in given.items()
+        for name, value in provided.items()
     }
     provenance = provenance_of_command(
         command_line("observe design", {"model": model, "--kind": kind, **words}), [model]
     )
-    for name in given:
+    for name in provided:
         if name not in OPTIONS[kind]:
             shown = ", ".join(f"--{other.replace('_', '-')}" for other in OPTIONS[kind])
             raise click.UsageError(
@@ -198,11 +198,11 @@ def _designed(
     from frictool.observe.design.settings import SwitchedObserverSettings
 
     def quantity(name: str, dimension: str) -> float | None:
-        given = options[name]
+        value = options[name]
         return (
             None
-            if given is None
-            else positive_si(f"--{name.replace('_', '-')}", given, dimension, model.axis)
+            if value is None
+            else positive_si(f"--{name.replace('_', '-')}", value, dimension, model.axis)
         )
 
     inertia = quantity("inertia", "inertia")

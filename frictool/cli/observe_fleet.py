@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from frictool.observe.fleet_table import FleetRow
 
 
-def observe_fleet(given: ObserveRequest, logs: Sequence[Path]) -> int:
+def observe_fleet(request: ObserveRequest, logs: Sequence[Path]) -> int:
     """Observe all logs and return the exit code.
 
     It is EXIT_NO if the limit is exceeded or undecided, else EXIT_INPUT if a log was lost in part
@@ -32,59 +32,61 @@ def observe_fleet(given: ObserveRequest, logs: Sequence[Path]) -> int:
     from frictool.observe.fleet import observe_logs
     from frictool.observe.fleet_table import counts, rows
 
-    if given.output is not None and given.output != STDOUT:
-        require(format_for(given.output), given.output)
-    reference = commissioning_of(given)
+    if request.output is not None and request.output != STDOUT:
+        require(format_for(request.output), request.output)
+    reference = commissioning_of(request)
     with stdin_as_file(logs) as paths:
         fleet = members(paths)
-        inputs = [*given.inputs, *(member.path for member in fleet if member.path.is_file())]
-        check_targets({"-o": given.output, "--plot": given.plot}, inputs)
-        for told in unmatched_patterns(given.settings.patterns, [member.name for member in fleet]):
-            note(f"warning: {told}")
+        inputs = [*request.inputs, *(member.path for member in fleet if member.path.is_file())]
+        check_targets({"-o": request.output, "--plot": request.plot}, inputs)
+        for message in unmatched_patterns(
+            request.settings.patterns, [member.name for member in fleet]
+        ):
+            note(f"warning: {message}")
         with progress("observe") as tick:
-            found = observe_logs(
+            results = observe_logs(
                 fleet,
-                given.document,
-                given.settings,
-                cores=given.cores,
-                cluster=given.cluster,
+                request.document,
+                request.settings,
+                cores=request.cores,
+                cluster=request.cluster,
                 tick=tick,
             )
-        provenance = provenance_of_command(given.words, inputs)
-    table = rows(found, given.wear_limit, reference)
-    _save(given, table, inputs, provenance)
-    if given.as_json:
+        provenance = provenance_of_command(request.words, inputs)
+    table = rows(results, request.wear_limit, reference)
+    _save(request, table, inputs, provenance)
+    if request.as_json:
         print_json(
             "observe-fleet/1",
             {
                 "logs": [row.as_json() for row in table],
-                "wear_limit": given.wear_limit,
+                "wear_limit": request.wear_limit,
                 **counts(table),
             },
-            given.stdout,
+            request.stdout,
         )
     else:
-        _tell(table, given)
-    if any(row.verdict is not None and given.answer_is_no(row.verdict.exceeded) for row in table):
+        _tell(table, request)
+    if any(row.verdict is not None and request.answer_is_no(row.verdict.exceeded) for row in table):
         return EXIT_NO
-    return EXIT_INPUT if any(one.lost for one in found) else EXIT_DONE
+    return EXIT_INPUT if any(one.lost for one in results) else EXIT_DONE
 
 
-def _tell(table: list[FleetRow], given: ObserveRequest) -> None:
+def _tell(table: list[FleetRow], request: ObserveRequest) -> None:
     """Print a headline; if the table is in a file, also print the rows that need attention."""
     from frictool.observe.fleet_table import headline, text_table
 
     odd = [row for row in table if row.alarm or row.outcome is None]
-    if given.output is None or given.stdout is not None:
-        note(headline(table, given.wear_limit))
+    if request.output is None or request.stdout is not None:
+        note(headline(table, request.wear_limit))
         return
-    say(headline(table, given.wear_limit))
+    say(headline(table, request.wear_limit))
     if odd:
         say("\n".join(text_table(odd).lines()))
 
 
 def _save(
-    given: ObserveRequest, table: list[FleetRow], inputs: list[Path], provenance: Provenance
+    request: ObserveRequest, table: list[FleetRow], inputs: list[Path], provenance: Provenance
 ) -> None:
     """Write the table, to stdout if nothing else is written there, and the trend."""
     from frictool.logs.formats import WRITTEN, format_for
@@ -93,19 +95,19 @@ def _save(
     from frictool.observe.page import page_of_fleet
     from frictool.observe.wear_trend import trend
 
-    if given.output is not None and format_for(given.output) is WRITTEN["parquet"]:
+    if request.output is not None and format_for(request.output) is WRITTEN["parquet"]:
         made = io.BytesIO()
         write_parquet(table, made, provenance_record(provenance))
-        with replacing(given.output, inputs) as stream:
+        with replacing(request.output, inputs) as stream:
             stream.write(made.getvalue())
-    elif given.output is not None or not given.as_json:
-        save_text(given.output or STDOUT, as_csv(table), inputs)
-    if given.plot is not None:
-        drawn = trend(table, given.wear_limit)
+    elif request.output is not None or not request.as_json:
+        save_text(request.output or STDOUT, as_csv(table), inputs)
+    if request.plot is not None:
+        drawn = trend(table, request.wear_limit)
         save_text(
-            given.plot,
-            page_of_fleet(table, given.wear_limit, drawn, provenance)
-            if is_page(given.plot)
+            request.plot,
+            page_of_fleet(table, request.wear_limit, drawn, provenance)
+            if is_page(request.plot)
             else drawn + "\n",
             inputs,
         )

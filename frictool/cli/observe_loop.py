@@ -76,17 +76,17 @@ def command(
     from frictool.errors import NoSolutionError
     from frictool.verify.observed_controller import with_observer
 
-    found = with_observer(load(controller, Controller), load(observer, Observer), modulus_margin)
-    if found.after is not None and found.after < found.specified:
+    observed = with_observer(load(controller, Controller), load(observer, Observer), modulus_margin)
+    if observed.after is not None and observed.after < observed.specified:
         raise NoSolutionError(
             f"{controller}: not verified with the observer: modulus margin "
-            f"{found.after:.4f} at vertex {found.at}, specified "
-            f"{found.specified:g}; try an observer of another bandwidth, a slower "
-            f"controller, or --modulus-margin {found.after - 5e-3:.2f}"
+            f"{observed.after:.4f} at vertex {observed.at}, specified "
+            f"{observed.specified:g}; try an observer of another bandwidth, a slower "
+            f"controller, or --modulus-margin {observed.after - 5e-3:.2f}"
         )
     words = {"controller": controller, "--observer": observer, "--modulus-margin": modulus_margin}
     merged = msgspec.structs.replace(
-        found.controller,
+        observed.controller,
         provenance=provenance_of_command(
             command_line("observe loop", words), [controller, observer]
         ),
@@ -95,23 +95,23 @@ def command(
         save_text(output, to_yaml(merged), [controller, observer])
     note_changes(controller, merged)
     if as_json:
-        print_json("observe-loop/1", machine_view(found), output)
+        print_json("observe-loop/1", machine_view(observed), output)
     else:
-        say("\n".join(found.lines()), output)
+        say("\n".join(observed.lines()), output)
 
 
-def machine_view(found: ObservedController) -> dict[str, Any]:
+def machine_view(observed: ObservedController) -> dict[str, Any]:
     """Return the merged controller as JSON values.
 
     Margins are None if no linear loop uses the speed.
     """
-    own = found.controller.velocity.observer
-    assert own is not None
+    velocity_observer = observed.controller.velocity.observer
+    assert velocity_observer is not None
     return {
-        "name": found.controller.name,
-        "observer": own.kind,
-        "modulus_margin": found.after,
-        "modulus_margin_without": found.before,
-        "modulus_margin_specified": found.specified,
-        "at": found.at or None,
+        "name": observed.controller.name,
+        "observer": velocity_observer.kind,
+        "modulus_margin": observed.after,
+        "modulus_margin_without": observed.before,
+        "modulus_margin_specified": observed.specified,
+        "at": observed.at or None,
     }

@@ -67,9 +67,9 @@ def checked_pattern(option: str, text: str | None) -> str | None:
     return text
 
 
-def check_outputs(given: ObserveRequest, logs: tuple[Path, ...], several: bool) -> None:
+def check_outputs(request: ObserveRequest, logs: tuple[Path, ...], several: bool) -> None:
     """Raise UsageError or OutputError before the first log is read."""
-    plot, output = given.plot, given.output
+    plot, output = request.plot, request.output
     if output is not None:
         check_ending(
             output,
@@ -77,27 +77,27 @@ def check_outputs(given: ObserveRequest, logs: tuple[Path, ...], several: bool) 
             several,
             ", and several logs give a table" if several else "",
         )
-    if several and given.observer is not None:
+    if several and request.observer is not None:
         raise click.UsageError("--observer runs along one log.")
-    check_targets({"-o": output, "--plot": plot}, [*given.inputs, *logs])
+    check_targets({"-o": output, "--plot": plot}, [*request.inputs, *logs])
 
 
-def observer_of(given: ObserveRequest) -> tuple[Path, Observer] | None:
+def observer_of(request: ObserveRequest) -> tuple[Path, Observer] | None:
     """Return the additional observer with its path, or None."""
-    if given.observer is None:
+    if request.observer is None:
         return None
     from frictool.documents.observer import Observer
     from frictool.documents.registry import load
 
-    return given.observer, load(given.observer, Observer)
+    return request.observer, load(request.observer, Observer)
 
 
-def commissioning_of(given: ObserveRequest) -> Commissioning | None:
+def commissioning_of(request: ObserveRequest) -> Commissioning | None:
     """Return the reference of the wear, from a log or from the --json output of its run.
 
     Raises InputFileError if it contains no wear.
     """
-    path = given.commissioning
+    path = request.commissioning
     if path is None:
         return None
     from frictool.logs.open_file import head_of
@@ -106,5 +106,5 @@ def commissioning_of(given: ObserveRequest) -> Commissioning | None:
 
     if head_of(path).lstrip().startswith(b"{"):
         return read_commissioning(path)
-    one = LogObserver(path, given.document, given.settings)
+    one = LogObserver(path, request.document, request.settings)
     return commissioning_of_estimate(one.wear_alone(), str(path))

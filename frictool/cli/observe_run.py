@@ -170,21 +170,21 @@ def command(
     words = command_line("observe run", named)
     patterns = NamePatterns(checked_pattern("--unit", unit), checked_pattern("--date", date))
     settings = ObservationSettings(window_of(start, end), topic, salvage, confidence, patterns)
-    given = ObserveRequest(words, model, load(model, Model), settings, **kept)
-    refuse_both(given.cores, given.cluster)
-    table = given.output is not None and given.output.suffix.lower() in TABLES
+    request = ObserveRequest(words, model, load(model, Model), settings, **kept)
+    refuse_both(request.cores, request.cluster)
+    table = request.output is not None and request.output.suffix.lower() in TABLES
     several = is_fleet(logs) or table
-    check_outputs(given, logs, several)
-    if not several and (given.cores is not None or given.cluster is not None):
+    check_outputs(request, logs, several)
+    if not several and (request.cores is not None or request.cluster is not None):
         raise click.UsageError("--cores and --cluster need several logs; this is one log.")
     if not several:
-        ctx.exit(_single(given, logs[0]))
+        ctx.exit(_single(request, logs[0]))
     from frictool.cli.observe_fleet import observe_fleet
 
-    ctx.exit(observe_fleet(given, logs))
+    ctx.exit(observe_fleet(request, logs))
 
 
-def _single(given: ObserveRequest, log: Path) -> int:
+def _single(request: ObserveRequest, log: Path) -> int:
     """Observe one log, save and print the results, and return the exit code."""
     from frictool.cli.progress import progress
     from frictool.cli.standard_input import stdin_as_file
@@ -195,36 +195,38 @@ def _single(given: ObserveRequest, log: Path) -> int:
     from frictool.observe.log_observer import LogObserver
     from frictool.observe.observation_outcome import lines, with_verdict
 
-    reference = commissioning_of(given)
-    for told in unmatched_patterns(given.settings.patterns, [LogName(log.as_posix())]):
-        note(f"warning: {told}")
+    reference = commissioning_of(request)
+    for message in unmatched_patterns(request.settings.patterns, [LogName(log.as_posix())]):
+        note(f"warning: {message}")
     with stdin_as_file([log]) as (path,):
-        one = LogObserver(path, given.document, given.settings, observer=observer_of(given))
-        picture = None if given.plot is None else EstimatePlot(given.document.axis)
-        provenance = provenance_of_command(given.words, [*given.inputs, path])
+        one = LogObserver(path, request.document, request.settings, observer=observer_of(request))
+        picture = None if request.plot is None else EstimatePlot(request.document.axis)
+        provenance = provenance_of_command(request.words, [*request.inputs, path])
         with progress("observe") as tick:
-            _run(given, one, picture, provenance, tick)
-        outcome = with_verdict(one.outcome(), given.wear_limit, reference)
+            _run(request, one, picture, provenance, tick)
+        outcome = with_verdict(one.outcome(), request.wear_limit, reference)
     for warning in outcome.warnings:
         note(f"warning: {warning}")
-    if picture is not None and given.plot is not None:
-        save_text(given.plot, _drawn(given, outcome, picture, provenance), [*given.inputs, log])
-    if given.as_json:
-        print_json("observe-run/1", outcome.as_json(), given.stdout)
+    if picture is not None and request.plot is not None:
+        save_text(
+            request.plot, _drawn(request, outcome, picture, provenance), [*request.inputs, log]
+        )
+    if request.as_json:
+        print_json("observe-run/1", outcome.as_json(), request.stdout)
     else:
-        for line in lines(outcome, given.document):
-            say(line, given.stdout)
+        for line in lines(outcome, request.document):
+            say(line, request.stdout)
     if outcome.losses:
         note(
             f"warning: data were lost while reading {Path(outcome.source).name}: "
             f"{loss_count_text(list(outcome.losses))}"
         )
-    refused = outcome.verdict is not None and given.answer_is_no(outcome.verdict.exceeded)
+    refused = outcome.verdict is not None and request.answer_is_no(outcome.verdict.exceeded)
     return EXIT_NO if refused else EXIT_INPUT if outcome.losses else EXIT_DONE
 
 
 def _run(
-    given: ObserveRequest,
+    request: ObserveRequest,
     one: LogObserver,
     picture: EstimatePlot | None,
     provenance: Provenance,
@@ -235,11 +237,11 @@ def _run(
     from frictool.observe.estimates_log import write
 
     parts = _watched(one, picture, tick)
-    if given.output is None:
+    if request.output is None:
         for _ in parts:
             pass
         return
-    with replacing(given.output, given.inputs) as stream:
+    with replacing(request.output, request.inputs) as stream:
         write(one, parts, stream, {PROVENANCE: provenance_record(provenance)})
 
 
@@ -254,7 +256,7 @@ def _watched(
 
 
 def _drawn(
-    given: ObserveRequest,
+    request: ObserveRequest,
     outcome: ObservationOutcome,
     picture: EstimatePlot,
     provenance: Provenance,
@@ -262,7 +264,7 @@ def _drawn(
     """Return the plot, or the page that contains it."""
     from frictool.observe.page import page_of_log
 
-    drawn = picture.drawn(Path(outcome.source).name, given.wear_limit)
-    if given.plot is not None and is_page(given.plot):
-        return page_of_log(outcome, given.document, drawn, provenance)
+    drawn = picture.drawn(Path(outcome.source).name, request.wear_limit)
+    if request.plot is not None and is_page(request.plot):
+        return page_of_log(outcome, request.document, drawn, provenance)
     return drawn + "\n"

@@ -56,9 +56,9 @@ def _refuse(target: Path, places: list[Path], inputs: list[Path], overwrite: boo
         raise OutputError(f"{target}: is a file; name a folder")
     present = [place for place in places if place.exists() or place.is_symlink()]
     if present and not overwrite:
-        found = ", ".join(str(place.relative_to(target)) for place in present)
+        names = ", ".join(str(place.relative_to(target)) for place in present)
         raise OutputError(
-            f"{target}: already holds {found}; nothing is overwritten, choose another "
+            f"{target}: already holds {names}; nothing is overwritten, choose another "
             "folder or move them away"
         )
     for place in present:

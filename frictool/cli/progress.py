@@ -25,12 +25,12 @@ def progress(label: str) -> Iterator[Callable[[float], None]]:
         return
     with click.progressbar(length=STEPS, label=label, file=sys.stderr) as bar:
 
-        def told(part: float) -> None:
+        def show(part: float) -> None:
             steps = min(STEPS, int(part * STEPS)) - bar.pos
             if steps > 0:
                 bar.update(steps)
 
-        yield told
+        yield show
 
 
 def note_step(step: str) -> None:

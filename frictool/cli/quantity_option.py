@@ -22,9 +22,9 @@ def positive_si(option: str, text: str, dimension: str, axis: Axis) -> float:
             f"{option}: found {text!r}; allowed: a number with or without its unit, "
             f"such as 10 or 10{unit.replace(' ', '')}."
         )
-    digits, given = written
+    digits, symbol = written
     try:
-        number = float(digits) * (factor_to_si(given, dimension, axis) if given else 1.0)
+        number = float(digits) * (factor_to_si(symbol, dimension, axis) if symbol else 1.0)
     except ValueError as error:
         raise click.UsageError(f"{option}: {error}.") from None
     if not (math.isfinite(number) and number > 0.0):

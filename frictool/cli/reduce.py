@@ -141,7 +141,7 @@ def command(
         "--tolerance": tolerance if tolerance != 0.05 else None,
     }
     try:
-        found = _reduction(
+        result = _reduction(
             mechanism,
             bandwidth,
             controller,
@@ -153,19 +153,19 @@ def command(
     except ReductionStopped as stopped:
         _tell_unfinished(stopped, mechanism, reduced, inputs, as_json)
         raise
-    loop = _in_loop(mechanism, found, controller, scenario)
-    _tell(found, loop, output, as_json)
-    refused = found.checked.refused or (loop.refused if loop is not None else None)
+    loop = _in_loop(mechanism, result, controller, scenario)
+    _tell(result, loop, output, as_json)
+    refused = result.checked.refused or (loop.refused if loop is not None else None)
     if refused is not None:
-        raise NoSolutionError(f"{found.chain.whole.name}: not reduced: {refused}")
+        raise NoSolutionError(f"{result.chain.whole.name}: not reduced: {refused}")
     if output is not None:
-        save_text(output, to_yaml(found.model), inputs)
+        save_text(output, to_yaml(result.model), inputs)
     if reduced is not None:
-        save_text(reduced, to_yaml(found.chain.last), inputs)
+        save_text(reduced, to_yaml(result.chain.last), inputs)
     if plot is not None:
         from frictool.reduce.resistance_plot import picture
 
-        save_text(plot, picture(found.chain, found.model) + "\n", inputs)
+        save_text(plot, picture(result.chain, result.model) + "\n", inputs)
 
 
 def _tell_unfinished(
@@ -183,7 +183,7 @@ def _tell_unfinished(
     if reduced is not None:
         save_text(reduced, to_yaml(last.mechanism), inputs)
         note(
-            f"{reduced}: the mechanism after the step '{last.told.step}', not checked "
+            f"{reduced}: the mechanism after the step '{last.report.step}', not checked "
             "by simulation; no model is written"
         )
 
@@ -205,8 +205,8 @@ def _reduction(
     tell_notes(path, assembled)
     try:
         document = document if travel is None else _part(document, travel)
-        asked = _bandwidth(document, bandwidth, controller, tolerance)
-        return reduction(document, asked, tolerance, _bench(bench), provenance(), note_step)
+        limit = _bandwidth(document, bandwidth, controller, tolerance)
+        return reduction(document, limit, tolerance, _bench(bench), provenance(), note_step)
     except ElementError as wrong:
         raise mechanism_error(path, wrong) from None
 
@@ -221,42 +221,47 @@ def _part(document: Mechanism, travel: tuple[float, float]) -> Mechanism:
 
 
 def _in_loop(
-    path: Path, found: Reduction, controller: Path | None, scenario: Path | None
+    path: Path, result: Reduction, controller: Path | None, scenario: Path | None
 ) -> LoopComparison | None:
     """Compare mechanism and model in the closed loop.
 
     None if this is not requested, or if the reduction is already refused.
     """
-    if scenario is None or controller is None or found.checked.refused is not None:
+    if scenario is None or controller is None or result.checked.refused is not None:
         return None
     from frictool.cli.reduce_loop import compare_in_loop
 
     note_step("playing the scenario to both")
     return compare_in_loop(
-        path, found.model, controller, scenario, found.chain.one.play.width, found.checked.tolerance
+        path,
+        result.model,
+        controller,
+        scenario,
+        result.chain.one.play.width,
+        result.checked.tolerance,
     )
 
 
 def _tell(
-    found: Reduction, loop: LoopComparison | None, output: Path | None, as_json: bool
+    result: Reduction, loop: LoopComparison | None, output: Path | None, as_json: bool
 ) -> None:
     from frictool.reduce.json_view import json_view
     from frictool.reduce.text_view import lines
 
     if as_json:
-        print_json("reduce/1", json_view(found.chain, found.checked, found.model, loop), output)
+        print_json("reduce/1", json_view(result.chain, result.checked, result.model, loop), output)
     else:
-        say("\n".join(lines(found.chain, found.checked, found.model, loop)), output)
+        say("\n".join(lines(result.chain, result.checked, result.model, loop)), output)
 
 
 def _bandwidth(
-    document: Mechanism, given: float | None, controller: Path | None, tolerance: float
+    document: Mechanism, requested: float | None, controller: Path | None, tolerance: float
 ) -> float | None:
     """Return the bandwidth of the option or of the controller; required if a link is compliant."""
     from frictool.reduce.compliance import compliant_links
 
-    if given is not None:
-        return given
+    if requested is not None:
+        return requested
     if controller is not None:
         from frictool.documents.controller import Controller
         from frictool.documents.registry import load

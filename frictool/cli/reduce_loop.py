@@ -31,13 +31,13 @@ def compare_in_loop(
     from frictool.simulate.mechanism_plant import MechanismPlant
 
     loaded = load(controller, Controller)
-    asked = msgspec.structs.replace(load(scenario, Scenario), variants="nominal", plants=None)
+    nominal = msgspec.structs.replace(load(scenario, Scenario), variants="nominal", plants=None)
     names = DocumentNames(model=str(mechanism), controller=str(controller), scenario=str(scenario))
     try:
         plant = MechanismPlant(*load_mechanism(mechanism))
     except ElementError as wrong:
         raise mechanism_error(mechanism, wrong) from None
-    whole = simulate_closed_loop(plant, loaded, asked, model.provenance, names)
+    whole = simulate_closed_loop(plant, loaded, nominal, model.provenance, names)
     one = msgspec.structs.replace(model, resonances=None)
-    reduced = simulate_closed_loop(one, loaded, asked, model.provenance, names)
+    reduced = simulate_closed_loop(one, loaded, nominal, model.provenance, names)
     return in_loop(whole.main, reduced.main, model.bench.encoder.resolution, play, tolerance)

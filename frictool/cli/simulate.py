@@ -151,7 +151,7 @@ def command(
     text = run_text
     gains = ServoGains(servo["position_gain"], servo["speed_gain"], servo["integral_gain"])
     if excitation is not None:
-        if any(given is not None for given in (controller, scenario, observer, target, number)):
+        if any(option is not None for option in (controller, scenario, observer, target, number)):
             names = "--controller, --scenario, --observer, --target and --number"
             raise click.UsageError(f"--excitation is played as on the bench; leave out {names}.")
         log = _bench_test(model, excitation, gains, drive_noise, seed, output)
@@ -162,7 +162,7 @@ def command(
         raise click.UsageError(
             "give --controller and --scenario, or --excitation; of a mechanism, --scenario alone."
         )
-    elif gains.given or drive_noise is not None or seed is not None:
+    elif gains.closed or drive_noise is not None or seed is not None:
         raise click.UsageError(
             "gains, --drive-noise and --seed belong to --excitation; a scenario has its own."
         )
@@ -178,7 +178,7 @@ def command(
     elif controller is None:
         if not is_mechanism(model):
             raise click.UsageError("give --controller or --excitation; an axis needs one of them.")
-        if any(given is not None for given in (observer, target, number)):
+        if any(option is not None for option in (observer, target, number)):
             raise click.UsageError("--observer, --target and --number belong to --controller.")
         listed = EventsOutput(events)
         log, inputs = open_log(model, scenario, output, _progress, listed)
@@ -207,7 +207,7 @@ def _bench_test(
     from frictool.documents.registry import load
     from frictool.simulate.bench_experiment import bench_test, is_ramps, read_excitation
 
-    closed = gains.given
+    closed = gains.closed
     test = read_excitation(excitation)
     plant: Model | MechanismBenchPlant
     if is_mechanism(model):

@@ -22,10 +22,10 @@ def with_observer_option(document: Controller, observer: Path | None) -> Control
     from frictool.documents.registry import load
     from frictool.verify.observed_controller import with_observer
 
-    found = with_observer(document, load(observer, Observer))
-    for line in found.lines():
+    observed = with_observer(document, load(observer, Observer))
+    for line in observed.lines():
         note(line)
-    return found.controller
+    return observed.controller
 
 
 def compile_target(folder: Path, controller: Path, document: Controller) -> CompiledTarget:

@@ -34,8 +34,8 @@ def summary(log: Log) -> dict[str, Any]:
     mechanisms = [
         blocks_of(log, stream) for stream in log.streams if stream.topic.startswith(MECHANISM_TOPIC)
     ]
-    found = {"scenario": log.source, "streams": streams, "warnings": list(log.warnings)}
-    return found | ({"mechanisms": mechanisms} if mechanisms else {})
+    view = {"scenario": log.source, "streams": streams, "warnings": list(log.warnings)}
+    return view | ({"mechanisms": mechanisms} if mechanisms else {})
 
 
 def _axis(stream: Stream) -> dict[str, Any]:
@@ -81,9 +81,9 @@ def _duration(stream: Stream) -> float:
 
 def run_text(log: Log) -> str:
     """Return the summary of a scenario as text."""
-    found = summary(log)
-    rows = found["streams"]
-    mechanisms = found.get("mechanisms", [])
+    view = summary(log)
+    rows = view["streams"]
+    mechanisms = view.get("mechanisms", [])
     first = (rows or mechanisms)[0]
     count = len(rows) or len(mechanisms)
     runs = f"{count} streams, each" if count > 1 else "1 stream"
@@ -132,12 +132,11 @@ def bench_summary(log: Log) -> dict[str, Any]:
 
 def bench_text(log: Log) -> str:
     """Return the summary of a simulated bench test as text."""
-    found = bench_summary(log)
+    view = bench_summary(log)
     where = (
-        f"position from {found['lowest']:.4g} to {found['highest']:.4g} "
-        f"{found['units']['position']}"
+        f"position from {view['lowest']:.4g} to {view['highest']:.4g} {view['units']['position']}"
     )
     return (
-        f"{found['test']}: {found['samples']} samples, {found['duration_s']:g} s; "
-        f"{', '.join(found['units'])}; {where}"
+        f"{view['test']}: {view['samples']} samples, {view['duration_s']:g} s; "
+        f"{', '.join(view['units'])}; {where}"
     )

@@ -106,7 +106,7 @@ def command(
     words = {"model": model, "--spec": spec, "--design": design, "--vertices-only": vertices_only}
     provenance = provenance_of_command(command_line("synth", words), inputs)
     try:
-        found = disturbance(model_document)
+        load_disturbance = disturbance(model_document)
         result = synthesise(
             model_document,
             spec_document,
@@ -124,6 +124,6 @@ def command(
 
         save_text(plot, picture(result.trade, design_document.name) + "\n", inputs)
     if as_json:
-        print_json("synth/1", json_view(result, found), output)
+        print_json("synth/1", json_view(result, load_disturbance), output)
     else:
-        say(text(result, found), output)
+        say(text(result, load_disturbance), output)

@@ -80,7 +80,7 @@ def command(
     as_json: bool,
 ) -> None:
     gains = ServoGains(position_gain, speed_gain, integral_gain)
-    closed = gains.given
+    closed = gains.closed
     check_targets({"--plot": plot}, [model, log])
     from frictool.documents.model import Model
     from frictool.documents.registry import load
@@ -95,47 +95,50 @@ def command(
     for warning in measured.warnings:
         note(f"warning: {log.name}: {warning}")
     servo = gains.servo(document.bench) if closed else None
-    found = validate(document, measured, skip=skip, cutoff_hz=cutoff_hz, servo=servo, moving=moving)
+    validation = validate(
+        document, measured, skip=skip, cutoff_hz=cutoff_hz, servo=servo, moving=moving
+    )
     if plot is not None:
         from frictool.identify.validate.picture import picture
 
-        save_text(plot, picture(found, document.name, document.axis) + "\n", [model, log])
+        save_text(plot, picture(validation, document.name, document.axis) + "\n", [model, log])
     if as_json:
-        print_json("validate/1", summary(found, document), plot)
+        print_json("validate/1", summary(validation, document), plot)
     else:
-        say(table(found, document), plot)
+        say(table(validation, document), plot)
 
 
-def summary(found: Validation, model: Model) -> dict[str, Any]:
+def summary(validation: Validation, model: Model) -> dict[str, Any]:
     """Return the errors as JSON values.
 
     Position errors are in rad | m, the others relative to the norm of the measured signal.
     """
     length = "m" if model.axis == "linear" else "rad"
     return {
-        "loop": found.loop,
-        "samples": int(found.time.size),
-        "skip_samples": found.skip,
-        f"position_rmse_{length}": found.position_rmse,
-        f"position_error_largest_{length}": found.largest,
-        **{f"{name}_error_rel": error for name, error in found.errors.items()},
+        "loop": validation.loop,
+        "samples": int(validation.time.size),
+        "skip_samples": validation.skip,
+        f"position_rmse_{length}": validation.position_rmse,
+        f"position_error_largest_{length}": validation.largest,
+        **{f"{name}_error_rel": error for name, error in validation.errors.items()},
     }
 
 
-def table(found: Validation, model: Model) -> str:
+def table(validation: Validation, model: Model) -> str:
     """Return the errors as text."""
     length = "m" if model.axis == "linear" else "rad"
     how = (
         "the measured effort through the model"
-        if found.loop == "open"
+        if validation.loop == "open"
         else "the measured reference through controller and model"
     )
     lines = [
-        f"{found.loop} loop: {how}, {found.time.size} samples after the first {found.skip}",
-        f"position error   {found.position_rmse:.4g} {length} rms, {found.largest:.4g} "
+        f"{validation.loop} loop: {how}, {validation.time.size} samples after the first "
+        f"{validation.skip}",
+        f"position error   {validation.position_rmse:.4g} {length} rms, {validation.largest:.4g} "
         f"{length} at most",
     ]
-    for name, error in found.errors.items():
+    for name, error in validation.errors.items():
         shown = (
             "unknown: no sample is certain to slip"
             if error is None

@@ -94,14 +94,14 @@ def model_json_view(checked: ModelCheck | None) -> dict[str, Any] | None:
         else checked.resonant.modulus_margin,
         "modulus_margin_specified": checked.specified,
     }
-    found = {
+    view = {
         "holds": checked.holds,
         "outside": list(checked.beyond),
         **figures,
         "at": plant,
         "plants": checked.plants,
     }
-    return {**found, "outside_margins": list(checked.outside_margins)}
+    return {**view, "outside_margins": list(checked.outside_margins)}
 
 
 def model_lines(controller: Controller, checked: ModelCheck | None) -> list[str]:
@@ -110,10 +110,10 @@ def model_lines(controller: Controller, checked: ModelCheck | None) -> list[str]
 
     if checked is None:
         return []
-    found = [
+    output = [
         f"model: not what the controller was verified for: {phrase}" for phrase in checked.beyond
     ]
-    found += (
+    output += (
         []
         if checked.beyond
         else [
@@ -122,20 +122,20 @@ def model_lines(controller: Controller, checked: ModelCheck | None) -> list[str]
         ]
     )
     at = f"at {plant_words(checked.plant, controller.bench)}"
-    found.append(
+    output.append(
         f"model: smallest modulus margin of {checked.plants} corners "
         f"{checked.margin:.4f}, specified {checked.specified:g}, {at}"
     )
     if (worst := checked.resonant) is not None:
-        found.append(
+        output.append(
             f"model: with its resonances {worst.modulus_margin:.4f}, specified "
             f"{checked.specified:g}, at {worst.where}"
         )
-    found.append(
+    output.append(
         "model: nonlinear, so that no margin covers it, but simulate does: "
         f"{', '.join(checked.outside_margins)}"
     )
-    return found
+    return output
 
 
 def json_view(controller: Controller, verification: Verification) -> dict[str, Any]:
@@ -184,12 +184,12 @@ def _proved(controller: Controller, proved: tuple[ProvedBound, ...]) -> list[str
             f"vertices hold ({why})"
         ]
     delay = controller.delay_samples
-    found = [f"{controller.name}: proved for every constant"]
+    output = [f"{controller.name}: proved for every constant"]
     constant = drive_dimension(controller.drive, constant=True)
     for name, dimension in zip(NAMES, ("inertia", "viscous", "effort", constant), strict=True):
         low, high = getattr(certificate.box, name)
-        found.append(f"  {name:<9} {low:.6g} to {high:.6g} {si_unit(dimension, controller.axis)}")
-    found.append(
+        output.append(f"  {name:<9} {low:.6g} to {high:.6g} {si_unit(dimension, controller.axis)}")
+    output.append(
         f"the loop as it runs ({controller.sample_period_s * 1e3:g} ms, {delay} "
         f"sample{'s' if delay != 1 else ''} of delay) is stable, and"
     )
@@ -204,45 +204,45 @@ def _proved(controller: Controller, proved: tuple[ProvedBound, ...]) -> list[str
             if one.of == "sensitivity"
             else ""
         )
-        found.append(
+        output.append(
             f"  {what} < {one.below:.6g}{margin} ({one.cells} cell{'s' if one.cells != 1 else ''})"
         )
-    return [*found, *(f"not proved: {reason}" for reason in certificate.not_proved.values())]
+    return [*output, *(f"not proved: {reason}" for reason in certificate.not_proved.values())]
 
 
 def _computed(controller: Controller, verification: Verification) -> list[str]:
     """Return the lines on the stored figures: all agree, or the list of those that do not."""
-    found = []
+    output = []
     differences = verification.differences
     if not differences:
         inside = "" if controller.verified.robustness is None else " and inside the box"
-        found.append(
+        output.append(
             f"figures computed again at {len(controller.verified.vertices)} "
             f"vertices{inside}: all as stored"
         )
     shown = differences[:MOST_LINES]
-    found += [
+    output += [
         f"{one.key}: found {_shown(one.stored)}, the coefficients give {_shown(one.computed)}"
         for one in shown
     ]
     if len(differences) > MOST_LINES:
-        found.append(
+        output.append(
             f"... and {len(differences) - MOST_LINES} more figures that differ from those "
             "of the coefficients (--json lists them)"
         )
     if not controller.verified.digests:
-        found.append(
+        output.append(
             "verified.digests: missing; a change of the position law or the prefilter "
             "cannot be detected; run synth again"
         )
     elif verification.changed:
-        found.append(
+        output.append(
             f"changed after verification: {', '.join(verification.changed)}; run synth again"
         )
     if verification.not_computed:
         names = ", ".join(name.removeprefix("verified.") for name in verification.not_computed)
-        found.append(f"not computed again, as they come from the design or from a solver: {names}")
-    return found
+        output.append(f"not computed again, as they come from the design or from a solver: {names}")
+    return output
 
 
 def _shown(value: Any) -> str:

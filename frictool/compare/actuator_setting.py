@@ -37,14 +37,14 @@ def from_model(model: Model) -> ComparisonSetting:
     A breakaway below the Coulomb friction is replaced by the latter. Raises ValueError if the
     actuator has no Coulomb friction, or if its drive cannot overcome the breakaway.
     """
-    found, bench = model.parameters, model.bench
-    mass, coulomb = found.inertia.value, found.coulomb.value
+    parameters, bench = model.parameters, model.bench
+    mass, coulomb = parameters.inertia.value, parameters.coulomb.value
     if coulomb <= 0.0:
         raise ValueError(
             "parameters.coulomb: found 0; friction laws are compared on an actuator "
             "with dry friction"
         )
-    breakaway = max(found.breakaway.value, coulomb)
+    breakaway = max(parameters.breakaway.value, coulomb)
     limit = bench.actuator.constant.value * bench.actuator.limit.value
     if limit <= breakaway:
         raise ValueError(
@@ -57,7 +57,7 @@ def from_model(model: Model) -> ComparisonSetting:
         mass,
         coulomb,
         breakaway,
-        found.viscous.value,
+        parameters.viscous.value,
         _longest(bench, mass, coulomb),
     )
     return _on_bench(setting, bench, max(limit, EFFORT_LIMIT * coulomb))

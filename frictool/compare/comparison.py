@@ -121,15 +121,15 @@ def compare(
     reference_runs = _runs(setting, simulator, REFERENCE)
     pulled, cycling = _measured(setting, reference_runs)
     job = partial(_tested, setting, simulator, pulled, cycling)
-    found = {}
+    results = {}
     with _pool(min(workers, len(laws))) as share_out:
         for law, tested in zip(laws, share_out(job, laws), strict=True):
-            found[law] = tested
-            progress(len(found), len(laws))
-    verdicts = {law: tested.verdicts for law, tested in found.items()}
-    properties = {law: tested.properties for law, tested in found.items()}
+            results[law] = tested
+            progress(len(results), len(laws))
+    verdicts = {law: tested.verdicts for law, tested in results.items()}
+    properties = {law: tested.properties for law, tested in results.items()}
     return Comparison(
-        setting, pulled, cycling, found, tuple(table_differences(verdicts, properties))
+        setting, pulled, cycling, results, tuple(table_differences(verdicts, properties))
     )
 
 

@@ -171,35 +171,35 @@ def extension_of(document: Friction) -> FrictionExtension:
     place = document.position
     film = document.film
     dwell = document.dwell
-    found: dict[str, Any] = {}
+    fields: dict[str, Any] = {}
     if opposite is not None:
-        given = {
+        quantities = {
             "coulomb": opposite.coulomb,
             "breakaway": opposite.breakaway,
             "viscous": opposite.viscous,
         }
-        found["backward_values"] = {
-            name: quantity.value for name, quantity in given.items() if quantity is not None
+        fields["backward_values"] = {
+            name: quantity.value for name, quantity in quantities.items() if quantity is not None
         }
     if place is not None:
         low, high, forward = place.over.low, place.over.high, place.levels.forward
-        found["travel"] = (low, high)
+        fields["travel"] = (low, high)
         for side, coefficients in (
             ("forward", forward),
             ("backward", place.levels.backward or forward),
         ):
-            found[side] = tuple(normalise(np.array(coefficients), low, high)[0].tolist())
+            fields[side] = tuple(normalise(np.array(coefficients), low, high)[0].tolist())
     if document.regimes:
         below = [document.viscous.value, *(regime.viscous.value for regime in document.regimes)]
-        found["regimes"] = tuple(
+        fields["regimes"] = tuple(
             (r.above.value, r.viscous.value - slower)
             for r, slower in zip(document.regimes, below, strict=False)
         )
     if dwell is not None:
-        found |= {"fresh": dwell.fresh, "rise_time": dwell.rise_time_s}
+        fields |= {"fresh": dwell.fresh, "rise_time": dwell.rise_time_s}
     if film is not None:
-        found |= {"lag": film.lag_s, "boundary": film.boundary.value if film.boundary else 0.0}
-    return FrictionExtension(**found)
+        fields |= {"lag": film.lag_s, "boundary": film.boundary.value if film.boundary else 0.0}
+    return FrictionExtension(**fields)
 
 
 def scaled_setting(

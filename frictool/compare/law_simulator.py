@@ -71,8 +71,8 @@ def setting_violations(
         period, resolution, setting.mass, setting.effort_limit, setting.stribeck_velocity
     )
     settings = HybridSettings(setting.decay, setting.switch_velocity, setting.step)
-    found = (violations(LAWS[law], bench, settings, setting.axis) for law in laws)
-    lines = list(dict.fromkeys(itertools.chain.from_iterable(found)))
+    violated = (violations(LAWS[law], bench, settings, setting.axis) for law in laws)
+    lines = list(dict.fromkeys(itertools.chain.from_iterable(violated)))
     advice = [line for line in lines if line.startswith("Sigma > 3 v_s")]
     return [line for line in lines if line not in advice], advice
 
@@ -137,38 +137,40 @@ class LawSimulator:
 
     def refusals(self, laws: tuple[str, ...]) -> dict[str, str]:
         """Return law -> reason for laws that do not support the setting's extension."""
-        found = {}
+        reasons = {}
         for law in laws:
             try:
                 self._setting.extension.pack(LAWS[law], self.packed(law), self._setting.axis)
             except ValueError as error:
-                found[law] = str(error)
-        return found
+                reasons[law] = str(error)
+        return reasons
 
     def packed(self, law: str) -> Vector:
         """Return the parameters for the law's kernels.
 
         Raises ValueError if the setting is out of the law's range.
         """
-        found = LAWS[law]
+        friction_law = LAWS[law]
         values = law_values(self._setting)
         chosen = {}
-        for parameter in found.parameters:
+        for parameter in friction_law.parameters:
             if parameter.comparison_value is not None:
                 chosen[parameter.name] = parameter.comparison_value(values)
             elif parameter.name in values:
                 chosen[parameter.name] = values[parameter.name]
-        tail = None if found.tail is None else found.tail(values)
-        return found.pack(chosen, self._setting.axis, tail)
+        tail = None if friction_law.tail is None else friction_law.tail(values)
+        return friction_law.pack(chosen, self._setting.axis, tail)
 
     def parameters(self, law: str) -> int:
         """Return the number of physical parameters to identify.
 
         Each cell of a Preisach triangle counts, and both parameters of each Maxwell element.
         """
-        found = LAWS[law]
-        fixed = sum(not parameter.simulation_only for parameter in found.parameters)
-        return fixed + found.tail_parameters(self.packed(law).size - len(found.parameters))
+        friction_law = LAWS[law]
+        fixed = sum(not parameter.simulation_only for parameter in friction_law.parameters)
+        return fixed + friction_law.tail_parameters(
+            self.packed(law).size - len(friction_law.parameters)
+        )
 
     def run(
         self, law: str, segments: tuple[input_protocol.Segment, ...], samples: int
@@ -178,14 +180,14 @@ class LawSimulator:
         Raises NoSolutionError if the engine cannot complete the run.
         """
         setting = self._setting
-        found = LAWS[law]
+        friction_law = LAWS[law]
         end = segments[-1][0]
         times = np.linspace(0.0, end, samples)
         p = self.packed(law)
         speed = setting.stribeck_velocity
         length = setting.presliding
         ran = run_law(
-            found,
+            friction_law,
             p,
             setting.mass,
             segments,
@@ -200,7 +202,7 @@ class LawSimulator:
                 f"{law}: at {ran.reached:g} s {MESSAGES[ran.status]}; check the parameters"
             )
         shortest = SHORTEST_STICK * setting.scales.time
-        if found.approximation or isinstance(found.kernels, DynamicKernels):
+        if friction_law.approximation or isinstance(friction_law.kernels, DynamicKernels):
             sticks = slow_phases(ran.time, ran.velocity, SLOW * setting.stribeck_velocity, shortest)
         else:
             sticks = _phases(ran.events, end, shortest)
@@ -242,20 +244,20 @@ class LawSimulator:
         `drift`: the run of the drift test.
         """
         setting = self._setting
-        found = LAWS[law]
+        friction_law = LAWS[law]
         p = self.packed(law)
 
         def follow(velocity: Vector, steps: Vector) -> Vector:
-            return prescribed_motion.friction_along(found, p, velocity, steps)
+            return prescribed_motion.friction_along(friction_law, p, velocity, steps)
 
         still = drift.position[drift.between(SETTLED * setting.scales.time, float(drift.time[-1]))]
-        settles = found.kind == "hybrid" or (
-            found.kind == "static"
-            and probes.settles(prescribed_motion.printed_law(found, p), setting)
+        settles = friction_law.kind == "hybrid" or (
+            friction_law.kind == "static"
+            and probes.settles(prescribed_motion.printed_law(friction_law, p), setting)
         )
         slow, fast = self._breakaway(law, SLOW_RATE), self._breakaway(law, FAST_RATE)
         return {
-            "dynamic": "S" if found.kind == "static" else "D",
+            "dynamic": "S" if friction_law.kind == "static" else "D",
             "stiction": probes.stiction(compliance, bool(np.ptp(still) == 0.0), settles),
             "rising_static_friction": "+"
             if setting.extension.rise_time > 0.0

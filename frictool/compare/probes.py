@@ -87,13 +87,13 @@ def rising_static_friction(slow: float, fast: float, setting: ComparisonSetting)
     return "±" if abs(slow - fast) > _noticeable(setting) else "-"
 
 
-def stiction(compliance: bool, held: bool, settles: bool) -> str:
+def stiction(compliance: bool, holds: bool, settles: bool) -> str:
     """Return `-`, `±` or `+`.
 
     `-`: the contact yields, or does not hold at rest below breakaway. `±`: it holds in an exact
     simulation only. `+`: it holds in any simulation.
     """
-    if compliance or not held:
+    if compliance or not holds:
         return "-"
     return "+" if settles else "±"
 

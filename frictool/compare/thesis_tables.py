@@ -96,7 +96,7 @@ def table_differences(
 
     `verdicts`, `properties`: law -> row -> symbol.
     """
-    found = []
+    differences = []
     for table, rows, printed, computed in (
         ("3.2", (*TESTS, "parameters"), TABLE_3_2, verdicts),
         ("2.1", PROPERTIES, TABLE_2_1, properties),
@@ -105,7 +105,7 @@ def table_differences(
             for row, cell in zip(rows, cells, strict=True):
                 here = computed.get(law, {}).get(row)
                 if here is not None and not _same(here, cell):
-                    found.append(
+                    differences.append(
                         TableDifference(
                             table,
                             law,
@@ -115,7 +115,7 @@ def table_differences(
                             REASONS.get(law, {}).get((row, here), OTHER_PARAMETERS),
                         )
                     )
-    return found
+    return differences
 
 
 def _same(computed: str, printed: str) -> bool:

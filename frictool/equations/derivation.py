@@ -64,18 +64,18 @@ def derive(document: Mechanism, assembled: AssembledMechanism) -> Derivation:
     bodies = [free_body(block, efforts, rigid, notation) for block in assembled.blocks]
     trees, modes = _trees(document, assembled, rigid, efforts, acting, notation)
     touching = [link for link in links if link.rigid]
-    own = {
+    block_efforts = {
         block: [term for one in acting for on, term in one.efforts if on == block]
         for block in assembled.blocks
     }
     soft = [link for link in links if not link.rigid]
     for link in soft:
-        own[link.b].append(link.force)
-        own[link.a] += link.on_first()
+        block_efforts[link.b].append(link.force)
+        block_efforts[link.a] += link.on_first()
     alone = {tree.text for tree in trees}
     closed = [
         tree
-        for tree in _trees(document, assembled, touching, own, acting, notation)[0]
+        for tree in _trees(document, assembled, touching, block_efforts, acting, notation)[0]
         if tree.text not in alone
     ]
     sections: list[tuple[str, tuple[Line, ...]]] = [
@@ -107,7 +107,7 @@ def derive(document: Mechanism, assembled: AssembledMechanism) -> Derivation:
     ]
     sections = [(title, lines) for title, lines in sections if lines]
     checked = sum(_checked(line) for _, lines in sections for line in lines)
-    said = tuple(link.passed.told for link in links if link.passed.told)
+    said = tuple(link.passed.reason for link in links if link.passed.reason)
     return Derivation(
         document.name,
         tuple(sections),
@@ -175,8 +175,8 @@ def _acting(
 
 def _difference(one: float, other: float) -> float:
     """Return one - other, or 0 if only rounding is left, which would appear as an offset."""
-    found = one - other
-    return found if abs(found) > ROUNDING * max(abs(one), abs(other)) else 0.0
+    difference = one - other
+    return difference if abs(difference) > ROUNDING * max(abs(one), abs(other)) else 0.0
 
 
 def _trees(

@@ -31,13 +31,13 @@ def check_sum(terms: list[Term], unit: str, within: Equation | None = None) -> i
     """Check a sum of terms in `unit`; otherwise as `check_equation`."""
     wanted = dimension_of(unit)
     for term in terms:
-        found = dimension(term)
-        if found != wanted:
+        measured = dimension(term)
+        if measured != wanted:
             where = "" if within is None else f" of {within.text}"
             key = term.element or ("" if within is None else within.key)
             raise ElementError(
                 key,
-                f"the term {term.text}{where} measures {_said(found)}; "
+                f"the term {term.text}{where} measures {_said(measured)}; "
                 f"allowed: {unit or '1'}, as the other terms",
             )
     return len(terms)
@@ -63,10 +63,10 @@ def _of_atom(atom: Atom) -> Any:
     return first
 
 
-def _said(found: Mapping[str, float]) -> str:
+def _said(powers: Mapping[str, float]) -> str:
     return (
         " ".join(
-            f"{name}^{power:g}" if power != 1 else name for name, power in sorted(found.items())
+            f"{name}^{power:g}" if power != 1 else name for name, power in sorted(powers.items())
         )
         or "a plain number"
     )

@@ -244,9 +244,9 @@ def source(name: str, element: Source, notation: Notation) -> ElementEquations:
         constant = Quantity(element.loop_time_constant_s, unit="s")
         lag = notation.parameter("T", "T", name, constant, f"{key}.loop_time_constant_s")
         rate = Atom(f"{drive.text}'", indexed_latex(rf"\dot{{{letter}}}", name), f"{unit}/s")
-        asked = symbol(f"command_{name}", indexed_latex(f"{letter}^*", name), unit)
+        command = symbol(f"command_{name}", indexed_latex(f"{letter}^*", name), unit)
         equations.append(
-            Equation((lag,), rate, (asked.of(key), drive.negative().of(key)), unit, key)
+            Equation((lag,), rate, (command.of(key), drive.negative().of(key)), unit, key)
         )
     if element.limit is not None:
         most = notation.parameter("max", rf"{letter}_\max", name, element.limit, f"{key}.limit")

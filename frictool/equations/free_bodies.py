@@ -49,7 +49,7 @@ class RigidTree:
     def equation(self, efforts: Efforts) -> Equation:
         """Return (sum of inertias) q_root'' = sum of efforts."""
         inertia = [mass.times(self.notation.inertia(block)) for block, _, mass in self._walk()]
-        right = self._gathered(efforts, beside=True)
+        right = self._gathered(efforts, extra=True)
         unit = si_unit("effort", self.notation.kinds[self.root])
         return Equation(
             tuple(inertia),
@@ -61,7 +61,7 @@ class RigidTree:
 
     def gathered(self, efforts: Efforts) -> list[Term]:
         """Return the efforts on all blocks, reflected to the root."""
-        return self._gathered(efforts, beside=False)
+        return self._gathered(efforts, extra=False)
 
     def _walk(self) -> Iterator[tuple[str, Term, Term]]:
         """Yield each block from the root on, with the reflection factors of its effort and inertia.
@@ -87,15 +87,15 @@ class RigidTree:
                     (link.b if first else link.a, link, effort.times(through), mass.times(carried))
                 )
 
-    def _gathered(self, efforts: Efforts, beside: bool) -> list[Term]:
+    def _gathered(self, efforts: Efforts, extra: bool) -> list[Term]:
         out: list[Term] = []
         for block, effort, _ in self._walk():
             out += [effort.times(term) for term in efforts.get(block, ())]
-            if beside:
+            if extra:
                 threads = [
-                    link.passed.beside
+                    link.passed.additional
                     for link in self.links
-                    if link.a == block and link.passed.beside is not None
+                    if link.a == block and link.passed.additional is not None
                 ]
                 out += [effort.times(thread.negative()) for thread in threads]
         return out
@@ -115,14 +115,14 @@ def rest_condition(
     a lossy link transfers any effort between its two p.
     """
     threads = {
-        link.a: _modulus(link.passed.beside)
+        link.a: _modulus(link.passed.additional)
         for link in tree.links
-        if link.passed.beside is not None
+        if link.passed.additional is not None
     }
     between = [
         link.passed.factor.text
         for link in tree.links
-        if link.passed.equations and link.passed.beside is None
+        if link.passed.equations and link.passed.additional is None
     ]
     borne = {
         block: [*bears.get(block, ()), *([threads[block]] if block in threads else [])]
@@ -151,11 +151,11 @@ def rest_condition(
         if between
         else ""
     )
-    told = (
+    sentence = (
         f"{', '.join(blocks)} at rest {'stays' if len(blocks) == 1 else 'stay'} while {text}{some}"
     )
     return Condition(
-        told,
+        sentence,
         latex,
         si_unit("effort", notation.kinds[tree.root]),
         (*pushing, *most),

@@ -69,10 +69,10 @@ def _symbols(name: str, element: FrictionOf, notation: Notation) -> dict[str, Te
     """Return every parameter of the law with a value or a default."""
     key = f"links.{name}"
     kind = notation.kinds[element.on]
-    given = si_parameters(key, element, kind)
+    quantities = si_parameters(key, element, kind)
     out = {}
     for parameter in LAWS[element.law].parameters:
-        quantity = given.get(parameter.name)
+        quantity = quantities.get(parameter.name)
         if quantity is None and parameter.default is not None:
             quantity = Quantity(parameter.default, unit=parameter.unit(kind))
         if quantity is not None:

@@ -50,7 +50,9 @@ class LinkEquations:
         key = f"links.{self.name}"
         back = self.passed.factor.times(self.force).negative().of(key)
         return (
-            [back] if self.passed.beside is None else [back, self.passed.beside.negative().of(key)]
+            [back]
+            if self.passed.additional is None
+            else [back, self.passed.additional.negative().of(key)]
         )
 
 

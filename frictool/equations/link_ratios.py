@@ -22,14 +22,14 @@ LOSS_SOURCES = {"gear": "(2.3)", "rack": "(2.20)", "screw": "(2.12)"}
 class EffortTransfer:
     """Transfer of effort to the first end.
 
-    factor: p. beside: W, a further effort on a (screw of (2.12)). equations: of p and W. told:
-    sentence about the driving directions (2.1.6).
+    factor: p. additional: W, a second effort on end a (screw of (2.12)). equations: of p and W.
+    reason: sentence about the driving directions (2.1.6).
     """
 
     factor: Term
-    beside: Term | None = None
+    additional: Term | None = None
     equations: tuple[Equation, ...] = ()
-    told: str = ""
+    reason: str = ""
 
 
 def ratio_of(name: str, link: Transmitting, notation: Notation) -> tuple[Term, Term]:
@@ -129,11 +129,11 @@ def effort_transfer(
         value,
         f"{key}.efficiency" if stated is None else f"{key}.efficiency_back",
     )
-    told = f"eta_back = {value:.6g} {'>' if value > 0.0 else '<='} 0" + (
+    reason = f"eta_back = {value:.6g} {'>' if value > 0.0 else '<='} 0" + (
         "" if stated is not None else " (2 - 1/eta)"
     )
     return _by_direction(
-        name, link, notation, ratio, ratio.times(eta.inverse()), ratio.times(returned), told
+        name, link, notation, ratio, ratio.times(eta.inverse()), ratio.times(returned), reason
     )
 
 
@@ -161,7 +161,7 @@ def _by_direction(
     ratio: Term,
     forth: Term,
     back: Term,
-    told: str,
+    reason: str,
 ) -> EffortTransfer:
     key = f"links.{name}"
     atom = Atom(f"p_{name}", indexed_latex("p", name), made=(ratio,))
@@ -192,7 +192,7 @@ def _by_direction(
     can = (
         "reversible" if back.number * ratio.number > 0.0 else f"irreversible, {b} cannot drive {a}"
     )
-    return EffortTransfer(Term(((atom, 1),)), None, equations, f"{name} is {can}: {told}")
+    return EffortTransfer(Term(((atom, 1),)), None, equations, f"{name} is {can}: {reason}")
 
 
 def _as_printed(
@@ -212,14 +212,14 @@ def _as_printed(
         rf"\,\mathrm{{sign}}\left({speed.latex}\right)",
         made=(pressed, turned),
     )
-    beside = notation.effort("W", name, "rotary").of(key)
+    extra = notation.effort("W", name, "rotary").of(key)
     lost = notation.number("mu", r"\mu", name, mu, f"{key}.friction_coefficient").times(
         Term(((inner, 1),))
     )
     when = f"u_{screw}: effort of the sources on {screw}"
     stated = Equation(
         (Term(),),
-        beside.factors[0][0],
+        extra.factors[0][0],
         (lost.of(key),),
         si_unit("effort", "rotary"),
         key,
@@ -229,7 +229,7 @@ def _as_printed(
     can = "reversible" if mu < steep else f"irreversible, {link.between[1]} cannot drive {screw}"
     return EffortTransfer(
         ratio,
-        beside,
+        extra,
         (stated,),
         f"{name} is {can}: mu = {mu:g} {'<' if mu < steep else '>='} tan(alpha) = {steep:.6g}",
     )

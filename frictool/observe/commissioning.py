@@ -47,8 +47,8 @@ def read_commissioning(path: Path) -> Commissioning:
     Raises InputFileError if the file cannot be read or is something else.
     """
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-        wear = EstimateRange(*(float(found["wear"][key]) for key in ("value", "low", "high")))
+        content = json.loads(path.read_text(encoding="utf-8"))
+        wear = EstimateRange(*(float(content["wear"][key]) for key in ("value", "low", "high")))
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputFileError(
             path, f"is no --json of `frictool observe run`: {type(error).__name__} {error}"

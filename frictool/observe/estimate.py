@@ -83,7 +83,7 @@ class WearEstimate:
             "wear": self.wear.as_json(),
             "moves": self.moves,
             "kind": self.kind,
-            **{name: found.as_json() for name, found in sides.items() if found is not None},
+            **{name: side.as_json() for name, side in sides.items() if side is not None},
             **(
                 {
                     "zones": [
@@ -94,5 +94,5 @@ class WearEstimate:
                 if self.zones
                 else {}
             ),
-            "others": {name: found.as_json() for name, found in self.others.items()},
+            "others": {name: side.as_json() for name, side in self.others.items()},
         }

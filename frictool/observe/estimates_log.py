@@ -38,15 +38,15 @@ def write(one: LogObserver, parts: Iterator[EstimateBlock], stream: BinaryIO, no
     )
     kind = {**made.notes.get(KIND, {}), "kind": "estimated", "model": one.model.name}
     # of the two iterators, one is at most one block ahead if both streams are written
-    own, other = tee(chain([first], parts))
+    blocks, other = tee(chain([first], parts))
     streams: list[tuple[StreamHeader, Iterator[SampleBlock]]] = [
-        (head(one.model), (part.samples() for part in own))
+        (head(one.model), (part.samples() for part in blocks))
     ]
-    if one.beside is not None:
+    if one.second is not None:
         streams.append(
             (
-                one.beside.head,
-                (samples_of(part.beside) for part in other if part.beside is not None),
+                one.second.head,
+                (samples_of(part.second) for part in other if part.second is not None),
             )
         )
     del other
@@ -56,7 +56,7 @@ def write(one: LogObserver, parts: Iterator[EstimateBlock], stream: BinaryIO, no
 
     def last() -> Notes:
         facts = one.wear.estimate.as_json()
-        found = {ESTIMATE: {name: json.dumps(value) for name, value in facts.items()}}
-        return found | ({LOST: record_of(one.feed.losses)} if one.feed.losses else {})
+        metadata = {ESTIMATE: {name: json.dumps(value) for name, value in facts.items()}}
+        return metadata | ({LOST: record_of(one.feed.losses)} if one.feed.losses else {})
 
     write_streams(writer, [chunked(samples) for _, samples in streams], last)

@@ -65,14 +65,14 @@ class EstimateBlock:
     """Estimates at the samples of a block.
 
     piece: samples of the log. velocity, friction, wear: (3, n), rows value, lower and upper bound.
-    beside: output of the second observer; None without one.
+    second: output of the second observer; None without one.
     """
 
     piece: MotionBlock
     velocity: Matrix
     friction: Matrix
     wear: Matrix
-    beside: ObserverOutput | None = None
+    second: ObserverOutput | None = None
 
     def samples(self) -> SampleBlock:
         """Return the samples as in the log, with the columns FIELDS."""
@@ -97,18 +97,18 @@ def estimate_along(
     wear: WearEstimation,
     velocity: VelocityEstimation,
     confidence: float,
-    beside: SecondObserver | None = None,
+    second: SecondObserver | None = None,
 ) -> Iterator[EstimateBlock]:
     """Yield the estimates of friction, velocity and wear for each block of samples.
 
-    `beside` is a second observer that runs along; its output is part of the estimates.
+    `second` is a second observer that runs along; its output is part of the estimates.
     """
     friction = FrictionTracker(model, confidence)
     for piece in pieces:
         before = wear.estimate
         known = estimate_starts(piece, before, wear.take(piece))
         speeds = velocity.take(piece)
-        other = None if beside is None else beside.take(piece)
+        other = None if second is None else second.take(piece)
         yield EstimateBlock(
             piece, speeds, friction.take(piece, speeds, known), _wear(piece.time, known), other
         )

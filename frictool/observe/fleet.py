@@ -62,13 +62,13 @@ def observe_logs(
     )
     observe = ObserveJob(model, settings, estimators)
     jobs = [((member.path,), member) for member in fleet]
-    found: dict[int, FleetResult] = {}
+    results: dict[int, FleetResult] = {}
     for index, one in share_files(
         observe, jobs, observe.lost, cores=cores or (1 if few else None), cluster=cluster
     ):
-        found[index] = one
-        tick(len(found) / len(fleet))
-    return [found[index] for index in range(len(fleet))]
+        results[index] = one
+        tick(len(results) / len(fleet))
+    return [results[index] for index in range(len(fleet))]
 
 
 @dataclass(frozen=True)

@@ -63,15 +63,15 @@ class FleetRow:
     def cells(self) -> dict[str, Any]:
         """Return the value of each column; None if it has none."""
         out = self.outcome
-        found = None if out is None else out.estimate
+        estimate = None if out is None else out.estimate
         return {
             "unit": self.unit,
             "date": self.date,
             "file": self.file,
-            **_range("wear", "low", "high", None if found is None else found.wear),
+            **_range("wear", "low", "high", None if estimate is None else estimate.wear),
             **_range("ratio", "ratio_low", "ratio_high", self.ratio),
-            "kind": None if found is None else found.kind,
-            "moves": None if found is None else found.moves,
+            "kind": None if estimate is None else estimate.kind,
+            "moves": None if estimate is None else estimate.moves,
             "velocity_rms": None if out is None else out.figures.get("velocity_rms"),
             "duration_s": None if out is None else out.duration,
             "alarm": self.alarm,
@@ -80,39 +80,41 @@ class FleetRow:
 
     def as_json(self) -> dict[str, Any]:
         """Return the JSON object of `observe run` for this log, with the fields of the row."""
-        own = {} if self.outcome is None else self.outcome.as_json()
+        outcome = {} if self.outcome is None else self.outcome.as_json()
         ratio = {} if self.ratio is None else {"ratio": self.ratio.as_json()}
         limit = None if self.verdict is None else self.verdict.limit
-        told = {"wear_limit": limit, "alarm": self.alarm, "reason": self.reason or None}
+        verdict = {"wear_limit": limit, "alarm": self.alarm, "reason": self.reason or None}
         return {
-            **own,
+            **outcome,
             "log": self.file,
             "unit": self.unit,
             "date": self.date,
             **ratio,
-            **told,
+            **verdict,
             "read": self.outcome is not None,
         }
 
 
-def _range(value: str, low: str, high: str, found: EstimateRange | None) -> dict[str, float | None]:
+def _range(
+    value: str, low: str, high: str, estimate: EstimateRange | None
+) -> dict[str, float | None]:
     return (
         {value: None, low: None, high: None}
-        if found is None
-        else {value: found.value, low: found.low, high: found.high}
+        if estimate is None
+        else {value: estimate.value, low: estimate.low, high: estimate.high}
     )
 
 
 def rows(
-    fleet: Sequence[FleetResult], limit: float | None, given: Commissioning | None
+    fleet: Sequence[FleetResult], limit: float | None, commissioning: Commissioning | None
 ) -> list[FleetRow]:
     """Return one row per log, sorted by unit, date and file.
 
-    limit: of the ratio to commissioning if that is known, else of the wear. given: commissioning of
-    all units; if None, the first log of each unit that has an estimate of the wear.
+    limit: of the ratio to commissioning if that is known, else of the wear. commissioning: of all
+    units; if None, the first log of each unit that has an estimate of the wear.
     """
-    first = {} if given is not None else _first_logs(fleet)
-    made = [_row(one, limit, given, first) for one in fleet]
+    first = {} if commissioning is not None else _first_logs(fleet)
+    made = [_row(one, limit, commissioning, first) for one in fleet]
     return sorted(made, key=lambda row: (row.unit or "", row.date or "", row.file))
 
 
@@ -139,7 +141,7 @@ def _first_logs(fleet: Iterable[FleetResult]) -> dict[str, FleetResult]:
 def _row(
     one: FleetResult,
     limit: float | None,
-    given: Commissioning | None,
+    commissioning: Commissioning | None,
     first: dict[str, FleetResult],
 ) -> FleetRow:
     out = one.outcome
@@ -148,16 +150,16 @@ def _row(
     if out is None:
         return FleetRow(one.member.name.file, unit, date, None, None, None, one.reason)
     start = first.get(unit or "")
-    reference = given
+    reference = commissioning
     if start is not None and start is not one and start.outcome is not None:
         reference = commissioning_of_estimate(start.outcome.estimate, start.member.name.file)
     ratio = ratio_to(reference, out.estimate)
     verdict = None if limit is None else judge(out.estimate, limit, ratio, out.doubts)
-    told = [] if verdict is None else [verdict.reason]
-    told += [f"data lost: {loss_count_text(list(out.losses))}"] if out.losses else []
-    told += ["first log of its unit"] if start is one else []
+    reasons = [] if verdict is None else [verdict.reason]
+    reasons += [f"data lost: {loss_count_text(list(out.losses))}"] if out.losses else []
+    reasons += ["first log of its unit"] if start is one else []
     return FleetRow(
-        one.member.name.file, unit, date, out, ratio, verdict, "; ".join(told), start is one
+        one.member.name.file, unit, date, out, ratio, verdict, "; ".join(reasons), start is one
     )
 
 
@@ -175,17 +177,17 @@ def headline(table: Sequence[FleetRow], limit: float | None) -> str:
     """Summarise the table in one line."""
     lost, parts = counts(table)["not_read"], counts(table)["data_lost"]
     units = len({row.unit for row in table if row.unit is not None})
-    told = f"{len(table)} log{'s' * (len(table) != 1)}" + (
+    text = f"{len(table)} log{'s' * (len(table) != 1)}" + (
         f" of {units} unit{'s' * (units != 1)}" if units else ""
     )
-    told += f", {lost} could not be read" if lost else ""
-    told += f", {parts} read with data lost" if parts else ""
+    text += f", {lost} could not be read" if lost else ""
+    text += f", {parts} read with data lost" if parts else ""
     if limit is None:
-        return told
+        return text
     above = [row for row in table if row.alarm]
     worn = f": {', '.join(dict.fromkeys(row.unit or row.file for row in above))}" if above else ""
     undecided = counts(table)["undecided"]
-    return f"{told}; above the limit {limit:g}: {len(above)}{worn}" + (
+    return f"{text}; above the limit {limit:g}: {len(above)}{worn}" + (
         f"; undecided: {undecided}" if undecided else ""
     )
 
@@ -248,5 +250,5 @@ def write_parquet(table: Sequence[FleetRow], target: BinaryIO, provenance: dict[
 def _stamp(date: str | None) -> datetime | None:
     if date is None:
         return None
-    found = datetime.fromisoformat(date)
-    return found if found.tzinfo is not None else found.replace(tzinfo=UTC)
+    stamp = datetime.fromisoformat(date)
+    return stamp if stamp.tzinfo is not None else stamp.replace(tzinfo=UTC)

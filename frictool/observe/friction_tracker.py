@@ -138,11 +138,11 @@ def _extended(model: Model) -> Vector:
 def _with_viscous(model: Model, end: int) -> Model:
     """Return the model with each viscous friction at one end of its interval (0: the lower)."""
 
-    def at_end(found: Quantity | None) -> Quantity | None:
+    def at_end(quantity: Quantity | None) -> Quantity | None:
         return (
             None
-            if found is None
-            else msgspec.structs.replace(found, value=max(0.0, found.interval[end]))
+            if quantity is None
+            else msgspec.structs.replace(quantity, value=max(0.0, quantity.interval[end]))
         )
 
     def replaced(part: S, *names: str) -> S:
@@ -161,17 +161,17 @@ def _with_viscous(model: Model, end: int) -> Model:
 
 
 def estimate_starts(
-    piece: MotionBlock, before: WearEstimate, found: Sequence[WearEstimate]
+    piece: MotionBlock, before: WearEstimate, estimates: Sequence[WearEstimate]
 ) -> list[tuple[int, WearEstimate]]:
     """Return pairs (first sample of the block, estimate from there on).
 
     An estimate starts one sample after the last that it uses. If several start at one sample, the
     last counts.
     """
-    starts = [0, *(int(np.searchsorted(piece.time, one.time, side="right")) for one in found)]
+    starts = [0, *(int(np.searchsorted(piece.time, one.time, side="right")) for one in estimates)]
     pairs = [
         (start, one)
-        for start, one in zip(starts, (before, *found), strict=True)
+        for start, one in zip(starts, (before, *estimates), strict=True)
         if start < piece.time.size
     ]
     return [

@@ -97,7 +97,7 @@ class LogObserver:
         self.model = msgspec.structs.replace(model, bench=bench)
         self.wear = estimators.wear(self.model, settings.confidence)
         self.velocity = estimators.velocity(self.model, settings.confidence)
-        self.beside: SecondObserver | None = None
+        self.second: SecondObserver | None = None
         if observer is not None:
             check_observer(*observer, self.model, self.feed.period)
             self._take_along(observer[1])
@@ -106,9 +106,9 @@ class LogObserver:
         if observer.tracking is not None:
             self.velocity = VelocityEstimator(self.model, self.settings.confidence, observer)
             return
-        own = design_tracking(self.model, observer.provenance).tracking
-        assert own is not None
-        self.beside = SecondObserver(observer, own.bandwidth_rad_s / (2.0 * math.pi))
+        tracking = design_tracking(self.model, observer.provenance).tracking
+        assert tracking is not None
+        self.second = SecondObserver(observer, tracking.bandwidth_rad_s / (2.0 * math.pi))
 
     def parts(self) -> Iterator[EstimateBlock]:
         """Yield the estimates block by block; raises LogError as `SampleStream.pieces` does."""
@@ -118,7 +118,7 @@ class LogObserver:
             self.wear,
             self.velocity,
             self.settings.confidence,
-            self.beside,
+            self.second,
         )
         self.wear.finish()
 
@@ -139,11 +139,11 @@ class LogObserver:
 
     def _figures(self) -> dict[str, Any]:
         """Return the velocity errors; those from a sensor's reference end in `_measured`."""
-        found = self.velocity.figures()
+        figures = self.velocity.figures()
         return (
-            found
+            figures
             if self.feed.truth
-            else {name.replace("_true", "_measured"): value for name, value in found.items()}
+            else {name.replace("_true", "_measured"): value for name, value in figures.items()}
         )
 
     def wear_alone(self) -> WearEstimate:
@@ -162,7 +162,7 @@ class LogObserver:
         """Return the outcome; complete when `parts` has ended."""
         log = self.feed
         made = self.feed.made
-        found = origin_of(
+        origin = origin_of(
             made.notes.get(KIND, {}), made.origin, log.first, self.name, self.settings.patterns
         )
         return ObservationOutcome(
@@ -174,11 +174,11 @@ class LogObserver:
             period=log.period,
             estimate=self.wear.estimate,
             figures=self._figures(),
-            observer=None if self.beside is None else self.beside.as_json(),
+            observer=None if self.second is None else self.second.as_json(),
             losses=log.losses,
             remarks=(*log.remarks(), *self._silent()),
             doubts=implausible(self.model, self.wear.estimate),
             confidence=self.settings.confidence,
-            unit=found.unit,
-            date=found.date,
+            unit=origin.unit,
+            date=origin.date,
         )

@@ -80,15 +80,15 @@ def observe(
         "frictool.observe.observe", model=model, observer=observer
     )
     with tempfile.TemporaryDirectory() as temporary:
-        path, found = Path(temporary, "log.mcap"), Path(temporary, "estimates.mcap")
+        path, estimates = Path(temporary, "log.mcap"), Path(temporary, "estimates.mcap")
         if isinstance(log, Log):
             write_log(log, path)
         else:
             path = Path(log)
-        beside = None if observer is None else (Path("observer"), observer)
-        one = LogObserver(path, model, settings or ObservationSettings(), observer=beside)
-        with found.open("wb") as stream:
+        second = None if observer is None else (Path("observer"), observer)
+        one = LogObserver(path, model, settings or ObservationSettings(), observer=second)
+        with estimates.open("wb") as stream:
             write(one, one.parts(), stream, {PROVENANCE: provenance_record(origin)})
         return LogObservation(
-            with_verdict(one.outcome(), wear_limit, commissioning), read_mcap(found)
+            with_verdict(one.outcome(), wear_limit, commissioning), read_mcap(estimates)
         )

@@ -90,8 +90,8 @@ class ObservationOutcome:
 
 def ratio_to(reference: Commissioning | None, estimate: WearEstimate) -> EstimateRange | None:
     """Return the wear relative to the wear at commissioning; None if either wear is unknown."""
-    told = reference is not None and estimate.moves > 0 and estimate.wear.value > 0.0
-    return reference.ratio(estimate) if reference is not None and told else None
+    defined = reference is not None and estimate.moves > 0 and estimate.wear.value > 0.0
+    return reference.ratio(estimate) if reference is not None and defined else None
 
 
 def with_verdict(
@@ -122,23 +122,23 @@ def lines(outcome: ObservationOutcome, model: Model) -> list[str]:
     return [
         heading(outcome),
         *facts(outcome, model).lines(),
-        *([] if outcome.verdict is None else [_told(outcome.verdict)]),
+        *([] if outcome.verdict is None else [_verdict_text(outcome.verdict)]),
     ]
 
 
 def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
     """Return the table of name and text of each result in the outcome."""
-    found = outcome.estimate
+    estimate = outcome.estimate
     effort = si_unit("effort", model.axis)
     position = si_unit("position", model.axis)
     shown = [
-        ("wear", f"{_range(found.wear)}   ({100.0 * outcome.confidence:g} % interval)"),
-        ("kind", KINDS[found.kind]),
+        ("wear", f"{_range(estimate.wear)}   ({100.0 * outcome.confidence:g} % interval)"),
+        ("kind", KINDS[estimate.kind]),
     ]
     sides = (
-        ("forward", found.forward, ""),
-        ("backward", found.backward, ""),
-        ("added", found.added, effort),
+        ("forward", estimate.forward, ""),
+        ("backward", estimate.backward, ""),
+        ("added", estimate.added, effort),
     )
     shown += [
         (f"  {name}", f"{_range(one)} {unit}".rstrip())
@@ -147,30 +147,31 @@ def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
     ]
     shown += [
         (f"  {zone.low:.4g} to {zone.high:.4g} {position}", _range(zone.wear))
-        for zone in found.zones
+        for zone in estimate.zones
     ]
     if outcome.ratio is not None:
         shown.append(("to commissioning", _range(outcome.ratio)))
-    if found.scale is not None:
+    if estimate.scale is not None:
         shown.append(
             (
                 "scale",
-                f"{_range(found.scale)}   (the actuator's constant: on the wear, not on a ratio)",
+                f"{_range(estimate.scale)}   "
+                "(the actuator's constant: on the wear, not on a ratio)",
             )
         )
     shown += [
         (name.replace("_", " "), f"{_range(one)}   (over the model's)")
-        for name, one in found.others.items()
+        for name, one in estimate.others.items()
     ]
     shown += [("velocity", text) for text in _velocity(outcome, si_unit("velocity", model.axis))]
     if outcome.observer is not None:
-        told = ", ".join(
+        figures = ", ".join(
             f"{name.replace('_', ' ')} {value:.4g}"
             for name, value in outcome.observer.items()
             if isinstance(value, float)
         )
         shown.append(
-            ("observer", f"{outcome.observer['name']}, {outcome.observer['kind']}: {told}")
+            ("observer", f"{outcome.observer['name']}, {outcome.observer['kind']}: {figures}")
         )
     if outcome.losses:
         shown.append(("lost", loss_count_text(list(outcome.losses))))
@@ -186,30 +187,30 @@ def _velocity(outcome: ObservationOutcome, unit: str) -> list[str]:
 
     The cut-off of that low-pass is the best one for this log.
     """
-    found = outcome.figures
+    figures = outcome.figures
     shown: list[str] = []
-    cutoff = found.get("zero_phase_cutoff_hz")
+    cutoff = figures.get("zero_phase_cutoff_hz")
     zero_phase = "the zero-phase velocity" + (f" of {cutoff:.3g} Hz" if cutoff is not None else "")
     for ending, reference in (
         ("", zero_phase),
         ("_true", "the true one"),
         ("_measured", "the measured one"),
     ):
-        own, other, at = (
-            found.get(f"{name}{ending}")
+        rms, other, at = (
+            figures.get(f"{name}{ending}")
             for name in ("velocity_rms", "velocity_rms_filter", "filter_cutoff_hz")
         )
-        if own is not None:
+        if rms is not None:
             against = (
                 ""
                 if other is None
                 else "; best low-pass filter of the difference"
                 f"{f', {at:.3g} Hz' if at is not None else ''}: {other:.4g} {unit}"
             )
-            shown.append(f"{own:.4g} {unit} rms from {reference}{against}")
+            shown.append(f"{rms:.4g} {unit} rms from {reference}{against}")
     return shown
 
 
-def _told(verdict: WearVerdict) -> str:
+def _verdict_text(verdict: WearVerdict) -> str:
     word = {True: "EXCEEDED", False: "not exceeded", None: "UNDECIDED"}[verdict.exceeded]
     return f"wear limit {verdict.limit:g}: {word}: {verdict.reason}"

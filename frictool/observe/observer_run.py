@@ -45,10 +45,12 @@ class ObserverRun:
     """
 
     def __init__(self, observer: Observer) -> None:
-        self.program, self.found = observer_program(observer)
+        self.program, self.observer_nodes = observer_program(observer)
         self.machine = compile_program(self.program)
         self.inputs = np.array([self.program.inputs[name].index for name in ("position", "effort")])
-        self.nodes = {name: node for name, node in self.found._asdict().items() if node is not None}
+        self.nodes = {
+            name: node for name, node in self.observer_nodes._asdict().items() if node is not None
+        }
         self.nodes |= {
             name: self.program.nodes[index]
             for index, name in self.program.names.items()
@@ -70,11 +72,11 @@ class ObserverRun:
         """
         if not (self.is_begun and piece.follows):
             self._start(float(piece.position[0]))
-        given = np.column_stack([piece.position, piece.effort])
-        found = np.empty((piece.time.size, len(self.columns)))
-        record_along(self.machine, self.inputs, given, self.states, self.others, found)
+        measured = np.column_stack([piece.position, piece.effort])
+        output = np.empty((piece.time.size, len(self.columns)))
+        record_along(self.machine, self.inputs, measured, self.states, self.others, output)
         self.is_begun = True
-        values = {name: found[:, column] for column, name in enumerate(self.columns)}
+        values = {name: output[:, column] for column, name in enumerate(self.columns)}
         return ObserverOutput(
             piece.time,
             values["position"],
@@ -89,8 +91,8 @@ class ObserverRun:
         for state in self.program.states.values():
             if not (
                 self.is_begun
-                and self.found.wear is not None
-                and state.index == self.found.wear.index
+                and self.observer_nodes.wear is not None
+                and state.index == self.observer_nodes.wear.index
             ):
                 self.machine.real[state.index] = state.value
         start_at(self.machine, position)

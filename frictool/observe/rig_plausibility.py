@@ -20,8 +20,8 @@ TRY = (
 
 def implausible(model: Model, estimate: WearEstimate) -> tuple[str, ...]:
     """Return one line for each implausible estimate."""
-    found = estimate.others.get("inertia")
-    odd = [] if found is None or estimate.moves == 0 else _inertia(model, found, estimate.scale)
+    inertia = estimate.others.get("inertia")
+    odd = [] if inertia is None or estimate.moves == 0 else _inertia(model, inertia, estimate.scale)
     if estimate.moves and estimate.wear.high <= 0.0:
         odd.append(
             "the wear is below 0, which dry friction cannot be: "
@@ -34,10 +34,10 @@ def _inertia(model: Model, estimate: EstimateRange, scale: EstimateRange | None)
     known = (model.parameters.inertia, model.bench.mechanics.inertia)
     nominal = model.parameters.inertia.value
     low = (
-        min(own.interval[0] for own in known) / nominal * (scale.low if scale is not None else 1.0)
+        min(one.interval[0] for one in known) / nominal * (scale.low if scale is not None else 1.0)
     )
     high = (
-        max(own.interval[1] for own in known) / nominal * (scale.high if scale is not None else 1.0)
+        max(one.interval[1] for one in known) / nominal * (scale.high if scale is not None else 1.0)
     )
     if estimate.high >= low * (1.0 - INERTIA_SPREAD) and estimate.low <= high * (
         1.0 + INERTIA_SPREAD

@@ -151,10 +151,10 @@ class SampleStream:
         for name, values in zip(self._fields, samples.values, strict=True):
             most = int(np.argmax(np.abs(values)))
             if not abs(values[most]) <= LARGEST:
-                found = f"{name} is {values[most]:g} at {samples.time[most] / NS:.9g} s"
+                largest = f"{name} is {values[most]:g} at {samples.time[most] / NS:.9g} s"
                 raise LogError(
                     self.source,
-                    f"stream {self.topic}: {found}; allowed: {LARGEST:g} at most; "
+                    f"stream {self.topic}: {largest}; allowed: {LARGEST:g} at most; "
                     "is its unit right?",
                 )
 
@@ -227,8 +227,8 @@ def _started(made: LogAssembly, ready: PendingStream, bench: Bench) -> SampleStr
         if "effort" in fields and not remade
         else (drive, bench.actuator.constant.value)
     )
-    own = 1.0 / base.rate_hz
-    apart = abs(own / bench.sample_period_s - 1.0) > RATE_NOTED
+    measured_period = 1.0 / base.rate_hz
+    apart = abs(measured_period / bench.sample_period_s - 1.0) > RATE_NOTED
     kept = tuple(
         dict.fromkeys(name for name in ("position", effort[0], "velocity") if name in fields)
     )
@@ -238,12 +238,12 @@ def _started(made: LogAssembly, ready: PendingStream, bench: Bench) -> SampleStr
         for one in chain(opening, ready.samples)
     )
     truth = made.notes.get("log", {}).get("kind") == "simulated"
-    period = own if apart else bench.sample_period_s
-    told = OpeningSamples(
+    period = measured_period if apart else bench.sample_period_s
+    first_samples = OpeningSamples(
         StreamHeader(ready.head.topic, kept, tuple(ready.head.units[place] for place in places))
     )
     return SampleStream(
-        made, ready.head.topic, period, truth, agreed.warnings, blocks, kept, effort, told
+        made, ready.head.topic, period, truth, agreed.warnings, blocks, kept, effort, first_samples
     )
 
 
@@ -320,24 +320,24 @@ def _check_clock(source: str, time: Vector) -> None:
 
 
 def _refuse_clock(source: str, broken: float, period: float) -> None:
-    told = (
+    reason = (
         f"{100 * broken:.0f} % of the intervals are off the median period {period:.6g} s "
         f"by more than {JITTER:.0%}"
     )
     raise LogError(
         source,
-        f"{told}; put it on a grid first: "
+        f"{reason}; put it on a grid first: "
         f"`frictool ingest {Path(source).name} --resample {period:.6g}`",
     )
 
 
 def _grouped(blocks: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
     """Join blocks to at least PIECE_SAMPLES samples each; the last may be shorter."""
-    held: list[SampleBlock] = []
+    waiting: list[SampleBlock] = []
     for block in blocks:
-        held.append(block)
-        if sum(one.time.size for one in held) >= PIECE_SAMPLES:
-            yield join_blocks(held)
-            held = []
-    if held:
-        yield join_blocks(held)
+        waiting.append(block)
+        if sum(one.time.size for one in waiting) >= PIECE_SAMPLES:
+            yield join_blocks(waiting)
+            waiting = []
+    if waiting:
+        yield join_blocks(waiting)

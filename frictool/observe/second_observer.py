@@ -34,10 +34,10 @@ class SecondObserver:
 
     def take(self, piece: MotionBlock) -> ObserverOutput:
         """Return the observer's output at the samples of a block."""
-        found = self._run.take(piece)
-        self._figures.take(piece.position, found.velocity, piece.velocity, piece.follows)
-        self._wear = None if found.wear is None else float(found.wear[-1])
-        return found
+        output = self._run.take(piece)
+        self._figures.take(piece.position, output.velocity, piece.velocity, piece.follows)
+        self._wear = None if output.wear is None else float(output.wear[-1])
+        return output
 
     @property
     def head(self) -> StreamHeader:
@@ -60,7 +60,7 @@ class SecondObserver:
 
     def as_json(self) -> dict[str, Any]:
         """Return kind, velocity errors and, at the end of the log, wear or added friction."""
-        found = {
+        figures = {
             name: value
             for name, value in self._figures.figures().items()
             if name in ("velocity_rms", "velocity_rms_true")
@@ -70,7 +70,7 @@ class SecondObserver:
             if self._wear is None
             else {"added" if self.observer.kind == "additive" else "wear": self._wear}
         )
-        return {"name": self.observer.name, "kind": self.observer.kind, **last, **found}
+        return {"name": self.observer.name, "kind": self.observer.kind, **last, **figures}
 
 
 def samples_of(output: ObserverOutput) -> SampleBlock:
@@ -89,8 +89,8 @@ def check_observer(path: Path, observer: Observer, model: Model, period: float) 
             path, f"found {observer.axis}; the model's axis is {model.axis}", line=None, key="axis"
         )
     if abs(observer.sample_period_s / period - 1.0) > SAME_PERIOD:
-        found = (
+        difference = (
             f"found {observer.sample_period_s:g} s; the log's period is {period:.6g} s; "
             "design the observer for it"
         )
-        raise DocumentError(path, found, line=None, key="sample_period_s")
+        raise DocumentError(path, difference, line=None, key="sample_period_s")

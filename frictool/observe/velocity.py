@@ -73,10 +73,10 @@ class VelocityEstimator:
 
     def take(self, piece: MotionBlock) -> Matrix:
         """Return value, low, high (3, n) [rad/s | m/s] at the samples of a non-empty block."""
-        found = self._along(piece)
-        half = self._half(piece, found)
-        self._figures.take(piece.position, found.velocity, piece.velocity, piece.follows)
-        return np.stack([found.velocity, found.velocity - half, found.velocity + half])
+        estimate = self._along(piece)
+        half = self._half(piece, estimate)
+        self._figures.take(piece.position, estimate.velocity, piece.velocity, piece.follows)
+        return np.stack([estimate.velocity, estimate.velocity - half, estimate.velocity + half])
 
     def figures(self) -> dict[str, Any]:
         """Return the velocity errors (SI) and the observer's bandwidth, at the end of the log."""

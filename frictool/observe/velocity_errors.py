@@ -82,20 +82,20 @@ class VelocityErrors:
         if not follows:
             self._compare(last=True)
             self._begin()
-        self.held.position.append(position)
-        self.held.estimate.append(estimate)
+        self.pending.position.append(position)
+        self.pending.estimate.append(estimate)
         if truth is not None:
-            self.held.truth.append(truth)
-        if sum(map(len, self.held.position)) >= self.held.compared + BLOCK + self.overlap:
+            self.pending.truth.append(truth)
+        if sum(map(len, self.pending.position)) >= self.pending.compared + BLOCK + self.overlap:
             self._compare(last=False)
 
     def figures(self) -> dict[str, Any]:
         """Return the errors by name (SI) at the end of the log; None if the log is too short."""
         self._compare(last=True)
         self._begin()
-        found = self._figures("", self.zero_phase)
+        filter_figures = self._figures("", self.zero_phase)
         return (
-            found
+            filter_figures
             | {"zero_phase_cutoff_hz": self.cutoff}
             | (self._figures("_true", self.true) if self.true.samples else {})
         )
@@ -104,30 +104,30 @@ class VelocityErrors:
         return ErrorSums(np.zeros(2 * self.tried.size + 1))
 
     def _begin(self) -> None:
-        self.held, self.states = (
+        self.pending, self.states = (
             PendingSamples(),
             (np.zeros((3, self.tried.size)), np.zeros((3, self.tried.size))),
         )
 
     def _compare(self, last: bool) -> None:
         """Compare the pending samples; unless `last`, skip those that later samples may change."""
-        held = self.held
-        if not held.position:
+        pending = self.pending
+        if not pending.position:
             return
-        position, estimate = np.concatenate(held.position), np.concatenate(held.estimate)
-        truth = np.concatenate(held.truth) if held.truth else None
+        position, estimate = np.concatenate(pending.position), np.concatenate(pending.estimate)
+        truth = np.concatenate(pending.truth) if pending.truth else None
         end = position.size if last else position.size - self.overlap
-        if position.size < LEAST or end <= held.compared:
+        if position.size < LEAST or end <= pending.compared:
             return
         central = np.gradient(position, self.period)
         reference = sosfiltfilt(self.sections, central, padlen=min(self.overlap, position.size - 1))
-        part = slice(held.compared, end)
+        part = slice(pending.compared, end)
         difference = np.diff(position, prepend=position[0])[part] / self.period
         self._add(self.zero_phase, self.states[0], difference, reference[part], estimate[part])
         if truth is not None:
             self._add(self.true, self.states[1], difference, truth[part], estimate[part])
         first = max(0, end - self.overlap)
-        self.held = PendingSamples(
+        self.pending = PendingSamples(
             [position[first:]],
             [estimate[first:]],
             [] if truth is None else [truth[first:]],

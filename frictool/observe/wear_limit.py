@@ -51,15 +51,15 @@ def judge(
     doubts: reasons why the log may not be of this rig (rig_plausibility.py). If there are any, a
     pass becomes undecided; an alarm stays an alarm.
     """
-    found = _of_all_and_parts(estimate, limit, ratio)
-    return found if found.exceeded or not doubts else WearVerdict(limit, None, False, doubts[0])
+    verdict = _of_all_and_parts(estimate, limit, ratio)
+    return verdict if verdict.exceeded or not doubts else WearVerdict(limit, None, False, doubts[0])
 
 
 def _of_all_and_parts(
     estimate: WearEstimate, limit: float, ratio: EstimateRange | None
 ) -> WearVerdict:
-    found, name = (estimate.wear, "wear") if ratio is None else (ratio, "ratio to commissioning")
-    of_all = _judged(name, found, estimate.moves, limit)
+    judged, name = (estimate.wear, "wear") if ratio is None else (ratio, "ratio to commissioning")
+    of_all = _judged(name, judged, estimate.moves, limit)
     if of_all.exceeded:
         return of_all
     for part, worn in _parts(estimate, ratio):
@@ -69,7 +69,7 @@ def _of_all_and_parts(
                 True,
                 True,
                 f"{_shown(f'{name} {part}', worn)} is above {limit:g}; "
-                f"that of all is {found.value:.4g}",
+                f"that of all is {judged.value:.4g}",
             )
     return of_all
 
@@ -123,10 +123,10 @@ def _parts(
     """Yield (name, wear) of each direction or zone, relative to commissioning if that is known."""
     if estimate.kind == "directional":
         sides = (("forward", estimate.forward), ("backward", estimate.backward))
-        found = [(name, worn) for name, worn in sides if worn is not None]
+        parts = [(name, worn) for name, worn in sides if worn is not None]
     else:
-        found = [(f"from {zone.low:.4g} to {zone.high:.4g}", zone.wear) for zone in estimate.zones]
-    for name, worn in found:
+        parts = [(f"from {zone.low:.4g} to {zone.high:.4g}", zone.wear) for zone in estimate.zones]
+    for name, worn in parts:
         yield name, worn if ratio is None else worn.over(_reference(estimate.wear, ratio))
 
 
@@ -134,11 +134,11 @@ def _reference(wear: EstimateRange, ratio: EstimateRange) -> EstimateRange:
     """Return the wear at commissioning, from its ratio (inverse of `EstimateRange.over`)."""
     value = wear.value / ratio.value
 
-    def beside(whole: float, own: float) -> float:
-        return value * math.sqrt(max(whole**2 - own**2, 0.0))
+    def widened(whole: float, part: float) -> float:
+        return value * math.sqrt(max(whole**2 - part**2, 0.0))
 
-    above = beside(1.0 - ratio.low / ratio.value, 1.0 - wear.low / wear.value)
-    below = beside(ratio.high / ratio.value - 1.0, wear.high / wear.value - 1.0)
+    above = widened(1.0 - ratio.low / ratio.value, 1.0 - wear.low / wear.value)
+    below = widened(ratio.high / ratio.value - 1.0, wear.high / wear.value - 1.0)
     return EstimateRange(value, value - below, value + above)
 
 

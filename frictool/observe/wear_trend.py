@@ -30,19 +30,23 @@ def trend(table: Sequence[FleetRow], limit: float | None) -> str:
     the wear. If a log has no date, all are drawn by their number in the table.
     """
     ratios = any(row.ratio is not None for row in table)
-    told = [(row, found) for row in table if (found := _shown(row, ratios)) is not None]
-    dated = bool(told) and all(row.date is not None for row, _ in told)
-    units = list(dict.fromkeys(row.unit or UNNAMED for row, _ in told))
+    shown = [(row, estimate) for row in table if (estimate := _shown(row, ratios)) is not None]
+    dated = bool(shown) and all(row.date is not None for row, _ in shown)
+    units = list(dict.fromkeys(row.unit or UNNAMED for row, _ in shown))
     with drawing("trend"):
         figure, (axes,) = panels((WIDTH, HEIGHT), MARGINS)
         where = {
             row.file: _day(row.date or "") if dated else float(place)
-            for place, (row, _) in enumerate(told, start=1)
+            for place, (row, _) in enumerate(shown, start=1)
         }
         for number, unit in enumerate(units):
-            own = [(where[row.file], found) for row, found in told if (row.unit or UNNAMED) == unit]
-            own.sort(key=lambda one: one[0])
-            _draw(axes, number, unit, own)
+            points = [
+                (where[row.file], estimate)
+                for row, estimate in shown
+                if (row.unit or UNNAMED) == unit
+            ]
+            points.sort(key=lambda one: one[0])
+            _draw(axes, number, unit, points)
         if limit is not None:
             axes.axhline(limit, color=LIMIT, linestyle=(0, (4, 2)), linewidth=1.0)
         axes.set_ylabel("wear over that at commissioning [1]" if ratios else "wear [1]")
@@ -62,13 +66,13 @@ def _abscissa(axes: Axes, dated: bool) -> None:
     axes.xaxis.set_major_formatter(dates.ConciseDateFormatter(locator))  # type: ignore[no-untyped-call]  # has no types
 
 
-def _draw(axes: Any, number: int, unit: str, own: Sequence[tuple[float, EstimateRange]]) -> None:
+def _draw(axes: Any, number: int, unit: str, points: Sequence[tuple[float, EstimateRange]]) -> None:
     """Draw one unit: (abscissa, estimate) of each log."""
-    value = np.array([found.value for _, found in own])
+    value = np.array([estimate.value for _, estimate in points])
     reach = np.array(
         [
-            [max(0.0, found.value - found.low), max(0.0, found.high - found.value)]
-            for _, found in own
+            [max(0.0, estimate.value - estimate.low), max(0.0, estimate.high - estimate.value)]
+            for _, estimate in points
         ]
     ).T
     style = {
@@ -80,7 +84,7 @@ def _draw(axes: Any, number: int, unit: str, own: Sequence[tuple[float, Estimate
     # matplotlib leaves out labels that begin with an underscore
     label = unit.replace("_", " ") if unit.startswith("_") else unit
     axes.errorbar(
-        [place for place, _ in own],
+        [place for place, _ in points],
         value,
         yerr=reach,
         label=label,
@@ -100,5 +104,5 @@ def _shown(row: FleetRow, ratios: bool) -> EstimateRange | None:
 
 
 def _day(date: str) -> float:
-    found: float = dates.date2num(datetime.fromisoformat(date).replace(tzinfo=None))  # type: ignore[no-untyped-call]  # has no types
-    return found
+    day: float = dates.date2num(datetime.fromisoformat(date).replace(tzinfo=None))  # type: ignore[no-untyped-call]  # has no types
+    return day

@@ -82,7 +82,7 @@ def parts_of_travel(x: Vector, holds: Callable[[slice], bool]) -> list[tuple[flo
 
     Parts below WORTH of the travel are left out.
     """
-    found = []
+    parts = []
     for from_low in (True, False):
         # invariant: `holds` for `low` points, not for `high`
         low = 2
@@ -95,8 +95,8 @@ def parts_of_travel(x: Vector, holds: Callable[[slice], bool]) -> list[tuple[flo
         room = ROOM * (ends[1] - ends[0])
         ends = (ends[0], ends[1] - room) if from_low else (ends[0] + room, ends[1])
         if ends[1] - ends[0] >= WORTH * float(x[-1] - x[0]):
-            found.append(_inwards(ends))
-    return found
+            parts.append(_inwards(ends))
+    return parts
 
 
 def _inwards(ends: tuple[float, float]) -> tuple[float, float]:

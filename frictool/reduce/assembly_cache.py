@@ -13,9 +13,9 @@ _KEPT: dict[int, tuple[Mechanism, AssembledMechanism]] = {}
 
 def assemble_cached(mechanism: Mechanism) -> AssembledMechanism:
     """Return `assemble(mechanism)`, from the cache if possible; raises ElementError as it does."""
-    found = _KEPT.get(id(mechanism))
-    if found is not None:
-        return found[1]
+    cached = _KEPT.get(id(mechanism))
+    if cached is not None:
+        return cached[1]
     made = assemble(mechanism)
     while len(_KEPT) >= MOST:
         del _KEPT[next(iter(_KEPT))]

@@ -77,9 +77,9 @@ def curve_at(curves: Curves, number: int, x: Vector) -> Vector:
     first = int(curves.start[number])
     last = int(curves.start[number + 1])
     breaks = curves.breaks[first + number : last + number + 1]
-    held = np.clip(x, breaks[0], breaks[-1])
-    piece = np.clip(np.searchsorted(breaks, held, side="right") - 1, 0, last - first - 1)
-    way = held - breaks[piece]
+    clipped = np.clip(x, breaks[0], breaks[-1])
+    piece = np.clip(np.searchsorted(breaks, clipped, side="right") - 1, 0, last - first - 1)
+    way = clipped - breaks[piece]
     cubic = curves.cubic[first + piece]
     return np.asarray(((cubic[:, 3] * way + cubic[:, 2]) * way + cubic[:, 1]) * way + cubic[:, 0])
 

@@ -30,7 +30,7 @@ class ReductionStep:
     """Mechanism after a step, and the report of that step."""
 
     mechanism: Mechanism
-    told: StepReport
+    report: StepReport
 
 
 @dataclass(frozen=True)
@@ -72,7 +72,7 @@ def chain(
     """Make every step of the reduction.
 
     bandwidth: rad/s; resonances above it are dropped. It is required if a link is compliant.
-    number: as `known` of `load_beside`.
+    number: as `known` of `fit_residual_load`.
 
     Raises ElementError if the mechanism is wrong or its sensor measures no position. Raises
     ReductionStopped, with the steps so far, if the mechanism has several independent motions,
@@ -119,8 +119,8 @@ def _chain(
             )
         now = take(stiffen_above(now, root, bandwidth))
     progress("losses")
-    now, told, felt = as_friction(now, root, whole)
-    steps.append(ReductionStep(now, told))
+    now, report, reflected = as_friction(now, root, whole)
+    steps.append(ReductionStep(now, report))
     progress("curves")
     now = take(as_resistance(now))
     there = sensor_frame(whole, source, sensor)
@@ -131,7 +131,7 @@ def _chain(
         now,
         source,
         sensor,
-        felt,
+        reflected,
         1.0 if there.ratio > 0.0 else -1.0,
         _turns(whole, source, there),
         number,
@@ -154,7 +154,7 @@ def _turns(whole: Mechanism, source: str, there: CoordinateFrame) -> tuple[float
     """Return how far each block turns [rad] per unit at the sensor, whose frame is `there`."""
     here = from_reference(whole, source)
     frames = [here.frame(name) for name in here.assembled.blocks]
-    return tuple(abs(frame.ratio / there.ratio) for frame in frames if frame.own == "rotary")
+    return tuple(abs(frame.ratio / there.ratio) for frame in frames if frame.block_axis == "rotary")
 
 
 def _one_command(whole: Mechanism, source: str) -> None:

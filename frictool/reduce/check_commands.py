@@ -49,14 +49,14 @@ def runs(one: OneInertia, constant: float, limit: float, period: float) -> tuple
     constant: effort per unit of the drive. limit: in units of the drive. period: s.
     """
     low, high = one.travel if one.travel is not None else one.ends
-    found = []
+    checks = []
     for share in PLACES:
         place = low + share * (high - low)
         for direction, name in ((1.0, "forward"), (-1.0, "backward")):
             command = _command(one, place, direction, constant, limit, period)
             if command.size:
-                found.append(CheckRun(f"{name} from {place:.4g}", place, command))
-    return tuple(found)
+                checks.append(CheckRun(f"{name} from {place:.4g}", place, command))
+    return tuple(checks)
 
 
 def _command(
@@ -80,9 +80,9 @@ def _command(
         if _fades(one, here, side, way):
             break
         seconds, brakes = _push_time(one, push, slip, way)
-        moving = _held(side * push, seconds, period)
-        stop = _held(-side * push, seconds, period) if brakes else np.empty(0)
-        coast = _held(
+        moving = _constant(side * push, seconds, period)
+        stop = _constant(-side * push, seconds, period) if brakes else np.empty(0)
+        coast = _constant(
             0.0,
             min(LONGEST_S, 0.0 if brakes else 2.0 * seconds * push / float(np.mean(slip))) + REST_S,
             period,
@@ -91,7 +91,7 @@ def _command(
         ramp = side * np.linspace(
             0.0, min(SLIP * max(broken, 0.0), most), max(2, round(RAMP_S / period))
         )
-        parts += [moving, stop, coast, ramp, _held(0.0, REST_S, period)]
+        parts += [moving, stop, coast, ramp, _constant(0.0, REST_S, period)]
         here = float(along[-1])
     return np.concatenate(parts) / constant if parts else np.empty(0)
 
@@ -117,7 +117,7 @@ def _fast(one: OneInertia) -> float:
 def _resisting(one: OneInertia, places: Vector, direction: float) -> tuple[Vector, Vector]:
     """Return friction and breakaway with the load, opposing a motion at positions (n,)."""
     side = one.forward if direction > 0.0 else one.backward
-    load = direction * one.beside.at(places)
+    load = direction * one.residual.at(places)
     slip, rest = (np.interp(places, one.positions, curve) for curve in (side.curve, side.breakaway))
     return slip + load, rest + load
 
@@ -144,5 +144,5 @@ def _push_time(one: OneInertia, push: float, slip: Vector, way: float) -> tuple[
     return min(LONGEST_S, float(np.sum(np.diff(x)[moving] / between[moving]))), brakes
 
 
-def _held(value: float, seconds: float, period: float) -> Vector:
+def _constant(value: float, seconds: float, period: float) -> Vector:
     return np.full(max(1, round(seconds / period)), value)

@@ -39,13 +39,13 @@ def mechanism_positions(
     seen = assembled.sensor_blocks[assembled.sensors.index(sensor)]
     commands = np.zeros((command.shape[0], len(assembled.sources)))
     commands[:, driven] = command
-    found = run(machine, state, commands, here.document.sample_period_s, room_for_events=0)
-    if found.status != OK:
+    output = run(machine, state, commands, here.document.sample_period_s, room_for_events=0)
+    if output.status != OK:
         raise NoSolutionError(
-            f"{here.document.name}: not simulated: {MESSAGES[found.status]} "
-            f"(after {found.reached:.6g} s)"
+            f"{here.document.name}: not simulated: {MESSAGES[output.status]} "
+            f"(after {output.reached:.6g} s)"
         )
-    return np.ascontiguousarray(found.positions[seen, :-1])
+    return np.ascontiguousarray(output.positions[seen, :-1])
 
 
 def model_positions(model: Model, place: float, command: Vector) -> Vector:

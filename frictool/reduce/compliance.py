@@ -55,7 +55,7 @@ def swings(mechanism: Mechanism, root: str) -> tuple[LinkResonance, ...]:
     largest = float(
         np.max(assembled.packed.sources.constant * assembled.packed.sources.limit, initial=0.0)
     )
-    found = []
+    resonances = []
     for link in (one for one in links if one.compliant):
         beyond = [k for k, one in seen.items() if link.name in {step.name for step in one.by}]
         far = float(np.sum(inertia[beyond]))
@@ -65,33 +65,35 @@ def swings(mechanism: Mechanism, root: str) -> tuple[LinkResonance, ...]:
             if far > 0.0 and near > 0.0
             else np.inf
         )
-        own = [mode for mode in modes if mode.links.get(link.name, 0.0) > TAKES_PART]
-        frequency = own[0].frequency if own else alone
-        damping = own[0].damping if own else 0.5 * link.damping / link.stiffness * alone
+        link_modes = [mode for mode in modes if mode.links.get(link.name, 0.0) > TAKES_PART]
+        frequency = link_modes[0].frequency if link_modes else alone
+        damping = (
+            link_modes[0].damping if link_modes else 0.5 * link.damping / link.stiffness * alone
+        )
         give = 1.0 / link.stiffness if link.stiffness > 0.0 else 0.0
-        found.append(
+        resonances.append(
             LinkResonance(
                 link, frequency, damping, give, give * largest if np.isfinite(largest) else np.nan
             )
         )
-    return tuple(sorted(found, key=lambda one: one.frequency))
+    return tuple(sorted(resonances, key=lambda one: one.frequency))
 
 
 def stiffen_above(
     mechanism: Mechanism, root: str, bandwidth: float
 ) -> tuple[Mechanism, StepReport]:
     """Make those links rigid whose resonance is above `bandwidth` [rad/s]."""
-    found = swings(mechanism, root)
-    if not found:
+    resonances = swings(mechanism, root)
+    if not resonances:
         return mechanism, StepReport("compliance", "no link yields", "nothing")
-    dropped = [one for one in found if one.frequency > bandwidth]
+    dropped = [one for one in resonances if one.frequency > bandwidth]
     reduced = rigid(mechanism, {one.link.name for one in dropped})
     gain, phase = _difference(mechanism, reduced, bandwidth) if dropped else (0.0, 0.0)
     unit = "rad" if assemble_cached(mechanism).kinds[0] == "rotary" else "m"
     effort = "N m" if unit == "rad" else "N"
     figures = [StepFigure("bandwidth", bandwidth, "rad/s")]
     notes = []
-    for one in found:
+    for one in resonances:
         figures += [
             StepFigure(f"{one.link.name}: resonance", one.frequency, "rad/s"),
             StepFigure(f"{one.link.name}: damping ratio", one.damping, ""),

@@ -49,13 +49,13 @@ class Connection:
 def connections(assembled: AssembledMechanism) -> tuple[Connection, ...]:
     """Return all links between two blocks: joints first, then compliant ones."""
     joints, couplings = assembled.packed.joints, assembled.packed.couplings
-    found = [_joint(name, joints, k) for k, name in enumerate(assembled.joints)]
-    found += [
+    result = [_joint(name, joints, k) for k, name in enumerate(assembled.joints)]
+    result += [
         _coupling(name, couplings, k)
         for k, name in enumerate(assembled.couplings)
         if couplings.a[k] != FRAME
     ]
-    return tuple(found)
+    return tuple(result)
 
 
 def _joint(name: str, joints: Joints, k: int) -> Connection:
@@ -118,7 +118,7 @@ def seen_from(
     NoSolutionError if two paths from the root to a block have different ratios: the mechanism then
     has several independent motions, or none.
     """
-    found = {root: BlockMotion(1.0, 0.0)}
+    motions = {root: BlockMotion(1.0, 0.0)}
     for compliant in (False, True):
         changed = True
         while changed:
@@ -127,16 +127,16 @@ def seen_from(
                 if link.compliant and not compliant:
                     continue
                 for here, there, ratio, offset in _both_ways(link):
-                    if here in found and there not in found:
-                        seen = found[here]
-                        found[there] = BlockMotion(
+                    if here in motions and there not in motions:
+                        seen = motions[here]
+                        motions[there] = BlockMotion(
                             ratio * seen.ratio, ratio * seen.offset + offset, (*seen.by, link)
                         )
                         changed = True
     for link in links:
-        if link.a in found:
-            _agrees(link, found, names)
-    return found
+        if link.a in motions:
+            _agrees(link, motions, names)
+    return motions
 
 
 def _both_ways(link: Connection) -> Iterator[tuple[int, int, float, float]]:
@@ -144,14 +144,14 @@ def _both_ways(link: Connection) -> Iterator[tuple[int, int, float, float]]:
     yield link.b, link.a, 1.0 / link.ratio, -link.offset / link.ratio
 
 
-def _agrees(link: Connection, found: dict[int, BlockMotion], names: Sequence[str]) -> None:
+def _agrees(link: Connection, motions: dict[int, BlockMotion], names: Sequence[str]) -> None:
     """Refuse a link whose ratio contradicts that of the path from the root."""
-    there = found[link.b].ratio
-    expected = link.ratio * found[link.a].ratio
+    there = motions[link.b].ratio
+    expected = link.ratio * motions[link.a].ratio
     if not np.isclose(there, expected, rtol=SAME, atol=0.0):
         raise NoSolutionError(
             f"links.{link.name}: {names[link.b]} moves {expected:.6g} times as far as the source "
             f"by {names[link.a]}, and {there:.6g} times "
-            f"by {', '.join(one.name for one in found[link.b].by) or 'itself'}: "
+            f"by {', '.join(one.name for one in motions[link.b].by) or 'itself'}: "
             "it is not one motion, and no one-inertia model has it"
         )

@@ -95,7 +95,7 @@ def from_source(mechanism: Mechanism, source: str) -> tuple[Mechanism, StepRepor
         StepFigure(
             f"ratio of {name}",
             here.frame(name).ratio,
-            f"{si_unit('position', here.frame(name).own)}/{ratio}",
+            f"{si_unit('position', here.frame(name).block_axis)}/{ratio}",
         )
         for name in names
         if here.frame(name).ratio != 1.0
@@ -136,7 +136,7 @@ def at_sensor(
     offset = -side * there.offset / size
     seen = {number: BlockMotion(ratio, offset) for number in here.seen}
     reduced = expressed(
-        MechanismView(mechanism, here.assembled, here.links, here.root, seen, there.own)
+        MechanismView(mechanism, here.assembled, here.links, here.root, seen, there.block_axis)
     )
     notes = (
         ()
@@ -147,7 +147,7 @@ def at_sensor(
         )
     )
     did = f"the coordinate of {whole.sensors[sensor].on}, where {sensor} measures"
-    unit = f"{si_unit('position', there.own)}/{si_unit('position', there.axis)}"
+    unit = f"{si_unit('position', there.block_axis)}/{si_unit('position', there.axis)}"
     return reduced, StepReport(
         "sensor",
         did,
@@ -200,13 +200,13 @@ def _block(here: MechanismView, name: str, block: Block) -> Block:
     frame = here.frame(name)
     mass = block.inertia if block.inertia is not None else block.mass
     assert mass is not None
-    own = frame.inertia(mass)
+    inertia = frame.inertia(mass)
     start = (
         None
         if block.start is None and frame.offset == 0.0
         else frame.position(block.start or Quantity(0.0))
     )
-    return Block(own, None, start) if frame.axis == "rotary" else Block(None, own, start)
+    return Block(inertia, None, start) if frame.axis == "rotary" else Block(None, inertia, start)
 
 
 def _link(here: MechanismView, name: str, link: Link) -> dict[str, Link]:
@@ -221,8 +221,8 @@ def _link(here: MechanismView, name: str, link: Link) -> dict[str, Link]:
     if isinstance(link, Cam | Stop | FrictionOf):
         return {name: on[type(link)](here.frame(link.on), link, link.on)}
     # empty for a link that closes a rigid loop without adding a constraint
-    found = [one for one in here.links if one.name == name]
-    return {one.name: _between(here, one, link) for one in found}
+    matching = [one for one in here.links if one.name == name]
+    return {one.name: _between(here, one, link) for one in matching}
 
 
 def _between(here: MechanismView, one: Connection, link: Link) -> Link:
@@ -252,30 +252,32 @@ def efficiencies(one: Connection) -> tuple[float, float]:
 
 
 def _compliance(
-    one: Connection, frame: CoordinateFrame, given: Compliance | None
+    one: Connection, frame: CoordinateFrame, stated: Compliance | None
 ) -> Compliance | None:
     """Return stiffness and damping at the second end, with the intervals of the document.
 
     The document's values of a belt are along the belt.
     """
-    if given is None or not one.compliant:
+    if stated is None or not one.compliant:
         return None
     return Compliance(
-        frame.stiffness(scaled(given.stiffness, one.stiffness / given.stiffness.value, "")),
+        frame.stiffness(scaled(stated.stiffness, one.stiffness / stated.stiffness.value, "")),
         frame.damping(
             scaled(
-                given.damping, one.damping / given.damping.value if given.damping.value else 1.0, ""
+                stated.damping,
+                one.damping / stated.damping.value if stated.damping.value else 1.0,
+                "",
             )
         ),
     )
 
 
-def _backlash(one: Connection, frame: CoordinateFrame, given: Backlash | None) -> Backlash | None:
+def _backlash(one: Connection, frame: CoordinateFrame, stated: Backlash | None) -> Backlash | None:
     """Return the full width at the second end, with the interval of the document."""
-    if given is None:
+    if stated is None:
         return None
-    width = frame.width(scaled(given.width, 2.0 * one.gap / given.width.value, ""))
-    return Backlash(width, None, given.restitution, _compliance(one, frame, given.compliance))
+    width = frame.width(scaled(stated.width, 2.0 * one.gap / stated.width.value, ""))
+    return Backlash(width, None, stated.restitution, _compliance(one, frame, stated.compliance))
 
 
 def _spring(here: MechanismView, name: str, spring: Spring) -> dict[str, Link]:
@@ -290,10 +292,12 @@ def _spring(here: MechanismView, name: str, spring: Spring) -> dict[str, Link]:
                 "make it a link with a ratio and a compliance"
             )
         stretch = CoordinateFrame(
-            first.ratio - second.ratio, first.offset - second.offset, first.axis, first.own
+            first.ratio - second.ratio, first.offset - second.offset, first.axis, first.block_axis
         )
         return {name: stretch.spring(spring, moving[0])}
-    stretch = CoordinateFrame(first.ratio, first.offset - second.offset, first.axis, first.own)
+    stretch = CoordinateFrame(
+        first.ratio, first.offset - second.offset, first.axis, first.block_axis
+    )
     return {
         name: msgspec.structs.replace(
             stretch.spring(spring, spring.between[0]), between=spring.between
@@ -311,7 +315,7 @@ def _one_body(here: MechanismView, blocks: list[str]) -> bool:
 def _bench_keys(here: MechanismView) -> dict[str, Span | Quantity]:
     """Return travel and top speed, which belong to the controlled sensor's block."""
     document = here.document
-    found = dict[str, Span | Quantity]()
+    values = dict[str, Span | Quantity]()
     sensor = controlled_names(document)[1]
     frame = here.frame(document.sensors[sensor].on)
     if document.travel is not None:
@@ -319,9 +323,9 @@ def _bench_keys(here: MechanismView) -> dict[str, Span | Quantity]:
             (end - frame.offset) / frame.ratio
             for end in (document.travel.low, document.travel.high)
         )
-        found["travel"] = Span(ends[0], ends[1], si_unit("position", frame.axis))
+        values["travel"] = Span(ends[0], ends[1], si_unit("position", frame.axis))
     if document.top_speed is not None:
-        found["top_speed"] = scaled(
+        values["top_speed"] = scaled(
             document.top_speed, 1.0 / abs(frame.ratio), si_unit("velocity", frame.axis)
         )
-    return found
+    return values

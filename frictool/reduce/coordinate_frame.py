@@ -38,12 +38,12 @@ POWERS = {"N": 1, "N/s": 1, "N s/m": 2, "N/m": 2, "kg": 2, "m/s": -1, "m": -1}
 
 @dataclass(frozen=True)
 class CoordinateFrame:
-    """Map q = ratio p + offset [SI]; axis: kind of the block of p; own: kind of the block of q."""
+    """Map q = ratio p + offset [SI]; axis: kind of the block of p; block_axis: of q."""
 
     ratio: float
     offset: float
     axis: Axis
-    own: Axis
+    block_axis: Axis
 
     def position(self, q: Quantity) -> Quantity:
         """Return a position q, converted to the coordinate p."""
@@ -132,7 +132,7 @@ class CoordinateFrame:
     def friction(self, friction: FrictionOf, on: str) -> FrictionOf:
         """Return a friction with its parameters scaled by POWERS."""
         law = LAWS[friction.law]
-        sizes = si_parameters(on, friction, self.own)
+        sizes = si_parameters(on, friction, self.block_axis)
         parameters = {}
         for name, quantity in sizes.items():
             parameter = law.parameters[law.index(name)]

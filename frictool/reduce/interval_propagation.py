@@ -57,10 +57,10 @@ def at(node: Any, path: Path, value: float) -> Any:
     return msgspec.structs.replace(node, **{head: at(getattr(node, head), rest, value)})
 
 
-def _together(found: Uncertain) -> list[Uncertain]:
+def _together(intervals: Uncertain) -> list[Uncertain]:
     """Group the quantities that move at once: Coulomb friction and breakaway of one part."""
     sets: dict[Path, list[tuple[Path, Quantity]]] = {}
-    for path, one in found:
+    for path, one in intervals:
         joined = path[-2:] in (("parameters", "coulomb"), ("parameters", "breakaway"))
         sets.setdefault(path[:-1] if joined else path, []).append((path, one))
     return [tuple(one) for one in sets.values()]
@@ -109,15 +109,15 @@ def propagated(
     """Return (low, high) of each of `numbers`; both are the value if nothing is uncertain."""
     centre = numbers(mechanism)
     low, high = dict(centre), dict(centre)
-    found = uncertain(mechanism)
-    for moved in _together(found):
+    intervals = uncertain(mechanism)
+    for moved in _together(intervals):
         progress(f"interval of {', '.join('.'.join(path) for path, _ in moved)}")
         ends = list(_at_corners(mechanism, moved, numbers))
         for name, value in centre.items():
             low[name] += min(0.0, *(each.get(name, value) - value for each in ends))
             high[name] += max(0.0, *(each.get(name, value) - value for each in ends))
-    if 2 <= len(found) <= MOST_CORNERS:
-        for each in _at_corners(mechanism, found, numbers):
+    if 2 <= len(intervals) <= MOST_CORNERS:
+        for each in _at_corners(mechanism, intervals, numbers):
             for name, value in centre.items():
                 low[name], high[name] = (
                     min(low[name], each.get(name, value)),

@@ -29,7 +29,9 @@ def json_view(
         "source": chain.source,
         "sensor": chain.sensor,
         "position_unit": si_unit("position", model.axis),
-        "steps": [_step(told, blocks) for told, blocks in zip(checked.told, sizes, strict=True)],
+        "steps": [
+            _step(report, blocks) for report, blocks in zip(checked.reports, sizes, strict=True)
+        ],
         "backlash": [_figure(figure) for figure in chain.play],
         "curve": {
             "position": one.positions.tolist(),

@@ -76,14 +76,14 @@ def as_friction(
     lossless = lump_rigid_links(mechanism, root)[0]
     if not figures:
         return lossless, StepReport("losses", "no rigid link loses", "nothing"), ReflectedInertia()
-    felt = _felt(mechanism, root, slopes)
+    reflected = _reflected_inertia(mechanism, root, slopes)
     total = _total(lossless)
     unit = "kg m^2" if _rotary(lossless) else "kg"
     figures += [
-        StepFigure("inertia felt, coasting", felt.least * total, unit),
-        StepFigure("inertia felt, accelerating", felt.most * total, unit),
+        StepFigure("inertia felt, coasting", reflected.least * total, unit),
+        StepFigure("inertia felt, accelerating", reflected.most * total, unit),
     ]
-    return lossless, _told(predicted, tuple(figures), tuple(notes)), felt
+    return lossless, _losses_report(predicted, tuple(figures), tuple(notes)), reflected
 
 
 def _sloped(beyond: tuple[float, float], helped: float, against: float) -> tuple[float, float]:
@@ -92,7 +92,9 @@ def _sloped(beyond: tuple[float, float], helped: float, against: float) -> tuple
     return min(ends), max(ends)
 
 
-def _told(predicted: float, figures: tuple[StepFigure, ...], notes: tuple[str, ...]) -> StepReport:
+def _losses_report(
+    predicted: float, figures: tuple[StepFigure, ...], notes: tuple[str, ...]
+) -> StepReport:
     return StepReport(
         "losses",
         "losses of links as friction by direction over the position",
@@ -105,7 +107,7 @@ def _told(predicted: float, figures: tuple[StepFigure, ...], notes: tuple[str, .
     )
 
 
-def _felt(
+def _reflected_inertia(
     mechanism: Mechanism, root: str, slopes: Mapping[str, tuple[float, float]]
 ) -> ReflectedInertia:
     """Return the reflected inertia of all blocks and of the root's body, relative to the lossless.
@@ -126,9 +128,9 @@ def _felt(
 
         With a negative share the mechanism locks, and nothing accelerates.
         """
-        found = share(names, 0)
-        if found > 0.0:
-            return found
+        value = share(names, 0)
+        if value > 0.0:
+            return value
         kept = sum(inertia[name] * max(0.0, slopes[name][0]) for name in names)
         return kept / sum(inertia[name] for name in names)
 
@@ -178,13 +180,13 @@ def _placed(
 
 def _verdict(name: str, link: Connection, whole: Mechanism) -> str:
     """Return the note on reversibility; for a thread, by comparison of mu with tan(alpha)."""
-    given = whole.links.get(name)
+    original = whole.links.get(name)
     why = f"efficiency driven back {1.0 - link.back_loss:.4g}"
-    if isinstance(given, Screw) and given.friction_coefficient is not None:
-        steep = tangent_of_lead(f"links.{name}", given)
+    if isinstance(original, Screw) and original.friction_coefficient is not None:
+        steep = tangent_of_lead(f"links.{name}", original)
         why = (
-            f"mu {given.friction_coefficient:.4g} "
-            f"{'>' if given.friction_coefficient > steep else '<='} tan(alpha) {steep:.4g}"
+            f"mu {original.friction_coefficient:.4g} "
+            f"{'>' if original.friction_coefficient > steep else '<='} tan(alpha) {steep:.4g}"
         )
     if link.back_loss > 1.0:
         return f"{name} is irreversible: {why}; its friction holds any load, kept as friction"

@@ -16,16 +16,16 @@ ABOVE = 10.0  # bandwidth relative to the crossover frequency
 def bandwidth_of(controller: Controller) -> float:
     """Return the bandwidth [rad/s]; raise NoSolutionError if no loop crosses gain 1."""
     lag = controller.bench.actuator.loop_time_constant_s
-    found = []
+    frequencies = []
     for vertex in controller.verified.vertices:
         point = PlantPoint(
             vertex.name, vertex.inertia, vertex.viscous, vertex.coulomb, vertex.constant
         )
-        found += [
+        frequencies += [
             loop_margins(open_loop(loop, point.rates, lag, controller.delay_samples)).crossing
             for loop in feedbacks_of(controller)
         ]
-    crossings = [one for one in found if math.isfinite(one)]
+    crossings = [one for one in frequencies if math.isfinite(one)]
     if not crossings:
         raise NoSolutionError(
             f"{controller.name}: its loops cross gain 1 nowhere, "

@@ -53,16 +53,16 @@ def in_loop(
     time = whole.time
     one, other = whole.signals["position_true"], reduced.signals["position_true"]
     period = float(time[1] - time[0])
-    found = []
+    steps = []
     refused = None
     for first, last in _holds(reference):
         origin = float(reference[first - 1]) if first else float(one[0])
         target = float(reference[first])
-        held = slice(first, last)
-        apart = np.abs(one[held] - other[held])
+        hold = slice(first, last)
+        apart = np.abs(one[hold] - other[hold])
         allowed = play + max(tolerance * abs(target - origin), resolution)
         times = [
-            response_time_95(time[held], each[held], origin, target, resolution)
+            response_time_95(time[hold], each[hold], origin, target, resolution)
             for each in (one, other)
         ]
         step = LoopStep(
@@ -75,9 +75,9 @@ def in_loop(
             times[1],
             allowed,
         )
-        found.append(step)
+        steps.append(step)
         refused = refused or _refused(step, tolerance, period, resolution)
-    return LoopComparison(tuple(found), refused)
+    return LoopComparison(tuple(steps), refused)
 
 
 def _refused(step: LoopStep, tolerance: float, period: float, resolution: float) -> str | None:

@@ -47,9 +47,9 @@ class _Estimates:
 
     def of(self, name: str, dimension: str, value: float | None = None) -> Estimate:
         """Return the estimate of a number; another `value` shifts the interval along."""
-        own = self.one.scalars()[name]
-        centre = own if value is None else value
-        low, high = (end + centre - own for end in self.ends.get(name, (own, own)))
+        nominal = self.one.scalars()[name]
+        centre = nominal if value is None else value
+        low, high = (end + centre - nominal for end in self.ends.get(name, (nominal, nominal)))
         if low < 0.0 <= centre and name not in SIGNED:
             low = 0.0
         known = high - low > ROUNDING * max(abs(low), abs(high))
@@ -79,8 +79,8 @@ def model_of(
     """
     one = chain.one
     axis = axis_kind(chain.last.blocks[chain.last.sources[chain.source].on])
-    own = bench_of(chain, ends, axis)
-    used = own if bench is None else merged(bench, own)
+    derived = bench_of(chain, ends, axis)
+    used = derived if bench is None else merged(bench, derived)
     estimates = _Estimates(one, ends, axis)
     parameters = _parameters(estimates)
     laws = _laws(estimates, parameters)
@@ -140,7 +140,7 @@ def _laws(estimates: _Estimates, forward: Parameters) -> Laws:
 
 def _load(estimates: _Estimates) -> Load | None:
     """Return a spring or a harmonic; the latter is gravity if its number is 1 on a rotary axis."""
-    one = estimates.one.beside
+    one = estimates.one.residual
     axis = estimates.axis
     if one.number == 0.0:
         return (
@@ -159,7 +159,7 @@ def _resonances(one: OneInertia, ends: Ends) -> Resonances | None:
     if one.resonances is None:
         return None
 
-    def known(kind: str, found: tuple[Oscillation, ...]) -> tuple[Oscillation, ...]:
+    def known(kind: str, oscillations: tuple[Oscillation, ...]) -> tuple[Oscillation, ...]:
         return tuple(
             msgspec.structs.replace(
                 each,
@@ -167,7 +167,7 @@ def _resonances(one: OneInertia, ends: Ends) -> Resonances | None:
                 if ends[f"{kind}.{k}"][0] < ends[f"{kind}.{k}"][1]
                 else None,
             )
-            for k, each in enumerate(found)
+            for k, each in enumerate(oscillations)
         )
 
     return msgspec.structs.replace(
@@ -262,49 +262,49 @@ def _actuator(source: Source, name: str, axis: Axis) -> Actuator:
 
 def _encoder(chain: ReductionChain, axis: Axis) -> Encoder:
     """Return the sensor's encoder; a perfect sensor has a very small step."""
-    given: Sensor = chain.whole.sensors[chain.sensor]
+    sensor: Sensor = chain.whole.sensors[chain.sensor]
     sign = next(
-        (step.told.figures[0].value for step in chain.steps if step.told.step == "sensor"), 1.0
+        (step.report.figures[0].value for step in chain.steps if step.report.step == "sensor"), 1.0
     )
     direction: Literal[1, -1] = 1 if sign > 0.0 else -1
-    if given.counts_per_revolution is not None:
-        return Encoder(counts_per_revolution=given.counts_per_revolution, direction=direction)
+    if sensor.counts_per_revolution is not None:
+        return Encoder(counts_per_revolution=sensor.counts_per_revolution, direction=direction)
     low, high = chain.one.ends
-    step = given.step.value if given.step is not None else SMALLEST_STEP * (high - low)
+    step = sensor.step.value if sensor.step is not None else SMALLEST_STEP * (high - low)
     return Encoder(step=Quantity(step, unit=si_unit("position", axis)), direction=direction)
 
 
-def merged(bench: Bench, own: Bench) -> Bench:
+def merged(bench: Bench, derived: Bench) -> Bench:
     """Return the user's bench, completed from the mechanism's.
 
     Raises NoSolutionError if the two contradict each other.
     """
     pairs = {
-        "axis": (bench.axis, own.axis),
-        "sample_period_s": (bench.sample_period_s, own.sample_period_s),
-        "delay_samples": (bench.delay_samples, own.delay_samples),
-        "actuator.drive": (bench.actuator.drive, own.actuator.drive),
-        "actuator.constant": (bench.actuator.constant.value, own.actuator.constant.value),
-        "actuator.limit": (bench.actuator.limit.value, own.actuator.limit.value),
+        "axis": (bench.axis, derived.axis),
+        "sample_period_s": (bench.sample_period_s, derived.sample_period_s),
+        "delay_samples": (bench.delay_samples, derived.delay_samples),
+        "actuator.drive": (bench.actuator.drive, derived.actuator.drive),
+        "actuator.constant": (bench.actuator.constant.value, derived.actuator.constant.value),
+        "actuator.limit": (bench.actuator.limit.value, derived.actuator.limit.value),
         "actuator.loop_time_constant_s": (
             bench.actuator.loop_time_constant_s,
-            own.actuator.loop_time_constant_s,
+            derived.actuator.loop_time_constant_s,
         ),
-        "encoder": (bench.encoder.resolution, own.encoder.resolution),
+        "encoder": (bench.encoder.resolution, derived.encoder.resolution),
     }
-    for key, (found, told) in pairs.items():
+    for key, (provided, expected) in pairs.items():
         equal = (
-            math.isclose(found, told, rel_tol=1e-6)
-            if isinstance(found, float) and isinstance(told, float)
-            else found == told
+            math.isclose(provided, expected, rel_tol=1e-6)
+            if isinstance(provided, float) and isinstance(expected, float)
+            else provided == expected
         )
         if not equal:
             raise NoSolutionError(
-                f"bench {bench.name}: {key}: found {found}, the mechanism says {told}; "
+                f"bench {bench.name}: {key}: found {provided}, the mechanism says {expected}; "
                 "allowed: the same rig"
             )
     missing = {
-        name: getattr(own.mechanics, name)
+        name: getattr(derived.mechanics, name)
         for name in ("backlash", "backlash_coulomb", "travel", "top_speed")
         if getattr(bench.mechanics, name) is None
     }

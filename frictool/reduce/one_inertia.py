@@ -24,7 +24,7 @@ from frictool.reduce.backlash import BacklashChain, play
 from frictool.reduce.block_resistance import resisting
 from frictool.reduce.polynomial_fit import PolynomialFit, fit_polynomial, mean_of
 from frictool.reduce.reflected_inertia import ReflectedInertia
-from frictool.reduce.residual_load import LoadUnits, ResidualLoad, load_beside
+from frictool.reduce.residual_load import LoadUnits, ResidualLoad, fit_residual_load
 from frictool.reduce.resisting_curves import in_contact
 from frictool.reduce.resonances import resonances
 from frictool.reduce.rigid_lumping import lump_rigid_links
@@ -81,10 +81,10 @@ class DirectionFriction:
 class OneInertia:
     """One-inertia model, SI, in the coordinate of the reduced mechanism.
 
-    inner: inertia that moves inside the backlash. beside: load that friction does not hold. inside:
-    Coulomb friction inside the backlash. positions: (n,), of the curves. restitution: of end stops
-    that are not behind backlash. felt: bounds of the inertia due to losses. travel: between the end
-    stops, of the source's block.
+    inner: inertia that moves inside the backlash. residual: load that friction does not hold.
+    inside: Coulomb friction inside the backlash. positions: (n,), of the curves. restitution: of
+    end stops that are not behind backlash. reflected: bounds of the inertia due to losses. travel:
+    between the end stops, of the source's block.
     """
 
     inertia: float
@@ -92,7 +92,7 @@ class OneInertia:
     viscous: float
     forward: DirectionFriction
     backward: DirectionFriction
-    beside: ResidualLoad
+    residual: ResidualLoad
     stribeck_velocity: float
     stribeck_exponent: float
     play: BacklashChain
@@ -100,7 +100,7 @@ class OneInertia:
     positions: Vector
     resonances: Resonances | None
     restitution: float
-    felt: ReflectedInertia
+    reflected: ReflectedInertia
     travel: tuple[float, float] | None
 
     @property
@@ -123,15 +123,15 @@ class OneInertia:
             "breakaway": mean(self.forward.breakaway),
             "backward.coulomb": mean(self.backward.curve),
             "backward.breakaway": mean(self.backward.breakaway),
-            "offset": self.beside.offset,
-            "stiffness": self.beside.stiffness,
-            "sine": self.beside.sine,
-            "cosine": self.beside.cosine,
+            "offset": self.residual.offset,
+            "stiffness": self.residual.stiffness,
+            "sine": self.residual.sine,
+            "cosine": self.residual.cosine,
             "backlash": self.play.width,
             "backlash_coulomb": self.inside,
-            "inertia.least": self.inertia * self.felt.least,
-            "inertia.most": self.inertia * self.felt.most,
-            "inner.least": self.inner * self.felt.inner_least,
+            "inertia.least": self.inertia * self.reflected.least,
+            "inertia.most": self.inertia * self.reflected.most,
+            "inner.least": self.inner * self.reflected.inner_least,
             "least": min(float(np.min(side.curve)) for side in (self.forward, self.backward)),
             "most": max(float(np.max(side.curve)) for side in (self.forward, self.backward)),
         }
@@ -149,15 +149,16 @@ def one_inertia(
     mechanism: Mechanism,
     source: str,
     sensor: str,
-    felt: ReflectedInertia,
+    reflected: ReflectedInertia,
     side: float = 1.0,
     turns: Sequence[float] = (),
     number: float | None = None,
 ) -> OneInertia:
     """Reduce a mechanism in one coordinate, without losses in rigid links, to one inertia.
 
-    felt: bounds of the inertia due to the losses that were removed. side: -1 if the sensor counts
-    against the coordinate. turns, number: of the load's harmonic, as in `load_beside`.
+    reflected: bounds of the inertia due to the losses that were removed. side: -1 if the sensor
+    counts against the coordinate. turns, number: of the load's harmonic, as in
+    `fit_residual_load`.
 
     Raises NoSolutionError if no model.yaml can describe the load that friction does not hold.
     """
@@ -167,23 +168,23 @@ def one_inertia(
     behind = {name: play(mechanism, root, name).before_sensor for name in stiff.blocks}
     travel = stopped(stiff, behind)
     x = _positions(stiff, travel, behind)
-    found = in_contact(stiff, x, behind)
+    contact = in_contact(stiff, x, behind)
     first = resisting(assembled, assembled.blocks.index(root), x)
-    at_rest = sum(one.drop for one in found.falling)
+    at_rest = sum(one.drop for one in contact.falling)
 
     def sides(load: Vector) -> tuple[DirectionFriction, DirectionFriction]:
         """Return forward and backward friction after the load is subtracted from the efforts."""
         return (
             _side(
                 x,
-                found.forward - load,
-                found.breakaway_forward - load + at_rest,
+                contact.forward - load,
+                contact.breakaway_forward - load + at_rest,
                 _met(stiff, x, behind, 1.0),
             ),
             _side(
                 x,
-                load - found.backward,
-                load - found.breakaway_backward + at_rest,
+                load - contact.backward,
+                load - contact.breakaway_backward + at_rest,
                 _met(stiff, x, behind, -1.0),
             ),
         )
@@ -193,18 +194,20 @@ def one_inertia(
     def misses(law: ResidualLoad) -> float:
         return max(one.misses for one in sides(law.at(x)))
 
-    beside = load_beside(x, found, turns, LoadUnits(mechanism.name, *units, side), misses, number)
-    forward, backward = sides(beside.at(x))
-    falls = [one for one in found.falling if one.drop > 0.0 and one.velocity > 0.0]
+    residual = fit_residual_load(
+        x, contact, turns, LoadUnits(mechanism.name, *units, side), misses, number
+    )
+    forward, backward = sides(residual.at(x))
+    falls = [one for one in contact.falling if one.drop > 0.0 and one.velocity > 0.0]
     drop = sum(one.drop for one in falls)
     inner = float(assembled.packed.inertia[assembled.blocks.index(root)])
     return OneInertia(
         inertia=float(np.sum(assembled.packed.inertia)),
         inner=inner,
-        viscous=found.damping + sum(one.viscous for one in found.falling),
+        viscous=contact.damping + sum(one.viscous for one in contact.falling),
         forward=forward,
         backward=backward,
-        beside=beside,
+        residual=residual,
         stribeck_velocity=sum(one.drop * one.velocity for one in falls) / drop
         if drop > 0.0
         else 0.0,
@@ -223,7 +226,7 @@ def one_inertia(
             ),
             default=0.0,
         ),
-        felt=felt,
+        reflected=reflected,
         travel=travel,
     )
 

@@ -21,13 +21,13 @@ def restrict_travel(whole: Mechanism, ends: tuple[float, float]) -> Mechanism:
     """
     block = whole.sensors[controlled_names(whole)[1]].on
     unit = si_unit("position", axis_kind(whole.blocks[block]))
-    own = whole.travel
-    if own is not None:
-        if ends[1] <= own.low or ends[0] >= own.high:
-            found = f"{ends[0]:g} to {ends[1]:g} {unit}"
-            allowed = f"{own.low:g} to {own.high:g} {unit}"
+    travel = whole.travel
+    if travel is not None:
+        if ends[1] <= travel.low or ends[0] >= travel.high:
+            requested = f"{ends[0]:g} to {ends[1]:g} {unit}"
+            allowed = f"{travel.low:g} to {travel.high:g} {unit}"
             raise OutsideTravelError(
-                f"found {found}; allowed: a part of {allowed}, the travel of {whole.name}"
+                f"found {requested}; allowed: a part of {allowed}, the travel of {whole.name}"
             )
-        ends = max(ends[0], own.low), min(ends[1], own.high)
+        ends = max(ends[0], travel.low), min(ends[1], travel.high)
     return msgspec.structs.replace(whole, travel=Span(*ends, unit))

@@ -68,12 +68,12 @@ def reduce(
     """
     origin = provenance or provenance_of_call("frictool.reduce.reduce", mechanism=mechanism)
     try:
-        found = reduction(mechanism, bandwidth, tolerance, bench, origin, progress)
+        result = reduction(mechanism, bandwidth, tolerance, bench, origin, progress)
     except ElementError as wrong:
         raise document_error("mechanism", wrong.key, str(wrong)) from None
-    if found.checked.refused is not None:
-        raise NoSolutionError(f"{found.chain.whole.name}: not reduced: {found.checked.refused}")
-    return found
+    if result.checked.refused is not None:
+        raise NoSolutionError(f"{result.chain.whole.name}: not reduced: {result.checked.refused}")
+    return result
 
 
 def reduction(
@@ -91,7 +91,7 @@ def reduction(
     steps = chain(whole, bandwidth, progress)
 
     def numbers(mechanism: Mechanism) -> dict[str, float]:
-        return chain(mechanism, bandwidth, number=steps.one.beside.number).one.scalars()
+        return chain(mechanism, bandwidth, number=steps.one.residual.number).one.scalars()
 
     model = model_of(steps, propagated(whole, numbers, progress), provenance, bench)
     return Reduction(

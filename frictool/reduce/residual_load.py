@@ -57,9 +57,9 @@ class LoadUnits:
     side: float = 1.0
 
 
-def load_beside(
+def fit_residual_load(
     x: Vector,
-    found: DirectedResistance,
+    resistance: DirectedResistance,
     turns: Iterable[float],
     words: LoadUnits,
     misses: Callable[[ResidualLoad], float],
@@ -79,20 +79,20 @@ def load_beside(
     Raises NoSolutionError if no candidate is acceptable; the message has the parts of the travel on
     which a constant or a spring would do.
     """
-    mean, half = found.mean, found.half
+    mean, half = resistance.mean, resistance.half
     scale = max(float(np.max(np.abs(mean))), 1e-300)
-    held: list[tuple[float, ResidualLoad]] = []
+    fits: list[tuple[float, ResidualLoad]] = []
     nearest = ResidualLoad()
     for one in (_rounded(law, scale, x) for law in _laws(x, mean, turns, known)):
         if _short(one, x, mean, half) < _short(nearest, x, mean, half):
             nearest = one
         if _short(one, x, mean, half) <= HELD * scale:
-            held.append((misses(one), one))
-            if held[-1][0] <= FITS:
+            fits.append((misses(one), one))
+            if fits[-1][0] <= FITS:
                 return one
-    if not held:
+    if not fits:
         raise NoSolutionError(_refusal(x, mean, half, nearest, words))
-    return min(held, key=lambda pair: pair[0])[1]
+    return min(fits, key=lambda pair: pair[0])[1]
 
 
 def _laws(
@@ -179,12 +179,12 @@ def _refusal(x: Vector, mean: Vector, half: Vector, nearest: ResidualLoad, words
     worst = int(np.argmax(left))
     side = words.side
     parts = parts_of_travel(x, _straight(x, mean, half))
-    told = [sorted(side * end for end in part) for part in parts]
-    if not told:
+    ranges = [sorted(side * end for end in part) for part in parts]
+    if not ranges:
         tried = "the mechanism itself (frictool simulate), or that of --reduced"
     else:
-        tried = " and ".join(f"--travel {low:.6g} {high:.6g}" for low, high in sorted(told))
-        tried += ", a model of its own on each side" if len(told) > 1 else ": there they do"
+        tried = " and ".join(f"--travel {low:.6g} {high:.6g}" for low, high in sorted(ranges))
+        tried += ", a model of its own on each side" if len(ranges) > 1 else ": there they do"
     return (
         f"{words.name}: at {side * x[worst]:.4g} {words.place} the load is "
         f"{side * mean[worst]:.4g} {words.effort} and friction holds "

@@ -92,25 +92,25 @@ class DirectedResistance:
         return 0.5 * (self.forward - self.backward)
 
 
-def resistance(found: BlockResistance, loss: LinkLoss = NO_LOSS) -> DirectedResistance:
+def resistance(block: BlockResistance, loss: LinkLoss = NO_LOSS) -> DirectedResistance:
     """Return the resistance (2.28) as seen through a lossy link (2.15).
 
     Speed-dependent parts are raised like an opposing load.
     """
-    rest = found.pressed_breakaway
+    rest = block.pressed_breakaway
     raised = tuple(
         SpeedDependentFriction(
             one.drop * loss.factor, one.velocity, one.exponent, one.viscous * loss.factor, one.law
         )
-        for one in found.falling
+        for one in block.falling
     )
     return DirectedResistance(
-        loss.through(found.load + found.friction),
-        -loss.through(-(found.load - found.friction)),
-        loss.through(found.load + rest),
-        -loss.through(-(found.load - rest)),
+        loss.through(block.load + block.friction),
+        -loss.through(-(block.load - block.friction)),
+        loss.through(block.load + rest),
+        -loss.through(-(block.load - rest)),
         raised,
-        found.damping * loss.factor,
+        block.damping * loss.factor,
     )
 
 
@@ -134,7 +134,7 @@ def as_curves(
 ) -> Mechanism:
     """Replace the block's links to the frame and its constant efforts by curves over x (n,)."""
     number = assembled.blocks.index(block)
-    found = resistance(resisting(assembled, number, x), loss)
+    directed = resistance(resisting(assembled, number, x), loss)
     replaced = position_elements(mechanism, block)
     links = {name: link for name, link in mechanism.links.items() if name not in replaced}
     axis = assembled.kinds[number]
@@ -143,22 +143,24 @@ def as_curves(
     def curve(values: Vector) -> Curve:
         return Curve(Series(tuple(map(float, x)), place), Series(tuple(map(float, values)), effort))
 
-    largest = max(float(np.max(np.abs(found.forward))), float(np.max(np.abs(found.backward))))
+    largest = max(float(np.max(np.abs(directed.forward))), float(np.max(np.abs(directed.backward))))
     name = free_name(links, f"{block}_load")
     damping = (
-        Quantity(found.damping, unit=si_unit("viscous", axis)) if found.damping > 0.0 else None
+        Quantity(directed.damping, unit=si_unit("viscous", axis))
+        if directed.damping > 0.0
+        else None
     )
-    if np.max(np.abs(found.mean)) > NOTHING * largest:
-        links[name] = Spring((block, GROUND), force=curve(found.mean), damping=damping)
+    if np.max(np.abs(directed.mean)) > NOTHING * largest:
+        links[name] = Spring((block, GROUND), force=curve(directed.mean), damping=damping)
     elif damping is not None:
         links[name] = Spring((block, GROUND), damping=damping)
-    if np.max(found.half) > NOTHING * largest:
+    if np.max(directed.half) > NOTHING * largest:
         level = Curve(Series((float(x[0]), float(x[-1])), place), Series((0.0, 0.0), "rad"))
-        half = np.maximum(found.half, 0.0)
+        half = np.maximum(directed.half, 0.0)
         links[free_name(links, f"{block}_friction")] = Cam(
-            block, curve(half), level, 1.0, max(1.0, breakaway_ratio(found))
+            block, curve(half), level, 1.0, max(1.0, breakaway_ratio(directed))
         )
-    for index, one in enumerate(found.falling):
+    for index, one in enumerate(directed.falling):
         if one.drop > 0.0 or one.viscous > 0.0:
             links[free_name(links, f"{block}_speed{index or ''}")] = falling_friction(
                 one, block, axis == "rotary"
@@ -170,11 +172,11 @@ def as_curves(
     return msgspec.structs.replace(mechanism, links=links, sources=sources)
 
 
-def breakaway_ratio(found: DirectedResistance) -> float:
+def breakaway_ratio(directed: DirectedResistance) -> float:
     """Return the ratio of the mean friction at rest to the mean friction in slip."""
-    slip = float(np.mean(found.half))
+    slip = float(np.mean(directed.half))
     return (
-        float(np.mean(0.5 * (found.breakaway_forward - found.breakaway_backward))) / slip
+        float(np.mean(0.5 * (directed.breakaway_forward - directed.breakaway_backward))) / slip
         if slip > 0.0
         else 1.0
     )

@@ -34,7 +34,7 @@ def figure(chain: ReductionChain, model: Model) -> Figure:
     drawn.subplots_adjust(left=0.13, right=0.97, top=0.94, bottom=0.09, hspace=0.32)
     upper, lower = drawn.subplots(2, 1, height_ratios=[2, 1], sharex=True)
     x = one.positions
-    load = one.beside.at(x)
+    load = one.residual.at(x)
     for side, sign, colour, name in (
         (one.forward, 1.0, FORWARD, "forward"),
         (one.backward, -1.0, BACKWARD, "backward"),
@@ -56,7 +56,7 @@ def figure(chain: ReductionChain, model: Model) -> Figure:
             label=f"{name}, breakaway",
         )
         lower.plot(x, fitted - curve, color=colour, linewidth=1.2)
-    if one.beside != ResidualLoad():
+    if one.residual != ResidualLoad():
         upper.plot(x, load, color=MUTED, linewidth=1.0, label="load beside friction")
     if one.play.width > 0.0:
         upper.axhspan(

@@ -42,9 +42,9 @@ class IrreversibilityMargin:
     share: float  # fraction of the positions at which friction holds the load
 
 
-def irreversible(x: Vector, found: DirectedResistance) -> IrreversibilityMargin:
+def irreversible(x: Vector, directed: DirectedResistance) -> IrreversibilityMargin:
     """Return the least of C_+ and of -C_- over the positions x (n,)."""
-    margin = np.minimum(found.forward, -found.backward)
+    margin = np.minimum(directed.forward, -directed.backward)
     worst = int(np.argmin(margin))
     return IrreversibilityMargin(
         float(margin[worst]), float(x[worst]), float(np.mean(margin >= 0.0))
@@ -93,17 +93,17 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
     between = 0.5 * (x[1:] + x[:-1])
     wanted = in_contact(mechanism, between)
     replaced: list[str] = []
-    given = mechanism
+    before = mechanism
     for block in mechanism.blocks:
         assembled = assemble_cached(mechanism)
-        found = resisting(assembled, assembled.blocks.index(block), x)
+        terms = resisting(assembled, assembled.blocks.index(block), x)
         if not _is_curve(mechanism, block) and (
-            np.max(np.abs(found.load)) > 0.0 or np.ptp(found.friction) > 0.0
+            np.max(np.abs(terms.load)) > 0.0 or np.ptp(terms.friction) > 0.0
         ):
             replaced += position_elements(mechanism, block)
             mechanism = as_curves(mechanism, assembled, block, x)
-    left_out = neglected_memory(given, replaced)
-    held = irreversible(x, exact)
+    left_out = neglected_memory(before, replaced)
+    margin = irreversible(x, exact)
     largest = max(
         float(np.max(np.abs(exact.forward))), float(np.max(np.abs(exact.backward))), 1e-300
     )
@@ -123,15 +123,15 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
         StepFigure("C_r forward, most", float(np.max(exact.forward)), unit),
         StepFigure("C_r backward, least", float(np.min(-exact.backward)), unit),
         StepFigure("C_r backward, most", float(np.max(-exact.backward)), unit),
-        StepFigure("friction less load, least", held.margin, unit),
-        StepFigure("where friction holds the load least", held.place, place),
+        StepFigure("friction less load, least", margin.margin, unit),
+        StepFigure("where friction holds the load least", margin.place, place),
     ]
     did = f"{', '.join(replaced)} as C_r(theta, sign)" if replaced else _unchanged(exact, largest)
     note = (
         "irreversible over the whole travel: without a command it stays at rest, "
         "and the load is a part of friction"
-        if held.margin >= 0.0
-        else f"not irreversible over {1.0 - held.share:.1%} of the travel: "
+        if margin.margin >= 0.0
+        else f"not irreversible over {1.0 - margin.share:.1%} of the travel: "
         "there the load moves it without a command"
     )
     return mechanism, StepReport(
@@ -145,9 +145,11 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
     )
 
 
-def _unchanged(found: DirectedResistance, largest: float) -> str:
+def _unchanged(directed: DirectedResistance, largest: float) -> str:
     """Describe a step that replaces nothing."""
-    varies = max(float(np.ptp(found.forward)), float(np.ptp(found.backward))) > NOTHING * largest
+    varies = (
+        max(float(np.ptp(directed.forward)), float(np.ptp(directed.backward))) > NOTHING * largest
+    )
     return (
         "the loads are a curve for each direction already"
         if varies

@@ -36,12 +36,12 @@ TOLERANCE = 0.05  # relative to the distance; "response time within 5 %"
 class SimulationCheck:
     """Result of the check.
 
-    told: reports of all steps with measured errors, the one inertia last. play: backlash [rad | m].
+    reports: of all steps with measured errors, the one inertia last. play: backlash [rad | m].
     runs: number of runs. unit: of positions at the sensor. refused: first error above the allowed
     one; None: the check passed.
     """
 
-    told: tuple[StepReport, ...]
+    reports: tuple[StepReport, ...]
     tolerance: float
     play: float
     runs: int
@@ -51,7 +51,7 @@ class SimulationCheck:
     @property
     def verdict(self) -> str:
         """One line that says if the mechanism was reduced, and within which error."""
-        last = self.told[-1].measured
+        last = self.reports[-1].measured
         assert last is not None
         if self.refused is not None:
             return f"not reduced: {self.refused}"
@@ -114,11 +114,11 @@ def check_reduction(
 
     before = whole
     last = chain.whole
-    told = list[StepReport]()
+    reports = list[StepReport]()
     moved = False
     for step in chain.steps:
-        progress(f"simulating after: {step.told.step}")
-        moved = moved or step.told.step == "sensor"
+        progress(f"simulating after: {step.report.step}")
+        moved = moved or step.report.step == "sensor"
         now = (
             before
             if step.mechanism == last
@@ -131,16 +131,21 @@ def check_reduction(
                 )
             )
         )
-        told.append(replace(step.told, measured=_measured(tests, before, now, whole)))
+        reports.append(replace(step.report, measured=_measured(tests, before, now, whole)))
         before = now
         last = step.mechanism
     progress("simulating the one inertia")
     now = crossing(lambda run: model_positions(model, run.place, run.command))
-    told.append(replace(final, measured=_measured(tests, before, now, whole)))
+    reports.append(replace(final, measured=_measured(tests, before, now, whole)))
     play = chain.one.play.width
     unit = si_unit("position", model.bench.axis)
     return SimulationCheck(
-        tuple(told), tolerance, play, len(tests), unit, _refused(told, tolerance, play, chain, unit)
+        tuple(reports),
+        tolerance,
+        play,
+        len(tests),
+        unit,
+        _refused(reports, tolerance, play, chain, unit),
     )
 
 
@@ -155,8 +160,8 @@ def _player(
 
 def _ways(tests: tuple[CheckRun, ...], player: Callable[[CheckRun], Vector]) -> list[Vector]:
     """Return the displacements of each run since its start."""
-    found = [player(run) for run in tests]
-    return [positions - positions[0] for positions in found]
+    moves = [player(run) for run in tests]
+    return [positions - positions[0] for positions in moves]
 
 
 def _within(positions: Vector, travel: tuple[float, float] | None) -> int:
@@ -212,25 +217,27 @@ def _refused(
                 f"{allowed}; try {_other(one.step, chain.whole, tolerance)}"
                 f"{other_tolerance(judged, play)}"
             )
-        found = one.measured
-        if found is None or (chain.kept and one is reports[-1]):
+        measured = one.measured
+        if measured is None or (chain.kept and one is reports[-1]):
             continue
-        if found.distance > tolerance * found.way + play:
+        if measured.distance > tolerance * measured.way + play:
             return (
-                f"{one.step}: {found.where}, {found.distance:.3g} {unit} "
-                f"from the step before on a way of {found.way:.3g} {unit}; "
+                f"{one.step}: {measured.where}, {measured.distance:.3g} {unit} "
+                f"from the step before on a way of {measured.way:.3g} {unit}; "
                 f"allowed: {100 * tolerance:g} % of the way and "
-                f"the play of {play:.3g} {unit}{_held(one, chain)}; "
+                f"the play of {play:.3g} {unit}{_inertia_bounds(one, chain)}; "
                 f"try {other_tolerance(judged, play)}"
             )
     return None
 
 
-def _held(report: StepReport, chain: ReductionChain) -> str:
+def _inertia_bounds(report: StepReport, chain: ReductionChain) -> str:
     """Return the bounds of the reflected inertia if an interval covers the error, else ""."""
     if report.covered is None:
         return ""
-    least, most = (chain.one.inertia * end for end in (chain.one.felt.least, chain.one.felt.most))
+    least, most = (
+        chain.one.inertia * end for end in (chain.one.reflected.least, chain.one.reflected.most)
+    )
     return (
         f"; an inertia from {least:.4g} to {most:.4g} is felt, by which way the load presses: "
         f"no value is both, {report.covered} holds both"

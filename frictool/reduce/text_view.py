@@ -26,33 +26,33 @@ def lines(
     rows = [
         HEADING,
         *(
-            _row(told, len(step.mechanism.blocks), unit)
-            for step, told in zip(chain.steps, checked.told, strict=False)
+            _row(report, len(step.mechanism.blocks), unit)
+            for step, report in zip(chain.steps, checked.reports, strict=False)
         ),
     ]
-    rows.append(_row(checked.told[-1], 1, unit))
-    found = [
+    rows.append(_row(checked.reports[-1], 1, unit))
+    output = [
         f"{chain.whole.name}: {len(chain.whole.blocks)} blocks and "
         f"{len(chain.whole.links)} links to one inertia",
         "",
         *aligned(rows),
         "",
     ]
-    for told in checked.told:
-        found += [
-            f"{told.step}: {told.did}",
-            *(f"  {_figure(one)}" for one in told.figures),
-            *(f"  {note}" for note in told.notes),
+    for report in checked.reports:
+        output += [
+            f"{report.step}: {report.did}",
+            *(f"  {_figure(one)}" for one in report.figures),
+            *(f"  {note}" for note in report.notes),
         ]
     if chain.play:
-        found += ["backlash:", *(f"  {_figure(one)}" for one in chain.play)]
-    found += [*_model(model), "", checked.verdict]
-    return found if loop is None else [*found, "", *_in_loop(loop, unit)]
+        output += ["backlash:", *(f"  {_figure(one)}" for one in chain.play)]
+    output += [*_model(model), "", checked.verdict]
+    return output if loop is None else [*output, "", *_in_loop(loop, unit)]
 
 
 def unfinished(name: str, steps: tuple[ReductionStep, ...]) -> list[str]:
     """Return the steps of a reduction that stopped before the simulation."""
-    rows = [HEADING, *(_row(step.told, len(step.mechanism.blocks), "") for step in steps)]
+    rows = [HEADING, *(_row(step.report, len(step.mechanism.blocks), "") for step in steps)]
     return [f"{name}: {len(steps)} steps, then no further", "", *aligned(rows)]
 
 
@@ -103,48 +103,48 @@ def _figure(one: StepFigure) -> str:
 
 
 def _model(model: Model) -> list[str]:
-    found = ["one inertia:"]
+    output = ["one inertia:"]
     for name in ("inertia", "viscous", "coulomb", "breakaway", "offset", "stribeck_velocity"):
         one = getattr(model.parameters, name)
         if one is None or (one.value == 0.0 and one.low is None):
             continue
         interval = "" if one.low is None else f" ({one.interval[0]:.4g} to {one.interval[1]:.4g})"
-        found.append(f"  {name} {one.value:.5g}{interval} {one.unit}")
+        output.append(f"  {name} {one.value:.5g}{interval} {one.unit}")
     backward = model.laws.backward if model.laws is not None else None
     if backward is not None and backward.coulomb is not None and backward.breakaway is not None:
-        found.append(
+        output.append(
             f"  backward: coulomb {backward.coulomb.value:.5g}, "
             f"breakaway {backward.breakaway.value:.5g} {backward.coulomb.unit}"
         )
     if model.laws is not None and model.laws.load is not None:
-        found += [f"  load beside friction: {one}" for one in _load(model.laws.load)]
+        output += [f"  load beside friction: {one}" for one in _load(model.laws.load)]
     if model.resonances is not None:
         for kind, roots in (("pole", model.resonances.poles), ("zero", model.resonances.zeros)):
-            found += [
+            output += [
                 f"  resonance, pair of {kind}s at {one.rad_s:.5g} rad/s, "
                 f"damping {one.damping:.4g}{_between(one)}"
                 for one in roots
             ]
-    return found
+    return output
 
 
 def _load(load: Load) -> list[str]:
     """Return each term of the load as a function of the position x."""
-    found = []
+    terms = []
     if load.stiffness is not None:
-        found.append(f"{load.stiffness.value:.5g} {load.stiffness.unit} x")
+        terms.append(f"{load.stiffness.value:.5g} {load.stiffness.unit} x")
     if load.gravity is not None:
-        found.append(
+        terms.append(
             f"{load.gravity.sine.value:.5g} sin x "
             f"{load.gravity.cosine.value:+.5g} cos x {load.gravity.sine.unit}"
         )
     if load.ripple is not None:
         one = load.ripple
         angle = f"2 pi x {one.cycles:.6g} / ({one.per.value:.6g} {one.per.unit})"
-        found.append(
+        terms.append(
             f"{one.sine.value:.5g} sin {one.cosine.value:+.5g} cos of {angle}, {one.sine.unit}"
         )
-    return found
+    return terms
 
 
 def _between(one: Oscillation) -> str:

@@ -22,9 +22,9 @@ def travel_of(mechanism: Mechanism) -> tuple[float, float]:
     as the source's largest effort strains the springs. Raises NoSolutionError if springs have no
     such bound.
     """
-    found = known_travel(mechanism)
-    if found is not None:
-        return found
+    known = known_travel(mechanism)
+    if known is not None:
+        return known
     springs = [
         link
         for link in mechanism.links.values()

@@ -25,18 +25,18 @@ def block_descriptions(controller: Controller) -> list[tuple[str, str]]:
     unit = si_unit("position", controller.axis)
     drive = si_unit(controller.drive, controller.axis)
     law, filtered = controller.position_law, controller.prefilter
-    found = (
+    blocks = (
         []
         if filtered is None
         else [("Prefilter", _prefilter(filtered.natural_frequency_rad_s, filtered.damping))]
     )
     if _sees_velocity(controller):
-        found.append(("Velocity", _velocity(controller.velocity)))
+        blocks.append(("Velocity", _velocity(controller.velocity)))
     if law is not None:
-        found.append(("Position law", _law(law, unit)))
-    found.append(("Linear", _linear(controller)))
+        blocks.append(("Position law", _law(law, unit)))
+    blocks.append(("Linear", _linear(controller)))
     if controller.schedule is not None:
-        found.append(
+        blocks.append(
             (
                 "Schedule",
                 f"over {', '.join(controller.schedule.parameters)}; "
@@ -44,17 +44,17 @@ def block_descriptions(controller: Controller) -> list[tuple[str, str]]:
             )
         )
     if controller.friction_compensation is not None:
-        found.append(("Friction compensation", _compensation(controller.friction_compensation)))
+        blocks.append(("Friction compensation", _compensation(controller.friction_compensation)))
     if controller.limiter is not None:
-        found.append(("Limit-cycle limiter", _limiter(controller.limiter, unit)))
-    found.append(
+        blocks.append(("Limit-cycle limiter", _limiter(controller.limiter, unit)))
+    blocks.append(
         (
             "Drive",
             f"{controller.drive} limited to {number(controller.drive_limit)} "
             f"{drive}{_winding(controller)}",
         )
     )
-    return found
+    return blocks
 
 
 def _prefilter(frequency: float, damping: float) -> str:
@@ -124,8 +124,8 @@ def _linear(controller: Controller) -> str:
         "the position's error" if controller.structure == "position" else INPUTS[linear.input]
     )
     form = "second-order sections" if linear.form == "sos" else "state space"
-    held = ", integrators held while the drive is limited" if linear.conditional else ""
-    return f"order {len(linear.discrete.a)} from {entering}, runs as {form}{held}"
+    conditional = ", integrators held while the drive is limited" if linear.conditional else ""
+    return f"order {len(linear.discrete.a)} from {entering}, runs as {form}{conditional}"
 
 
 def _compensation(block: FrictionCompensation) -> str:

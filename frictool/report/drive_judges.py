@@ -33,14 +33,14 @@ def judge_peak(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
     The larger one counts.
     """
     measured = f"of the measured {spec.drive}, less its noise floor"
-    found: list[JudgedValue] = []
+    peaks: list[JudgedValue] = []
     for item, _ in evidence:
         if item.command is not None:
             value = command_peak(item.command)
-            found.append(JudgedValue(value, item, reason="of the command"))
+            peaks.append(JudgedValue(value, item, reason="of the command"))
         if item.measured is not None:
-            found.append(JudgedValue(drive_peak(item.measured), item, reason=measured))
-    return largest_value(spec, REQUIREMENTS["drive_peak"], found, _undecided(spec, evidence))
+            peaks.append(JudgedValue(drive_peak(item.measured), item, reason=measured))
+    return largest_value(spec, REQUIREMENTS["drive_peak"], peaks, _undecided(spec, evidence))
 
 
 def judge_saturation(
@@ -51,21 +51,23 @@ def judge_saturation(
     A stream without a hold counts as a whole.
     """
     metric = REQUIREMENTS["saturation_time_s"]
-    found = []
+    durations = []
     for item, holds in evidence:
-        found += [
+        durations += [
             JudgedValue(m.values[metric.name], item, m) for m in holds if metric.name in m.values
         ]
         if not holds:
             whole = measure(STREAM_METRICS[metric.name], MeasuredPart(spec, item))
             reason = "over the whole record, which is never held"
-            found += [JudgedValue(whole, item, reason=reason)] if isinstance(whole, float) else []
+            durations += (
+                [JudgedValue(whole, item, reason=reason)] if isinstance(whole, float) else []
+            )
     gaps = [
         item.gaps["drive_limit"]
         for item, _ in evidence
         if item.drive is not None and "drive_limit" in item.gaps
     ]
-    return largest_value(spec, metric, found, gaps[0] if gaps else _undecided(spec, evidence))
+    return largest_value(spec, metric, durations, gaps[0] if gaps else _undecided(spec, evidence))
 
 
 def judge_energy(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
@@ -83,8 +85,8 @@ def judge_rest(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
     """
     after = spec.rest.after_s
     undecided = largest_value(spec, REQUIREMENTS["rest"], [], "")
-    found = [(m, e) for e, holds in evidence for m in holds if "rest_motion" in m.values]
-    if not found:
+    rests = [(m, e) for e, holds in evidence for m in holds if "rest_motion" in m.values]
+    if not rests:
         gaps = [
             item.gaps[name]
             for item, _ in evidence
@@ -92,10 +94,10 @@ def judge_rest(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
             if name in item.gaps
         ]
         return replace(undecided, reason=gaps[0] if gaps else f"no hold lasts beyond {after:g} s")
-    _, at = largest(m.values["rest_motion"] - e.resolution for m, e in found)
-    moving, mover = found[at]
+    _, at = largest(m.values["rest_motion"] - e.resolution for m, e in rests)
+    moving, mover = rests[at]
     motion = moving.values["rest_motion"]
-    driven = [(m.values["rest_drive"], m, e) for m, e in found if "rest_drive" in m.values]
+    driven = [(m.values["rest_drive"], m, e) for m, e in rests if "rest_drive" in m.values]
     details = {"after_s": after, "motion": motion, "motion_limit": mover.resolution}
     still = replace(undecided, where=location_of(mover, moving), details=details)
     if motion > mover.resolution * (1.0 + 1e-6):

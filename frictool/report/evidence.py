@@ -131,7 +131,7 @@ def gather_evidence(
     it. `loop`: the controller's loop, for the margins. Raises LogError if a log has no stream or an
     empty one, or if a position is not in the unit of the specification's kind of axis.
     """
-    found: list[StreamEvidence] = []
+    gathered: list[StreamEvidence] = []
     for log, label in zip(logs, log_labels(logs), strict=True):
         if not log.axes:
             raise LogError(log.source, "has no stream of an axis; nothing to report on")
@@ -140,8 +140,8 @@ def gather_evidence(
         for stream in log.axes:
             margin, gap = (None, NO_CONTROLLER) if loop is None else loop.margin(log, stream.topic)
             item = _evidence(spec, log, label, stream, played)
-            found.append(replace(item, modulus_margin=margin, margin_gap=gap, beyond=beyond))
-    return found
+            gathered.append(replace(item, modulus_margin=margin, margin_gap=gap, beyond=beyond))
+    return gathered
 
 
 def log_labels(logs: list[Log]) -> list[str]:

@@ -46,7 +46,7 @@ def measure_holds(spec: Spec, evidence: StreamEvidence, whole: bool = True) -> l
         for metric in HOLD_METRICS.values()
         if whole or (metric.key and getattr(spec, metric.key) is not None)
     ]
-    found = []
+    metrics = []
     for number, hold in enumerate(evidence.holds, start=1):
         one = HoldMetrics(hold, number, float(evidence.stream.time[hold.start]))
         part = MeasuredPart(spec, evidence, hold)
@@ -60,8 +60,8 @@ def measure_holds(spec: Spec, evidence: StreamEvidence, whole: bool = True) -> l
                 one.bounds[metric.name] = result
             else:
                 one.values[metric.name] = result[1]
-        found.append(one)
-    return found
+        metrics.append(one)
+    return metrics
 
 
 def stream_metrics(spec: Spec, evidence: StreamEvidence) -> tuple[dict[str, float], dict[str, str]]:

@@ -89,9 +89,9 @@ def _hold(measured: HoldMetrics) -> dict[str, Any]:
     return {**place, **values, "bounds": measured.bounds, "missing": {**measured.missing, **never}}
 
 
-def _sensitivity(found: VertexTransfers | None) -> dict[str, Any] | None:
+def _sensitivity(checked: VertexTransfers | None) -> dict[str, Any] | None:
     """Return the largest gain of each transfer, and its largest ratio to the template."""
-    if found is None:
+    if checked is None:
         return None
     transfers = {
         transfer.name: {
@@ -100,10 +100,10 @@ def _sensitivity(found: VertexTransfers | None) -> dict[str, Any] | None:
             "vertex": None if transfer.worst is None else transfer.worst.vertex,
             "frequency_rad_s": None if transfer.worst is None else transfer.worst.frequency,
         }
-        for transfer in found.transfers
+        for transfer in checked.transfers
     }
     return {
-        "gamma": found.gamma,
-        "gamma_is": "asked" if found.is_requested else "verified",
+        "gamma": checked.gamma,
+        "gamma_is": "asked" if checked.is_requested else "verified",
         "transfers": transfers,
     }

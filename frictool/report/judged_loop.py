@@ -64,8 +64,8 @@ class JudgedLoop:
         rig, record = log.metadata.get(FACTS, {}), log.metadata.get(INTERVALS, {})
         key = (*rig.items(), *record.items())
         if key not in self._beyond:
-            found = differences(self.controller, facts_of_text(rig), intervals_of_text(record))
-            self._beyond[key] = self._words("the plant", found)
+            deviations = differences(self.controller, facts_of_text(rig), intervals_of_text(record))
+            self._beyond[key] = self._words("the plant", deviations)
         return self._beyond[key]
 
     def played_beyond(self, log: Log) -> str:
@@ -76,15 +76,17 @@ class JudgedLoop:
         texts = log.metadata.get(RECORD, {}).values() if _simulated(log) else ()
         plants = [plant for plant in map(LoggedPlant.of_text, texts) if plant is not None]
         points = [point for plant in plants for point in plant.points()]
-        found = parameters_outside(self.controller, enclosing_box(points)) if points else ()
+        outside = parameters_outside(self.controller, enclosing_box(points)) if points else ()
         words = (
             f"plants were played beyond the intervals of {self.controller.name}, where only "
             "their own margins hold"
         )
-        return f"{words}: {'; '.join(found)}" if found else ""
+        return f"{words}: {'; '.join(outside)}" if outside else ""
 
-    def _words(self, subject: str, found: tuple[str, ...]) -> str:
-        return f"{subject} {outside_message(self.controller.name, found)}" if found else ""
+    def _words(self, subject: str, deviations: tuple[str, ...]) -> str:
+        return (
+            f"{subject} {outside_message(self.controller.name, deviations)}" if deviations else ""
+        )
 
 
 def _simulated(log: Log) -> bool:

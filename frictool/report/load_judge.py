@@ -22,7 +22,7 @@ def judge_load(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
     and undecided otherwise.
     """
     undecided = largest_value(spec, REQUIREMENTS["load_static_error"], [], "")
-    found = [
+    ratios = [
         (m.bounds.get(METRIC) or (m.values[METRIC], m.values[METRIC]), e, m)
         for e, holds in evidence
         for m in holds
@@ -30,18 +30,18 @@ def judge_load(spec: Spec, evidence: JudgedStreams, controller: Controller | Non
     ]
     exact = tuple((e, holds) for e, holds in evidence if not any(METRIC in m.bounds for m in holds))
     missing = "; ".join(reasons(METRIC, exact))
-    if not found:
+    if not ratios:
         gaps = [item.gaps["load_position"] for item, _ in evidence if "load_position" in item.gaps]
         reason = f"{evidence[0][0].name}: {gaps[0]}" if gaps else missing or "the log has no hold"
         return replace(undecided, reason=reason)
-    least, at = largest(entry[0][0] for entry in found)
-    _, item, hold = found[at]
+    least, at = largest(entry[0][0] for entry in ratios)
+    _, item, hold = ratios[at]
     if least > undecided.limit:
         reason = f"lower {BOUNDED}" if METRIC in hold.bounds else missing
         where = location_of(item, hold)
         return replace(undecided, value=least, met=False, reason=reason, where=where)
-    most, at = largest(entry[0][1] for entry in found)
-    (least, _), item, hold = found[at]
+    most, at = largest(entry[0][1] for entry in ratios)
+    (least, _), item, hold = ratios[at]
     where = location_of(item, hold)
     if most <= undecided.limit:
         reason = f"upper {BOUNDED}" if METRIC in hold.bounds else missing

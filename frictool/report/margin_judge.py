@@ -28,16 +28,16 @@ def judge_margin(spec: Spec, evidence: JudgedStreams, controller: Controller | N
     limit = spec.modulus_margin
     undecided = Requirement("modulus_margin", "modulus_margin", None, limit, "", None, ">=")
     streams = [item for item, _ in evidence]
-    found = _margins(streams)
+    margins = _margins(streams)
     vertex = None if controller is None else _weakest(controller)
     recorded = any(not item.simulated for item in streams)
     if vertex is not None and (recorded or vertex[0] < limit):
-        found.append(vertex)
+        margins.append(vertex)
     unknown = _unknown(streams, controller)
-    if not found:
+    if not margins:
         return replace(undecided, reason=unknown or "the controller names no vertex")
-    value, index = smallest(margin for margin, _ in found)
-    one = replace(undecided, value=value, where=found[index][1])
+    value, index = smallest(margin for margin, _ in margins)
+    one = replace(undecided, value=value, where=margins[index][1])
     beyond = next((item.beyond for item in streams if item.beyond), "")
     if value < limit:
         reason = "; ".join(part for part in (UNSTABLE if value == 0.0 else "", beyond) if part)

@@ -140,10 +140,10 @@ def _cut_short(part: MeasuredPart) -> str:
     """Return the reason why a hold is too short for a final value, or an empty text."""
     time = part.of(part.evidence.stream.time)
     allowed = part.spec.response_time_95_s
-    held = float(time[-1] - time[0])
+    duration = float(time[-1] - time[0])
     return (
-        f"held for {held:.3g} s only, less than the response time allowed"
-        if allowed is not None and held < allowed
+        f"held for {duration:.3g} s only, less than the response time allowed"
+        if allowed is not None and duration < allowed
         else ""
     )
 

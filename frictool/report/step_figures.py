@@ -45,12 +45,12 @@ def same_steps(judged: Judged) -> list[list[tuple[StreamEvidence, HoldMetrics]]]
         for measured in holds:
             if measured.hold.origin is None:
                 continue
-            own = next((group for group in waiting if _same(group[0][1], measured)), None)
-            if own is None:
+            matching = next((group for group in waiting if _same(group[0][1], measured)), None)
+            if matching is None:
                 groups.append([(evidence, measured)])
             else:
-                own.append((evidence, measured))
-                waiting.remove(own)
+                matching.append((evidence, measured))
+                waiting.remove(matching)
     return groups
 
 
@@ -74,10 +74,10 @@ def window(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> float
     It exceeds the slowest response and the allowed response time. A step that never settles is
     shown completely.
     """
-    held = max(float(e.stream.time[m.hold.stop - 1]) - m.start_s for e, m in plays)
+    longest_hold = max(float(e.stream.time[m.hold.stop - 1]) - m.start_s for e, m in plays)
     responses = [m.values.get("response_time_95", math.inf) for _, m in plays]
     longest = max([*responses, spec.response_time_95_s or 0.0])
-    return min(held, BEYOND_SETTLING * longest) if longest > 0.0 else held
+    return min(longest_hold, BEYOND_SETTLING * longest) if longest > 0.0 else longest_hold
 
 
 def _view(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> PageFigure:

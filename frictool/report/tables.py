@@ -24,11 +24,11 @@ def hold_tables(spec: Spec, streams: JudgedStreams) -> list[TextTable]:
 
     Columns without any value are left out.
     """
-    held = [(evidence, measured) for evidence, holds in streams for measured in holds]
-    found = {name for _, measured in held for name in (*measured.values, *measured.bounds)}
+    pairs = [(evidence, measured) for evidence, holds in streams for measured in holds]
+    names = {name for _, measured in pairs for name in (*measured.values, *measured.bounds)}
     tables = []
     for title in (MOTION, DRIVE):
-        metrics = [m for m in HOLD_METRICS.values() if m.table == title and m.name in found]
+        metrics = [m for m in HOLD_METRICS.values() if m.table == title and m.name in names]
         heads = (
             "Stream",
             "hold",
@@ -39,10 +39,10 @@ def hold_tables(spec: Spec, streams: JudgedStreams) -> list[TextTable]:
         )
         rows = tuple(
             (*_hold(e, m), *(cell(m, metric.name) for metric in metrics))
-            for e, m in held[:MOST_ROWS]
+            for e, m in pairs[:MOST_ROWS]
         )
         if metrics:
-            tables.append(TextTable(title, heads, rows, 1, max(0, len(held) - MOST_ROWS)))
+            tables.append(TextTable(title, heads, rows, 1, max(0, len(pairs) - MOST_ROWS)))
     return tables
 
 
@@ -132,7 +132,7 @@ def side_by_side(spec: Spec, verdict: Verdict) -> list[TextTable]:
         ]
         for source in sources
     ]
-    meeting = ("streams that meet all", *(f"{sum(found)} of {len(found)}" for found in counts))
+    meeting = ("streams that meet all", *(f"{sum(met)} of {len(met)}" for met in counts))
     rows = (meeting, *tables[-1].rows, *_speeds(spec, sources, verdict.evidence))
     return [*tables[:-1], TextTable(tables[-1].title, tables[-1].headings, rows, 1)]
 
@@ -142,7 +142,7 @@ def _speeds(spec: Spec, sources: tuple[str, ...], streams: JudgedStreams) -> lis
 
     Empty if no log knows it.
     """
-    found = []
+    cells = []
     for name, metric in STREAM_METRICS.items():
         if "used_velocity" not in metric.needs:
             continue
@@ -154,8 +154,8 @@ def _speeds(spec: Spec, sources: tuple[str, ...], streams: JudgedStreams) -> lis
             max((value for value in values if value is not None), default=None) for values in each
         ]
         if any(value is not None for value in row):
-            found.append((heading(metric, spec), *map(_shown, row)))
-    return found
+            cells.append((heading(metric, spec), *map(_shown, row)))
+    return cells
 
 
 def _compared(

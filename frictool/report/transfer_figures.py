@@ -25,12 +25,12 @@ TITLES: dict[Name, str] = {
 TEMPLATES: dict[Name, str] = {"error": "γ/|W₂|", "drive": "γ/W₃", "disturbance": "γ/|W₁ W₂|"}
 
 
-def transfer_views(controller: Controller, found: VertexTransfers) -> list[PageFigure]:
+def transfer_views(controller: Controller, curves: VertexTransfers) -> list[PageFigure]:
     """Return one figure for each transfer, with a curve for each vertex.
 
     The worst vertex is drawn strong, the template dashed.
     """
-    return [_view(controller, found, transfer) for transfer in found.transfers]
+    return [_view(controller, curves, transfer) for transfer in curves.transfers]
 
 
 def symbols(controller: Controller) -> dict[str, str]:
@@ -44,10 +44,10 @@ def symbols(controller: Controller) -> dict[str, str]:
     }
 
 
-def _view(controller: Controller, found: VertexTransfers, transfer: VertexTransfer) -> PageFigure:
+def _view(controller: Controller, curves: VertexTransfers, transfer: VertexTransfer) -> PageFigure:
     title = Markup(TITLES[transfer.name]).format(**symbols(controller))
     strong = (
-        found.vertices.index(transfer.worst.vertex)
+        curves.vertices.index(transfer.worst.vertex)
         if transfer.worst
         else largest(transfer.gains.max(axis=1))[1]
     )
@@ -60,13 +60,13 @@ def _view(controller: Controller, found: VertexTransfers, transfer: VertexTransf
             alpha, width, order = (1.0, 1.4, 3.0) if index == strong else (0.35, 0.8, 2.0)
             colour = LIMIT if index == strong and outside else LOG_COLOURS[0]
             axes.semilogx(
-                found.frequencies, level, color=colour, alpha=alpha, linewidth=width, zorder=order
+                curves.frequencies, level, color=colour, alpha=alpha, linewidth=width, zorder=order
             )
         if transfer.template is not None:
             template = _decibels(transfer.template)
             top = max(top, min(float(template.max()), top + 40.0))
             axes.semilogx(
-                found.frequencies,
+                curves.frequencies,
                 template,
                 color=INK,
                 linewidth=1.0,
@@ -80,11 +80,11 @@ def _view(controller: Controller, found: VertexTransfers, transfer: VertexTransf
             ylabel="gain [dB]",
             ylim=(max(low, high - DEEPEST) - 5.0, high),
         )
-        axes.set_xlim(found.frequencies[0], found.frequencies[-1])
+        axes.set_xlim(curves.frequencies[0], curves.frequencies[-1])
         axes.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
         axes.xaxis.set_minor_formatter(NullFormatter())
         svg = render_compact(figure, f"transfer of the {transfer.name} at every vertex")
-    return PageFigure(title, svg, _caption(controller, found, transfer))
+    return PageFigure(title, svg, _caption(controller, curves, transfer))
 
 
 def _decibels(
@@ -93,15 +93,15 @@ def _decibels(
     return 20.0 * np.log10(np.maximum(gains, 1e-300))
 
 
-def _caption(controller: Controller, found: VertexTransfers, transfer: VertexTransfer) -> str:
+def _caption(controller: Controller, curves: VertexTransfers, transfer: VertexTransfer) -> str:
     unit = _unit(controller, transfer.name)
-    vertices = f"{len(found.vertices)} vertices, sampled with the bench's delay" + (
+    vertices = f"{len(curves.vertices)} vertices, sampled with the bench's delay" + (
         f"; 0 dB is 1 {unit}" if unit else ""
     )
     if transfer.name == "output":
         peak, at = largest(transfer.gains.max(axis=1))
         before = " Without the prefilter." if controller.prefilter is not None else ""
-        return f"{vertices}; largest {number(peak)} at vertex {found.vertices[at]}.{before}"
+        return f"{vertices}; largest {number(peak)} at vertex {curves.vertices[at]}.{before}"
     if transfer.worst is None or transfer.template is None:
         return f"{vertices}; no template: its weight is 0 or not in the document."
     worst = transfer.worst
@@ -109,7 +109,7 @@ def _caption(controller: Controller, found: VertexTransfers, transfer: VertexTra
         f"{100.0 * worst.ratio:.3g} % of it at vertex {worst.vertex}, "
         f"{number(worst.frequency)} rad/s"
     )
-    gamma = f"γ = {number(found.gamma)} {'asked' if found.is_requested else 'verified'}"
+    gamma = f"γ = {number(curves.gamma)} {'asked' if curves.is_requested else 'verified'}"
     return (
         f"{vertices}. Dashed: the template {TEMPLATES[transfer.name]}, {gamma}; "
         f"{'OUTSIDE: ' if worst.ratio > 1.0 else ''}{share}."

@@ -99,19 +99,19 @@ def log_requirements(
 
 def _played_beyond(logs: list[Log], loop: JudgedLoop | None) -> list[str]:
     """Return a remark on each log with plants outside the controller's verification."""
-    found = (
+    notes = (
         [] if loop is None else zip(log_labels(logs), map(loop.played_beyond, logs), strict=True)
     )
-    return [f"{label}: {words}" for label, words in found if words]
+    return [f"{label}: {words}" for label, words in notes if words]
 
 
 def _examples(spec: Spec, logs: list[Log], bench: Bench | None) -> list[str]:
     """Return a remark on example values in the documents of verdict and simulations."""
-    found = {"spec": list(spec.examples), "bench": [] if bench is None else list(bench.examples)}
+    examples = {"spec": list(spec.examples), "bench": [] if bench is None else list(bench.examples)}
     for log in logs:
         for name, keys in log.metadata.get("examples", {}).items():
-            found[name] = list(dict.fromkeys([*found.get(name, []), *keys.split(", ")]))
-    words = examples_words(found)
+            examples[name] = list(dict.fromkeys([*examples.get(name, []), *keys.split(", ")]))
+    words = examples_words(examples)
     return [words] if words else []
 
 
@@ -124,12 +124,12 @@ def _changed(controller: Controller | None) -> list[str]:
 def _bench_values(logs: list[Log]) -> list[str]:
     """Return a remark on each simulated model without identified parameters."""
     records = [log.metadata.get("log", {}) for log in logs]
-    found = [
+    notes = [
         bench_values_words(f"the model {one.get('model', '')}", one[KEY])
         for one in records
         if KEY in one
     ]
-    return list(dict.fromkeys(found))
+    return list(dict.fromkeys(notes))
 
 
 def _measured(

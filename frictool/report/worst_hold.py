@@ -45,7 +45,7 @@ def location_of(item: StreamEvidence, hold: HoldMetrics | None = None) -> ValueL
 
 
 def largest_value(
-    spec: Spec, metric: Metric, found: list[JudgedValue], undecided: str
+    spec: Spec, metric: Metric, judged: list[JudgedValue], undecided: str
 ) -> Requirement:
     """Return the requirement on the largest of the values that were found.
 
@@ -55,10 +55,10 @@ def largest_value(
     unit = metric.unit(spec)
     name = metric.requirement or metric.name
     key = metric.key
-    if not found:
+    if not judged:
         return Requirement(name, key, None, limit, unit, None, reason=undecided)
-    _, at = largest(one.value for one in found)
-    value, item, hold, reason = found[at]
+    _, at = largest(one.value for one in judged)
+    value, item, hold, reason = judged[at]
     where = location_of(item, hold)
     if math.isinf(value):
         return Requirement(name, key, None, limit, unit, False, reason=NEVER, where=where)
@@ -74,18 +74,18 @@ def worst_hold(
     """
     name = metric.name
     reason = "; ".join(reasons(metric.name, evidence))
-    found = [
+    judged = [
         JudgedValue(m.values[name], e, m, reason if with_reasons else "")
         for e, holds in evidence
         for m in holds
         if name in m.values
     ]
-    return largest_value(spec, metric, found, reason or "the log has no step")
+    return largest_value(spec, metric, judged, reason or "the log has no step")
 
 
 def worst_stream(spec: Spec, metric: Metric, evidence: JudgedStreams) -> Requirement:
     """Return the requirement on the largest value of a stream metric."""
-    found, missing = [], []
+    judged, missing = [], []
     for item, _ in evidence:
         value = measure(metric, MeasuredPart(spec, item))
         if isinstance(value, str):
@@ -95,8 +95,8 @@ def worst_stream(spec: Spec, metric: Metric, evidence: JudgedStreams) -> Require
             of_signal = f", of the {signal}" if "drive" in metric.needs else ""
             assert not isinstance(value, tuple)
             remark = f"over the whole record{of_signal}"
-            found.append(JudgedValue(float(value), item, reason=remark))
-    return largest_value(spec, metric, found, "; ".join(missing[:1]))
+            judged.append(JudgedValue(float(value), item, reason=remark))
+    return largest_value(spec, metric, judged, "; ".join(missing[:1]))
 
 
 def reasons(metric: str, evidence: JudgedStreams) -> Iterator[str]:

@@ -134,13 +134,13 @@ class AxisChannels:
             return {}
         index = np.arange(valid.size)
         in_a_row = index - np.maximum.accumulate(np.where(valid, index, -1))
-        found = {"position_valid": (valid.astype(np.float64), NO_UNIT)}
+        channels = {"position_valid": (valid.astype(np.float64), NO_UNIT)}
         if self.reference is not None:
-            found["controller_fault"] = (
+            channels["controller_fault"] = (
                 np.maximum.accumulate(in_a_row > self.hold_samples).astype(np.float64),
                 NO_UNIT,
             )
-        return found
+        return channels
 
     def _unit(self, dimension: str) -> str:
         if dimension == NO_UNIT:
@@ -160,14 +160,14 @@ def fault_warning(stream: Stream, hold_samples: int) -> list[str]:
 
 def _happening(scenario: Scenario, conditions: Vector) -> dict[str, tuple[Vector, str]]:
     """Return the channels (n,) that are equal in every stream, with their dimensions."""
-    found: dict[str, tuple[Vector, str]] = {}
+    channels: dict[str, tuple[Vector, str]] = {}
     if on_axis(scenario):
-        found["disturbance"] = (np.ascontiguousarray(conditions[:, DISTURBANCE]), "effort")
+        channels["disturbance"] = (np.ascontiguousarray(conditions[:, DISTURBANCE]), "effort")
     for name, column in (
         ("friction", FRICTION),
         ("viscous", VISCOUS_FACTOR),
         ("constant", CONSTANT_FACTOR),
     ):
         if scenario.drifts is not None and getattr(scenario.drifts, name):
-            found[f"{name}_factor"] = (np.ascontiguousarray(conditions[:, column]), NO_UNIT)
-    return found
+            channels[f"{name}_factor"] = (np.ascontiguousarray(conditions[:, column]), NO_UNIT)
+    return channels

@@ -45,7 +45,7 @@ def play(
         records = np.zeros((len(chosen), samples, RECORD_SIZE))
         scheduled = loop.scheduled[done] if loop.scheduled else {}
         if loop.target is not None:
-            loop.target.told = list(scheduled.values())
+            loop.target.scheduled = list(scheduled.values())
             status = _run_target(chosen[0], loop.target, loop, load.as_array(), records[0])
             statuses: Iterable[int] = (status,)
         else:
@@ -77,10 +77,10 @@ def _run_program(
             loop.conditions,
         )  # fmt: skip
         return statuses
-    own = copy_program(loop.running)  # starting threads takes longer than a short run
-    start_at(own, measure(states[0, POSITION], axes[0, ENCODER_STEP]))
+    copy = copy_program(loop.running)  # starting threads takes longer than a short run
+    start_at(copy, measure(states[0, POSITION], axes[0, ENCODER_STEP]))
     statuses[0] = run(
-        axes[0], states[0], own, loop.reference, period, delay, records[0], load, loop.conditions
+        axes[0], states[0], copy, loop.reference, period, delay, records[0], load, loop.conditions
     )
     return statuses
 

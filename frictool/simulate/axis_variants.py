@@ -90,11 +90,11 @@ def variants_of(
     if scenario.variants == GIVEN:
         values = given_values(scenario, parameters or parameters_of(model))
         return [AxisVariant(GIVEN, _axis(f"{owner} as given", model, **values), values)]
-    found = [AxisVariant("", _axis(owner, model))]
+    variants = [AxisVariant("", _axis(owner, model))]
     if scenario.variants == "vertices":
         for vertex in vertices(model):
             values = {key: getattr(vertex, key) for key in PARAMETERS}
-            found.append(
+            variants.append(
                 AxisVariant(
                     vertex.name, _axis(f"{owner} at vertex {vertex.name}", model, **values), values
                 )
@@ -102,10 +102,10 @@ def variants_of(
     if scenario.variants == "random":
         assert scenario.plants is not None
         for name, values in _drawn(model, scenario.plants, scenario.seed, owner).items():
-            found.append(
+            variants.append(
                 AxisVariant(name, _axis(f"{owner}, plant {name}", model, **values), values)
             )
-    return found
+    return variants
 
 
 def scheduled_values(model: Model, variant: AxisVariant) -> dict[str, float]:
@@ -143,7 +143,7 @@ def parameters_of(model: Model) -> dict[str, VariedParameter]:
         "coulomb": "effort",
         "constant": drive,
     }
-    found = {
+    parameters = {
         name: VariedParameter(
             *ends, nominal[name], si_unit(dimensions[name], model.axis), LABELS[name]
         )
@@ -157,16 +157,16 @@ def parameters_of(model: Model) -> dict[str, VariedParameter]:
         "coulomb"
     ]  # mean level; the parameter is a share of it if the model has a map or backward friction
     least = ("coulomb", model.parameters.coulomb.value / level) if level > 0.0 else None
-    found["breakaway"] = VariedParameter(
+    parameters["breakaway"] = VariedParameter(
         breakaway, breakaway, breakaway, effort, LABELS["breakaway"], least
     )
     ends = hull(offset) if bench.mechanics.offset is None else hull(offset, bench.mechanics.offset)
-    found["offset"] = VariedParameter(*ends, offset.value, effort, LABELS["offset"])
+    parameters["offset"] = VariedParameter(*ends, offset.value, effort, LABELS["offset"])
     if backlash is not None:
-        found["backlash"] = VariedParameter(
+        parameters["backlash"] = VariedParameter(
             *backlash.interval, backlash.value, position, LABELS["backlash"]
         )
-    return found
+    return parameters
 
 
 def _drawn(model: Model, plants: int, seed: int, owner: str) -> dict[str, dict[str, float]]:

@@ -48,13 +48,13 @@ class RampRows(NamedTuple):
 
 def read_excitation(path: Path) -> Log:
     """Return the test at `path`; raise LogError if it is not one of `frictool excite`."""
-    found = read_mcap(path) if is_canonical(path) else None
-    if found is None or EXCITATION not in found.metadata:
+    log = read_mcap(path) if is_canonical(path) else None
+    if log is None or EXCITATION not in log.metadata:
         raise LogError(
             str(path),
             ("is not a test of frictool excite; write one with frictool excite -o NAME.mcap"),
         )
-    return found
+    return log
 
 
 def is_ramps(excitation: Log) -> bool:
@@ -149,10 +149,10 @@ def bench_test(
             f"has its {played} in {stream.units[played]!r}; the model is one of a {rig.axis} axis",
         )
     if abs(stream.period / rig.sample_period_s - 1.0) > SAME_PERIOD:
-        found = (
+        problem = (
             f"has a period of {stream.period:.6g} s, the model's bench {rig.sample_period_s:.6g} s"
         )
-        raise LogError(excitation.source, f"{found}; write it for that bench")
+        raise LogError(excitation.source, f"{problem}; write it for that bench")
     generator = np.random.Generator(np.random.PCG64(seed))
     phase = rig.resolution * generator.random()
     position, drive = (
@@ -236,10 +236,10 @@ def _next_change(values: Vector) -> NDArray[np.int64]:
 def _within_travel(rig: Rig, excitation: Log, reference: Vector) -> None:
     travel = rig.travel
     if travel is not None and not travel.low <= reference.min() <= reference.max() <= travel.high:
-        found = f"goes from {reference.min():.4g} to {reference.max():.4g} {travel.unit}"
+        path = f"goes from {reference.min():.4g} to {reference.max():.4g} {travel.unit}"
         raise LogError(
             excitation.source,
-            f"{found}; allowed: the travel of the model's bench, {travel.low:g} to {travel.high:g}",
+            f"{path}; allowed: the travel of the model's bench, {travel.low:g} to {travel.high:g}",
         )
 
 

@@ -154,7 +154,7 @@ class StepTest(Generic[V]):
         streams = []
         warnings = _of_log(scenario, recorded)
         metadata = dict[str, dict[str, str]]()
-        told = _told(plant, variants, scheduled(controller, self._program))
+        known = _known_values(plant, variants, scheduled(controller, self._program))
         loop = SimulatedLoop(
             controller,
             scenario,
@@ -163,12 +163,12 @@ class StepTest(Generic[V]):
             start,
             reference,
             loop_conditions(conditions, rig),
-            told,
+            known,
             progress,
         )
         for index, (variant, run) in enumerate(plant.play(variants, loop)):
             used = (
-                self._used(reference, run.record, told[index] if told else {})
+                self._used(reference, run.record, known[index] if known else {})
                 if with_speed
                 else None
             )
@@ -216,9 +216,9 @@ class StepTest(Generic[V]):
     def _linear(self, variants: Sequence[V], conditions: Vector) -> dict[str, dict[str, str]]:
         """Return the log records from which `frictool report` computes the stability margins."""
         linear = {
-            variant.topic: found.to_text()
+            variant.topic: system.to_text()
             for variant in variants
-            if (found := self.plant.linear(variant, conditions)) is not None
+            if (system := self.plant.linear(variant, conditions)) is not None
         }
         return {
             PLAYED: linear,
@@ -233,9 +233,11 @@ class StepTest(Generic[V]):
     @cached_property
     def _outside(self) -> list[str]:
         """List of one warning if plant or rig differ from those the controller was verified for."""
-        found = differences(self.controller, self.plant.rig.facts, self.plant.intervals())
+        deviations = differences(self.controller, self.plant.rig.facts, self.plant.intervals())
         return (
-            [f"{self.names.model} {outside_message(self.names.controller, found)}"] if found else []
+            [f"{self.names.model} {outside_message(self.names.controller, deviations)}"]
+            if deviations
+            else []
         )
 
     @cached_property
@@ -253,7 +255,7 @@ class StepTest(Generic[V]):
                 "measured in the bench, or use float"
             ) from None
 
-    def _used(self, reference: Vector, record: Vector, told: Mapping[int, float]) -> Vector | None:
+    def _used(self, reference: Vector, record: Vector, known: Mapping[int, float]) -> Vector | None:
         """Return the speed that the controller used; None if it uses none or measures it."""
         speed = self._program.speed
         if (
@@ -263,11 +265,11 @@ class StepTest(Generic[V]):
         ):
             return None
         return controller_speed(
-            self._running, speed.index, reference, record, self.plant.rig.resolution, told
+            self._running, speed.index, reference, record, self.plant.rig.resolution, known
         )
 
 
-def _told(
+def _known_values(
     plant: SimulatedPlant[V], variants: Sequence[V], places: Mapping[str, int]
 ) -> list[dict[int, float]]:
     """Return, for each variant, the values of scheduled parameters by index of their state.
@@ -275,8 +277,8 @@ def _told(
     The list is empty if no value is known. `places` maps names of parameters to state indices.
     """
     known = [plant.known(variant) for variant in variants] if places else []
-    told = [{place: of[name] for name, place in places.items() if name in of} for of in known]
-    return told if any(told) else []
+    values = [{place: of[name] for name, place in places.items() if name in of} for of in known]
+    return values if any(values) else []
 
 
 def scheduled(controller: Controller, program: Program) -> dict[str, int]:

@@ -89,7 +89,7 @@ class CompiledTarget:
         self.number, self.sources = number, sources
         self._start, self._step = library.target_start, library.target_step
         self._tell = library.target_tell
-        self.told = list[float]()
+        self.scheduled = list[float]()
         self._tell.argtypes = [ctypes.c_int, ctypes.c_double]
         self._tell.restype = None
         self._start.argtypes = [ctypes.c_double]
@@ -100,7 +100,7 @@ class CompiledTarget:
     def start(self, position: float) -> None:
         """Start at rest at `position` [rad | m], with the prefilter settled there."""
         self._start(position)
-        for which, value in enumerate(self.told):
+        for which, value in enumerate(self.scheduled):
             self._tell(which, value)
 
     def step(self, reference: float, position: float, velocity: float) -> float:
@@ -129,7 +129,7 @@ def compiled_target(
             f"is missing beside {header.name}; export again: frictool export {controller} --lang "
             f"c -o {folder}",
         )
-    compiler = next((found for found in map(shutil.which, COMPILERS) if found), None)
+    compiler = next((path for path in map(shutil.which, COMPILERS) if path), None)
     if compiler is None:
         raise InputFileError(
             folder,
@@ -176,15 +176,15 @@ def _header(folder: Path, sha256: str, controller: str) -> tuple[Path, str, Numb
         )
     others = []
     for header in sorted(folder.glob("*.h")):
-        found = MACROS.search(header.read_text(encoding="utf-8", errors="replace"))
-        if found is not None and found[2] == sha256:
-            return header, found[1].lower(), cast(Number, found[3])
-        if found is not None:
-            others.append(f"{header.name} is of the controller {found[2][:12]}")
-    told = "; ".join(others) or "there is no header of frictool export"
+        match = MACROS.search(header.read_text(encoding="utf-8", errors="replace"))
+        if match is not None and match[2] == sha256:
+            return header, match[1].lower(), cast(Number, match[3])
+        if match is not None:
+            others.append(f"{header.name} is of the controller {match[2][:12]}")
+    listed = "; ".join(others) or "there is no header of frictool export"
     raise InputFileError(
         folder,
-        f"holds no sources of {controller} (SHA-256 {sha256[:12]}): {told}; export it again into "
+        f"holds no sources of {controller} (SHA-256 {sha256[:12]}): {listed}; export it again into "
         "this folder",
     )
 

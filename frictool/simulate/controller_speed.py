@@ -23,22 +23,22 @@ def controller_speed(
     reference: Vector,
     record: Vector,
     step: float,
-    told: Mapping[int, float],
+    known: Mapping[int, float],
 ) -> Vector:
     """Return the speed [rad/s | m/s] (n,) that a controller used in a run.
 
     `place` is the index of that value in the program, `reference` (n,) and `record` (n, 7) are
-    those of the run, `step` is that of the encoder [rad | m]; `told` has the scheduled parameters
+    those of the run, `step` is that of the encoder [rad | m]; `known` has the scheduled parameters
     by state index.
     """
     again = copy_program(running)
-    for parameter, value in told.items():
+    for parameter, value in known.items():
         hold(again, parameter, value)
-    found = np.empty(reference.size)
+    speed = np.empty(reference.size)
     if reference.size:
         start_at(again, measure(float(record[0, TRUE_POSITION]), step))
         position, velocity = (
             np.ascontiguousarray(record[:, column]) for column in (MEASURED, TRUE_VELOCITY)
         )
-        value_along(again, place, reference, position, velocity, found)
-    return found
+        value_along(again, place, reference, position, velocity, speed)
+    return speed

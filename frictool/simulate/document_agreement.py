@@ -78,9 +78,9 @@ def check_efforts(scenario: Scenario, rig: Rig, names: DocumentNames) -> None:
     wanted = si_unit("effort", rig.effort_axis)
     for index, disturbance in enumerate(scenario.disturbances):
         if disturbance.on is None and disturbance.effort.unit != wanted:
-            found = disturbance.effort.unit
+            unit = disturbance.effort.unit
             message = (
-                f"unit {found!r} does not measure effort of a {rig.effort_axis} axis; allowed: "
+                f"unit {unit!r} does not measure effort of a {rig.effort_axis} axis; allowed: "
                 f"{wanted} and its multiples"
             )
             refuse(names.scenario, f"disturbances[{index}].effort.unit", message)

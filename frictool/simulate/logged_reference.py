@@ -57,29 +57,31 @@ def reference_from_log(replay: Replay, log: Log, axis: Axis, period: float) -> V
     instants: Vector = replay.from_s + period * np.arange(
         int((end - replay.from_s) / period + 1e-9) + 1, dtype=np.float64
     )
-    found: Vector
+    reference: Vector
     if replay.channel in HELD:
-        found = _held(time, values, instants, JITTER * period)
+        reference = _latest_logged(time, values, instants, JITTER * period)
     else:
-        found = np.asarray(np.interp(instants, time, values), dtype=np.float64)
-    if not np.all(np.isfinite(found)):
-        first = float(instants[int(np.argmin(np.isfinite(found)))])
+        reference = np.asarray(np.interp(instants, time, values), dtype=np.float64)
+    if not np.all(np.isfinite(reference)):
+        first = float(instants[int(np.argmin(np.isfinite(reference)))])
         raise LogError(
             log.source,
             f"has no number for {replay.channel} at {first:g} s; replay a part without, by from_s "
             "and to_s",
         )
-    found = found + (replay.shift.value if replay.shift is not None else 0.0)
-    return np.concatenate([found, np.full(samples_of(replay.hold_s or 0.0, period), found[-1])])
+    reference = reference + (replay.shift.value if replay.shift is not None else 0.0)
+    return np.concatenate(
+        [reference, np.full(samples_of(replay.hold_s or 0.0, period), reference[-1])]
+    )
 
 
-def _held(time: Vector, values: Vector, instants: Vector, late: float) -> Vector:
+def _latest_logged(time: Vector, values: Vector, instants: Vector, late: float) -> Vector:
     """Return the latest of values (m,) logged at most `late` after each instant (n,).
 
     Instants before the first value get the first value.
     """
-    found: Vector = values[np.maximum(np.searchsorted(time, instants + late, side="right") - 1, 0)]
-    return found
+    latest: Vector = values[np.maximum(np.searchsorted(time, instants + late, side="right") - 1, 0)]
+    return latest
 
 
 def gaps_of(replay: Replay, log: Log) -> list[str]:

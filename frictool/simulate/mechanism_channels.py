@@ -41,7 +41,7 @@ def field_names(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, st
     >>> field_names(("m6", "Rack", "rack"), ("m6",))
     {'m6': 'm6_2', 'Rack': 'rack', 'rack': 'rack_2'}
     """
-    found: dict[str, str] = {}
+    fields: dict[str, str] = {}
     known = set(taken)
     for name in names:
         plain = re.sub(r"_+", "_", name.lower()).strip("_")
@@ -51,8 +51,8 @@ def field_names(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, st
             unique = f"{plain}_{number}"
             number = number + 1
         known.add(unique)
-        found[name] = unique
-    return found
+        fields[name] = unique
+    return fields
 
 
 class MechanismChannels:

@@ -82,18 +82,18 @@ def mean_over(course: Signal | Disturbance, level: float, edges: Vector) -> Vect
     slack = SAME_INSTANT * float(np.max(end - begin, initial=0.0))
     since = middle - course.at_s
     active = (since > -slack) & (middle < _end(course))
-    found: Vector
+    mean: Vector
     if course.kind == "ramp":
         assert course.duration_s is not None
-        found = level * np.clip(since / course.duration_s, 0.0, 1.0)
-        return found
+        mean = level * np.clip(since / course.duration_s, 0.0, 1.0)
+        return mean
     if course.frequency_hz is None:
         return np.where(active, level, 0.0)
     angle = 2.0 * math.pi * course.frequency_hz * since + math.radians(course.phase_deg)
-    found = np.where(
+    mean = np.where(
         active, level * np.sin(angle) * np.sinc(course.frequency_hz * (end - begin)), 0.0
     )
-    return found
+    return mean
 
 
 def mean_efforts(inputs: MechanismInputs) -> dict[int, Vector]:

@@ -127,8 +127,8 @@ class MechanismPlant:
                 raise FrictoolError(
                     f"{self.name}, plant {variant.name}: the start {error}"
                 ) from None
-            own = rig_of_mechanism(variant.document, variant.assembled)[1]
-            sight = sight_of(self.controlled.source, own, self.rig.resolution, start)
+            rig = rig_of_mechanism(variant.document, variant.assembled)[1]
+            sight = sight_of(self.controlled.source, rig, self.rig.resolution, start)
             running = loop.running if loop.target is None else None
             common = (
                 inputs,
@@ -231,7 +231,7 @@ def check_pace(assembled: AssembledMechanism, seconds: float, period: float, own
     """Raise DocumentError if a link is so stiff that the simulation would not end."""
     pace = fastest_link(assembled)
     if pace.rate * period > FASTEST or pace.rate * seconds > MOST_TURNS:
-        found = (
+        problem = (
             f"is so stiff, or so damped, for what it carries that it answers at {pace.rate:.3g} "
             "rad/s"
         )
@@ -242,7 +242,7 @@ def check_pace(assembled: AssembledMechanism, seconds: float, period: float, own
         refuse(
             owner,
             f"links.{pace.link}",
-            f"{found}; allowed: {allowed}; without its compliance it is rigid",
+            f"{problem}; allowed: {allowed}; without its compliance it is rigid",
         )
 
 

@@ -92,7 +92,7 @@ def _changed(one: Any, values: Mapping[str, float], key: str) -> Any:
     return made
 
 
-def _ordered(document: FrictionOf, made: FrictionOf, given: set[str]) -> FrictionOf:
+def _ordered(document: FrictionOf, made: FrictionOf, provided: set[str]) -> FrictionOf:
     """Return `made` with consistent friction parameters.
 
     If only the lower limit of a parameter is given, the parameter keeps its ratio to the limit.
@@ -100,11 +100,13 @@ def _ordered(document: FrictionOf, made: FrictionOf, given: set[str]) -> Frictio
     """
     parameters = dict(made.parameters)
     for name, other in _pairs(made):
-        own = parameters[name]
+        parameter = parameters[name]
         least = parameters[other]
         before = document.parameters[other].value
-        if name not in given and other in given and before > 0.0:
-            own = parameters[name] = Quantity(value=own.value / before * least.value, unit=own.unit)
-        if own.value < least.value * factor_between(least.unit, own.unit):
+        if name not in provided and other in provided and before > 0.0:
+            parameter = parameters[name] = Quantity(
+                value=parameter.value / before * least.value, unit=parameter.unit
+            )
+        if parameter.value < least.value * factor_between(least.unit, parameter.unit):
             parameters[name] = Quantity(value=least.value, unit=least.unit)
     return msgspec.structs.replace(made, parameters=parameters)

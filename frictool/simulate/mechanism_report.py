@@ -39,7 +39,7 @@ def energy_of(moved: MechanismOutcome) -> dict[str, float]:
     made = moved.variant.assembled
     work = work_by_element(moved.machine, moved.state)
     now = balance(moved.machine, moved.state)
-    found = {
+    energies = {
         "input": now.put_in,
         "kinetic": now.kinetic - moved.before.kinetic,
         "stored": now.stored - moved.before.stored,
@@ -55,8 +55,8 @@ def energy_of(moved: MechanismOutcome) -> dict[str, float]:
     ):
         for name, value in zip(names, values.tolist(), strict=True):
             lost[name] += value
-    found |= {f"lost in {name}": value for name, value in lost.items() if value != 0.0}
-    return found | {"residual": moved.before.total - now.total}
+    energies |= {f"lost in {name}": value for name, value in lost.items() if value != 0.0}
+    return energies | {"residual": moved.before.total - now.total}
 
 
 def events_of(moved: MechanismOutcome) -> dict[str, int]:
@@ -64,11 +64,11 @@ def events_of(moved: MechanismOutcome) -> dict[str, int]:
 
     `not kept` counts the events beyond ROOM_FOR_EVENTS.
     """
-    found = Counter(
+    counts = Counter(
         f"{element_of(moved.variant, event)} {NAMES[int(event[1])]}" for event in moved.out.events
     )
     more = int(moved.out.happened[0]) - ROOM_FOR_EVENTS
-    return dict(sorted(found.items())) | ({"not kept": more} if more > 0 else {})
+    return dict(sorted(counts.items())) | ({"not kept": more} if more > 0 else {})
 
 
 def warnings_of(moved: MechanismOutcome) -> Iterator[str]:
@@ -80,8 +80,8 @@ def warnings_of(moved: MechanismOutcome) -> Iterator[str]:
     for place in np.unique(strikes[:, 2]).astype(int).tolist():
         block = int(made.packed.stops.block[place])
         first = strikes[strikes[:, 2] == place][0]
-        told = (
+        warning = (
             f"{made.blocks[block]} strikes its end stop {made.stops[place]}, first at "
             f"{first[0]:.3f} s"
         )
-        yield f"{moved.variant.topic}: {told}"
+        yield f"{moved.variant.topic}: {warning}"

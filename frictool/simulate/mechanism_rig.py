@@ -137,15 +137,17 @@ def chain_from(
     for a, b, ratio in ties:
         neighbours[a].append((b, ratio))
         neighbours[b].append((a, 1.0 / ratio))
-    found = {root: ChainPosition(1.0, 0)}
+    positions = {root: ChainPosition(1.0, 0)}
     waiting = deque([root])
     while waiting:
         here = waiting.popleft()
         for there, ratio in neighbours[here]:
-            if there not in found:
-                found[there] = ChainPosition(ratio * found[here].ratio, found[here].links + 1)
+            if there not in positions:
+                positions[there] = ChainPosition(
+                    ratio * positions[here].ratio, positions[here].links + 1
+                )
                 waiting.append(there)
-    return found
+    return positions
 
 
 def block_positions(
@@ -166,9 +168,9 @@ def block_positions(
         slack = SAME_PLACE * max(abs(one) for one in (low, high, 0.0) if np.isfinite(one))
         if not low - slack <= placed[block] <= high + slack:
             unit = si_unit("position", assembled.kinds[block])
-            found = f"puts {assembled.blocks[block]} at {placed[block]:.9g} {unit}"
+            problem = f"puts {assembled.blocks[block]} at {placed[block]:.9g} {unit}"
             raise ValueError(
-                f"{found}; allowed: {low:.9g} to {high:.9g} {unit}, the stops of {name}"
+                f"{problem}; allowed: {low:.9g} to {high:.9g} {unit}, the stops of {name}"
             )
     return placed
 

@@ -145,10 +145,10 @@ def moved(
         task, machine, state, drifting, out, progress
     )
     kept = out.events[: min(int(out.happened[0]), ROOM_FOR_EVENTS)].copy()
-    found = MechanismOutcome(variant, machine, state, before, out._replace(events=kept))
+    outcome = MechanismOutcome(variant, machine, state, before, out._replace(events=kept))
     if status != OK:
-        raise NoSolutionError(_told(found, status))
-    return found
+        raise NoSolutionError(_failure_message(outcome, status))
+    return outcome
 
 
 def _by_kernel(
@@ -162,18 +162,18 @@ def _by_kernel(
     """Return the status after all samples, run piece by piece."""
     shown = np.array([measure(state.y[task.sight.sensor], task.sight.step)])
     waiting = np.zeros(task.delay_samples + 1)
-    own = None if task.controller is None else copy_program(task.controller)
-    if own is not None:
-        start_at(own, float(shown[0]))
+    program = None if task.controller is None else copy_program(task.controller)
+    if program is not None:
+        start_at(program, float(shown[0]))
     reference = np.empty(0) if task.reference is None else task.reference
     for begin in range(0, task.samples, PIECE):
         end = min(begin + PIECE, task.samples)
         rest_of = (task.inputs, drifting, out)
-        if own is None:
+        if program is None:
             status, _ = follow(machine, state, task.sight, begin, end, shown, *rest_of)
         else:
             status, _ = run(
-                machine, state, own, task.sight, reference, begin, end, waiting, shown, *rest_of
+                machine, state, program, task.sight, reference, begin, end, waiting, shown, *rest_of
             )
         if status != OK:
             return int(status)
@@ -247,7 +247,7 @@ def _drifting(
     )
 
 
-def _told(outcome: MechanismOutcome, status: int) -> str:
+def _failure_message(outcome: MechanismOutcome, status: int) -> str:
     """Return the message of a failed run, with time, reason and the element of the last event."""
     instant = float(outcome.state.pace[1])
     text = f"{outcome.variant.topic}: at {instant:.6g} s {MESSAGES[status]}"

@@ -77,9 +77,9 @@ def mechanism_variants(
                 "give another",
             )
         ]
-    found = [MechanismVariant("", document, assembled)]
+    variants = [MechanismVariant("", document, assembled)]
     if scenario.variants != "random":
-        return found
+        return variants
     assert scenario.plants is not None
     every = ranges(document)
     ranged = {key: one for key, one in every.items() if one.low < one.high}
@@ -95,7 +95,7 @@ def mechanism_variants(
     for index, row in enumerate(_values(every, ranged, parts), start=1):
         name = f"p{index:0{width}d}"
         values = dict(zip(ranged, map(float, row), strict=True))
-        found.append(
+        variants.append(
             _variant(
                 document,
                 name,
@@ -104,7 +104,7 @@ def mechanism_variants(
                 "narrow the ranges that it is drawn from",
             )
         )
-    return found
+    return variants
 
 
 def _values(

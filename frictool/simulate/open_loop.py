@@ -124,7 +124,7 @@ def _task(
     scenario: Scenario,
     samples: int,
     seen: tuple[Rig, ControlledAxis] | None,
-    held: tuple[Any, Vector],
+    inputs: tuple[Any, Vector],
 ) -> tuple[MechanismTask, Vector]:
     if seen is None:
         start = variant.assembled.start
@@ -138,7 +138,7 @@ def _task(
             else block_positions(variant.document, variant.assembled, sensor, scenario.start.value)
         )
         sight = sight_of(controlled.source, controlled, rig.resolution, start)
-    return MechanismTask(samples, sight, *held, None, 0, None, None), start
+    return MechanismTask(samples, sight, *inputs, None, 0, None, None), start
 
 
 def _check(
@@ -191,19 +191,19 @@ def _check(
 
 def _check_undetermined(scenario: Scenario, names: DocumentNames) -> None:
     """Raise DocumentError if the scenario needs a controlled axis, which is not determined."""
-    told = (
+    reason = (
         f"{names.model} does not say which source and sensor are a controller's (control: "
         f"{{source: .., sensor: ..}})"
     )
     for key in ("start", "sensor_faults", "drive_noise"):
         if getattr(scenario, key):
-            refuse(names.scenario, key, f"belongs to the controlled axis, and {told}")
+            refuse(names.scenario, key, f"belongs to the controlled axis, and {reason}")
     if scenario.drifts is not None and scenario.drifts.constant:
-        refuse(names.scenario, "drifts.constant", f"is of the controlled source, and {told}")
+        refuse(names.scenario, "drifts.constant", f"is of the controlled source, and {reason}")
     for index, disturbance in enumerate(scenario.disturbances):
         if disturbance.on is None:
             refuse(
                 names.scenario,
                 f"disturbances[{index}]",
-                f"names no block, and {told}; write on: BLOCK",
+                f"names no block, and {reason}; write on: BLOCK",
             )

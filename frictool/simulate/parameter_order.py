@@ -27,69 +27,71 @@ class ParameterEnds(NamedTuple):
 def check_least(
     ranges: Mapping[str, VariedParameter],
     spans: Mapping[str, Span],
-    given: Mapping[str, Quantity],
+    provided: Mapping[str, Quantity],
     names: DocumentNames,
     drawn: bool,
 ) -> None:
     """Raise DocumentError if a value or range ends below the parameter that limits it.
 
-    `spans` and `given` replace the parameters' own ranges, in compatible units. If `drawn`, plants
-    are drawn from the ranges; else the given values are simulated, or those of the document.
+    `spans` and `provided` replace ranges of the document, in compatible units. If `drawn`, plants
+    are drawn from the ranges; else the provided or the nominal values are simulated.
     """
-    for name, own in ranges.items():
-        if own.least is None:
+    for name, parameter in ranges.items():
+        if parameter.least is None:
             continue
-        other, factor = own.least
-        ends, below = (_ends(one, ranges[one], spans, given, names, drawn) for one in (name, other))
+        other, factor = parameter.least
+        ends, below = (
+            _ends(one, ranges[one], spans, provided, names, drawn) for one in (name, other)
+        )
         if (
-            ends.low == ends.high == own.nominal and ends.document == names.model
+            ends.low == ends.high == parameter.nominal and ends.document == names.model
         ) or ends.high >= factor * below.high * (1.0 - ROUNDING):
             continue  # it keeps its ratio to the other one, or part of its range is always above
         label = ranges[other].label
-        unit = own.unit
+        unit = parameter.unit
         most = f"{factor * below.high:g} {unit}"
         if ends.document == names.model and below.document != names.model:
-            found = f"found up to {most}, above {own.label}, {_shown(ends)} {unit}"
+            problem = f"found up to {most}, above {parameter.label}, {_shown(ends)} {unit}"
             refuse(
                 below.document,
                 below.key,
-                f"{found}; allowed: at most that; write a range of {own.label} too",
+                f"{problem}; allowed: at most that; write a range of {parameter.label} too",
             )
         without = "without a range" if ends.document == names.model else "left out"
-        found = (
+        problem = (
             f"found {_shown(ends)} {unit}, below {label} of "
             f"{'up to ' if below.low < below.high else ''}{most}"
         )
         refuse(
             ends.document,
             ends.key,
-            f"{found}; allowed: at least that; {without}, it goes with {label}",
+            f"{problem}; allowed: at least that; {without}, it goes with {label}",
         )
 
 
 def _ends(
     name: str,
-    own: VariedParameter,
+    parameter: VariedParameter,
     spans: Mapping[str, Span],
-    given: Mapping[str, Quantity],
+    provided: Mapping[str, Quantity],
     names: DocumentNames,
     drawn: bool,
 ) -> ParameterEnds:
     if drawn and name in spans:
-        scale = factor_between(spans[name].unit, own.unit)
+        scale = factor_between(spans[name].unit, parameter.unit)
         return ParameterEnds(
             scale * spans[name].low,
             scale * spans[name].high,
             names.scenario,
             f"spread.parameters.{name}",
         )
-    if name in given and not (drawn and own.low < own.high):
-        value = factor_between(given[name].unit, own.unit) * given[name].value
+    if name in provided and not (drawn and parameter.low < parameter.high):
+        value = factor_between(provided[name].unit, parameter.unit) * provided[name].value
         return ParameterEnds(value, value, names.scenario, f"given.{name}")
     return (
-        ParameterEnds(own.low, own.high, names.model, name)
+        ParameterEnds(parameter.low, parameter.high, names.model, name)
         if drawn
-        else ParameterEnds(own.nominal, own.nominal, names.model, name)
+        else ParameterEnds(parameter.nominal, parameter.nominal, names.model, name)
     )
 
 

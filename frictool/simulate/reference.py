@@ -47,5 +47,5 @@ def _sine(sine: Sine, last: float, samples: int, period: float) -> Vector:
     angle = 2.0 * math.pi * sine.frequency_hz * period * np.arange(samples) + math.radians(
         sine.phase_deg
     )
-    found: Vector = centre + sine.amplitude.value * np.sin(angle)
-    return found
+    values: Vector = centre + sine.amplitude.value * np.sin(angle)
+    return values

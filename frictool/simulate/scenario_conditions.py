@@ -56,9 +56,9 @@ def loop_conditions(conditions: Vector, rig: Rig) -> Vector:
     """
     if rig.drive == "current" or not conditions.size:
         return conditions
-    found = conditions.copy()
-    found[:, SENSOR_OFFSET], found[:, SENSOR_GAIN] = 0.0, 1.0
-    return found
+    ideal = conditions.copy()
+    ideal[:, SENSOR_OFFSET], ideal[:, SENSOR_GAIN] = 0.0, 1.0
+    return ideal
 
 
 def on_axis(scenario: Scenario) -> list[Disturbance]:
@@ -87,10 +87,10 @@ def _effort(disturbance: Disturbance, samples: int, period: float) -> Vector:
     # turns of the sine within the sample
     turns = disturbance.frequency_hz * period * (last - first)
     angle = 2.0 * math.pi * disturbance.frequency_hz * middle + math.radians(disturbance.phase_deg)
-    found: Vector = (
+    effort: Vector = (
         mean * np.sin(angle) * np.sinc(turns)
     )  # the mean of a sine over a span is its value in the middle times sinc
-    return found
+    return effort
 
 
 def _drift(rows: Vector, drifts: Drifts, period: float) -> None:

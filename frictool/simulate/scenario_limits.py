@@ -40,11 +40,11 @@ def check_length(samples: float, runs: int, key: str, name: str, width: float = 
     `width` is the size of a sample relative to that of one axis.
     """
     if samples * runs * width > MAX_SAMPLES:
-        found = f"asks for {samples * runs:.3g} samples in {runs} run{'s' * (runs > 1)}"
+        problem = f"asks for {samples * runs:.3g} samples in {runs} run{'s' * (runs > 1)}"
         refuse(
             name,
             key,
-            f"{found}; allowed: {MAX_SAMPLES / width:.0e} in all; play fewer variants, or shorter",
+            f"{problem}; allowed: {MAX_SAMPLES / width:.0e} in all; play fewer or shorter variants",
         )
 
 
@@ -68,9 +68,9 @@ def check_path(places: Mapping[str, Vector], travel: Span | None, name: str) -> 
     for key, values in places.items():
         low, high = float(values.min()), float(values.max())
         if not travel.low <= low <= high <= travel.high:
-            found = f"{high:g}" if low == high else f"a path from {low:g} to {high:g}"
+            ends = f"{high:g}" if low == high else f"a path from {low:g} to {high:g}"
             allowed = f"the travel of the bench, {travel.low:g} to {travel.high:g} {travel.unit}"
-            refuse(name, key, f"found {found} {travel.unit}; allowed: {allowed}")
+            refuse(name, key, f"found {ends} {travel.unit}; allowed: {allowed}")
 
 
 def check_instants(scenario: Scenario, seconds: float, period: float, name: str) -> None:

@@ -45,11 +45,11 @@ def check_spread(
         and rig.travel is not None
         and not (rig.travel.low <= spread.start.low <= spread.start.high <= rig.travel.high)
     ):
-        found = f"found {spread.start.low:g} to {spread.start.high:g} {spread.start.unit}"
+        start = f"found {spread.start.low:g} to {spread.start.high:g} {spread.start.unit}"
         refuse(
             name,
             "spread.start",
-            f"{found}; allowed: the travel of the bench, {rig.travel.low:g} to {rig.travel.high:g}",
+            f"{start}; allowed: the travel of the bench, {rig.travel.low:g} to {rig.travel.high:g}",
         )
     if spread.within_count and rig.resolution == 0.0:
         refuse(
@@ -109,15 +109,15 @@ def _check_ends(
         least = plant.ranges()[parameter].least
         for end, value in (("low", span.low), ("high", span.high)):
             if least is not None and value < 0.0:  # a mechanism would raise it to its lower limit
-                found = f"found {value:g} {span.unit}, below 0"
+                problem = f"found {value:g} {span.unit}, below 0"
                 refuse(
                     names.scenario,
                     f"spread.parameters.{parameter}.{end}",
-                    f"{found}; allowed: >= 0, as {plant.ranges()[least[0]].label}",
+                    f"{problem}; allowed: >= 0, as {plant.ranges()[least[0]].label}",
                 )
-            given = {parameter: Quantity(value=value, unit=span.unit)}
+            values = {parameter: Quantity(value=value, unit=span.unit)}
             one = msgspec.structs.replace(
-                scenario, variants=GIVEN, plants=None, given=given, spread=None
+                scenario, variants=GIVEN, plants=None, given=values, spread=None
             )
             try:
                 plant.variants(controller, one, names.model)
@@ -127,8 +127,10 @@ def _check_ends(
                     .removeprefix(f"{names.model} as given: ")
                     .removesuffix("; give another")
                 )
-                found = f"found {value:g} {span.unit}, which no plant can have"
-                refuse(names.scenario, f"spread.parameters.{parameter}.{end}", f"{found}: {reason}")
+                problem = f"found {value:g} {span.unit}, which no plant can have"
+                refuse(
+                    names.scenario, f"spread.parameters.{parameter}.{end}", f"{problem}: {reason}"
+                )
 
 
 def _check_times(

@@ -23,15 +23,15 @@ ETA, DRIVE, POSITION = "eta", "drive", "position"
 ASKED = "asked"  # drive commanded by the controller; DRIVE is the drive behind delay and lag
 
 
-def as_linear_system(given: Lti | Model | Controller) -> Lti:
+def as_linear_system(system: Lti | Model | Controller) -> Lti:
     """Return the linear system of a controller or model, or the system itself.
 
     Raises FrictoolError for any other type.
     """
-    _require(given, Model, Controller, Lti)
-    if isinstance(given, Lti):
-        return given
-    return plant_system(given) if isinstance(given, Model) else controller_system(given)
+    _require(system, Model, Controller, Lti)
+    if isinstance(system, Lti):
+        return system
+    return plant_system(system) if isinstance(system, Model) else controller_system(system)
 
 
 def controller_system(controller: Controller) -> Lti:
@@ -139,17 +139,19 @@ def loop_system(controller: Controller, vertex: str) -> Lti:
     return connect(blocks, {}, (ETA,), (POSITION,))
 
 
-def _require(given: object, *kinds: type) -> None:
-    """Raise FrictoolError if `given` has none of the types.
+def _require(document: object, *kinds: type) -> None:
+    """Raise FrictoolError if `document` has none of the types.
 
     Python alone would only name a missing attribute.
     """
-    if not isinstance(given, kinds):
+    if not isinstance(document, kinds):
         hint = (
-            "; reduce it to a model first (frictool.reduce)" if isinstance(given, Mechanism) else ""
+            "; reduce it to a model first (frictool.reduce)"
+            if isinstance(document, Mechanism)
+            else ""
         )
         raise FrictoolError(
-            f"found {type(given).__name__}; allowed: "
+            f"found {type(document).__name__}; allowed: "
             f"{', '.join(kind.__name__ for kind in kinds)}{hint}"
         )
 

@@ -130,13 +130,13 @@ def to_control(system: Lti | Model | Controller) -> Any:
         raise ImportError(
             "to_control needs python-control: pip install 'frictool[control]'"
         ) from error
-    found = as_linear_system(system)
+    lti = as_linear_system(system)
     names = dict[str, Any]()
     if isinstance(system, Controller):
         names = {"inputs": [ETA], "outputs": [DRIVE], "name": system.name}
     elif isinstance(system, Model):
         names = {"inputs": [DRIVE], "outputs": [POSITION], "name": system.name}
-    return control.ss(found.a, found.b, found.c, found.d, found.period, **names)
+    return control.ss(lti.a, lti.b, lti.c, lti.d, lti.period, **names)
 
 
 def to_scipy(system: Lti | Model | Controller) -> Any:
@@ -158,10 +158,8 @@ def to_scipy(system: Lti | Model | Controller) -> Any:
     FrictoolError
         If `system` has another type.
     """
-    found = as_linear_system(system)
-    matrices = (found.a, found.b, found.c, found.d)
+    lti = as_linear_system(system)
+    matrices = (lti.a, lti.b, lti.c, lti.d)
     return (
-        signal.StateSpace(*matrices, dt=found.period)
-        if found.period
-        else signal.StateSpace(*matrices)
+        signal.StateSpace(*matrices, dt=lti.period) if lti.period else signal.StateSpace(*matrices)
     )

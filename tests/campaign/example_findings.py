@@ -87,10 +87,10 @@ def stopped(
     made: Trials, draws: tuple[int, ...], reason: str = "the position is beyond 1e3 rad"
 ) -> Trials:
     """The same, but that some draws could not be simulated."""
-    found, met, passed = made.found.copy(), made.met.copy(), made.passed.copy()
+    found, met, passed = made.metric_values.copy(), made.met.copy(), made.passed.copy()
     found[list(draws)], met[list(draws)], passed[list(draws)] = np.nan, UNDECIDED, BROKEN
     return dataclasses.replace(
-        made, found=found, met=met, passed=passed, failed=dict.fromkeys(draws, reason)
+        made, metric_values=found, met=met, passed=passed, failed=dict.fromkeys(draws, reason)
     )
 
 

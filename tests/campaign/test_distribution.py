@@ -24,7 +24,7 @@ def _with(trials: Trials, values: np.ndarray, relation: str = "<=", limit: float
     ).astype(np.int8)
     metric = MetricLimit("metric", "metric", "1", limit, relation)
     return dataclasses.replace(
-        trials, metrics=(metric,), found=values[:, None], met=kept[:, None], passed=kept
+        trials, metrics=(metric,), metric_values=values[:, None], met=kept[:, None], passed=kept
     )
 
 

@@ -34,7 +34,7 @@ def _told(made):
     return dataclasses.replace(
         made,
         metrics=tuple(made.metrics[j] for j in keep),
-        found=made.found[:, keep],
+        metric_values=made.metric_values[:, keep],
         met=made.met[:, keep],
     )
 

@@ -117,7 +117,7 @@ def _counts(n: int) -> Trials:
     values = space.values(made.units)
     met = np.where(np.abs(values) > 1.5, BROKEN, MET).astype(np.int8)
     return dataclasses.replace(
-        made, space=space, values=values, found=np.abs(values), met=met, passed=met[:, 0]
+        made, space=space, values=values, metric_values=np.abs(values), met=met, passed=met[:, 0]
     )
 
 

@@ -33,7 +33,7 @@ def test_trials_are_in_the_order_of_their_indices() -> None:
     ]
     for order in ([0, 1, 2], [2, 0, 1], [1, 2, 0]):
         trials = collect_trials(factors(1), [METRIC], units, [of[k] for k in order])
-        np.testing.assert_array_equal(trials.found[:, 0], [1.0, 9.0, np.nan])
+        np.testing.assert_array_equal(trials.metric_values[:, 0], [1.0, 9.0, np.nan])
         np.testing.assert_array_equal(trials.passed, [MET, BROKEN, UNDECIDED])
         assert trials.count == 3
 
@@ -53,7 +53,7 @@ def test_what_could_not_be_simulated_has_not_passed_and_no_metric_of_it_is_decid
     assert trials.failed == {7: "the plant is out of range"}
     assert trials.passed[7] == BROKEN
     assert trials.met[7, 0] == UNDECIDED
-    assert np.isnan(trials.found[7, 0])
+    assert np.isnan(trials.metric_values[7, 0])
     assert np.sum(trials.passed == MET) == np.sum(np.delete(trials.values[:, 0], 7) <= 0.5)
 
 

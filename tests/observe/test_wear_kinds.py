@@ -175,12 +175,12 @@ def test_where_friction_is_the_same_everywhere_a_factor_is_told_and_not_an_addit
     names = list(layout.names)
     for index in range(12):
         kinds.take(drawn(draw, names, 1.0 if index % 2 else -1.0, layout.friction, wear=1.4))
-    assert kinds.told is not None
-    assert kinds.told.kind == "multiplicative"
-    assert kinds.told.evidence["additive"] == pytest.approx(
-        kinds.told.evidence["multiplicative"], abs=0.5
+    assert kinds.classification is not None
+    assert kinds.classification.kind == "multiplicative"
+    assert kinds.classification.evidence["additive"] == pytest.approx(
+        kinds.classification.evidence["multiplicative"], abs=0.5
     )
-    assert kinds.told.wear.value == pytest.approx(1.4, abs=0.03)
+    assert kinds.classification.wear.value == pytest.approx(1.4, abs=0.03)
 
 
 def drawn(
@@ -223,7 +223,7 @@ def test_shares_are_the_friction_over_the_models() -> None:
 def test_too_few_moves_tell_no_kind() -> None:
     estimator = WearEstimator(believed())
     assert estimator.estimate.kind == "none"
-    assert estimator.kinds.told is None
+    assert estimator.kinds.classification is None
     assert KINDS[0] == "none"
 
 

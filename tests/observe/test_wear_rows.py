@@ -125,7 +125,7 @@ def test_memory_does_not_grow_with_the_log() -> None:
     position, effort = stroked(layout, 3)
     for k in range(20):
         moves.take(MotionBlock(layout.period * np.arange(position.size), position, effort, k > 0))
-        assert moves.held <= 2 * (layout.window + layout.reach)
+        assert moves.sample_count <= 2 * (layout.window + layout.reach)
 
 
 def test_a_gap_of_the_log_ends_the_move_and_forgets_where_the_load_is() -> None:

@@ -24,9 +24,9 @@ from tests.support.small_mechanisms import belt, coulomb, lossy_train, mechanism
 
 def _error(bandwidth: float) -> float:
     return next(
-        step.told.predicted
+        step.report.predicted
         for step in chain(belt(), bandwidth).steps
-        if step.told.step == "compliance"
+        if step.report.step == "compliance"
     )
 
 
@@ -58,7 +58,7 @@ def test_a_kink_is_refused_with_both_sides_of_it_that_pass() -> None:
     assert 0.0 <= below <= 0.19 < 0.21 <= above <= 0.4  # the curve is smooth between its points
     for ends, load_, at in (((low, below), -0.6, low), ((above, high), 0.7, high)):
         part = chain(restrict_travel(returned(-1.0, 2.0), ends), None).one
-        assert part.beside.at(np.array([at]))[0] == pytest.approx(
+        assert part.residual.at(np.array([at]))[0] == pytest.approx(
             load_, abs=0.05
         )  # but for what friction holds of it
         assert part.travel == ends

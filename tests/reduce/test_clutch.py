@@ -83,7 +83,7 @@ def test_irreversible_by_2_27_as_the_friction_coefficient_says(clutch: Mechanism
         x = positions(found.last)
         assert (irreversible(x, in_contact(found.last, x)).margin > 0.0) == holds
         assert (
-            found.one.beside == ResidualLoad()
+            found.one.residual == ResidualLoad()
         ) == holds  # beside friction, where that does not hold it
     with pytest.raises(NoSolutionError, match=r"at .* rad the load is .* and friction holds"):
         chain(

@@ -22,7 +22,7 @@ RESONANCE = np.sqrt(STIFFNESS * AT_MOTOR * (1.0 / NEAR + 1.0 / FAR))
 
 
 def _told(found: ReductionChain) -> StepReport:
-    return next(step.told for step in found.steps if step.told.step == "compliance")
+    return next(step.report for step in found.steps if step.report.step == "compliance")
 
 
 def test_above_the_bandwidth_the_belt_is_rigid_and_the_error_that_of_the_two_inertias() -> None:

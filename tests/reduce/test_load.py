@@ -18,7 +18,7 @@ from frictool.documents.quantity import Quantity, Series
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
-from frictool.reduce.residual_load import LoadUnits, ResidualLoad, load_beside
+from frictool.reduce.residual_load import LoadUnits, ResidualLoad, fit_residual_load
 from frictool.reduce.resistance import DirectedResistance
 from studies.command_line import run
 from tests.support.small_mechanisms import coulomb, mechanism, rotor
@@ -110,7 +110,7 @@ def test_a_harmonic_of_any_number_is_found(
     mean = offset + sine * np.sin(number * x) + cosine * np.cos(number * x)
     if np.ptp(mean) < 0.1:
         return
-    found = load_beside(
+    found = fit_residual_load(
         x, held(x, mean, 0.02), (), WORDS, lambda one: float(np.max(np.abs(one.at(x) - mean)))
     )
     np.testing.assert_allclose(found.at(x), mean, atol=0.02 * (1.0 + 1e-6))
@@ -119,7 +119,7 @@ def test_a_harmonic_of_any_number_is_found(
 def test_friction_that_holds_all_of_it_leaves_none() -> None:
     x = np.linspace(0.0, 1.0, 50)
     assert (
-        load_beside(x, held(x, 0.3 * np.sin(x), 0.3), (1.0,), WORDS, lambda one: 0.0)
+        fit_residual_load(x, held(x, 0.3 * np.sin(x), 0.3), (1.0,), WORDS, lambda one: 0.0)
         == ResidualLoad()
     )
 
@@ -127,7 +127,7 @@ def test_friction_that_holds_all_of_it_leaves_none() -> None:
 def test_cogging_that_friction_holds_is_told_beside_it_where_no_polynomial_is_it() -> None:
     x = np.linspace(0.0, 1.0, 241)
     mean = 0.01 * np.sin(40.0 * x)
-    found = load_beside(
+    found = fit_residual_load(
         x,
         held(x, mean, 0.05),
         (),
@@ -145,4 +145,4 @@ def test_a_corner_is_no_law() -> None:
         match=r"no law of model.yaml has it; try --travel -1 \S+ and --travel \S+ 1, a model of "
         r"its own",
     ):
-        load_beside(x, held(x, np.sign(x + 1e-6), 0.01), (), WORDS, lambda one: 0.0)
+        fit_residual_load(x, held(x, np.sign(x + 1e-6), 0.01), (), WORDS, lambda one: 0.0)

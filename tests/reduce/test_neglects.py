@@ -39,7 +39,7 @@ def packed(sprung: bool) -> Mechanism:
 
 
 def _neglected(found: ReductionChain, step: str) -> str:
-    return next(one.told.neglects for one in found.steps if one.told.step == step)
+    return next(one.report.neglects for one in found.steps if one.report.step == step)
 
 
 def test_bristles_are_named_where_they_are_left_out() -> None:
@@ -59,7 +59,9 @@ def test_two_stribeck_velocities_that_become_one_are_told() -> None:
 
 def test_curves_that_losses_made_are_no_absence_of_a_load() -> None:
     told = next(
-        step.told for step in chain(screw(0.3), None).steps if step.told.step == "resisting curve"
+        step.report
+        for step in chain(screw(0.3), None).steps
+        if step.report.step == "resisting curve"
     )
     assert told.did == "the loads are a curve for each direction already"
 

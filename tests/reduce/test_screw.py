@@ -18,7 +18,7 @@ STEEP = LEAD / (2.0 * math.pi * RADIUS)
 
 
 def _note(found: ReductionChain) -> str:
-    return next(step.told.notes[0] for step in found.steps if step.told.step == "losses")
+    return next(step.report.notes[0] for step in found.steps if step.report.step == "losses")
 
 
 @settings(max_examples=12, deadline=None)
@@ -28,7 +28,7 @@ def test_the_resisting_torque_is_that_of_the_thread(mu: float) -> None:
     x = found.positions
     force = STIFFNESS * RADIUS * STEEP * x
     alpha, phi = math.atan(STEEP), math.atan(mu)
-    load = found.beside.at(x)
+    load = found.residual.at(x)
     np.testing.assert_allclose(
         load + found.forward.curve, RADIUS * math.tan(alpha + phi) * force, rtol=1e-6, atol=1e-9
     )
@@ -42,7 +42,7 @@ def test_irreversible_from_mu_above_tan_alpha_on(mu: float, holds: bool) -> None
     found = chain(screw(mu), None)
     assert ("is irreversible" in _note(found)) == holds
     # a load that friction holds is a part of it; one that it does not hold is told beside it
-    assert (found.one.beside.stiffness == 0.0) == holds
+    assert (found.one.residual.stiffness == 0.0) == holds
 
 
 def test_the_thesis_form_is_that_of_2_15_at_a_steady_speed() -> None:
@@ -50,8 +50,8 @@ def test_the_thesis_form_is_that_of_2_15_at_a_steady_speed() -> None:
     found = chain(screw(mu, form="thesis"), None).one
     x = found.positions
     force = STIFFNESS * RADIUS * STEEP * x
-    up = found.beside.at(x) + found.forward.curve
-    down = found.beside.at(x) - found.backward.curve
+    up = found.residual.at(x) + found.forward.curve
+    down = found.residual.at(x) - found.backward.curve
     # (2.15) at rest of accelerations: u = r tan(a) f ± mu |r f - u tan(a)|
     np.testing.assert_allclose(
         up, RADIUS * STEEP * force + mu * np.abs(RADIUS * force - up * STEEP), atol=1e-9
@@ -74,7 +74,7 @@ def test_an_efficiency_alone_is_nowhere_left() -> None:
 
 def test_a_thread_in_the_thesis_form_tells_that_it_is_taken_at_a_steady_speed() -> None:
     told = [
-        chain(screw(0.05, form=form), None).steps[0].told.neglects for form in ("angle", "thesis")
+        chain(screw(0.05, form=form), None).steps[0].report.neglects for form in ("angle", "thesis")
     ]
     assert told[0] == "nothing"
     assert "friction_form: thesis of thread" in told[1]

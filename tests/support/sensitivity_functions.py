@@ -43,7 +43,7 @@ def vertices(d: int, function: Function) -> Trials:
     found = function(units)[:, None]
     passed = (found[:, 0] <= 3.0).astype(np.int8)
     return replace(
-        trials, units=units, values=units, found=found, met=passed[:, None], passed=passed
+        trials, units=units, values=units, metric_values=found, met=passed[:, None], passed=passed
     )
 
 

@@ -88,11 +88,11 @@ def _drifts(drifts: Drifts | None, spread: Spread, at: Values) -> Drifts | None:
         hot = spread.temperature.hot
         factors["viscous"] = cold.viscous + part * (hot.viscous - cold.viscous)
         factors["constant"] = cold.constant + part * (hot.constant - cold.constant)
-    given = drifts or Drifts()
-    found = Drifts(
-        **{name: _scaled(getattr(given, name), factor) for name, factor in factors.items()}
+    nominal = drifts or Drifts()
+    scaled = Drifts(
+        **{name: _scaled(getattr(nominal, name), factor) for name, factor in factors.items()}
     )
-    return None if found == Drifts() else found
+    return None if scaled == Drifts() else scaled
 
 
 def _scaled(points: tuple[DriftPoint, ...], factor: float) -> tuple[DriftPoint, ...]:
@@ -104,7 +104,7 @@ def _scaled(points: tuple[DriftPoint, ...], factor: float) -> tuple[DriftPoint, 
 
 
 def _faults(spread: Spread, at: Values) -> list[SensorFault]:
-    found = []
+    faults = []
     for index, fault in enumerate(spread.sensor_faults):
         key = fault_key(index)
         begin = at.get(f"{key}.at_s", fault.at_s.low)
@@ -114,14 +114,14 @@ def _faults(spread: Spread, at: Values) -> list[SensorFault]:
         if fault.counts is not None:
             counts = int(at.get(f"{key}.counts", fault.counts.low))
             if counts != 0:
-                found.append(SensorFault("lost_counts", begin, counts=counts))
+                faults.append(SensorFault("lost_counts", begin, counts=counts))
         elif fault.offset is not None:
             offset = Quantity(
                 value=at.get(f"{key}.offset", fault.offset.low), unit=fault.offset.unit
             )
-            found.append(SensorFault("drive_offset", begin, until, offset=offset))
+            faults.append(SensorFault("drive_offset", begin, until, offset=offset))
         elif fault.gain_error is not None:
-            found.append(
+            faults.append(
                 SensorFault(
                     "drive_gain",
                     begin,
@@ -130,12 +130,12 @@ def _faults(spread: Spread, at: Values) -> list[SensorFault]:
                 )
             )
         else:
-            found.append(SensorFault(fault.kind, begin, until))
-    return found
+            faults.append(SensorFault(fault.kind, begin, until))
+    return faults
 
 
 def _disturbances(spread: Spread, at: Values) -> list[Disturbance]:
-    found = []
+    disturbances = []
     for index, one in enumerate(spread.disturbances):
         key = disturbance_key(index)
         lasts = None if one.duration_s is None else at.get(f"{key}.duration_s", one.duration_s.low)
@@ -145,9 +145,9 @@ def _disturbances(spread: Spread, at: Values) -> list[Disturbance]:
             else at.get(f"{key}.frequency_hz", one.frequency_hz.low)
         )
         effort = Quantity(value=at.get(f"{key}.effort", one.effort.low), unit=one.effort.unit)
-        found.append(
+        disturbances.append(
             Disturbance(
                 one.kind, effort, at.get(f"{key}.at_s", one.at_s.low), lasts, turns, on=one.on
             )
         )
-    return found
+    return disturbances

@@ -64,8 +64,8 @@ def _latin(count: int, factors: int, seed: int) -> Vector:
         if factors
         else np.empty((count, 0))
     )
-    found: Vector = (parts + generator.random((count, factors))) / count
-    return found
+    points: Vector = (parts + generator.random((count, factors))) / count
+    return points
 
 
 def _vertices(count: int, factors: int, seed: int) -> Vector:
@@ -74,8 +74,8 @@ def _vertices(count: int, factors: int, seed: int) -> Vector:
         numbers = np.arange(2**factors)[:, None]
         return np.array((numbers >> np.arange(factors)[::-1]) & 1, dtype=np.float64)
     generator = np.random.Generator(np.random.PCG64([seed, VERTICES_STREAM]))
-    found: dict[bytes, Vector] = {}
-    while len(found) < count:
+    corners: dict[bytes, Vector] = {}
+    while len(corners) < count:
         corner = generator.integers(0, 2, factors).astype(np.float64)
-        found.setdefault(corner.tobytes(), corner)
-    return np.stack(list(found.values()))
+        corners.setdefault(corner.tobytes(), corner)
+    return np.stack(list(corners.values()))

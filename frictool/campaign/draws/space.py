@@ -82,35 +82,37 @@ class FactorSpace:
 def plant_factors(
     ranges: Mapping[str, VariedParameter],
     instead: Mapping[str, Span],
-    given: Mapping[str, Quantity],
+    fixed: Mapping[str, Quantity],
 ) -> Iterator[Factor]:
     """Yield the factors of a plant's parameters.
 
-    `instead`: ranges that replace the plant's own, by parameter. `given`: values of parameters
+    `instead`: ranges that replace the plant's own, by parameter. `fixed`: values of parameters
     without a range, in any suitable unit.
     """
-    ends = {name: _ends(own, instead.get(name), given.get(name)) for name, own in ranges.items()}
-    for name, own in ranges.items():
-        (low, high), least = ends[name], own.least
+    ends = {
+        name: _ends(entry, instead.get(name), fixed.get(name)) for name, entry in ranges.items()
+    }
+    for name, entry in ranges.items():
+        (low, high), least = ends[name], entry.least
         if least is not None and low < high:
             below = ends[least[0]]
             if below[0] == below[1]:
                 low = max(low, least[1] * below[0])
                 least = None
-        yield Factor(name, low, high, own.unit, own.label, own.nominal, "plant", least=least)
+        yield Factor(name, low, high, entry.unit, entry.label, entry.nominal, "plant", least=least)
 
 
 def _ends(
-    own: VariedParameter, instead: Span | None, given: Quantity | None
+    entry: VariedParameter, instead: Span | None, fixed: Quantity | None
 ) -> tuple[float, float]:
     """Return (low, high) of a parameter in SI."""
     if instead is not None:
-        scale = factor_between(instead.unit, own.unit)
+        scale = factor_between(instead.unit, entry.unit)
         return scale * instead.low, scale * instead.high
-    if given is not None and own.low == own.high:
-        value = factor_between(given.unit, own.unit) * given.value
+    if fixed is not None and entry.low == entry.high:
+        value = factor_between(fixed.unit, entry.unit) * fixed.value
         return value, value
-    return own.low, own.high
+    return entry.low, entry.high
 
 
 def space_of(factors: Iterable[Factor]) -> FactorSpace:

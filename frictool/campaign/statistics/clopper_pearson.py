@@ -30,8 +30,8 @@ def lower(
     weight = _independent(draws, method)
     if count == 0 or weight == 0.0:
         return 0.0
-    found = (count - STEP * (method == "latin" and count < draws)) / draws * weight
-    return float(betaincinv(found, weight - found + 1.0, 1.0 - confidence))
+    passes = (count - STEP * (method == "latin" and count < draws)) / draws * weight
+    return float(betaincinv(passes, weight - passes + 1.0, 1.0 - confidence))
 
 
 def upper(

@@ -99,12 +99,12 @@ def distribution(
 ) -> Distribution:
     """Return the distribution of the metric with this index."""
     metric = trials.metrics[index]
-    found = trials.found[:, index]
+    values = trials.metric_values[:, index]
     met = trials.met[:, index]
-    finite = np.isfinite(found)
-    known = ~np.isnan(found)
+    finite = np.isfinite(values)
+    known = ~np.isnan(values)
     upward = metric.relation == "<="
-    worst, worst_trial = (largest if upward else smallest)(found) if known.any() else (None, None)
+    worst, worst_trial = (largest if upward else smallest)(values) if known.any() else (None, None)
     whole = method == "vertices"
     passed, broken, undecided = (
         int(np.count_nonzero(met == mark)) for mark in (MET, BROKEN, UNDECIDED)
@@ -116,12 +116,12 @@ def distribution(
         undecided,
         beyond=int(np.count_nonzero(known & ~finite)),
         missing=int(np.count_nonzero(~known)),
-        quantiles=_quantiles(np.sort(found[known]), None if whole else method, confidence),
-        bound=None if whole else _bound(found, upward, method, confidence),
+        quantiles=_quantiles(np.sort(values[known]), None if whole else method, confidence),
+        bound=None if whole else _bound(values, upward, method, confidence),
         trials_for_bound=fewest(method, confidence),
         worst=worst,
         worst_trial=worst_trial,
-        histogram=_histogram(found[finite], metric),
+        histogram=_histogram(values[finite], metric),
     )
 
 
@@ -148,10 +148,10 @@ def _first(holds: Callable[[int], bool], low: int, high: int) -> int:
     return low
 
 
-def _bound(found: Vector, upward: bool, method: Method, confidence: float) -> float | None:
+def _bound(values: Vector, upward: bool, method: Method, confidence: float) -> float | None:
     """Return the tolerance bound; a trial without a value counts as infinitely bad."""
-    worst_last = np.sort(np.where(np.isnan(found), np.inf, found if upward else -found))
-    place = rank(found.size, COVERED, confidence, method)
+    worst_last = np.sort(np.where(np.isnan(values), np.inf, values if upward else -values))
+    place = rank(values.size, COVERED, confidence, method)
     if place is None or not np.isfinite(worst_last[place - 1]):
         return None
     return float(worst_last[place - 1] if upward else -worst_last[place - 1])

@@ -25,7 +25,7 @@ Outcome = Literal["PASS", "FAIL", "UNDECIDED", "NOT SHOWN"]
 class Findings:
     """Statistics of the trials.
 
-    `asked`: required pass rate, 0 to 1; None if every trial must pass. `remarks`: warnings.
+    `required`: required pass rate, 0 to 1; None if every trial must pass. `remarks`: warnings.
     """
 
     trials: Trials
@@ -33,15 +33,15 @@ class Findings:
     distributions: tuple[Distribution, ...]
     sensitivity: Sensitivity
     worst: tuple[WorstCase, ...]
-    asked: float | None
+    required: float | None
     remarks: tuple[str, ...] = ()
 
     @property
     def reached(self) -> bool:
         """Return True if all trials pass, or if the requested rate is shown."""
-        if self.asked is None:
+        if self.required is None:
             return 0 < self.rate.count == self.rate.passed
-        return self.rate.count > 0 and self.rate.reaches(self.asked)
+        return self.rate.count > 0 and self.rate.reaches(self.required)
 
     @property
     def outcome(self) -> Outcome:
@@ -55,13 +55,13 @@ class Findings:
         if (
             self.rate.count == 0
             or self.rate.undecided == self.rate.count
-            or (self.asked is None and self.rate.failed == 0)
+            or (self.required is None and self.rate.failed == 0)
         ):
             return "UNDECIDED"
         high = self.rate.high
         return (
             "NOT SHOWN"
-            if self.asked is not None and high is not None and high >= self.asked
+            if self.required is not None and high is not None and high >= self.required
             else "FAIL"
         )
 
@@ -97,9 +97,9 @@ class Findings:
 
         None unless the outcome is NOT SHOWN.
         """
-        if self.outcome != "NOT SHOWN" or self.asked is None:
+        if self.outcome != "NOT SHOWN" or self.required is None:
             return None
-        return draws_to_show(self.asked, self.rate.share, self.rate.confidence, self.rate.method)
+        return draws_to_show(self.required, self.rate.share, self.rate.confidence, self.rate.method)
 
 
 def find(

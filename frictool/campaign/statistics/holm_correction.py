@@ -17,6 +17,6 @@ def holm_corrected(chances: Vector) -> Vector:
     raised = np.minimum(
         1.0, np.maximum.accumulate(chances[order] * (chances.size - np.arange(chances.size)))
     )
-    found = np.empty_like(chances)
-    found[order] = raised
-    return found
+    corrected = np.empty_like(chances)
+    corrected[order] = raised
+    return corrected

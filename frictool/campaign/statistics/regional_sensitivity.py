@@ -90,8 +90,8 @@ def _smirnov(bad: Vector, good: Vector) -> tuple[float, float]:
     """
     method = "exact" if bad.size * good.size <= EXACT else "asymp"
     if method == "exact":
-        found = ks_2samp(bad, good, method=method)
-        return float(found.statistic), float(found.pvalue)
+        test = ks_2samp(bad, good, method=method)
+        return float(test.statistic), float(test.pvalue)
     distance = float(ks_2samp(bad, good, method="asymp").statistic)
     return distance, float(
         kstwo.sf(distance, max(1, int(bad.size * good.size / (bad.size + good.size))))

@@ -222,10 +222,10 @@ def _questions(trials: Trials, draws: SortedDraws, drawn: bool) -> tuple[Failure
 
 
 def _influences(trials: Trials, draws: SortedDraws, drawn: bool) -> tuple[MetricInfluence, ...]:
-    found = [_influence(trials, draws, j, drawn) for j in range(len(trials.metrics))]
-    shares = [share for influence in found for share in influence.shares]
+    influences = [_influence(trials, draws, j, drawn) for j in range(len(trials.metrics))]
+    shares = [share for influence in influences for share in influence.shares]
     if not drawn or not shares:
-        return tuple(found)
+        return tuple(influences)
     chances = iter(holm_corrected(np.array([share.chance for share in shares])))
     return tuple(
         _adding_up(
@@ -236,7 +236,7 @@ def _influences(trials: Trials, draws: SortedDraws, drawn: bool) -> tuple[Metric
                 ),
             )
         )
-        for one in found
+        for one in influences
     )
 
 
@@ -256,7 +256,7 @@ def _adding_up(one: MetricInfluence) -> MetricInfluence:
 
 
 def _influence(trials: Trials, draws: SortedDraws, metric: int, drawn: bool) -> MetricInfluence:
-    values = trials.found[:, metric]
+    values = trials.metric_values[:, metric]
     known = ~np.isnan(values)
     finite = np.isfinite(values)
     count, used = int(known.sum()), int(finite.sum())

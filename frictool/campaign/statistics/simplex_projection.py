@@ -23,19 +23,19 @@ def within_whole(shares: Vector, errors: Vector) -> Vector:
 
     Negative shares stay unchanged.
     """
-    found = np.array(shares, dtype=float)
-    left = found > 0.0
-    if found[left].sum() <= 1.0:
-        return found
+    projected = np.array(shares, dtype=float)
+    left = projected > 0.0
+    if projected[left].sum() <= 1.0:
+        return projected
     weights = np.maximum(errors, 1e-9) ** 2
     # s_i = S_i - m e_i^2; a share that would become negative is 0, and the others decrease more
 
     while True:
-        excess = found[left].sum() - 1.0
-        moved = found[left] - weights[left] * excess / weights[left].sum()
+        excess = projected[left].sum() - 1.0
+        moved = projected[left] - weights[left] * excess / weights[left].sum()
         if np.all(moved >= 0.0):
-            found[left] = moved
-            return found
+            projected[left] = moved
+            return projected
         low = np.flatnonzero(left)[moved < 0.0]
-        found[low] = 0.0
+        projected[low] = 0.0
         left[low] = False

@@ -49,14 +49,16 @@ def _uncertified(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...
     """Return a warning if the plant or the draws lie outside the controller's verification."""
     plant = plant_of(setting.plant)
     controller = setting.controller
-    if found := differences(controller, plant.rig.facts, plant.intervals()):
-        return (f"the plant {outside_message(controller.name, found)}",)
+    if deviations := differences(controller, plant.rig.facts, plant.intervals()):
+        return (f"the plant {outside_message(controller.name, deviations)}",)
     if isinstance(setting.plant, Mechanism):
         return ()
-    if found := parameters_outside(controller, _drawn(plant.ranges(), space, setting.scenario)):
+    if deviations := parameters_outside(
+        controller, _drawn(plant.ranges(), space, setting.scenario)
+    ):
         return (
             f"draws reach beyond the intervals of {controller.name}, where only their "
-            f"own margins hold: {'; '.join(found)}",
+            f"own margins hold: {'; '.join(deviations)}",
         )
     return ()
 
@@ -68,15 +70,13 @@ def _drawn(
     varied = {
         factor.name: (factor.low, factor.high) for factor in space.factors if factor.kind == "plant"
     }
-    given = {
+    fixed = {
         name: (quantity.value, quantity.value)
         for name, quantity in scenario.given.items()
         if name in MARGIN_PARAMETERS
     }
     known = {name: (ranges[name].nominal, ranges[name].nominal) for name in MARGIN_PARAMETERS}
-    found = (
-        known | given | {name: ends for name, ends in varied.items() if name in MARGIN_PARAMETERS}
-    )
+    box = known | fixed | {name: ends for name, ends in varied.items() if name in MARGIN_PARAMETERS}
     drifts = scenario.drifts or Drifts()
     temperature = (scenario.spread or Spread()).temperature
     for name, points in (("viscous", drifts.viscous), ("constant", drifts.constant)):
@@ -85,8 +85,8 @@ def _drawn(
             if temperature is None
             else (getattr(temperature.cold, name), getattr(temperature.hot, name))
         )
-        found[name] = _times(_times(found[name], _factors(points)), warm)
-    return found
+        box[name] = _times(_times(box[name], _factors(points)), warm)
+    return box
 
 
 def _factors(points: tuple[DriftPoint, ...]) -> tuple[float, ...]:

@@ -66,11 +66,11 @@ class SearchState:
         """Return the badness at `unit` (d,), and remember it if it is the worst."""
         self.left = self.left - 1
         self.tried = self.tried + 1
-        found = self._badness(unit)
-        if found > self.worst or not self.at.size:
-            self.worst = found
+        badness = self._badness(unit)
+        if badness > self.worst or not self.at.size:
+            self.worst = badness
             self.at = unit.copy()
-        return found
+        return badness
 
 
 def search_worst(badness: Badness, starts: Vector, evaluations: int, seed: int) -> SearchState:
@@ -79,11 +79,11 @@ def search_worst(badness: Badness, starts: Vector, evaluations: int, seed: int) 
     `starts` (k, d) are the worst draws, k >= 1.
     """
     generator = np.random.Generator(np.random.PCG64([seed, WORST_STREAM]))
-    found = SearchState(badness, evaluations)
-    known = [(unit.copy(), found.at_point(unit)) for unit in starts[:evaluations]]
-    known += _to_corners(found, generator, round(CORNERS * evaluations))
-    _evolve(found, known, generator)
-    return found
+    state = SearchState(badness, evaluations)
+    known = [(unit.copy(), state.at_point(unit)) for unit in starts[:evaluations]]
+    known += _to_corners(state, generator, round(CORNERS * evaluations))
+    _evolve(state, known, generator)
+    return state
 
 
 def _to_corners(
@@ -142,9 +142,9 @@ def _evolve(
 def _cauchy(generator: np.random.Generator, centre: float) -> float:
     """Return a Cauchy step in (0, 1]; redraw it until it is positive."""
     while True:
-        found = centre + 0.1 * math.tan(math.pi * (generator.random() - 0.5))
-        if found > 0.0:
-            return min(found, 1.0)
+        value = centre + 0.1 * math.tan(math.pi * (generator.random() - 0.5))
+        if value > 0.0:
+            return min(value, 1.0)
 
 
 def _child(
@@ -161,5 +161,5 @@ def _child(
     moved = units[place] + f * (units[best] - units[place]) + f * (units[one] - units[other])
     taken = np.asarray(generator.random(factors) < cr)
     taken[generator.integers(factors)] = True
-    found: Vector = np.where(taken, np.clip(moved, 0.0, 1.0), units[place])
-    return found
+    child: Vector = np.where(taken, np.clip(moved, 0.0, 1.0), units[place])
+    return child

@@ -151,14 +151,14 @@ class TrialStore:
             self.trials[trial.draw] = trial
 
 
-def _same_campaign(path: Path, found: Any, header: Header) -> None:
+def _same_campaign(path: Path, stored: Any, header: Header) -> None:
     """Raise InputFileError with the first difference if the file belongs to another campaign."""
-    if not isinstance(found, dict) or found.get("format") != FORMAT:
+    if not isinstance(stored, dict) or stored.get("format") != FORMAT:
         raise InputFileError(path, NO_TRIALS)
     ours = json.loads(json.dumps(header))
     for key in ours:
-        if found.get(key) != ours[key]:
-            there, here = (json.dumps(one) for one in (found.get(key), ours[key]))
+        if stored.get(key) != ours[key]:
+            there, here = (json.dumps(one) for one in (stored.get(key), ours[key]))
             seen = f": found {there}, here {here}" if max(len(there), len(here)) <= 40 else ""
             raise InputFileError(
                 path,
@@ -170,15 +170,15 @@ def _same_campaign(path: Path, found: Any, header: Header) -> None:
 def _row(trial: TrialResult) -> list[Any]:
     if trial.failed:
         return [trial.draw, trial.failed]
-    return [trial.draw, [_number(value) for value in trial.found], list(trial.met)]
+    return [trial.draw, [_number(value) for value in trial.metric_values], list(trial.met)]
 
 
 def _trial(row: Any) -> TrialResult:
     if len(row) == 2:
         draw, failed = row
         return TrialResult(int(draw), (), (), str(failed))
-    draw, found, met = row
-    return TrialResult(int(draw), tuple(map(_float, found)), tuple(map(int, met)))
+    draw, values, met = row
+    return TrialResult(int(draw), tuple(map(_float, values)), tuple(map(int, met)))
 
 
 def _worst(row: Mapping[str, Any]) -> SearchResult:

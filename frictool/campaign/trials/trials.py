@@ -28,13 +28,13 @@ class MetricLimit:
 
 
 class TrialResult(NamedTuple):
-    """Result of one draw: `found` and `met` for each metric, as in Trials.
+    """Result of one draw: `metric_values` and `met` for each metric, as in Trials.
 
     `failed`: reason why it could not be simulated, or empty.
     """
 
     draw: int
-    found: tuple[float, ...]
+    metric_values: tuple[float, ...]
     met: tuple[int, ...]
     failed: str = ""
 
@@ -45,8 +45,9 @@ class Trials:
 
     `units` (n, d): the draws in the unit cube. `values` (n, d): the same in SI (space.py).
 
-    `found` (n, m): worst value over a trial's run. It is infinite for a failure without a number
-    (an axis that never settles), and NaN if the metric does not exist or nothing was simulated.
+    `metric_values` (n, m): worst value over a trial's run. It is infinite for a failure without
+    a number (an axis that never settles), and NaN if the metric does not exist or nothing was
+    simulated.
 
     `met` (n, m): MET 1, BROKEN 0 or UNDECIDED -1, as `report` decides. `passed` (n,): the same for
     the whole trial (`trial_outcomes`).
@@ -59,7 +60,7 @@ class Trials:
     metrics: tuple[MetricLimit, ...]
     units: Vector
     values: Vector
-    found: Vector
+    metric_values: Vector
     met: Marks
     passed: Marks
     failed: Mapping[int, str] = field(default_factory=dict)
@@ -79,7 +80,7 @@ def collect_trials(
     """
     n = units.shape[0]
     m = len(metrics)
-    found = np.full((n, m), np.nan)
+    values = np.full((n, m), np.nan)
     met = np.full((n, m), UNDECIDED, dtype=np.int8)
     there = np.zeros(n, dtype=bool)
     failed = dict[int, str]()
@@ -88,7 +89,7 @@ def collect_trials(
         if trial.failed:
             failed[trial.draw] = trial.failed
         else:
-            found[trial.draw], met[trial.draw] = trial.found, trial.met
+            values[trial.draw], met[trial.draw] = trial.metric_values, trial.met
     if not there.all():
         raise ValueError(f"trial {int(np.argmin(there))} is missing")
     passed = trial_outcomes(met, tuple(failed))
@@ -97,7 +98,7 @@ def collect_trials(
         tuple(metrics),
         units,
         space.values(units),
-        found,
+        values,
         met,
         passed,
         dict(sorted(failed.items())),

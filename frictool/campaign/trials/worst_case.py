@@ -81,7 +81,7 @@ def text_of(case: WorstCase, folder: Path, origin: Path) -> str:
 
     `origin`: the scenario from which the campaign was made.
     """
-    found, played = case.searched, case.played
+    searched, played = case.searched, case.played
     name = f"worst {case.requirement.replace('_', ' ')}"
     replay = played.reference
     if replay is not None:  # its path counts from the scenario's folder
@@ -89,11 +89,11 @@ def text_of(case: WorstCase, folder: Path, origin: Path) -> str:
             replay, log=Path(os.path.relpath(origin.parent / replay.log, folder)).as_posix()
         )
     shown = "never" if math.isinf(case.value) else f"{case.value!r} {case.unit}".rstrip()
-    drawn = "never" if math.isinf(found.drawn) else f"{found.drawn:.6g} {case.unit}".rstrip()
+    drawn = "never" if math.isinf(searched.drawn) else f"{searched.drawn:.6g} {case.unit}".rstrip()
     lines = [
         f"{case.requirement}: {shown}, where {case.relation} {case.limit:g} {case.unit}".rstrip()
         + f" is asked; the worst draw has {drawn}",
-        f"found among {found.evaluations} plants that a search has tried, made of "
+        f"found among {searched.evaluations} plants that a search has tried, made of "
         f"{origin.name}; worse ones may exist",
         case.command,
     ]

@@ -60,13 +60,13 @@ class WorstSearch:
             nonlocal unplayed
             trial = self.trial.played(unit, task.noise)
             unplayed += bool(trial.failed)
-            value = math.nan if trial.failed else trial.found[task.metric]
+            value = math.nan if trial.failed else trial.metric_values[task.metric]
             return -math.inf if math.isnan(value) else sign * value
 
-        found = search_worst(badness, task.starts, task.evaluations, task.seed)
-        where = tuple(map(float, found.at))
+        state = search_worst(badness, task.starts, task.evaluations, task.seed)
+        where = tuple(map(float, state.at))
         return SearchResult(
-            task.name, sign * found.worst, task.drawn, where, task.noise, found.tried, unplayed
+            task.name, sign * state.worst, task.drawn, where, task.noise, state.tried, unplayed
         )
 
 
@@ -91,10 +91,10 @@ def worst_cases(
         if (job := _task(trial, trials, index, evaluations)) is not None
     ]
     with progress("worst cases") as tell:
-        found = _search(WorstSearch(trial), jobs, store, share, tell)
+        results = _search(WorstSearch(trial), jobs, store, share, tell)
     return [
         _kept(trial, trials, job.metric, worst, commands)
-        for job, worst in zip(jobs, found, strict=True)
+        for job, worst in zip(jobs, results, strict=True)
     ]
 
 
@@ -119,7 +119,9 @@ def _worst_draws(trials: Trials, metric: int) -> IntVector:
     The result is empty if no draw has a value.
     """
     sign = 1.0 if trials.metrics[metric].relation == "<=" else -1.0
-    badness = np.where(np.isnan(trials.found[:, metric]), -np.inf, sign * trials.found[:, metric])
+    badness = np.where(
+        np.isnan(trials.metric_values[:, metric]), -np.inf, sign * trials.metric_values[:, metric]
+    )
     order = np.argsort(-badness, kind="stable")[:STARTS]
     return np.asarray(order[badness[order] > -np.inf], dtype=np.int64)
 
@@ -130,7 +132,7 @@ def _task(trial: TrialPlayer, trials: Trials, index: int, evaluations: int) -> S
     if not draws.size:
         return None
     first = int(draws[0])
-    drawn = float(trials.found[first, index])
+    drawn = float(trials.metric_values[first, index])
     return SearchTask(
         metric.name,
         index,
@@ -156,7 +158,7 @@ def _kept(
     command, typed = commands(file_name(metric))
     return WorstCase(
         requirement=metric.name,
-        value=again.found[index],
+        value=again.metric_values[index],
         limit=metric.limit,
         unit=metric.unit,
         relation=metric.relation,

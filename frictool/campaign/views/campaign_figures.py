@@ -73,9 +73,9 @@ def rates(findings: Findings) -> PageFigure:
             if open_ < rate.count:
                 axes.plot([share], [place], "o", color=colour, markersize=5.0)
                 lows.append(low)
-        if findings.asked is not None:
-            axes.axvline(findings.asked, color=MUTED, linewidth=1.2, linestyle=(0, (4, 2)))
-            lows.append(findings.asked)
+        if findings.required is not None:
+            axes.axvline(findings.required, color=MUTED, linewidth=1.2, linestyle=(0, (4, 2)))
+            lows.append(findings.required)
         room = 1.08 * (1.0 - min(lows)) or 0.01
         axes.set(
             xlim=(max(-0.02, 1.0 - room), 1.0 + 0.03 * room),
@@ -88,11 +88,13 @@ def rates(findings: Findings) -> PageFigure:
         axes.grid(visible=False, axis="y")
         svg = render_compact(figure, "share of the trials that pass, as a whole and by requirement")
     bars = "" if rate.whole else f" Bars: {percent_text(rate.confidence)} intervals."
-    asked = "" if findings.asked is None else f" Dashed: {percent_text(findings.asked)}, asked."
+    dashed = (
+        "" if findings.required is None else f" Dashed: {percent_text(findings.required)}, asked."
+    )
     return PageFigure(
         "What passes",
         svg,
-        f"Dots: the share of {rate.count} {rate.noun} that meet it.{bars}{asked} What "
+        f"Dots: the share of {rate.count} {rate.noun} that meet it.{bars}{dashed} What "
         "cannot be told counts on neither side.",
     )
 
@@ -150,7 +152,7 @@ def failing_plane(findings: Findings) -> PageFigure | None:
     first, second = (findings.trials.space.factors[i] for i in (pair.first, pair.second))
     with drawing("plane"):
         figure, (axes,) = new_figure(height=3.9)
-        told = plane(axes, findings.trials, pair.first, pair.second)
+        caption = plane(axes, findings.trials, pair.first, pair.second)
         axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
         axes.set(
             xlabel=axis_label(first.label, unit_shown(first.unit), pair.first),
@@ -165,7 +167,7 @@ def failing_plane(findings: Findings) -> PageFigure | None:
         if pair.beyond > max(0.01, 3.0 * pair.error)
         else ""
     )
-    return PageFigure(f"{first.label} and {second.label}", svg, f"{told} {explained}{beyond}.")
+    return PageFigure(f"{first.label} and {second.label}", svg, f"{caption} {explained}{beyond}.")
 
 
 def _bars(axes: Axes, one: Distribution) -> None:
@@ -187,7 +189,8 @@ def _bars(axes: Axes, one: Distribution) -> None:
 def _curve(axes: Axes, findings: Findings, one: Distribution) -> None:
     """Draw the cumulative distribution of all trials with a value, and its confidence band."""
     index = findings.trials.metrics.index(one.metric)
-    known = np.sort(findings.trials.found[~np.isnan(findings.trials.found[:, index]), index])
+    values = findings.trials.metric_values[:, index]
+    known = np.sort(values[~np.isnan(values)])
     finite = known[np.isfinite(known)]
     kept = np.unique(np.round(np.linspace(0.0, finite.size - 1.0, POINTS)).astype(int))
     values = finite[kept]
@@ -261,7 +264,7 @@ def _over_range(findings: Findings, question: FailureComparison, i: int) -> Page
         axes.yaxis.set_major_formatter(_in_percent())
         svg = render_compact(figure, "share of trials that fail over the range of a factor")
     low, high = quantity(factor.low, factor.unit), quantity(factor.high, factor.unit)
-    chance = f" ({told})" if (told := chance_text(place.chance)) else ""
+    chance = f" ({words})" if (words := chance_text(place.chance)) else ""
     return PageFigure(
         factor.label,
         svg,

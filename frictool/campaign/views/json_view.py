@@ -55,7 +55,7 @@ def as_json(findings: Findings) -> dict[str, Any]:
             "high": rate.high,
             "at_least": rate.at_least,
             "confidence": rate.confidence,
-            "asked": findings.asked,
+            "asked": findings.required,
             "draws_needed": findings.draws_needed,
             "of": caveat(findings),
         },

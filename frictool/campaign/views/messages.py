@@ -62,7 +62,7 @@ def headline(findings: Findings) -> str:
     """Return one sentence that begins with the outcome."""
     rate = findings.rate
     undecided_requirements = [name.replace("_", " ") for name in findings.undecided_requirements]
-    return f"{findings.outcome}: {_counted(rate)}{_rated(rate)}{_asked(findings)}" + (
+    return f"{findings.outcome}: {_counted(rate)}{_rated(rate)}{_required_text(findings)}" + (
         f"; no trial decides: {', '.join(undecided_requirements)}" if undecided_requirements else ""
     )
 
@@ -107,14 +107,14 @@ def _rated(rate: PassRate) -> str:
     )
 
 
-def _asked(findings: Findings) -> str:
-    rate, asked = findings.rate, findings.asked
-    if asked is None:
+def _required_text(findings: Findings) -> str:
+    rate, required = findings.rate, findings.required
+    if required is None:
         return ""
     if rate.at_least is None:
-        return f"; that is {percent(rate.share)} of them, asked are {percent_text(asked)}"
-    shown = f"; shown are {percent(rate.at_least, 'down')}, asked {percent_text(asked)}"
-    if asked == 1.0:
+        return f"; that is {percent(rate.share)} of them, asked are {percent_text(required)}"
+    shown = f"; shown are {percent(rate.at_least, 'down')}, asked {percent_text(required)}"
+    if required == 1.0:
         return (
             f"{shown}, which no number of draws can show; lower --at-least, or leave it "
             "out so that every draw must pass"

@@ -31,7 +31,7 @@ MOST = 8  # largest number of factors shown per comparison
 def lines(findings: Findings, colour: bool = False) -> list[str]:
     """Return the text lines of the findings; the outcome is the last line."""
     answer = plain(headline(findings))
-    told = [
+    output = [
         *_requirements(findings),
         *_not_simulated(findings),
         *_failures(findings),
@@ -42,7 +42,7 @@ def lines(findings: Findings, colour: bool = False) -> list[str]:
         *(f"warning: {remark}" for remark in findings.remarks),
         click.style(answer, fg=COLOURS[findings.outcome], bold=True) if colour else answer,
     ]
-    return [told[-1] if line is told[-1] else plain(line) for line in told]
+    return [output[-1] if line is output[-1] else plain(line) for line in output]
 
 
 def fails_where(findings: Findings, factor: int, place: FailureRegion) -> str:
@@ -72,13 +72,13 @@ def influence_told(findings: Findings, influence: MetricInfluence) -> list[str]:
     if not influence.named:
         return ["no factor is told apart from chance"]
     values = [(share.share, share.error) for share in influence.shares]
-    told = [_shares_told(findings, influence, values, influence.rest)]
+    output = [_shares_told(findings, influence, values, influence.rest)]
     if influence.by_rank:
         ranks = [(share.of_ranks, share.error_of_ranks) for share in influence.shares]
-        told.append(
+        output.append(
             f"of its ranks: {_shares_told(findings, influence, ranks, influence.rest_of_ranks)}"
         )
-    return told
+    return output
 
 
 def _shares_told(
@@ -97,12 +97,12 @@ def _shares_told(
     ]
     others = [factors[i].label for i in order if shares[i][0] < 0.005]
     left = len(alone) - MOST
-    told = (
+    terms = (
         alone[:MOST]
         + ([f"{left} more"] if left > 0 else [])
         + ([f"only with others: {', '.join(others[:MOST])}"] if others else [])
     )
-    return "; ".join([*told, f"together or unexplained {_whole(rest or 0.0)}"])
+    return "; ".join([*terms, f"together or unexplained {_whole(rest or 0.0)}"])
 
 
 def share_text(share: float, error: float) -> str:
@@ -157,29 +157,29 @@ def _not_simulated(findings: Findings) -> list[str]:
     common = failure_reasons(findings)
     if not common:
         return []
-    told = [
+    reasons = [
         f"  {count} x {reason} (first: draw {first})" for reason, count, first in common[:REASONS]
     ]
     left = len(common) - REASONS
     return [
         "",
         f"not simulated, counted as failing: {len(findings.trials.failed)}",
-        *told,
+        *reasons,
         *([f"  {left} more reasons"] if left > 0 else []),
     ]
 
 
 def _failures(findings: Findings) -> list[str]:
-    told: list[str] = []
+    output: list[str] = []
     for question in findings.sensitivity.questions:
-        told += [
+        output += [
             "",
             f"{question_text(question)}: {question.failing} against {question.passing}",
             *(f"  {row}" for row in _causes(findings, question)),
         ]
         if question.name == "":
-            told += [f"  {sentence}" for sentence in pair_told(findings)]
-    return told
+            output += [f"  {sentence}" for sentence in pair_told(findings)]
+    return output
 
 
 def pair_told(findings: Findings) -> list[str]:
@@ -223,10 +223,10 @@ def _influences(findings: Findings) -> list[str]:
         return []
     names = [one.metric.name.replace("_", " ") for one in findings.distributions]
     width = max(map(len, names), default=0)
-    told = []
+    output = []
     for name, one in zip(names, findings.sensitivity.influences, strict=True):
         rows = influence_told(findings, one)
-        told += [
+        output += [
             f"  {heading.ljust(width)}  {row}"
             for heading, row in zip([name, *[""] * len(rows)], rows, strict=False)
         ]
@@ -237,20 +237,20 @@ def _influences(findings: Findings) -> list[str]:
         [
             "",
             f"where the variance comes from{' (± one standard deviation)' if drawn else ''}",
-            *told,
+            *output,
         ]
-        if told
+        if output
         else []
     )
 
 
 def _worst(findings: Findings) -> list[str]:
-    told: list[str] = []
+    output: list[str] = []
     for one in findings.worst:
         limit = f"{one.relation} {number(one.limit)} {unit_shown(one.unit)}".rstrip()
-        told += [
+        output += [
             f"  {one.requirement.replace('_', ' ')} {quantity(one.value, one.unit)} "
             f"where {limit} is asked: {worst_values(findings, one)}",
             f"    {one.typed}",
         ]
-    return ["", "worst cases found by search", *told] if told else []
+    return ["", "worst cases found by search", *output] if output else []

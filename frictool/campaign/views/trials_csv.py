@@ -29,7 +29,9 @@ def as_csv(trials: Trials) -> str:
             trials.failed.get(draw, ""),
             *map(repr, trials.values[draw].tolist()),
         ]
-        for value, met in zip(trials.found[draw].tolist(), trials.met[draw].tolist(), strict=True):
+        for value, met in zip(
+            trials.metric_values[draw].tolist(), trials.met[draw].tolist(), strict=True
+        ):
             row += ["" if value != value else repr(value), MARKS.get(met, "")]
         writer.writerow(row)
     return out.getvalue()

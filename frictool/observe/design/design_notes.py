@@ -24,7 +24,7 @@ def notes(observer: Observer, model: Model) -> list[str]:
     switched = observer.switched
     if switched is None:
         return [line for line in [_left_out(model, KNOWN_BY_TRACKING)] if line]
-    found = [
+    remarks = [
         _encoder(observer, switched),
         _constant(switched),
         _intervals(observer, switched),
@@ -34,7 +34,7 @@ def notes(observer: Observer, model: Model) -> list[str]:
         _dear(switched),
         _left_out(model, ()),
     ]
-    return [line for line in found if line]
+    return [line for line in remarks if line]
 
 
 def count_speed(observer: Observer) -> float:

@@ -21,11 +21,15 @@ def friction_map(model: Model) -> FrictionMap:
     the viscous friction, the time at rest and loads are left out; see `left_out`.
     """
     today, laws = model.parameters, model.laws
-    own = laws.backward if laws is not None else None
+    opposite = laws.backward if laws is not None else None
     position = laws.position if laws is not None else None
-    levels = today.coulomb.value, (own.coulomb if own and own.coulomb else today.coulomb).value
+    levels = (
+        today.coulomb.value,
+        (opposite.coulomb if opposite and opposite.coulomb else today.coulomb).value,
+    )
     viscous = 0.5 * (
-        today.viscous.value + (own.viscous if own and own.viscous else today.viscous).value
+        today.viscous.value
+        + (opposite.viscous if opposite and opposite.viscous else today.viscous).value
     )
     if position is None:
         travel = model.bench.mechanics.travel or Span(0.0, 1.0, si_unit("position", model.axis))
@@ -45,15 +49,15 @@ def left_out(model: Model) -> list[str]:
     laws = model.laws
     if laws is None:
         return ["the Stribeck curve"] if model.parameters.stribeck_velocity is not None else []
-    own = laws.backward.viscous if laws.backward is not None else None
-    found = {
+    backward_viscous = laws.backward.viscous if laws.backward is not None else None
+    features = {
         "the Stribeck curve": model.parameters.stribeck_velocity is not None,
         KNEES: bool(laws.regimes),
-        "the directions' own viscous friction": own is not None
-        and own.value != model.parameters.viscous.value,
+        "the directions' own viscous friction": backward_viscous is not None
+        and backward_viscous.value != model.parameters.viscous.value,
         "the load that depends on position": laws.load is not None,
     }
-    return [name for name, given in found.items() if given]
+    return [name for name, present in features.items() if present]
 
 
 def friction_at(friction: FrictionMap, direction: int, x: Vector | float) -> Vector:

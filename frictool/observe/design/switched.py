@@ -57,11 +57,11 @@ def design_switched(
         mode.index: subsystem(facts, mode.direction, mode.friction, mode.deviation)
         for mode in modes
     }
-    found, noise_gain = _synthesised(posed, allowed, decay_of(model, settings), settings.quiet)
-    gains = {index: _rounded(each) for index, each in found.gains.items()}
+    solution, noise_gain = _synthesised(posed, allowed, decay_of(model, settings), settings.quiet)
+    gains = {index: _rounded(each) for index, each in solution.gains.items()}
     # in mode 0 alpha's estimate is itself the measurement, so that nothing corrects it
     gains[0][2, 0] = 0.0
-    proved = verify(posed, allowed, gains, found)
+    proved = verify(posed, allowed, gains, solution)
     stored = tuple(
         msgspec.structs.replace(
             mode, gains=_rows(gains[mode.index]), spectral_radius=proved.radii[mode.index]
@@ -77,13 +77,13 @@ def design_switched(
         modes=stored,
         transitions=allowed,
         gamma=proved.gamma,
-        decay=found.decay,
+        decay=solution.decay,
         stuck_speed=settings.stuck_speed,
         switching_radius=proved.switching_radius,
         simulated_gain=proved.simulated_gain,
-        smallest_gamma=found.smallest_gamma,
-        motion_after_rest_s=_seconds(motion_samples(proved.rest, found.decay), facts.period),
-        motion_after_turn_s=_seconds(motion_samples(proved.turn, found.decay), facts.period),
+        smallest_gamma=solution.smallest_gamma,
+        motion_after_rest_s=_seconds(motion_samples(proved.rest, solution.decay), facts.period),
+        motion_after_turn_s=_seconds(motion_samples(proved.turn, solution.decay), facts.period),
         quiet=settings.quiet,
         noise_gain=noise_gain,
     )
@@ -110,8 +110,8 @@ def _synthesised(
     noise = {index: np.eye(len(mode.c))[0] for index, mode in posed.items()}
     # in mode 0 alpha's estimate is itself the measurement, so that nothing corrects it
     stuck = np.array([[True, False], [True, False], [False, True]])
-    found = quiet_gains(posed, allowed, noise, decay, quiet, {0: stuck})
-    return found.gains, found.noise_gain
+    solution = quiet_gains(posed, allowed, noise, decay, quiet, {0: stuck})
+    return solution.gains, solution.noise_gain
 
 
 def _seconds(samples: float | None, period: float) -> float | None:

@@ -46,14 +46,14 @@ def json_view(observer: Observer, model: Model) -> dict[str, Any]:
     switched, tracking = observer.switched, observer.tracking
     if switched is None:
         assert tracking is not None
-        own = {
+        section = {
             "bandwidth_rad_s": tracking.bandwidth_rad_s,
             "gains": list(tracking.gains),
             "cell": tracking.cell,
         }
         return {
             "kind": observer.kind,
-            **own,
+            **section,
             "inertia": observer.inertia.value,
             "notes": notes(observer, model),
         }
@@ -130,11 +130,11 @@ def _table(observer: Observer, switched: Switched) -> list[str]:
         "radius",
     )
     rows = [heads, *(_row(mode) for mode in switched.modes)]
-    told = [column for column in range(len(heads)) if any(row[column] for row in rows[1:])]
-    widths = [max(len(row[column]) for row in rows) for column in told]
+    filled = [column for column in range(len(heads)) if any(row[column] for row in rows[1:])]
+    widths = [max(len(row[column]) for row in rows) for column in filled]
     return [
         "  ".join(
-            row[column].ljust(width) for column, width in zip(told, widths, strict=True)
+            row[column].ljust(width) for column, width in zip(filled, widths, strict=True)
         ).rstrip()
         for row in rows
     ]

@@ -134,14 +134,14 @@ def _knees(model: Model) -> tuple[Knee, ...]:
         else today.viscous
     )
     before = 0.5 * (today.viscous.value + opposite.value)
-    found = []
+    knees = []
     for regime in laws.regimes:
         slope = 0.5 * (regime.viscous.value + (regime.backward or regime.viscous).value)
-        found.append(
+        knees.append(
             Knee(Quantity(regime.above.value, unit=si_unit("velocity", model.axis)), slope - before)
         )
         before = slope
-    return tuple(found)
+    return tuple(knees)
 
 
 def _backlash(model: Model) -> ObserverBacklash | None:
@@ -149,9 +149,12 @@ def _backlash(model: Model) -> ObserverBacklash | None:
     known = model.bench.mechanics
     if known.backlash is None or known.backlash.value == 0.0:
         return None
-    own = model.laws.backward if model.laws is not None else None
+    backward = model.laws.backward if model.laws is not None else None
     today = model.parameters.coulomb.value
-    least = min(today, own.coulomb.value if own is not None and own.coulomb is not None else today)
+    least = min(
+        today,
+        backward.coulomb.value if backward is not None and backward.coulomb is not None else today,
+    )
     return ObserverBacklash(
         known.backlash.value,
         min(known.backlash_coulomb.value, least) if known.backlash_coulomb else least,

@@ -68,13 +68,13 @@ def verify(
     modes: Mapping[int, ObserverMode],
     switches: Sequence[Switch],
     gains: Mapping[int, Matrix],
-    found: SwitchedGains,
+    solution: SwitchedGains,
 ) -> ObserverVerification:
-    """Verify the stored `gains` (n, m) of each mode with the P of `found`.
+    """Verify the stored `gains` (n, m) of each mode with the P of `solution`.
 
     Raises NoSolutionError with the condition that fails.
     """
-    gamma = proved_gamma(modes, switches, gains, found.p, found.t, found.decay)
+    gamma = proved_gamma(modes, switches, gains, solution.p, solution.t, solution.decay)
     if not math.isfinite(gamma):
         raise NoSolutionError(
             "not verified: the inequalities do not hold for the stored gains; "
@@ -95,7 +95,7 @@ def verify(
             "not verified: two modes that alternate have an error that grows, "
             f"by {switching:.6g} in two samples"
         )
-    gain = _simulated(modes, loops, _sequences(switches), found)
+    gain = _simulated(modes, loops, _sequences(switches), solution)
     if gain > gamma * (1.0 + ROUNDING):
         raise NoSolutionError(
             f"not verified: in simulation |z|/|Delta| is {gain:.6g}, "
@@ -106,8 +106,8 @@ def verify(
         radii,
         switching,
         gain,
-        _over_rest(modes[0], gains[0], switches, found),
-        _over_turn(loops, switches, found),
+        _over_rest(modes[0], gains[0], switches, solution),
+        _over_turn(loops, switches, solution),
     )
 
 
@@ -147,7 +147,7 @@ def _simulated(
     modes: Mapping[int, ObserverMode],
     loops: Mapping[int, Matrix],
     sequences: NDArray[np.intp],
-    found: SwitchedGains,
+    solution: SwitchedGains,
 ) -> float:
     """Return the largest |z|/|Delta| over the sequences.
 
@@ -155,13 +155,13 @@ def _simulated(
     """
     numbers = sorted(modes)
     index = np.searchsorted(numbers, sequences).T  # (SAMPLES + 1, k)
-    t = found.t
+    t = solution.t
     back = np.linalg.inv(t)
     a = np.array([back @ loops[i] @ t for i in numbers])
     q = np.array([back @ modes[i].q for i in numbers])
     weight = np.array([modes[i].weight @ t for i in numbers])
-    p = np.array([found.p[i] for i in numbers])
-    _refuse_rising(a, p, index, found.decay)
+    p = np.array([solution.p[i] for i in numbers])
+    _refuse_rising(a, p, index, solution.decay)
     random = np.random.default_rng(SEED + 1)
     shape = (len(index) - 1, index.shape[1], q.shape[2])
     gain = 0.0
@@ -223,7 +223,7 @@ def _refuse_rising(a: Matrix, p: Matrix, index: NDArray[np.intp], decay: float) 
 
 
 def _over_rest(
-    mode: ObserverMode, gains: Matrix, switches: Sequence[Switch], found: SwitchedGains
+    mode: ObserverMode, gains: Matrix, switches: Sequence[Switch], solution: SwitchedGains
 ) -> float:
     """Return the largest growth of e' P e from the first sample of a rest to the first of a motion.
 
@@ -238,10 +238,10 @@ def _over_rest(
             "the errors of position and speed have an eigenvalue of "
             f"modulus {radius(resting[:2, :2]):.6g}; it must be below 1"
         )
-    t = found.t
+    t = solution.t
     step = np.linalg.solve(t, resting @ t)
-    root = np.linalg.inv(np.linalg.cholesky(found.p[0])).T  # transforms P_0 to the identity
-    moves = [found.p[j] for i, j in switches if i == 0 and j != 0]
+    root = np.linalg.inv(np.linalg.cholesky(solution.p[0])).T  # transforms P_0 to the identity
+    moves = [solution.p[j] for i, j in switches if i == 0 and j != 0]
     worst = 1.0
     length = 1
     over = step @ root
@@ -255,15 +255,15 @@ def _over_rest(
 
 
 def _over_turn(
-    loops: Mapping[int, Matrix], switches: Sequence[Switch], found: SwitchedGains
+    loops: Mapping[int, Matrix], switches: Sequence[Switch], solution: SwitchedGains
 ) -> float:
     """Return the largest growth of e' P e at a switch between moving modes that is not allowed."""
     posed = {
-        i: np.linalg.solve(found.t, loop @ found.t)
-        @ np.linalg.inv(np.linalg.cholesky(found.p[i])).T
+        i: np.linalg.solve(solution.t, loop @ solution.t)
+        @ np.linalg.inv(np.linalg.cholesky(solution.p[i])).T
         for i, loop in loops.items()
     }
     allowed = set(switches)
     moving = [i for i in loops if i]
-    steps = [(posed[i], found.p[j]) for i in moving for j in moving if (i, j) not in allowed]
+    steps = [(posed[i], solution.p[j]) for i in moving for j in moving if (i, j) not in allowed]
     return max([1.0, *(float(np.linalg.eigvalsh(step.T @ p @ step)[-1]) for step, p in steps)])

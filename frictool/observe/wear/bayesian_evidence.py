@@ -33,9 +33,9 @@ def posterior(gram: Vector, right: Vector, mean: Vector, belief: Vector) -> tupl
 def best_fit(gram: Vector, right: Vector) -> Vector:
     """Return the best fit (p,), the shortest if there are several."""
     sizes, directions = np.linalg.eigh(gram)
-    told = sizes > RANK * max(float(sizes[-1]), 0.0)
-    along = directions[:, told]
-    return np.asarray(along @ ((along.T @ right) / sizes[told]))
+    determined = sizes > RANK * max(float(sizes[-1]), 0.0)
+    along = directions[:, determined]
+    return np.asarray(along @ ((along.T @ right) / sizes[determined]))
 
 
 def evidences(gram: Vector, best: Vector, means: Vector, beliefs: Vector) -> Vector:
@@ -60,14 +60,15 @@ def mixture(
     weights = softmax(evidences(gram, best, means, beliefs) + beforehand)
     chosen = np.flatnonzero(weights > NEGLIGIBLE)
     shares = weights[chosen] / np.sum(weights[chosen])
-    found = [posterior(gram, right, means[index], beliefs[index]) for index in chosen]
+    posteriors = [posterior(gram, right, means[index], beliefs[index]) for index in chosen]
     theta = sum(
-        (share * at for share, (at, _) in zip(shares, found, strict=True)), np.zeros_like(right)
+        (share * at for share, (at, _) in zip(shares, posteriors, strict=True)),
+        np.zeros_like(right),
     )
     spread = sum(
         (
-            share * (own + np.outer(at - theta, at - theta))
-            for share, (at, own) in zip(shares, found, strict=True)
+            share * (covariance + np.outer(at - theta, at - theta))
+            for share, (at, covariance) in zip(shares, posteriors, strict=True)
         ),
         np.zeros_like(gram),
     )

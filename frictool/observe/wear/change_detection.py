@@ -55,9 +55,9 @@ class ChangeDetector:
             )
         # twice the log likelihood ratio
         likely = np.where(surprise > SURPRISE, surprise**2 + self._favour, 0.0)
-        told = (likely > 0.0) & (likely == np.max(likely, axis=(1, 2), keepdims=True))
+        likeliest = (likely > 0.0) & (likely == np.max(likely, axis=(1, 2), keepdims=True))
         walked = np.sqrt(
-            np.max(np.where(told, (size / EXPLAINED) ** 2 - deviation**2, 0.0), axis=2)
+            np.max(np.where(likeliest, (size / EXPLAINED) ** 2 - deviation**2, 0.0), axis=2)
         )
         for sums in (self._steps, self._weights, self._squares):
             sums[np.any(walked > 0.0, axis=1)] = 0.0

@@ -99,15 +99,15 @@ class WearEstimator:
         }
         wear = self._range("wear", 1.0, FLOOR, self._going)
         alike = WearEstimate(move.time, self._count, wear, scale=self._scale, others=others)
-        told = self.kinds.take(move)
+        verdict = self.kinds.take(move)
         if (
-            told is not None
-            and told.kind == "zones"
+            verdict is not None
+            and verdict.kind == "zones"
             and self._one_change
-            and apart(alike.wear, told.wear)
+            and apart(alike.wear, verdict.wear)
         ):
-            told = None  # moves from both sides of the change look like wear of zones
-        self.estimate = alike if told is None else with_kind(alike, told)
+            verdict = None  # moves from both sides of the change look like wear of zones
+        self.estimate = alike if verdict is None else with_kind(alike, verdict)
         return self.estimate
 
     @property
@@ -123,23 +123,23 @@ class WearEstimator:
         sign, its lag is the smallest step per move, times the number of moves that the filters lag
         behind. Steps of one move show a fast drift, longer ones a slow drift.
         """
-        found = [0.0]
+        changes = [0.0]
         lately = list(self._lately)
         for moves, count, behind in GOING_ON:
             places = lately[-1 - moves * count :: moves] if len(lately) > moves * count else []
             steps = [after - before for before, after in itertools.pairwise(places)]
             if steps and (min(steps) > 0.0 or max(steps) < 0.0):
-                found.append(behind / moves * min(abs(step) for step in steps))
-        return max(found)
+                changes.append(behind / moves * min(abs(step) for step in steps))
+        return max(changes)
 
-    def _range(self, name: str, scale: float, floor: float, beside: float = 0.0) -> EstimateRange:
+    def _range(self, name: str, scale: float, floor: float, extra: float = 0.0) -> EstimateRange:
         """Return a parameter times `scale` with its interval.
 
-        Two standard deviations are added in quadrature: `floor` relative to the value, and `beside`
+        Two standard deviations are added in quadrature: `floor` relative to the value, and `extra`
         [SI].
         """
         value, deviation = self.bank.value(name)
-        half = self._quantile * math.hypot(deviation, floor * value, beside)
+        half = self._quantile * math.hypot(deviation, floor * value, extra)
         return EstimateRange(scale * value, scale * (value - half), scale * (value + half))
 
 
@@ -148,30 +148,32 @@ def apart(one: EstimateRange, other: EstimateRange) -> bool:
     return one.low > other.high or other.low > one.high
 
 
-def with_kind(alike: WearEstimate, told: WearClassification) -> WearEstimate:
+def with_kind(alike: WearEstimate, verdict: WearClassification) -> WearEstimate:
     """Return the estimate with its kind of wear.
 
     alike: estimate for uniform wear. If the kind is not uniform, mean wear and inertia are those of
     the classification.
     """
-    if told.kind not in ALIKE:
-        sided = replace(alike, kind=told.kind, forward=told.forward, backward=told.backward)
+    if verdict.kind not in ALIKE:
+        sided = replace(
+            alike, kind=verdict.kind, forward=verdict.forward, backward=verdict.backward
+        )
         return replace(
             sided,
-            wear=told.wear,
-            added=told.added,
-            zones=told.zones,
-            others={**alike.others, "inertia": told.inertia},
+            wear=verdict.wear,
+            added=verdict.added,
+            zones=verdict.zones,
+            others={**alike.others, "inertia": verdict.inertia},
         )
-    sides = [side.value for side in (told.forward, told.backward) if side is not None]
+    sides = [side.value for side in (verdict.forward, verdict.backward) if side is not None]
     # the classification averages over more moves than the filters: scale it to the present wear,
     # and keep the ratio of the directions
     ahead = len(sides) * alike.wear.value / sum(sides) if sides else 1.0
     return replace(
         alike,
-        kind=told.kind,
-        forward=_times(ahead, told.forward),
-        backward=_times(ahead, told.backward),
+        kind=verdict.kind,
+        forward=_times(ahead, verdict.forward),
+        backward=_times(ahead, verdict.backward),
     )
 
 
@@ -189,7 +191,7 @@ def multiplicative_bank(model: Model, layout: WeakFormLayout) -> FilterBank:
     With white noise of the effort, 1/(every sum phi^2) overlapping rows count as one.
     """
     inflation = max(1.0, ADDS_UP / (layout.every * float(layout.phi @ layout.phi)))
-    kinds = [multiplicative(model, layout, beside) for beside in UNMODELLED]
+    kinds = [multiplicative(model, layout, unmodelled) for unmodelled in UNMODELLED]
     return FilterBank(kinds, (FIRST_NOISE * layout.friction) ** 2, inflation, "wear", WALK)
 
 

@@ -149,14 +149,14 @@ class FilterBank:
         size = move.gram.shape[0] - 1
         columns = move.gram[:size, :size]
         fixed = self._fixed
-        beside = move.gram[:size, size] - columns @ fixed
-        own = self._matrix.T @ columns @ self._matrix
-        right = self._matrix.T @ beside
-        squares = float(move.gram[size, size] - fixed @ move.gram[:size, size] - fixed @ beside)
-        left = right - self.means @ own
+        remainder = move.gram[:size, size] - columns @ fixed
+        gram = self._matrix.T @ columns @ self._matrix
+        right = self._matrix.T @ remainder
+        squares = float(move.gram[size, size] - fixed @ move.gram[:size, size] - fixed @ remainder)
+        left = right - self.means @ gram
         scale = self.deviations
         return (
-            own * scale[:, :, None] * scale[:, None, :],
+            gram * scale[:, :, None] * scale[:, None, :],
             scale * left,
             squares - np.einsum("ki,ki->k", self.means, right + left),
         )
@@ -174,7 +174,7 @@ class FilterBank:
         for _ in range(PASSES):
             spreads = _gain(free, information, noise)
             moved = _times(spreads, missed) / noise
-            own = (
+            squares = (
                 left
                 - 2.0 * np.einsum("ki,ki->k", moved, missed)
                 + np.einsum("ki,kij,kj->k", moved, information, moved)
@@ -182,7 +182,7 @@ class FilterBank:
             # rows that the parameters have used up
             spent = self.inflation * np.einsum("kij,kji->k", spreads, information) / noise
             left_over = np.maximum(rows - spent, UNSPENT * rows)
-            fair = np.maximum(own, 0.0) * rows / left_over
+            fair = np.maximum(squares, 0.0) * rows / left_over
             if np.any(
                 self.inflation * fair
                 < known * rows * (1.0 + NOISIER * np.sqrt(2.0 * self.inflation / left_over))

@@ -61,8 +61,8 @@ class MoveCollector:
         if not piece.follows:
             ended = self.end()
         self._time, self._position, self._effort = (
-            np.concatenate([own, new])
-            for own, new in (
+            np.concatenate([buffer, new])
+            for buffer, new in (
                 (self._time, piece.time),
                 (self._position, piece.position),
                 (self._effort, piece.effort),
@@ -111,7 +111,7 @@ class MoveCollector:
         return ended
 
     @property
-    def held(self) -> int:
+    def sample_count(self) -> int:
         """Number of samples in memory."""
         return self._position.size
 
@@ -127,9 +127,9 @@ class MoveCollector:
         """Return the present move if it has rows, and start the next."""
         count = int(self._move[weak_form_rows.ROWS])
         lower = self._gram
-        found = lower + np.tril(lower, -1).T
+        gram = lower + np.tril(lower, -1).T
         move = Move(
-            found,
+            gram,
             count,
             self._last,
             int(self._move[weak_form_rows.SIDE]),

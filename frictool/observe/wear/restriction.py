@@ -76,7 +76,7 @@ def restriction(
     layout: WeakFormLayout,
     wear: Mapping[str, tuple[Vector, float, float]],
     fixed: Vector | None = None,
-    beside: UnmodelledFriction = PLAIN,
+    unmodelled: UnmodelledFriction = PLAIN,
 ) -> ParameterRestriction:
     """Return the map from friction and wear parameters to the coefficients of a weak-form row.
 
@@ -94,22 +94,22 @@ def restriction(
         mean and standard deviation.
     fixed
         Part (p,) of the coefficients that does not depend on the parameters; None for 0.
-    beside
+    unmodelled
         Bounds of friction over speed that the model lacks; they widen the prior of the viscous
         friction and its bends.
     """
-    known = _known(model, layout, beside)
+    known = _known(model, layout, unmodelled)
     columns = [np.eye(len(layout.names))[:, layout.names.index(name)] for name in known]
-    given = [(name, *values) for name, values in known.items()]
+    entries = [(name, *values) for name, values in known.items()]
     return ParameterRestriction(
         names=(*known, *wear),
         matrix=np.column_stack([*columns, *(column for column, _, _ in wear.values())])
         if columns
         else np.empty((0, 0)),
         fixed=np.zeros(len(layout.names)) if fixed is None else fixed,
-        mean=np.array([*(mean for _, mean, _ in given), *(mean for _, mean, _ in wear.values())]),
+        mean=np.array([*(mean for _, mean, _ in entries), *(mean for _, mean, _ in wear.values())]),
         deviation=np.array(
-            [*(spread for _, _, spread in given), *(spread for _, _, spread in wear.values())]
+            [*(spread for _, _, spread in entries), *(spread for _, _, spread in wear.values())]
         ),
     )
 
@@ -130,8 +130,8 @@ def dry_columns(layout: WeakFormLayout, side: str | None = None, zone: int | Non
 
 def level_columns(layout: WeakFormLayout, backward: float, forward: float) -> Vector:
     """Return coefficients (p,): `backward` and `forward` at the level columns, 0 at the others."""
-    given = {"level_backward": backward, "level_forward": forward}
-    return np.array([given.get(name, 0.0) for name in layout.names])
+    weights = {"level_backward": backward, "level_forward": forward}
+    return np.array([weights.get(name, 0.0) for name in layout.names])
 
 
 def offset_of(
@@ -144,9 +144,9 @@ def offset_of(
     range, in quadrature.
     """
     known = max(
-        _half(own)
-        for own in (model.parameters.offset, model.bench.mechanics.offset)
-        if own is not None
+        _half(quantity)
+        for quantity in (model.parameters.offset, model.bench.mechanics.offset)
+        if quantity is not None
     )
     return (
         level_columns(layout, -1.0, 1.0),
@@ -156,19 +156,19 @@ def offset_of(
 
 
 def multiplicative(
-    model: Model, layout: WeakFormLayout, beside: UnmodelledFriction = PLAIN
+    model: Model, layout: WeakFormLayout, unmodelled: UnmodelledFriction = PLAIN
 ) -> ParameterRestriction:
     """Return the map for wear that multiplies all dry friction by one factor, `wear`."""
     return restriction(
         model,
         layout,
         {"offset": offset_of(model, layout), "wear": (dry_columns(layout), 1.0, WEAR_SPREAD)},
-        beside=beside,
+        unmodelled=unmodelled,
     )
 
 
 def _known(
-    model: Model, layout: WeakFormLayout, beside: UnmodelledFriction
+    model: Model, layout: WeakFormLayout, unmodelled: UnmodelledFriction
 ) -> dict[str, tuple[float, float]]:
     """Return the prior (mean, deviation) of inertia, viscous friction, its asymmetry and bends.
 
@@ -179,18 +179,18 @@ def _known(
     bench = model.bench.mechanics
     fastest = max([2.0 * float(knee) for knee in layout.knees], default=layout.slowest)
     top = bench.top_speed.value if bench.top_speed is not None else fastest
-    own = {
+    regime_viscous = {
         regime.above.value: regime.viscous
         for regime in (model.laws.regimes if model.laws is not None else ())
     }
     inertia = today.inertia
     slope = today.viscous
-    steepest = max(own, default=0.0)
+    steepest = max(regime_viscous, default=0.0)
     unsure = {
         speed: max(
             _spread(viscous), _half(viscous), _half(bench.viscous) if speed == steepest else 0.0
         )
-        for speed, viscous in own.items()
+        for speed, viscous in regime_viscous.items()
     }
     opposite = (
         model.laws.backward.viscous
@@ -199,26 +199,26 @@ def _known(
     )
     opposite = opposite or slope
     mean = 0.5 * (slope.value + opposite.value)
-    first = _spread(slope) if own else max(_spread(slope), _half(bench.viscous))
+    first = _spread(slope) if regime_viscous else max(_spread(slope), _half(bench.viscous))
     out = {
         "inertia": (
             inertia.value,
             float(np.hypot(INERTIA_SPREAD * inertia.value, _half(inertia) / QUANTILE)),
         ),
         "viscous": (
-            max(mean, beside.slope * layout.friction / top),
-            float(np.hypot(first, beside.deviation * layout.friction / top)),
+            max(mean, unmodelled.slope * layout.friction / top),
+            float(np.hypot(first, unmodelled.deviation * layout.friction / top)),
         ),
     }
     if slope.value > 0.0:
         out["asymmetry"] = (0.5 * (slope.value - opposite.value), ASYMMETRY * slope.value)
     for place, knee in enumerate(map(float, layout.knees)):
-        width = beside.bend * layout.friction / max(top - knee, 0.25 * top)
+        width = unmodelled.bend * layout.friction / max(top - knee, 0.25 * top)
         bend = 0.0
-        if knee in own:
-            bend = own[knee].value - slope.value
+        if knee in regime_viscous:
+            bend = regime_viscous[knee].value - slope.value
             width = max(width, unsure[knee])
-            slope = own[knee]
+            slope = regime_viscous[knee]
         out[f"bend_{place}"] = (bend, width)
     return out
 

@@ -96,8 +96,10 @@ class WearClassifier:
         self._quantile = float(ndtri(0.5 + 0.5 * confidence))
         dry = dry_columns(layout)
         bases = [
-            restriction(model, layout, {"offset": offset_of(model, layout, OFFSET)}, dry, beside)
-            for beside in UNMODELLED
+            restriction(
+                model, layout, {"offset": offset_of(model, layout, OFFSET)}, dry, unmodelled
+            )
+            for unmodelled in UNMODELLED
         ]
         means = np.stack([base.fixed + base.matrix @ base.mean for base in bases])
         known = np.stack(
@@ -129,7 +131,7 @@ class WearClassifier:
         self._count = 0
         self._variance = np.inf
         self._repeats = MoveRepeats()
-        self.told: WearClassification | None = None
+        self.classification: WearClassification | None = None
 
     def _set_beliefs(
         self, means: Vector, beliefs: dict[Kind, Vector], free: Vector, scale: float
@@ -163,8 +165,8 @@ class WearClassifier:
             self._old, self._old_rows = kept * self._old + gram, kept * self._old_rows + rows
         self._count += 1
         if self._count >= FEWEST and (self._count <= FIRST or self._count % RECENT == 0):
-            self.told = self._tell()
-        return self.told
+            self.classification = self._tell()
+        return self.classification
 
     def _tell(self) -> WearClassification:
         last = sum((gram for gram, _ in self._recent), self._nothing)
@@ -181,9 +183,9 @@ class WearClassifier:
             gram, right = self._information(last, rows)
         best = best_fit(gram, right)
         every = evidences(gram, best, np.tile(self._means, (len(KINDS), 1)), self._scaled)
-        found = logsumexp(every.reshape(len(KINDS), -1) + np.array(BEFOREHAND), axis=1)
+        evidence = logsumexp(every.reshape(len(KINDS), -1) + np.array(BEFOREHAND), axis=1)
         over: dict[Kind, float] = {
-            kind: float(value - found[0]) for kind, value in zip(KINDS, found, strict=True)
+            kind: float(value - evidence[0]) for kind, value in zip(KINDS, evidence, strict=True)
         }
         highest = max(over.values())
         likely = (
@@ -204,11 +206,11 @@ class WearClassifier:
         most = CERTAIN
         for count, (move, _) in enumerate(reversed(self._recent), 1):
             last = last + move
-            own, own_right = self._weighted(last, self._variance)
-            known, spread = posterior(gram - own, right - own_right, self._mean, self._loose)
+            last_gram, own_right = self._weighted(last, self._variance)
+            known, spread = posterior(gram - last_gram, right - own_right, self._mean, self._loose)
             beliefs = np.stack([spread, spread + self._change])
             same, changed = evidences(
-                own, best_fit(own, own_right), np.stack([known, known]), beliefs
+                last_gram, best_fit(last_gram, own_right), np.stack([known, known]), beliefs
             )
             if changed - same > most:
                 since = count
@@ -244,9 +246,9 @@ class WearClassifier:
     def _values(
         self, kind: Kind, over: dict[Kind, float], gram: Vector, right: Vector, best: Vector
     ) -> WearClassification:
-        own = self._under(kind, gram, right, best)
+        conditional = self._under(kind, gram, right, best)
         sides = (
-            own
+            conditional
             if kind in ("additive", "directional")
             else self._under("directional", gram, right, best)
         )
@@ -259,19 +261,19 @@ class WearClassifier:
             for side in ("forward", "backward")
         )
         added = (
-            self._range(level_columns(layout, 0.5, 0.5), *own, FLOOR * layout.friction)
+            self._range(level_columns(layout, 0.5, 0.5), *conditional, FLOOR * layout.friction)
             if kind == "additive"
             else None
         )
         return WearClassification(
             kind,
             over,
-            self._range(self._share(zones), *own, FLOOR),
+            self._range(self._share(zones), *conditional, FLOOR),
             forward,
             backward,
-            self._range(self._inertia, *own),
+            self._range(self._inertia, *conditional),
             added,
-            self._worn(zones, *own) if kind == "zones" else (),
+            self._worn(zones, *conditional) if kind == "zones" else (),
         )
 
     def _under(
@@ -289,17 +291,17 @@ class WearClassifier:
         """
         weights = [zone_mean(self.layout, zone) for zone in zones]
         edges = zone_edges(self.layout)
-        values = [float(own * self._unit @ theta) for own in weights]
+        values = [float(weight * self._unit @ theta) for weight in weights]
         uneven = UNEVEN * (max(values, default=0.0) - min(values, default=0.0))
         return tuple(
             WearZone(
                 edges[zone],
                 edges[zone + 1],
                 self._range(
-                    own, theta, self._repeats.each * spread, float(np.hypot(FLOOR, uneven))
+                    weight, theta, self._repeats.each * spread, float(np.hypot(FLOOR, uneven))
                 ),
             )
-            for zone, own in zip(zones, weights, strict=True)
+            for zone, weight in zip(zones, weights, strict=True)
         )
 
     def _share(self, zones: tuple[int, ...], side: str | None = None) -> Vector:
@@ -309,15 +311,15 @@ class WearClassifier:
         return self._shares[key]
 
     def _range(
-        self, weights: Vector, theta: Vector, spread: Vector, beside: float = 0.0
+        self, weights: Vector, theta: Vector, spread: Vector, extra: float = 0.0
     ) -> EstimateRange:
         """Return value and interval of weighted parameters.
 
-        beside: standard deviation added in quadrature.
+        extra: standard deviation added in quadrature.
         """
-        own = weights * self._unit
-        value = float(own @ theta)
-        deviation = float(np.sqrt(own @ spread @ own + beside**2))
+        scaled = weights * self._unit
+        value = float(scaled @ theta)
+        deviation = float(np.sqrt(scaled @ spread @ scaled + extra**2))
         return EstimateRange(
             value, value - self._quantile * deviation, value + self._quantile * deviation
         )
