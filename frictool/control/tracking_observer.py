@@ -177,7 +177,10 @@ def write_update(
 def _friction(
     program: Program, x: ProgramNode, shift: ProgramNode, facts: TrackingParameters
 ) -> tuple[ProgramNode | None, tuple[ProgramNode, ProgramNode]]:
-    """Return the gap, and the slip friction [N m | N] forward and backward, at x."""
+    """Return the position in the backlash [rad | m] and the slip friction [N m | N] at position x.
+
+    The first is None without a backlash. The friction is a pair: forward and backward.
+    """
     zero, (low, high) = program.constant(0.0), facts.travel
     place = x
     if max(len(facts.forward), len(facts.backward)) > 1:

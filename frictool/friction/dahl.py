@@ -3,7 +3,7 @@
     F = sigma z        z' = v |a|^i sign(a),   a = 1 - sigma z sign(v)/F_c
 
 For i = 1 this is z' = v (1 - sigma z sign(v)/F_c), (2.38). In steady slip |F| = F_c. The law
-dissipates with the storage sigma z^2/2.
+is dissipative with the storage function sigma z^2/2.
 """
 
 from __future__ import annotations

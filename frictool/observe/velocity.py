@@ -1,4 +1,6 @@
-"""Velocity along a log with its interval, from encoder and drive, as in real time.
+"""Estimate of the velocity along a log, and the interval of the velocity, as in real time.
+
+The inputs are the encoder and the drive.
 
     MotionBlock ──mean effort of each period──▶ tracking observer ──▶ velocity
     velocity ──kernels/velocity_interval.py──▶ interval

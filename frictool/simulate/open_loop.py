@@ -148,7 +148,7 @@ def _check(
     names: DocumentNames,
     seen: tuple[Rig, ControlledAxis] | None,
 ) -> None:
-    """Raise DocumentError if the scenario needs a controller or does not fit."""
+    """Raise DocumentError if the scenario has a reference or contradicts the mechanism."""
     period = document.sample_period_s
     if not scenario.is_open:
         key = "steps" if scenario.steps else "reference"

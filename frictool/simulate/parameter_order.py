@@ -31,7 +31,7 @@ def check_least(
     names: DocumentNames,
     drawn: bool,
 ) -> None:
-    """Raise DocumentError if a value or range ends below the parameter that limits it.
+    """Raise DocumentError if a parameter is below its lower limit, which another parameter sets.
 
     `spans` and `provided` replace ranges of the document, in compatible units. If `drawn`, plants
     are drawn from the ranges; else the provided or the nominal values are simulated.

@@ -32,7 +32,10 @@ class PlacementVariable:
     period: float = 0.0
 
     def pole(self, s: complex) -> complex:
-        """Return the pole s [rad/s] in x; if sampled, the pole with the same sampled response."""
+        """Return the value of x for the continuous pole s [rad/s].
+
+        In discrete time, it is the value of x for the sampled pole exp(s T).
+        """
         return (
             complex(np.expm1(s * self.period) / (self.around * self.period))
             if self.period

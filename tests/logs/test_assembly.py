@@ -161,7 +161,7 @@ def test_a_column_in_two_tables_has_to_be_named():
         LogError, match=r"has 2 columns 'x', in /a, /b; name the one of columns.position"
     ):
         mapped([dated(0, 5, "/a", ["x"]), dated(0, 5, "/b", ["x"])], rig)
-    with pytest.raises(LogError, match="has 2 time bases, so that columns have no number"):
+    with pytest.raises(LogError, match="found 1, but the file has 2 tables"):
         mapped(
             [dated(0, 5, "/a", ["x"]), dated(0, 5, "/b", ["y"])],
             bench({"position": Column(1, "rad")}),

@@ -75,7 +75,7 @@ class TrialPlayer:
 
     @cached_property
     def _loop(self) -> JudgedLoop:
-        """Return the judge of the loop's margin in each trial."""
+        """Margins of the controller; each trial evaluates them with its drawn plant."""
         return JudgedLoop(self.setting.controller)
 
     def scenario(self, unit: Vector, noise: int) -> Scenario:

@@ -97,9 +97,9 @@ def evaluate(tree: JointTree, x: float, towards: float) -> None:
 
 @inset_kernel
 def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
-    """Return True and the x with Lambda(x) = 0; False if the graph does not rise there.
+    """Return (True, x) with Lambda(x) = 0, or (False, x) if Lambda does not increase at the zero.
 
-    From rest, x * towards >= 0.
+    If the root starts from rest, x is restricted to the direction `towards`: x * towards >= 0.
     """
     k, members, w = tree.k, tree.members, tree.w
     root = ly.block_at(k, members[0])

@@ -166,7 +166,7 @@ def _mark(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
 
 @inset_kernel
 def _let_go(k: IntVector, p: Vector, y: Vector, modes: IntVector, speed: float) -> None:
-    """Open the joint contacts that separate faster than `speed`, relative to the speed scale."""
+    """Open each joint contact whose separation speed exceeds `speed` times the speed scale."""
     n = k[ly.BLOCKS]
     for joint in range(k[ly.JOINTS]):
         if modes[n + joint] not in (OPEN, RIGID):

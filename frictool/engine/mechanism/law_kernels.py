@@ -1,4 +1,6 @@
-"""Kernels of friction laws as addresses, called by the law's row of friction/law_registry.py.
+"""Calls of the kernels of friction laws by address.
+
+The record of a law in friction/law_registry.py names its kernels. The treatments are:
 
 ====  =======  ==================================================================================
 kind  name     treatment in the engine

@@ -6,10 +6,10 @@ in slip. The ramps give C_s(x) per direction (`breakaway`), and friction in slip
     C_r(x, direction) = level(direction) C_s(x, direction)/mean C_s
     beta = mean C_s/mean C_r
 
-The levels and the viscous pieces come from the gated means of the strokes (`sines`). A stroke's
-mean uses the mean of the shape over the positions that it passes, so that strokes need not pass the
-same positions. If the directions have separate polynomials, an offset of the effort cannot be
-distinguished from half their difference: the bench's offset is used, or none.
+The levels and the viscous pieces come from the gated means of the strokes (`sines`). In the
+equation of a stroke, the shape is averaged over the positions of that stroke. Different strokes may
+therefore cover different positions. If the directions have separate polynomials, an offset of the
+effort cannot be distinguished from half their difference: the bench's offset is used, or none.
 """
 
 from __future__ import annotations

@@ -195,7 +195,7 @@ def _chosen(
 def _identified(
     fitted: SlidingFit, structure: FrictionStructure, bench: Bench, fixed: Mapping[str, Interval]
 ) -> SlidingFit:
-    """Return the fit with the sliding parameters, and the friction above each knee as its law."""
+    """Return the fit with the sliding parameters only; each knee becomes a speed regime."""
     every = fitted.parameters
     regimes = []
     slope = {**fixed, **every}["viscous"].value

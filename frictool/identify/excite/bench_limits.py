@@ -198,7 +198,7 @@ def check_reference(
     if needed > limits.effort * (1.0 + ROUNDING):
         hardest = float(np.abs(acceleration).max())
         raise NoSolutionError(
-            f"acceleration: up to {hardest:.4g} {unit}/s^2 needs "
-            f"{limits.drive_limit * needed / limits.effort:.3g} {drive} on the heaviest axis; "
+            f"drive: the test needs {limits.drive_limit * needed / limits.effort:.3g} {drive} "
+            f"on the heaviest axis, with an acceleration of {hardest:.4g} {unit}/s^2; "
             f"allowed (actuator.limit): {limits.drive_limit:.3g}; lower the frequency or the speed"
         )

@@ -93,8 +93,8 @@ def _home(tables: Sequence[RawTable], channel: str, column: Column) -> tuple[int
     if isinstance(wanted, int) and len(tables) > 1:
         raise LogError(
             source,
-            f"has {len(tables)} time bases, so that columns have no number; "
-            f"give columns.{channel}.column by its name",
+            f"columns.{channel}.column: found {wanted}, but the file has {len(tables)} tables, "
+            "so that a number does not determine the column; give the name of the column",
         )
     matches = [
         (home, name)

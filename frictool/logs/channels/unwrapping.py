@@ -49,8 +49,8 @@ class PeriodicSignal:
         self._high = max(self._high, float(shown.max()))
         if turns.any() and self._high - self._low > (1.0 + SLACK) * self._period:
             raise ValueError(
-                f"found {self._low:.6g} and {self._high:.6g}, "
-                f"farther apart than one period of {self._period:.6g}"
+                f"found values from {self._low:.6g} to {self._high:.6g}, "
+                f"a range above one period of {self._period:.6g}"
             )
         self._last, self._turns = float(shown[-1]), float(turns[-1])
         return shown - self._period * turns

@@ -195,7 +195,7 @@ def _label(
 ) -> tuple[str, str | None]:
     """Return name and unit of a column.
 
-    A text below a name that is no unit is more specific than the name and replaces it.
+    If the cell below the name contains a text other than a unit, this text replaces the name.
     """
     name, unit = name_and_unit(names[column]) if column < len(names) else ("", None)
     below = beneath[column] if column < len(beneath) else ""

@@ -55,8 +55,8 @@ def design_tracking(
     if not 0.0 < bandwidth <= fastest:
         raise UnsuitableSetting(
             f"bandwidth: found {bandwidth:g} rad/s; allowed: above 0, at most {fastest:g} rad/s, "
-            "one over the bench's period; without it "
-            f"the rule gives {bandwidth_of(model, drive_noise, believed):.4g} rad/s"
+            "1/sample_period_s of the bench; without a bandwidth, the default is "
+            f"{bandwidth_of(model, drive_noise, believed):.4g} rad/s"
         )
     return Observer(
         format="observer/1",

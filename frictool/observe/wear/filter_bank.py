@@ -89,7 +89,7 @@ class FilterBank:
         return self.inflation * float(np.min(self._squares)) / self._rows
 
     def take(self, move: Move) -> bool:
-        """Add a move; return True if the parameter `name` has changed at it or shortly before."""
+        """Update the filters with a move; return True if it shows a change of `name`."""
         information, right, squares = self._information(move)
         missed = right - _times(information, self.states)
         place = self._place
