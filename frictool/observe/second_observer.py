@@ -1,4 +1,4 @@
-"""Second observer along the same log, from an observer.yaml; it writes a stream of its own."""
+"""Second observer along the same log, from an observer.yaml; it writes a separate stream."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from frictool.presentation.svg import panels, render
 COLOURS = ("#1f5fa8", "#c4620a", "#2f7d4f", "#8a3d8f", "#5c6b00", "#8c2f39")
 MARKS = ("o", "s", "^", "D", "v", "P")
 HEIGHT = 3.8  # inches
-MOST_NAMED = 12  # units, most in a legend: more are not told apart by colour
+MOST_NAMED = 12  # largest number of units in a legend; colours do not distinguish more
 UNNAMED = "no unit"
 
 

@@ -82,7 +82,7 @@ def _of_play(one: OneInertia, inertia: str, effort: str, place: str) -> list[Ste
         StepFigure("backlash", one.play.width, place),
         StepFigure("friction inside the play", one.inside, effort),
         StepFigure(
-            "friction half a play beside its place, at most",
+            "largest error of friction shifted by half the backlash",
             max(map(misplaced, (one.forward, one.backward))),
             effort,
         ),

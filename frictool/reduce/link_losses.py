@@ -67,8 +67,8 @@ def as_friction(
             slopes[block] = _sloped(slopes[block], helped, against)
         if len(beyond) > 1:
             notes.append(
-                f"{name}: what {len(beyond)} blocks beyond it carry loses each on its own: "
-                "too much where they balance each other"
+                f"{name}: each of the {len(beyond)} blocks beyond it is given the link's losses by "
+                "itself, which is too much where their loads balance each other"
             )
         mechanism = msgspec.structs.replace(
             mechanism, links={**mechanism.links, name: _lossless(mechanism, name)}
@@ -80,8 +80,8 @@ def as_friction(
     total = _total(lossless)
     unit = "kg m^2" if _rotary(lossless) else "kg"
     figures += [
-        StepFigure("inertia felt, coasting", reflected.least * total, unit),
-        StepFigure("inertia felt, accelerating", reflected.most * total, unit),
+        StepFigure("reflected inertia, coasting", reflected.least * total, unit),
+        StepFigure("reflected inertia, accelerating", reflected.most * total, unit),
     ]
     return lossless, _losses_report(predicted, tuple(figures), tuple(notes)), reflected
 

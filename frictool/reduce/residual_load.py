@@ -184,7 +184,7 @@ def _refusal(x: Vector, mean: Vector, half: Vector, nearest: ResidualLoad, words
         tried = "the mechanism itself (frictool simulate), or that of --reduced"
     else:
         tried = " and ".join(f"--travel {low:.6g} {high:.6g}" for low, high in sorted(ranges))
-        tried += ", a model of its own on each side" if len(ranges) > 1 else ": there they do"
+        tried += ", with one model for each part" if len(ranges) > 1 else ", where they suffice"
     return (
         f"{words.name}: at {side * x[worst]:.4g} {words.place} the load is "
         f"{side * mean[worst]:.4g} {words.effort} and friction holds "

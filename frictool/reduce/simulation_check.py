@@ -239,8 +239,8 @@ def _inertia_bounds(report: StepReport, chain: ReductionChain) -> str:
         chain.one.inertia * end for end in (chain.one.reflected.least, chain.one.reflected.most)
     )
     return (
-        f"; an inertia from {least:.4g} to {most:.4g} is felt, by which way the load presses: "
-        f"no value is both, {report.covered} holds both"
+        f"; the reflected inertia is between {least:.4g} and {most:.4g}, depending on the load's "
+        f"direction; {report.covered} contains both"
     )
 
 

@@ -78,8 +78,8 @@ class JudgedLoop:
         points = [point for plant in plants for point in plant.points()]
         outside = parameters_outside(self.controller, enclosing_box(points)) if points else ()
         words = (
-            f"plants were played beyond the intervals of {self.controller.name}, where only "
-            "their own margins hold"
+            f"simulated plants lie outside the intervals of {self.controller.name}, where only "
+            "margins computed for each plant hold"
         )
         return f"{words}: {'; '.join(outside)}" if outside else ""
 

@@ -109,7 +109,7 @@ def _caption(controller: Controller, curves: VertexTransfers, transfer: VertexTr
         f"{100.0 * worst.ratio:.3g} % of it at vertex {worst.vertex}, "
         f"{number(worst.frequency)} rad/s"
     )
-    gamma = f"γ = {number(curves.gamma)} {'asked' if curves.is_requested else 'verified'}"
+    gamma = f"γ = {number(curves.gamma)} {'requested' if curves.is_requested else 'verified'}"
     return (
         f"{vertices}. Dashed: the template {TEMPLATES[transfer.name]}, {gamma}; "
         f"{'OUTSIDE: ' if worst.ratio > 1.0 else ''}{share}."

@@ -47,7 +47,7 @@ def location_of(item: StreamEvidence, hold: HoldMetrics | None = None) -> ValueL
 def largest_value(
     spec: Spec, metric: Metric, judged: list[JudgedValue], undecided: str
 ) -> Requirement:
-    """Return the requirement on the largest of the values that were found.
+    """Return the requirement on the largest of the judged values.
 
     `undecided`: reason if there are none. An infinite value breaks the requirement.
     """

@@ -1,4 +1,4 @@
-"""Variants of an axis in a simulation: the model, vertices of its ranges, random or given plants.
+"""Variants of an axis in a simulation: the model, vertices of its ranges, random or set values.
 
 The ranges of inertia, viscous and Coulomb friction and constant are `ranges` of plant/polytope.py,
 the same as for `synth`. A vertex has one end of each range; a random plant is drawn from them
@@ -129,10 +129,10 @@ def _levels(model: Model) -> dict[str, float]:
 
 
 def parameters_of(model: Model) -> dict[str, VariedParameter]:
-    """Return the parameters of a model that can be given or varied.
+    """Return the parameters of a model that a scenario can set or vary.
 
     They are PARAMETERS in their `ranges`, offset, backlash and breakaway. The breakaway has no
-    range of its own: it keeps its ratio to the Coulomb friction unless it is given.
+    range: it keeps its ratio to the Coulomb friction unless the scenario sets it.
     """
     bench = model.bench
     nominal = _levels(model)

@@ -81,8 +81,8 @@ void target_tell(int which, double value)
 class CompiledTarget:
     """Compiled code of one controller, for one axis at a time.
 
-    `number` is its number format, `sources` are the compiled files, `told` the values of the
-    scheduled parameters.
+    `number` is its number format, `sources` are the compiled files, `scheduled` the values of
+    the scheduled parameters.
     """
 
     def __init__(self, library: ctypes.CDLL, number: Number, sources: tuple[Path, ...]) -> None:
@@ -126,8 +126,8 @@ def compiled_target(
     if not source.is_file():
         raise InputFileError(
             source,
-            f"is missing beside {header.name}; export again: frictool export {controller} --lang "
-            f"c -o {folder}",
+            f"is missing in the folder of {header.name}; export again: frictool export "
+            f"{controller} --lang c -o {folder}",
         )
     compiler = next((path for path in map(shutil.which, COMPILERS) if path), None)
     if compiler is None:

@@ -95,8 +95,8 @@ def _changed(one: Any, values: Mapping[str, float], key: str) -> Any:
 def _ordered(document: FrictionOf, made: FrictionOf, provided: set[str]) -> FrictionOf:
     """Return `made` with consistent friction parameters.
 
-    If only the lower limit of a parameter is given, the parameter keeps its ratio to the limit.
-    Rounding does not put a parameter below its limit.
+    If `provided` has only the lower limit of a parameter, the parameter keeps its ratio to the
+    limit. Rounding does not put a parameter below its limit.
     """
     parameters = dict(made.parameters)
     for name, other in _pairs(made):

@@ -138,8 +138,8 @@ def test_the_text_says_what_fails_where_and_why() -> None:
     assert "rest              it is the same in every trial" in text
     assert "limit cycle       no trial has a value" in text
     assert (
-        "response time 95 0.47 s where <= 0.4 s is asked: Coulomb friction 0.14 N m, lost counts -2"
-        in text
+        "response time 95 0.47 s where <= 0.4 s is required: "
+        "Coulomb friction 0.14 N m, lost counts -2" in text
     )
     assert (
         "    frictool simulate a/model.yaml --controller a/controller.yaml --scenario "

@@ -174,7 +174,7 @@ def test_broken_samples_do_not_break_the_page(value: float) -> None:
 def test_a_broken_requirement_is_said_under_the_verdict_with_its_place() -> None:
     text = " ".join(Page(made(Log((stream(damping=0.5),), {}, "run.mcap"))).text.split())
     assert re.search(
-        r"overshoot 16\.\d+ % where ≤ 5 % is asked: run\.mcap /axis, step \d at [\d.]+ s", text
+        r"overshoot 16\.\d+ % where ≤ 5 % is required: run\.mcap /axis, step \d at [\d.]+ s", text
     )
     assert "Undecided: modulus margin; the table says why" in text
 

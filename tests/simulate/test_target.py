@@ -184,7 +184,7 @@ def test_what_cannot_be_run_is_one_line(tmp_path: Path, monkeypatch: pytest.Monk
     with pytest.raises(FrictoolError, match=r"speed.c: does not compile: .*error"):
         compiled_target(tmp_path, SHA256, "controller.yaml", ("reference", "position"))
     (tmp_path / "speed.c").unlink()
-    with pytest.raises(FrictoolError, match=r"speed.c: is missing beside speed.h"):
+    with pytest.raises(FrictoolError, match=r"speed.c: is missing in the folder of speed.h"):
         compiled_target(tmp_path, SHA256, "controller.yaml", ("reference", "position"))
     (tmp_path / "speed.c").write_text("")
     monkeypatch.setattr(targets, "COMPILERS", ("no-such-compiler",))

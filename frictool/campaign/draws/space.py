@@ -86,7 +86,7 @@ def plant_factors(
 ) -> Iterator[Factor]:
     """Yield the factors of a plant's parameters.
 
-    `instead`: ranges that replace the plant's own, by parameter. `fixed`: values of parameters
+    `instead`: ranges that replace those of the plant, by parameter. `fixed`: values of parameters
     without a range, in any suitable unit.
     """
     ends = {

@@ -122,7 +122,7 @@ def find(
         raise ValueError(f"the confidence is {confidence:g}; it lies between 0 and 1")
     if at_least is not None and not 0.0 < at_least <= 1.0:
         raise ValueError(
-            f"a pass rate of {at_least:g} cannot be asked for; it is above 0 and at most 1"
+            f"a pass rate of {at_least:g} cannot be required; it is above 0 and at most 1"
         )
     rate = pass_rate(trials, method, confidence)
     distributions = tuple(

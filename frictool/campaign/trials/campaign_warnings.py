@@ -57,8 +57,8 @@ def _uncertified(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...
         controller, _drawn(plant.ranges(), space, setting.scenario)
     ):
         return (
-            f"draws reach beyond the intervals of {controller.name}, where only their "
-            f"own margins hold: {'; '.join(deviations)}",
+            f"draws lie outside the intervals of {controller.name}, where only margins "
+            f"computed for each plant hold: {'; '.join(deviations)}",
         )
     return ()
 

@@ -1,8 +1,8 @@
 """File of completed trials: a killed campaign loses at most one batch and can be continued.
 
 The file has one JSON value per line. The first is the header, which identifies the campaign. A
-trial is [draw, found, met] or [draw, reason why it could not be simulated]. A completed search is
-{"worst": ..}. A trial with an incomplete line is run again.
+trial is [draw, metric values, met] or [draw, reason why it could not be simulated]. A completed
+search is {"worst": ..}. A trial with an incomplete line is run again.
 """
 
 from __future__ import annotations

@@ -92,8 +92,8 @@ def text_of(case: WorstCase, folder: Path, origin: Path) -> str:
     drawn = "never" if math.isinf(searched.drawn) else f"{searched.drawn:.6g} {case.unit}".rstrip()
     lines = [
         f"{case.requirement}: {shown}, where {case.relation} {case.limit:g} {case.unit}".rstrip()
-        + f" is asked; the worst draw has {drawn}",
-        f"found among {searched.evaluations} plants that a search has tried, made of "
+        + f" is required; the worst draw has {drawn}",
+        f"worst of {searched.evaluations} plants that a search has tried, made from "
         f"{origin.name}; worse ones may exist",
         case.command,
     ]

@@ -89,13 +89,13 @@ def rates(findings: Findings) -> PageFigure:
         svg = render_compact(figure, "share of the trials that pass, as a whole and by requirement")
     bars = "" if rate.whole else f" Bars: {percent_text(rate.confidence)} intervals."
     dashed = (
-        "" if findings.required is None else f" Dashed: {percent_text(findings.required)}, asked."
+        "" if findings.required is None else f" Dashed: required {percent_text(findings.required)}."
     )
     return PageFigure(
         "What passes",
         svg,
-        f"Dots: the share of {rate.count} {rate.noun} that meet it.{bars}{dashed} What "
-        "cannot be told counts on neither side.",
+        f"Dots: the share of {rate.count} {rate.noun} that meet it.{bars}{dashed} "
+        "Undecided trials count on neither side.",
     )
 
 

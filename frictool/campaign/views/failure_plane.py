@@ -60,7 +60,7 @@ def _points(axes: Axes, trials: Trials, first: int, second: int) -> str:
         chosen = trials.passed == mark
         if chosen.any():
             _dots(axes, x[chosen], y[chosen], colour, size, 0.45 if mark == MET else 0.8)
-    undecided = ", brown those that cannot be told" if (trials.passed == UNDECIDED).any() else ""
+    undecided = ", brown the undecided trials" if (trials.passed == UNDECIDED).any() else ""
     return f"Red: trials that fail, grey: those that pass{undecided}."
 
 
@@ -103,7 +103,7 @@ def _cells(axes: Axes, trials: Trials, first: int, second: int, x: Vector, y: Ve
 
 
 def _boxes(x: Vector, y: Vector, cells: NDArray[np.int64]) -> Path:
-    """Return the outlines of cells (k, 2), given by their indices along x and y."""
+    """Return the outlines of cells (k, 2), by their indices along x and y."""
     i, j = cells.T
     corners = np.stack([x[[i, i + 1, i + 1, i, i]], y[[j, j, j + 1, j + 1, j]]], axis=-1)
     codes = np.tile(

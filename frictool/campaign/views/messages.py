@@ -112,8 +112,8 @@ def _required_text(findings: Findings) -> str:
     if required is None:
         return ""
     if rate.at_least is None:
-        return f"; that is {percent(rate.share)} of them, asked are {percent_text(required)}"
-    shown = f"; shown are {percent(rate.at_least, 'down')}, asked {percent_text(required)}"
+        return f"; that is {percent(rate.share)} of them, required are {percent_text(required)}"
+    shown = f"; shown are {percent(rate.at_least, 'down')}, required {percent_text(required)}"
     if required == 1.0:
         return (
             f"{shown}, which no number of draws can show; lower --at-least, or leave it "
@@ -130,13 +130,13 @@ def caveat(findings: Findings) -> str:
     rate = findings.rate
     if rate.whole:
         return (
-            "Every combination of the factors' ends was played once: these are no "
-            "draws, so that they have no pass rate, and nothing is told of what lies between."
+            "Every combination of the factors' ends was simulated once. These are not draws: they "
+            "have no pass rate, and say nothing of values between the ends."
         )
     if rate.method == "vertices":
         return (
-            "A random part of all combinations of the factors' ends was played; "
-            "the interval is of all of them, not of what lies between."
+            "A random part of all combinations of the factors' ends was simulated; the interval "
+            "covers all combinations, but no values between the ends."
         )
     drawn = "independently" if rate.method == "random" else "as a Latin hypercube"
     above = any(factor.least is not None for factor in findings.trials.space.factors)

@@ -70,7 +70,7 @@ def influence_told(findings: Findings, influence: MetricInfluence) -> list[str]:
     if influence.reason:
         return [influence.reason]
     if not influence.named:
-        return ["no factor is told apart from chance"]
+        return ["no factor is distinguishable from chance"]
     values = [(share.share, share.error) for share in influence.shares]
     output = [_shares_told(findings, influence, values, influence.rest)]
     if influence.by_rank:
@@ -203,7 +203,7 @@ def question_text(question: FailureComparison) -> str:
 
 def _causes(findings: Findings, question: FailureComparison) -> list[str]:
     if not question.named:
-        return ["no factor is told apart from chance"]
+        return ["no factor is distinguishable from chance"]
     rows = [_cause(findings, i, question.regions[i]) for i in question.named[:MOST]]
     left = len(question.named) - MOST
     return [*aligned(rows), *([f"{left} more factors are in --json"] if left > 0 else [])]
@@ -250,7 +250,7 @@ def _worst(findings: Findings) -> list[str]:
         limit = f"{one.relation} {number(one.limit)} {unit_shown(one.unit)}".rstrip()
         output += [
             f"  {one.requirement.replace('_', ' ')} {quantity(one.value, one.unit)} "
-            f"where {limit} is asked: {worst_values(findings, one)}",
+            f"where {limit} is required: {worst_values(findings, one)}",
             f"    {one.typed}",
         ]
-    return ["", "worst cases found by search", *output] if output else []
+    return ["", "worst cases of the search", *output] if output else []

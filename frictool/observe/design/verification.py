@@ -99,7 +99,7 @@ def verify(
     if gain > gamma * (1.0 + ROUNDING):
         raise NoSolutionError(
             f"not verified: in simulation |z|/|Delta| is {gain:.6g}, "
-            f"above the gamma of {gamma:.6g} that was found"
+            f"above the gamma of {gamma:.6g} of the synthesis"
         )
     return ObserverVerification(
         gamma,
