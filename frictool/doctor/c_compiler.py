@@ -57,7 +57,7 @@ def check_c_compiler(names: tuple[str, ...] = NAMES) -> InstallationCheck:
                     "C compiler",
                     "note",
                     f"{shown} does not work: {message}",
-                    "install a C library beside it (libc6-dev)",
+                    "also install a C library (libc6-dev)",
                     facts,
                 )
     return InstallationCheck(

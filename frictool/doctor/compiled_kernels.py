@@ -103,7 +103,7 @@ def _distrusted(folder: Path | None) -> InstallationCheck:
         "kernels",
         "note",
         f"{used}; {refused}",
-        "remove it, or set NUMBA_CACHE_DIR to a folder of your own",
+        "remove it, or set NUMBA_CACHE_DIR to another folder",
         facts,
     )
 

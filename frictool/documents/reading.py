@@ -285,7 +285,7 @@ class DocumentReader:
                 self.fail(
                     name_node,
                     _join(key, name),
-                    f"given twice, first in line {pairs[name][0].start_mark.line + 1}; keep one",
+                    f"found twice, first in line {pairs[name][0].start_mark.line + 1}; keep one",
                 )
             pairs[name] = (name_node, value_node)
         return pairs

@@ -123,9 +123,7 @@ class FrictionBody:
         if self.extension is not None and (
             self.knee < math.inf or self.extension.table[DELAY] > 0.0
         ):
-            finding = (
-                "a pure delay of the film" if self.knee == math.inf else "a knee of the body's own"
-            )
+            finding = "a pure delay of the film" if self.knee == math.inf else "a knee of the body"
             raise ValueError(
                 f"found {finding}; a body that is extended takes its knees from the extension, "
                 "and a lag but no delay"

@@ -16,7 +16,7 @@ col.  name             meaning
 7     SENSOR_GAIN      b of the drive's sensor; 1 without fault
 ====  ===============  =========================================================================
 
-The drive's own loop makes the measured drive follow its command. With constant factors an axis
+The drive's inner loop makes the measured drive follow its command. With constant factors an axis
 behaves as one whose parameters are multiplied by them.
 """
 

@@ -129,9 +129,7 @@ def run_law(
         scales = np.array([tolerance, speed_scale, 0.0, length_scale])
         return _run_dynamic(kernels, laws, mass, (ends, drives), sample_times, samples, scales)
     if step is None or not 0.0 < step <= ends[-1]:
-        raise ValueError(
-            f"{law.name} is simulated in steps of a given length above 0 s, found {step}"
-        )
+        raise ValueError(f"{law.name} is simulated in steps of a length above 0 s, found {step}")
     state = np.zeros(3)
     if isinstance(kernels, HybridKernels):
         types = (

@@ -109,8 +109,10 @@ class _VectorSequence:
         self.position = self.counted(0.9 * self.low + 0.1 * self.high)
         self.before = self.position
         self.start()
-        self.held = [node for node in program.states.values() if node.index not in program.updates]
-        self.inputs = [*program.inputs.values(), *self.held]
+        self.constant_states = [
+            node for node in program.states.values() if node.index not in program.updates
+        ]
+        self.inputs = [*program.inputs.values(), *self.constant_states]
         self.patience = _settling_samples(controller)
         self.rows: list[Row] = []
         self.counts = dict.fromkeys(self.visits, 0)
@@ -167,7 +169,7 @@ class _VectorSequence:
 
     def schedule(self) -> None:
         """Set the scheduled parameters to random values, some beyond their range."""
-        for node in self.held:
+        for node in self.constant_states:
             width = node.high - node.low
             value = self.random.uniform(node.low - BEYOND * width, node.high + BEYOND * width)
             for running in (self.machine, self.double):
@@ -332,7 +334,7 @@ def golden_vectors(controller: Controller, program: Program, number: Number) -> 
     )
     columns = (
         *program.inputs,
-        *(program.names[node.index] for node in bench.held),
+        *(program.names[node.index] for node in bench.constant_states),
         controller.drive,
     )
     return GoldenVectors(

@@ -17,9 +17,9 @@ from frictool.identify.orientation import opposite_signs
 from frictool.identify.outcome import Outcome, accept, bench_interval, sliding_intervals
 
 POSITION_HIDES_INERTIA = (
-    "friction varies with the position, which goes with the acceleration along a stroke: what one "
-    "does is taken for the other; the bench's value is kept. The weak form (auto, weak) gives "
-    "friction over the position columns of its own where it shows in slip"
+    "friction varies with the position, and the position with the acceleration along a stroke, so "
+    "that their effects cannot be separated; the bench's value is kept. The weak form (auto, "
+    "weak) fits friction over the position in separate columns if it shows in slip"
 )
 
 
@@ -51,7 +51,7 @@ def _breakaway(logs: AxisLogs, identified: Mapping[str, Interval]) -> Breakaway:
     direction leave the offset unknown.
     """
     if not logs.ramps:
-        raise UnusableLogs("no log of breakaway ramps was given")
+        raise UnusableLogs("no log of breakaway ramps was provided")
     for record in logs.ramps:
         if record.velocity is not None:
             raise UnusableLogs(

@@ -31,7 +31,7 @@ class IdentificationMethod:
     - velocity: it works with a measured velocity and no position
     - load: it fits the load terms of the bench
     - known_inertia: it uses the inertia of the bench for the others, and gives none
-    - whole_curve: it gives no inertia, and all parameters of its own curve over speed or none;
+    - whole_curve: it gives no inertia, and all parameters of its curve over speed or none;
       none of them is fixed, and it is not compared with REFERENCE
     - differentiates: it takes plain differences, which need a fine encoder and no gaps
     - known_terms: function of its module that fits load terms that were chosen before; its own

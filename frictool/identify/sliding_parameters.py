@@ -26,7 +26,7 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
         If no fit is possible, or if its force error exceeds LARGEST_FORCE_ERROR.
     """
     if not logs.sliding:
-        raise UnusableLogs(logs.unmeasured or "no log of sliding motion was given")
+        raise UnusableLogs(logs.unmeasured or "no log of sliding motion was provided")
     fit = run(logs.method, logs.sliding, logs.bench, logs.settings)
     refuse_self_explained(fit, logs.sliding)
     fit = with_force_error(replace(fit, method=fit.method or logs.method), logs, fit.parameters)

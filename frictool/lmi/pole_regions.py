@@ -129,7 +129,6 @@ def refuse_fixed_modes(framed: Sequence[GeneralisedPlant], frame: TransformVaria
                 if values[-1] <= UNREACHED * values[0]:
                     raise NoSolutionError(
                         f"the pole at {pole if pole.imag else pole.real:.4g} is not {what}, and "
-                        "not within the region asked for the "
-                        "closed loop: no controller exists; give the weights stable poles within "
-                        "that region, or widen it"
+                        "not within the region requested for the closed loop: no controller "
+                        "exists; give the weights stable poles within that region, or widen it"
                     )

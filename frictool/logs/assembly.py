@@ -248,6 +248,7 @@ class PendingStream:
     intervals: SampleIntervals = field(default_factory=SampleIntervals)
 
     def seen(self) -> Iterator[SampleBlock]:
+        """Yield the samples and add their times to the statistics of intervals."""
         for piece in self.samples:
             self.intervals.add(piece.time)
             yield piece

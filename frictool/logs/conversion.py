@@ -35,10 +35,12 @@ class OutgoingStream:
 
     @property
     def names(self) -> tuple[str, ...]:
+        """Return the names of the columns, time first."""
         return (TIME_NAME, *self.head.fields)
 
     @property
     def units(self) -> tuple[str, ...]:
+        """Return the units of the columns, time first."""
         return (TIME_UNIT, *self.head.units)
 
     def blocks(self) -> Iterator[list[Vector]]:
@@ -67,7 +69,8 @@ def _columns(samples: SampleBlock) -> list[Vector]:
 class FormatWriter(Protocol):
     """Interface of the module of an output format."""
 
-    def write(self, streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None: ...
+    def write(self, streams: Sequence[OutgoingStream], notes: Notes, target: BinaryIO) -> None:
+        """Write the streams and the notes to `target`."""
 
 
 def convert(

@@ -133,9 +133,11 @@ PAGE = re.compile(rb"\s*<(?:!doctype|html)\b", re.IGNORECASE)
 class FormatReader(Protocol):
     """Interface of the module of a format."""
 
-    def sniff(self, head: bytes, path: Path) -> bool: ...
+    def sniff(self, head: bytes, path: Path) -> bool:
+        """Return True if a file with the first bytes `head` has this format."""
 
-    def tables(self, path: Path, layout: Layout | None) -> tuple[RawTable, ...]: ...
+    def tables(self, path: Path, layout: Layout | None) -> tuple[RawTable, ...]:
+        """Return the tables of a file."""
 
 
 def format_of(path: Path) -> Format:

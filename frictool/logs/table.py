@@ -135,9 +135,11 @@ class DerivedTable:
         self.units: Mapping[str, str | None] = table.units
 
     def find(self, wanted: str | int) -> str | None:
+        """Return the name of the column `wanted`; None if there is none."""
         return self._table.find(wanted)
 
     def line(self, row: int) -> int | None:
+        """Return the line of a row in the file; None if the lines are unknown."""
         return self._table.line(row)
 
 

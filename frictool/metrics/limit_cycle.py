@@ -61,7 +61,7 @@ def limit_cycle(time: Vector, position: Vector, resolution: float = 0.0) -> Limi
     if duration <= least:
         return LimitCycle(
             None,
-            reason=f"held for {duration:.3g} s only; a limit cycle is told absent behind "
+            reason=f"held for {duration:.3g} s only; a limit cycle is reported absent after "
             f"{LEAST_HOLD:g} s",
         )
     if float(np.ptp(x)) <= threshold or _has_ended(t, x, turns, threshold):

@@ -32,8 +32,8 @@ def pid(problem: SynthesisProblem) -> ControllerCandidate:
     actuator = problem.model.bench.actuator
     unit = "A" if actuator.drive == "current" else "V"
     note = (
-        f"pid: gains given; K {quantity.value:g} {quantity.unit}, with the constant {constant:g} "
-        f"{actuator.constant.unit} "
+        f"pid: provided gains; K {quantity.value:g} {quantity.unit}, with the constant "
+        f"{constant:g} {actuator.constant.unit} "
         f"{quantity.value / constant:.4g} {unit} per unit"
     )
     return ControllerCandidate(k, k, None, None, (note,))

@@ -1,7 +1,7 @@
 """Stored forms of a controller: balanced state space, inverse Tustin image, sections, anti-windup.
 
-An exact integrator (pole at z = 1) is a state of its own whose coefficient 1 survives any rounding;
-it is also a section of its own if the zeros allow it. The remaining controller is stable and
+An exact integrator (pole at z = 1) is a separate state whose coefficient 1 survives any rounding;
+it is also a separate section if the zeros allow it. The remaining controller is stable and
 balanced, so that rounding its coefficients changes it least.
 """
 

@@ -164,7 +164,7 @@ class StructuredController:
     def system(self, parameters: Vector) -> Lti:
         """Return the controller in its domain.
 
-        The integrator is a state of its own with coefficient exactly 0, or exactly 1 if sampled.
+        The integrator is a separate state with coefficient exactly 0, or exactly 1 if sampled.
         """
         continuous = self._continuous(parameters)
         if not self.period:

@@ -1,6 +1,6 @@
 """Input and output of a synthesis method.
 
-A method is a function from `SynthesisProblem` to `ControllerCandidate`, in a file of its own.
+A method is a function from `SynthesisProblem` to `ControllerCandidate`, in a separate file.
 """
 
 from __future__ import annotations

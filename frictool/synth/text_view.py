@@ -43,7 +43,9 @@ def text(result: SynthesisResult, disturbance: LoadDisturbance) -> str:
 def _head(controller: Controller) -> list[str]:
     verified, law = controller.verified, controller.position_law
     position = si_unit("position", controller.axis)
-    required = "" if verified.gamma_asked is None else f"gamma asked {verified.gamma_asked:.4g}, "
+    required = (
+        "" if verified.gamma_asked is None else f"gamma requested {verified.gamma_asked:.4g}, "
+    )
     lines = [
         f"{controller.name}: {controller.structure.replace('_', ' ')} by {controller.method} in "
         f"{controller.domain} time, "

@@ -119,7 +119,7 @@ class _WeightRules:
                 "error",
                 1.0,
                 "",
-                "the gains are given and nothing is weighed: the norm is that of the sensitivity",
+                "the gains are provided; no weights apply, the norm is that of the sensitivity",
             )
             return ChosenWeights(PlantWeights(FirstOrderWeight(1.0), 0.0, 0.0), tuple(self.derived))
         error = self._template()

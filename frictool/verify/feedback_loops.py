@@ -16,7 +16,7 @@ the loop is cut behind both.
 A proportional law is linear and gives a second, outer loop; both are checked. A loop that uses the
 motion only leaves the position free, so the position is not a state of it. A square-root law, a
 limiter and friction compensation are not linear and are in none of the loops. The virtual friction
-of a limiter has a loop of its own, with its steepest slope F_cv/v_r at rest.
+of a limiter has a separate loop, with its steepest slope F_cv/v_r at rest.
 
     L(z) = -(from the commanded drive to the requested drive),  sensitivity 1/(1 + L)
 """

@@ -149,7 +149,7 @@ class ClusterRun:
         self._last_answer = time.monotonic()
         self._topic = f"frictool-{client.id}"
         self._told = set[str]()
-        self._context = copy_context()  # of the caller; Dask hears in a thread of its own
+        self._context = copy_context()  # of the caller; Dask calls back from another thread
         client.subscribe_topic(self._topic, self._hear)
 
     def answers(self, source: Iterator[Task]) -> Iterator[tuple[Task, list[Any]]]:
@@ -253,7 +253,7 @@ class ClusterRun:
             return task, results
         self._give_up(ALONE)
         ((index, job),) = task
-        reason = "each worker that was given it was ended; is memory short?"
+        reason = "each worker that received it was ended; is memory short?"
         if self._instead is None:
             raise WorkerLost(index, f"job {index}: {reason}")
         return task, [self._instead(job, reason)]
@@ -266,7 +266,7 @@ class ClusterRun:
         self._given_up += 1
         if self._given_up >= most and not self._answered:
             raise ClusterError(
-                f"{self._address}: every task ends the workers that it is given to; "
+                f"{self._address}: every task ends the workers that receive it; "
                 f"is their memory short ({LIMIT})?"
             )
 

@@ -62,7 +62,7 @@ class WorkerProcess:
         self.process = context.Process(target=_serve, args=(theirs, function))
         self.process.start()
         theirs.close()
-        self.held: PendingTask | None = None
+        self.pending: PendingTask | None = None
         self.ready = False
 
     def give(self, pending: PendingTask) -> bool:
@@ -71,7 +71,7 @@ class WorkerProcess:
             self.connection.send(pending.task)
         except OSError:
             return False
-        self.held = pending
+        self.pending = pending
         return True
 
     def hear(self) -> list[Any] | None:
@@ -133,12 +133,12 @@ class ProcessPool:
     @property
     def busy(self) -> bool:
         """True if an answer is expected."""
-        return any(one.held is not None for one in self._members)
+        return any(one.pending is not None for one in self._members)
 
     def feed(self, source: Iterator[Task]) -> None:
         """Give each idle process a task: lost ones first, then new ones."""
         for place in range(len(self._members)):
-            while self._members[place].held is None:
+            while self._members[place].pending is None:
                 pending = self._next(source)
                 if pending is None:
                     return
@@ -167,9 +167,9 @@ class ProcessPool:
             except EOFError:
                 answers += self._lost(place)
                 continue
-            if results is not None and member.held is not None:
-                answers.append((member.held.task, results))
-                member.held = None
+            if results is not None and member.pending is not None:
+                answers.append((member.pending.task, results))
+                member.pending = None
         return answers
 
     def _lost(self, place: int) -> list[Answer]:
@@ -179,7 +179,7 @@ class ProcessPool:
         """
         dead = self._members[place]
         cause = dead.cause()
-        pending = dead.held
+        pending = dead.pending
         if not dead.ready:
             raise WorkerLost(
                 None, f"a process to share the work with does not start ({cause}); try one core"
@@ -216,7 +216,7 @@ class ProcessPool:
 def _end(members: list[WorkerProcess]) -> None:
     """End the processes: idle ones end with their pipe, working ones are terminated."""
     for one in members:
-        if one.held is not None or not one.ready:
+        if one.pending is not None or not one.ready:
             one.process.terminate()
         one.connection.close()
     for one in members:

@@ -84,7 +84,7 @@ def test_the_schema_describes_the_laws() -> None:
         (
             "real_poles_rad_s: [4000.0]",
             "real_zeros_rad_s: [0, 1]",
-            ["resonances.real_zeros_rad_s", "given twice"],
+            ["resonances.real_zeros_rad_s", "found twice"],
         ),
         (
             "real_zeros_rad_s: [10000.0]",

@@ -193,7 +193,7 @@ def test_a_spring_that_one_sine_does_not_tell_from_the_inertia_holds_the_range_o
         tmp_path, record, "{terms: [offset, spring]}", COUNT, "--method", method
     )
     assert result.code == 0, result.stderr
-    assert "the loads over the position are fitted beside the bench's inertia" in " ".join(
+    assert "the loads over the position are fitted with the bench's inertia" in " ".join(
         result.stdout.split()
     )
     stiffness = laws_of(target).stiffness

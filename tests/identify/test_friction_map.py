@@ -88,7 +88,7 @@ def test_auto_gives_the_inertia_by_the_weak_form_with_friction_over_the_position
     assert inertia.low <= nonlinear_clutch().inertia <= inertia.high
     assert inertia.half_width < 0.01 * inertia.value
     assert "inertia" not in found.refused
-    assert "inertia by weak: friction has columns of its own over the position" in found.fit.why
+    assert "inertia by weak: friction has separate columns over the position" in found.fit.why
 
 
 def _fine_logs() -> list[MotionRecord]:

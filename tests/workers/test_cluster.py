@@ -149,7 +149,7 @@ def test_workers_whose_memory_is_short_are_told_in_time(
         for name in ("HOPELESS", "AHEAD"):
             monkeypatch.setattr(dask_cluster, name, 1)
         monkeypatch.setattr(dask_cluster, "NO_WORKER_S", 60.0)
-        with pytest.raises(ClusterError, match="every task ends the workers that it is given to"):
+        with pytest.raises(ClusterError, match="every task ends the workers that receive it"):
             list(share(Deadly(tmp_path, tuple(range(9)), 9), range(9), cluster=made.address))
     finally:
         made.close()

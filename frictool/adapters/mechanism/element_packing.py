@@ -124,8 +124,7 @@ class ElementArrays:
         if spring.preload is not None and spring.stiffness is None:
             raise ElementError(
                 f"{key}.preload",
-                "found without stiffness; allowed: stiffness beside it; a constant effort is "
-                "a source",
+                "found without stiffness; allowed: with stiffness; a constant effort is a source",
             )
         stiffness = 0.0 if spring.stiffness is None else spring.stiffness.value
         free = (

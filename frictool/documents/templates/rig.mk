@@ -5,7 +5,7 @@ DESIGNS := $(basename $(notdir $(wildcard designs/*.yaml)))
 INGESTED := $(addprefix build/logs/,$(addsuffix .mcap,$(basename $(notdir $(LOGS)))))
 CONTROLLERS := $(DESIGNS:%=build/%/controller.yaml)
 DEMO ?= $(DESIGNS)
-# designs that are played to compare others with: their verdict is told, and ends nothing
+# designs that are played to compare others with: their verdict is reported, and ends nothing
 REFERENCE ?=
 RUNS := $(DESIGNS:%=build/%/run.mcap)
 PAGES := $(DESIGNS:%=build/%/report.html)

@@ -191,7 +191,7 @@ def stroke_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
     width = bench.mechanics.backlash
     backlash = 0.0 if width is None else max(width.interval)
     if not records:
-        raise UnusableLogs("no log of sliding motion was given")
+        raise UnusableLogs("no log of sliding motion was provided")
     parts = [_gated(record, backlash) for record in records]
     samples = joined([part for part, _ in parts])
     position = np.concatenate([place for _, place in parts])

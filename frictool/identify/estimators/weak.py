@@ -224,8 +224,7 @@ def _why(structure: FrictionStructure) -> str | None:
     )
     parts += [f"above a speed of {knee:.4g}" for knee in structure.knees]
     return (
-        f"friction has columns of its own {' and '.join(parts)}, with which strokes that were "
-        "not seen are predicted better"
+        f"friction has separate columns {' and '.join(parts)}, which predict unseen strokes better"
         if parts
         else None
     )

@@ -32,7 +32,7 @@ def measurement(
         width, late = (
             reversals(records, bench, confidence)
             if records
-            else (UnusableLogs("no log of sliding motion was given"),) * 2
+            else (UnusableLogs("no log of sliding motion was provided"),) * 2
         )
     except UnusableLogs as error:
         width = late = error

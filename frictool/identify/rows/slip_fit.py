@@ -36,7 +36,8 @@ from frictool.typing import Vector
 # smallest and largest share of noise in the acceleration (`smoothing`): attenuation 0.006 % and 1 %
 SMALLEST_SHARE, LARGEST_SHARE = (0.0075, 0.1)
 OWN_INERTIA = (
-    "the loads over the position are fitted beside the bench's inertia, and hold its range"
+    "the loads over the position are fitted with the bench's inertia; their intervals include "
+    "its range"
 )
 BIAS_SHARE = 0.2  # largest attenuation, relative to the inertia's standard deviation
 

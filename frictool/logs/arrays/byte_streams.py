@@ -70,6 +70,7 @@ class FileBytes(ByteStream):
     """Bytes as in the file; skipping takes no time."""
 
     def skip(self, size: int) -> None:
+        """Skip `size` bytes; record the damage if the file ends before."""
         step = max(0, min(size, self._left))
         self._file.seek(step, 1)
         self._left -= step
@@ -86,6 +87,7 @@ class InflatedBytes(ByteStream):
         self._inflater = zlib.decompressobj()
 
     def check(self) -> None:
+        """Read to the end and record the first damage, also a missing end mark."""
         while self.damage is None and self._piece(PIECE):
             pass
         if not self._inflater.eof:
@@ -116,12 +118,13 @@ class ArchiveBytes(ByteStream):
         self.damage: str | None = None
 
     def check(self) -> None:
+        """Read to the end and record the first damage."""
         while self.damage is None and self._piece(PIECE):
             pass
 
     def _piece(self, most: int) -> bytes:
         try:
             return super()._piece(most)
-        except Exception as error:  # zipfile raises errors of its own, zlib, lzma and others
+        except Exception as error:  # zipfile raises BadZipFile, and errors of zlib, lzma and others
             self.damage = f"its archive is damaged ({str(error) or type(error).__name__})"
             return b""

@@ -129,6 +129,7 @@ class HdfVector:
     rows: int
 
     def read(self, first: int, n: int) -> Vector:
+        """Return `n` values (n,) of the vector from index `first` on."""
         where = tuple(slice(first, first + n) if one is None else one for one in self.index)
         return np.asarray(self.dataset[where]).astype(np.float64)
 

@@ -40,13 +40,16 @@ class MemoryTable:
 
     @property
     def names(self) -> tuple[str, ...]:
+        """Return the names of the columns."""
         return tuple(self.columns)
 
     @property
     def size(self) -> int:
+        """Return the size of the columns in bytes."""
         return 8 * sum(values.size for values in self.columns.values())
 
     def find(self, wanted: str | int) -> str | None:
+        """Return the name of the column with this name or number (from 1), or None."""
         return find(self.names, wanted)
 
     def blocks(
@@ -64,6 +67,7 @@ class MemoryTable:
             )
 
     def line(self, row: int) -> int | None:
+        """Return the line of a row in the file; None if the lines are unknown."""
         return None if self.first_line is None else self.first_line + row
 
 

@@ -34,21 +34,26 @@ class ZeroPaddedFile(io.BufferedIOBase):
         self._at = 0
 
     def readable(self) -> bool:
+        """Return True: the file can be read."""
         return True
 
     def seekable(self) -> bool:
+        """Return True: the position can be set."""
         return True
 
     def tell(self) -> int:
+        """Return the position in bytes."""
         return self._at
 
     def seek(self, offset: int, whence: int = io.SEEK_SET) -> int:
+        """Set the position; the end of the file is VIRTUAL_END. Return the position."""
         self._at = (
             offset + {io.SEEK_SET: 0, io.SEEK_CUR: self._at, io.SEEK_END: VIRTUAL_END}[whence]
         )
         return self._at
 
     def read(self, size: int | None = -1, /) -> bytes:
+        """Return up to `size` bytes; zeros replace the bytes after the end of the file."""
         size = VIRTUAL_END - self._at if size is None or size < 0 else size
         self._file.seek(min(self._at, self._size))
         data = self._file.read(size)
@@ -56,6 +61,7 @@ class ZeroPaddedFile(io.BufferedIOBase):
         return data + bytes(size - len(data))
 
     def close(self) -> None:
+        """Close the file."""
         self._file.close()
         super().close()
 

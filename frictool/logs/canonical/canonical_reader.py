@@ -57,9 +57,11 @@ class CanonicalReader:
 
     @property
     def metadata(self) -> dict[str, dict[str, str]]:
+        """Return the metadata records read so far, by name."""
         return self._declarations.metadata
 
     def fail(self, message: str) -> NoReturn:
+        """Raise LogError with the path of the log."""
         raise LogError(self.path, message)
 
     def pieces(self) -> Iterator[ChannelSamples]:

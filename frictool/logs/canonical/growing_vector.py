@@ -30,4 +30,5 @@ class GrowingVector:
         self._size = end
 
     def whole(self) -> NDArray[Any]:
+        """Return all values appended so far (n,), without a copy."""
         return self._data[: self._size]

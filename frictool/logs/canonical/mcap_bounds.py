@@ -29,6 +29,7 @@ class RecordBounds(NamedTuple):
     length: NDArray[np.int64]
 
     def first(self, n: int) -> RecordBounds:
+        """Return the bounds of the first `n` records."""
         return RecordBounds(self.opcode[:n], self.start[:n], self.length[:n])
 
 

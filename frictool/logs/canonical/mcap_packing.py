@@ -75,6 +75,7 @@ class ChunkPacker:
         self._compressor = zstandard.ZstdCompressor(compression_params=COMPRESSION)
 
     def packed(self, chunk: ChunkSamples) -> PackedChunk:
+        """Return a chunk of samples as an MCAP chunk."""
         channel = chunk.stream + 1
         time = chunk.time
         n = chunk.time.size

@@ -81,6 +81,7 @@ class FileRecords:
 
     @property
     def offset(self) -> int:
+        """Return the offset in the file of the next byte."""
         return self._bytes.offset
 
     def __iter__(self) -> Iterator[FileRecord | LooseMessages | DamagedBytes]:

@@ -198,4 +198,5 @@ def _joined(run: list[FileSection]) -> FileSection:
 
 
 def error_text(error: Exception) -> str:
+    """Return the error's text, or its class if it has no text."""
     return str(error) or type(error).__name__

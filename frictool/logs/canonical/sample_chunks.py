@@ -47,6 +47,7 @@ def chunked(pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
 
 
 def join_blocks(parts: Sequence[SampleBlock]) -> SampleBlock:
+    """Return consecutive blocks of one stream as one block."""
     if len(parts) == 1:
         return parts[0]
     values = tuple(

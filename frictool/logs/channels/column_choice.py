@@ -70,6 +70,7 @@ class OfferedColumn:
 
     @property
     def values(self) -> Vector:
+        """Return the column's values (n,)."""
         return self.table.columns[self.name]
 
 

@@ -57,6 +57,7 @@ class ChannelSource(NamedTuple):
     factor: float
 
     def si(self, raw: Vector) -> Vector:
+        """Return raw values (n,) in SI units."""
         values: Vector = (raw * self.column.scale + self.column.offset) * self.factor
         return values
 

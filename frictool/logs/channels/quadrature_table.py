@@ -31,6 +31,7 @@ class QuadratureTable(DerivedTable):
         return pick(self._table.names, wanted, self.source) if name is None else name
 
     def find(self, wanted: str | int) -> str | None:
+        """Return the name of a column or encoder `wanted`; None if there is none."""
         if isinstance(wanted, str) and wanted in self._channels:
             return wanted
         return super().find(wanted)
@@ -48,6 +49,7 @@ class QuadratureTable(DerivedTable):
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
+        """Yield the rows (see RawTable) with the counts of the encoders."""
         from frictool.logs.kernels.quadrature import ILLEGAL, UNKNOWN, count_quadrature
 
         made = [name for name in wanted if name in self._channels]

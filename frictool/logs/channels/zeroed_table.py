@@ -29,6 +29,7 @@ class ZeroedTable(DerivedTable):
     def blocks(
         self, wanted: Sequence[str], losses: list[DataLoss] | None = None
     ) -> Iterator[tuple[RowBlock, int]]:
+        """Yield the rows (see RawTable) with the zeros subtracted."""
         zeros = {name: self._zero(name, losses) for name in wanted if name in self._counts}
         for block, done in self._table.blocks(wanted, losses):
             columns = {

@@ -93,6 +93,7 @@ class MessageLayout:
     guards: tuple[tuple[int, bytes], ...]
 
     def slots(self, paths: tuple[str, ...]) -> list[tuple[int, str] | None]:
+        """Return (offset, dtype) of each path; None for a path that the layout lacks."""
         return [
             next((slot for leaf in self.leaves if (slot := leaf.slot(path))), None)
             for path in paths

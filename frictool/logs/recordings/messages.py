@@ -33,6 +33,7 @@ class Messages:
     length: IntVector
 
     def payload(self, index: int) -> bytes:
+        """Return the bytes of one message."""
         start = int(self.start[index])
         return self.data[start : start + int(self.length[index])].tobytes()
 

@@ -84,6 +84,7 @@ class CsvTable:
         self.units = dict(zip(text_layout.names, text_layout.units, strict=True))
 
     def find(self, wanted: str | int) -> str | None:
+        """Return the name of the column with this name or number (from 1), or None."""
         return find(self.names, wanted)
 
     def line(self, row: int) -> int | None:

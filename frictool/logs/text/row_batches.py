@@ -72,13 +72,16 @@ class TextWindow:
 
     @property
     def text(self) -> NDArray[np.uint8]:
+        """Return the unused bytes, followed by the padding."""
         return self._text[self._begin :]
 
     @property
     def size(self) -> int:
+        """Return the number of unused bytes."""
         return self._end - self._begin
 
     def use(self, count: int) -> None:
+        """Mark the next `count` bytes as used."""
         self._begin += count
 
     def more(self) -> None:

@@ -30,10 +30,12 @@ class TextEncoding:
 
     @property
     def is_wide(self) -> bool:
+        """Return True for UTF-16, in either byte order."""
         return self.name.startswith("utf-16")
 
     @property
     def shown(self) -> str:
+        """Return the name of the encoding for messages."""
         return {"utf-8": "UTF-8", "latin-1": "Latin-1"}.get(self.name, "UTF-16")
 
 

@@ -44,11 +44,11 @@ class PiecewiseCubic:
         )
 
     def _at(self, x: Vector) -> tuple[Vector, Vector]:
-        held = np.clip(np.asarray(x, dtype=np.float64), self.breaks[0], self.breaks[-1])
+        clamped = np.clip(np.asarray(x, dtype=np.float64), self.breaks[0], self.breaks[-1])
         piece = np.clip(
-            np.searchsorted(self.breaks, held, side="right") - 1, 0, len(self.cubic) - 1
+            np.searchsorted(self.breaks, clamped, side="right") - 1, 0, len(self.cubic) - 1
         )
-        way = held - self.breaks[piece]
+        way = clamped - self.breaks[piece]
         c0, c1, c2, c3 = (self.cubic[piece, power] for power in range(4))
         return ((c3 * way + c2) * way + c1) * way + c0, (3.0 * c3 * way + 2.0 * c2) * way + c1
 
@@ -199,9 +199,9 @@ def _piece(curves: Curves, curve: int, x: float) -> tuple[int, float, bool]:
     first = int(curves.start[curve])
     last = int(curves.start[curve + 1])
     breaks = curves.breaks[first + curve : last + curve + 1]
-    held = float(np.clip(x, breaks[0], breaks[-1]))
-    piece = int(np.clip(np.searchsorted(breaks, held, side="right") - 1, 0, last - first - 1))
-    return first + piece, held - float(breaks[piece]), bool(held == x)
+    clamped = float(np.clip(x, breaks[0], breaks[-1]))
+    piece = int(np.clip(np.searchsorted(breaks, clamped, side="right") - 1, 0, last - first - 1))
+    return first + piece, clamped - float(breaks[piece]), bool(clamped == x)
 
 
 def curve_value(curves: Curves, curve: int, x: float) -> float:
