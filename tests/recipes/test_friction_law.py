@@ -82,7 +82,7 @@ def test_a_body_under_the_law_alone_moves_alike(overlay: Path) -> None:
 
 def test_schema_help_messages_and_equations_know_the_law(overlay: Path) -> None:
     described = json.loads(frictool(overlay, "schema", "mechanism").stdout)["$defs"]
-    assert described["FrictionOf"]["properties"]["law"]["enum"][-1] == "coulomb_drag"
+    assert "coulomb_drag" in described["FrictionOf"]["properties"]["law"]["enum"]
     assert "coulomb_drag" in frictool(overlay, "compare", "--help").stdout
     assert "coulomb_drag" in frictool(overlay, "compare", "--law", "drag").stderr
     assert "coulomb_drag(" in frictool(overlay, "equations", overlay / "mechanism.yaml").stdout

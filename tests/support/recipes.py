@@ -11,6 +11,7 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Iterator
 from importlib.machinery import ModuleSpec
 from importlib.util import spec_from_file_location
 from pathlib import Path
@@ -20,24 +21,33 @@ from tests.support.documentation_pages import ROOT, text_of
 
 STEP = re.compile(r"^\d+\. .*?(?=^\d+\. |\Z)", re.MULTILINE | re.DOTALL)
 BLOCK = re.compile(r"^```(python|diff)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+PATHS = dict.fromkeys(("python", "diff"), r"`(frictool/[\w/]+\.py)`")
+
+
+def recipes() -> dict[str, str]:
+    """Return the text of each recipe by its heading."""
+    section = text_of(ROOT / "CONTRIBUTING.md").split("## Recipes\n")[1]
+    return dict(part.split("\n", 1) for part in re.split(r"^### ", section, flags=re.M)[1:])
+
+
+def blocks(heading: str) -> Iterator[tuple[str, str, str]]:
+    """Yield the file, the language and the text of each block in the steps of a recipe.
+
+    A block of a step belongs to the first path of its kind in the step's text.
+    """
+    for step in STEP.findall(recipes()[heading]):
+        for language, text in BLOCK.findall(step):
+            yield re.findall(PATHS[language], step)[0], language, text
 
 
 def follow(heading: str, overlay: Path) -> None:
-    """Write the files that the recipe under `heading` makes and changes to `overlay`.
-
-    A block of a step belongs to the first path in the step's text.
-    """
-    recipe = re.split(
-        r"^#+ ", text_of(ROOT / "CONTRIBUTING.md").split(f"### {heading}\n")[1], flags=re.M
-    )[0]
-    for step in STEP.findall(recipe):
-        for language, text in BLOCK.findall(step):
-            name = re.findall(r"`(frictool/[\w/]+\.py)`", step)[0]
-            target = overlay / name
-            target.parent.mkdir(parents=True, exist_ok=True)
-            if language == "diff":
-                text = changed((ROOT / name).read_text(encoding="utf-8"), text)
-            target.write_text(text, encoding="utf-8")
+    """Write the files that the recipe under `heading` makes and changes to `overlay`."""
+    for name, language, text in blocks(heading):
+        target = overlay / name
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if language == "diff":
+            text = changed((ROOT / name).read_text(encoding="utf-8"), text)
+        target.write_text(text, encoding="utf-8")
 
 
 def changed(text: str, difference: str) -> str:
