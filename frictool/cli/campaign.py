@@ -249,7 +249,7 @@ def _campaign(paths: CampaignPaths, options: CampaignOptions) -> int:
         _save(findings, worst, _provenance(paths, options), paths, options)
         if options.keep is None:
             store.remove()
-    _tell(findings, options)
+    _show(findings, options)
     return EXIT_DONE if findings.acceptable(options.allow_undecided) else EXIT_NO
 
 
@@ -368,7 +368,7 @@ def _save(
         save_text(target, text, inputs)
 
 
-def _tell(findings: Findings, options: CampaignOptions) -> None:
+def _show(findings: Findings, options: CampaignOptions) -> None:
     from frictool.campaign.views.json_view import FORMAT, as_json
     from frictool.campaign.views.text_view import lines
 

@@ -107,7 +107,7 @@ def command(
     from frictool.compare.law_simulator import LawSimulator
 
     chosen = _chosen(laws, LawSimulator(setting).names())
-    chosen = _taking(setting, chosen, bool(laws), parameters)
+    chosen = _supporting(setting, chosen, bool(laws), parameters)
     _check(setting, chosen, parameters, allow)
     comparison = compare(
         setting, LawSimulator(setting), chosen, _progress, workers=_workers(chosen)
@@ -120,7 +120,7 @@ def command(
             "--explain": explain,
         }
         _save(comparison, output, command_line("compare", arguments), inputs, explain)
-    _tell(comparison, output, as_json, explain)
+    _show(comparison, output, as_json, explain)
 
 
 def _is_page(output: Path) -> bool:
@@ -169,7 +169,7 @@ def _chosen(laws: tuple[str, ...], known: tuple[str, ...]) -> tuple[str, ...]:
     return tuple(law for law in known if not laws or law in laws)
 
 
-def _taking(
+def _supporting(
     setting: ComparisonSetting, laws: tuple[str, ...], requested: bool, path: Path | None
 ) -> tuple[str, ...]:
     """Return the laws that support the document's extension.
@@ -195,7 +195,7 @@ def _taking(
 def _check(
     setting: ComparisonSetting, laws: tuple[str, ...], path: Path | None, allow: bool
 ) -> None:
-    """Refuse parameters out of a law's range, or a violated condition of a hybrid version.
+    """Raise InputFileError for a parameter out of a law's range or a violated hybrid condition.
 
     With --allow a violated condition is a warning.
     """
@@ -254,7 +254,7 @@ def _save(
     save_folder(output, {"index.html": html, "compare.json": figures}, inputs, overwrite=True)
 
 
-def _tell(comparison: Comparison, output: Path | None, as_json: bool, explain: bool) -> None:
+def _show(comparison: Comparison, output: Path | None, as_json: bool, explain: bool) -> None:
     if as_json:
         from frictool.compare.json_view import as_json as machine_view
 

@@ -86,7 +86,7 @@ def command(
     save_folder(output, result.files, [controller], overwrite=True)
     note_changes(controller, document)
     if lang == "c" and output != STDOUT:
-        _tell_others(output, result.files)
+        _warn_of_others(output, result.files)
     if as_json:
         print_json("export/1", result.summary(), output)
     else:
@@ -94,7 +94,7 @@ def command(
             say(line, output)
 
 
-def _tell_others(folder: Path, files: Mapping[str, str | bytes]) -> None:
+def _warn_of_others(folder: Path, files: Mapping[str, str | bytes]) -> None:
     """Warn of other self-tests in the folder.
 
     Each has a main, so that `cc DIR/*.c` does not link.

@@ -282,7 +282,7 @@ def _alone(line: IdentifyCommand) -> None:
             tell=lambda warning: note(f"warning: {warning}"),
         )
     except NothingIdentified as error:
-        _tell(error.result, document, line.as_json, output)
+        _show(error.result, document, line.as_json, output)
         raise
     if output is not None:
         save_text(output, to_yaml(outcome.model), inputs)
@@ -294,14 +294,14 @@ def _alone(line: IdentifyCommand) -> None:
             picture_of(outcome.model, outcome.result, outcome.records, document) + "\n",
             inputs,
         )
-    _tell(outcome.result, document, line.as_json, output, outcome.model)
+    _show(outcome.result, document, line.as_json, output, outcome.model)
     if not line.as_json:
         from frictool.identify.text import table
 
         say(table(outcome.result, outcome.model), output)
 
 
-def _tell(
+def _show(
     result: Identification,
     bench: Bench,
     as_json: bool,

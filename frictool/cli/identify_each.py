@@ -118,7 +118,7 @@ def identify_each(line: IdentifyEachCommand, logs: Sequence[Path]) -> int:
             _save_model(
                 line, one, inputs
             )  # saved immediately, so that an interrupt loses no completed model
-    _tell(line, ordered([batch[place] for place in range(len(jobs))]), inputs)
+    _show(line, ordered([batch[place] for place in range(len(jobs))]), inputs)
     codes = {one.code for one in batch.values()}
     return next(
         (code for code in (EXIT_NO_SOLUTION, EXIT_NO, EXIT_INPUT) if code in codes), EXIT_DONE
@@ -165,7 +165,7 @@ def _save_model(line: IdentifyEachCommand, one: BatchResult, inputs: list[Path])
         save_text(target, one.model.text, inputs)
 
 
-def _tell(line: IdentifyEachCommand, batch: list[BatchResult], inputs: list[Path]) -> None:
+def _show(line: IdentifyEachCommand, batch: list[BatchResult], inputs: list[Path]) -> None:
     """Write the table and the conclusions on all logs."""
     from frictool.identify.batch_table import (
         as_csv,

@@ -140,7 +140,7 @@ def command(
     from frictool.logs.table import LAYOUT
     from frictool.logs.text.layout import PLAIN
 
-    said = _said(kind, unit_name, date)
+    facts = _stated(kind, unit_name, date)
     line = command_line("ingest", {"raw": raw, "--bench": bench, **options})
     with stdin_as_file(raw) as paths:
         recordings = sources(paths)
@@ -157,7 +157,7 @@ def command(
         made = assemble(paths, document, salvage)
         notes = {
             PROVENANCE: provenance_record(provenance_of_command(line, inputs)),
-            **({KIND: {**made.notes.get(KIND, {}), **said}} if said else {}),
+            **({KIND: {**made.notes.get(KIND, {}), **facts}} if facts else {}),
         }
         with replacing(output, inputs) as stream, progress("ingest") as tick:
             streams = write(
@@ -191,7 +191,7 @@ def _check_guess(guess: bool, axis: str | None, others: dict[str, Any]) -> None:
         raise click.UsageError("--axis belongs to --guess; without it, the bench states the axis.")
 
 
-def _said(kind: str | None, unit: str | None, date: str | None) -> dict[str, str]:
+def _stated(kind: str | None, unit: str | None, date: str | None) -> dict[str, str]:
     """Return the log's facts from the command line, for its record KIND.
 
     Raises UsageError if the date is invalid.

@@ -30,7 +30,7 @@ def load_mechanism(path: Path) -> tuple[Mechanism, AssembledMechanism]:
         raise mechanism_error(path, wrong) from None
 
 
-def tell_notes(path: Path, assembled: AssembledMechanism) -> None:
+def print_notes(path: Path, assembled: AssembledMechanism) -> None:
     """Print the notes on an assembled mechanism on stderr."""
     from frictool.cli.output import note
 

@@ -66,13 +66,13 @@ def observe_fleet(request: ObserveRequest, logs: Sequence[Path]) -> int:
             request.stdout,
         )
     else:
-        _tell(table, request)
+        _show(table, request)
     if any(row.verdict is not None and request.answer_is_no(row.verdict.exceeded) for row in table):
         return EXIT_NO
     return EXIT_INPUT if any(one.lost for one in results) else EXIT_DONE
 
 
-def _tell(table: list[FleetRow], request: ObserveRequest) -> None:
+def _show(table: list[FleetRow], request: ObserveRequest) -> None:
     """Print a headline; if the table is in a file, also print the rows that need attention."""
     from frictool.observe.fleet_table import headline, text_table
 

@@ -52,11 +52,11 @@ def note_compiling(everywhere: bool = False) -> None:
     `everywhere` is for compilations that take long enough to puzzle the reader of a log.
     """
     if everywhere or sys.stderr.isatty():
-        _tell_once()
+        _note_once()
 
 
 @functools.cache
-def _tell_once() -> None:
+def _note_once() -> None:
     # clears the present bar, which is drawn again below
     clear = "\r\x1b[K" if sys.stderr.isatty() else ""
     click.echo(clear, err=True, nl=False)

@@ -151,10 +151,10 @@ def command(
             lambda: provenance_of_command(command_line("reduce", words), inputs),
         )
     except ReductionStopped as stopped:
-        _tell_unfinished(stopped, mechanism, reduced, inputs, as_json)
+        _show_unfinished(stopped, mechanism, reduced, inputs, as_json)
         raise
     loop = _in_loop(mechanism, result, controller, scenario)
-    _tell(result, loop, output, as_json)
+    _show(result, loop, output, as_json)
     refused = result.checked.refused or (loop.refused if loop is not None else None)
     if refused is not None:
         raise NoSolutionError(f"{result.chain.whole.name}: not reduced: {refused}")
@@ -168,7 +168,7 @@ def command(
         save_text(plot, picture(result.chain, result.model) + "\n", inputs)
 
 
-def _tell_unfinished(
+def _show_unfinished(
     stopped: ReductionStopped, path: Path, reduced: Path | None, inputs: list[Path], as_json: bool
 ) -> None:
     """Print the completed steps, and save the mechanism of the last one for --reduced."""
@@ -197,12 +197,12 @@ def _reduction(
     tolerance: float,
     provenance: Callable[[], Provenance],
 ) -> Reduction:
-    from frictool.cli.mechanism_file import load_mechanism, mechanism_error, tell_notes
+    from frictool.cli.mechanism_file import load_mechanism, mechanism_error, print_notes
     from frictool.plant.mechanism.element_error import ElementError
     from frictool.reduce.reduction import reduction
 
     document, assembled = load_mechanism(path)
-    tell_notes(path, assembled)
+    print_notes(path, assembled)
     try:
         document = document if travel is None else _part(document, travel)
         limit = _bandwidth(document, bandwidth, controller, tolerance)
@@ -225,7 +225,7 @@ def _in_loop(
 ) -> LoopComparison | None:
     """Compare mechanism and model in the closed loop.
 
-    None if this is not requested, or if the reduction is already refused.
+    None if this is not requested, or if the reduction has failed its check.
     """
     if scenario is None or controller is None or result.checked.refused is not None:
         return None
@@ -242,7 +242,7 @@ def _in_loop(
     )
 
 
-def _tell(
+def _show(
     result: Reduction, loop: LoopComparison | None, output: Path | None, as_json: bool
 ) -> None:
     from frictool.reduce.json_view import json_view

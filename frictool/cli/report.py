@@ -124,7 +124,7 @@ def command(
         contents[junit] = as_junit(verdict, allow_undecided)
     for target, text in contents.items():
         save_text(target, text, inputs)
-    _tell(verdict, documents.spec, transfers, STDOUT if STDOUT in targets else None, as_json)
+    _show(verdict, documents.spec, transfers, STDOUT if STDOUT in targets else None, as_json)
     if not verdict.acceptable(allow_undecided):
         ctx.exit(EXIT_NO)
 
@@ -235,7 +235,7 @@ def _contents(
     return contents
 
 
-def _tell(
+def _show(
     verdict: Verdict,
     spec: Spec,
     transfers: VertexTransfers | str | None,

@@ -61,12 +61,12 @@ def mechanism_plant(path: Path, events: EventsOutput) -> MechanismPlant:
 
     Raises DocumentError if it cannot be one.
     """
-    from frictool.cli.mechanism_file import load_mechanism, mechanism_error, tell_notes
+    from frictool.cli.mechanism_file import load_mechanism, mechanism_error, print_notes
     from frictool.plant.mechanism.element_error import ElementError
     from frictool.simulate.mechanism_plant import MechanismPlant
 
     document, assembled = load_mechanism(path)
-    tell_notes(path, assembled)
+    print_notes(path, assembled)
     try:
         return MechanismPlant(document, assembled, events.add)
     except ElementError as wrong:
@@ -94,7 +94,7 @@ def open_log(
     events: EventsOutput,
 ) -> tuple[Log, list[Path]]:
     """Simulate a scenario without a controller; return the log and its inputs."""
-    from frictool.cli.mechanism_file import load_mechanism, mechanism_error, tell_notes
+    from frictool.cli.mechanism_file import load_mechanism, mechanism_error, print_notes
     from frictool.documents.provenance import provenance_of_command
     from frictool.documents.registry import load
     from frictool.documents.scenario import Scenario
@@ -103,7 +103,7 @@ def open_log(
     from frictool.simulate.open_loop import simulate_open_loop
 
     (document, assembled), played = load_mechanism(path), load(scenario, Scenario)
-    tell_notes(path, assembled)
+    print_notes(path, assembled)
     inputs = [path, scenario]
     refuse_inputs(output, inputs)
     provenance = provenance_of_command(

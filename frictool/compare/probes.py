@@ -102,8 +102,8 @@ def settles(law: Callable[[float, float], tuple[float, float]], setting: Compari
     """Return True if a slide under half the Coulomb friction comes to rest with a fixed step.
 
     The mass must not move at all in the second half. `law(v, u)` is the law as printed; it returns
-    the friction and the speed that counts as motion. Euler's method steps over the rest of a law
-    that sticks only at v = 0.
+    the friction and the speed that counts as motion. Euler's method steps over v = 0, so that a law
+    that sticks only there never comes to rest.
     """
     scales = setting.scales
     h = EULER_STEP * scales.time

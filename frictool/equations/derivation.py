@@ -32,13 +32,13 @@ class Derivation:
     """Derived equations of a mechanism.
 
     sections: (title, lines), in the order of a textbook. checked: number of terms with a checked
-    dimension. said: driving directions of the links. notes: of the assembly.
+    dimension. directions: driving directions of the links. notes: of the assembly.
     """
 
     name: str
     sections: tuple[tuple[str, tuple[Line, ...]], ...]
     parameters: tuple[ParameterRow, ...]
-    said: tuple[str, ...]
+    directions: tuple[str, ...]
     notes: tuple[str, ...]
     checked: int
 
@@ -107,12 +107,12 @@ def derive(document: Mechanism, assembled: AssembledMechanism) -> Derivation:
     ]
     sections = [(title, lines) for title, lines in sections if lines]
     checked = sum(_checked(line) for _, lines in sections for line in lines)
-    said = tuple(link.passed.reason for link in links if link.passed.reason)
+    directions = tuple(link.passed.reason for link in links if link.passed.reason)
     return Derivation(
         document.name,
         tuple(sections),
         tuple(notation.parameters.values()),
-        said,
+        directions,
         assembled.notes,
         checked,
     )

@@ -37,7 +37,7 @@ def check_sum(terms: list[Term], unit: str, within: Equation | None = None) -> i
             key = term.element or ("" if within is None else within.key)
             raise ElementError(
                 key,
-                f"the term {term.text}{where} measures {_said(measured)}; "
+                f"the term {term.text}{where} measures {_dimension_text(measured)}; "
                 f"allowed: {unit or '1'}, as the other terms",
             )
     return len(terms)
@@ -58,12 +58,13 @@ def _of_atom(atom: Atom) -> Any:
     if any(other != first for other in others):
         raise ElementError(
             atom.made[0].element,
-            f"the terms of {atom.text} measure {_said(first)} and {_said(others[0])}",
+            f"the terms of {atom.text} measure {_dimension_text(first)} and "
+            f"{_dimension_text(others[0])}",
         )
     return first
 
 
-def _said(powers: Mapping[str, float]) -> str:
+def _dimension_text(powers: Mapping[str, float]) -> str:
     return (
         " ".join(
             f"{name}^{power:g}" if power != 1 else name for name, power in sorted(powers.items())

@@ -170,7 +170,7 @@ def _yielding(
 def _half_width(
     name: str, link: Transmitting, backlash: Backlash, notation: Notation, ratio: Term
 ) -> Term:
-    """Return half of the backlash at b; the document's width is at the end with its unit."""
+    """Return half of the backlash at b; the unit of the document's width selects the end."""
     key = f"links.{name}.backlash.width"
     width = notation.parameter("w", "w", name, backlash.width, key)
     a, b = link.between

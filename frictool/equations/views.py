@@ -22,8 +22,12 @@ def as_text(derivation: Derivation, explain: bool = False) -> str:
         out += ["", title]
         for line in lines:
             out += _shown(line, numbers="eliminated" in title, explain=explain)
-    if derivation.said:
-        out += ["", "Which way links can be driven", *(f"  {said}" for said in derivation.said)]
+    if derivation.directions:
+        out += [
+            "",
+            "Driving directions of links",
+            *(f"  {line}" for line in derivation.directions),
+        ]
     out += ["", "Parameters", *_table(derivation.parameters), ""]
     out += [f"note: {note}" for note in derivation.notes]
     out.append(f"{derivation.checked} terms: each has the dimension of its equation")
@@ -126,7 +130,7 @@ def as_data(derivation: Derivation) -> dict[str, Any]:
             }
             for p in derivation.parameters
         ],
-        "driven": list(derivation.said),
+        "driven": list(derivation.directions),
         "notes": list(derivation.notes),
         "terms_checked": derivation.checked,
     }

@@ -95,7 +95,7 @@ def _ends(quantity: Quantity | None) -> tuple[float | None, float | None]:
 
 
 def _unsure(quantity: Quantity, part: float) -> Vector:
-    """Return value, low, high (3,); without a range, `part` of the value either way."""
+    """Return value, low, high (3,); without a range, low and high are value (1 ± `part`)."""
     low, high = quantity.interval
     if low == high:
         low = (1.0 - part) * quantity.value

@@ -147,7 +147,7 @@ class SampleStream:
             yield low, high, low == 0 and before is not None and not broken[0]
 
     def _check(self, samples: SampleBlock) -> None:
-        """Refuse implausibly large signals, whose sums of squares would overflow."""
+        """Raise LogError for implausibly large signals, whose sums of squares would overflow."""
         for name, values in zip(self._fields, samples.values, strict=True):
             most = int(np.argmax(np.abs(values)))
             if not abs(values[most]) <= LARGEST:
@@ -248,7 +248,7 @@ def _started(made: LogAssembly, ready: PendingStream, bench: Bench) -> SampleStr
 
 
 def _require(source: str, ready: PendingStream, made: LogAssembly, bench: Bench) -> None:
-    """Refuse a stream without a position, or without a drive or an effort."""
+    """Raise LogError for a stream without a position, or without drive and effort."""
     fields, drives = ready.head.fields, (bench.actuator.drive, "effort")
     missing = [] if "position" in fields else ["position"]
     missing += (
@@ -305,7 +305,7 @@ def _columns(made: LogAssembly, ready: PendingStream) -> dict[str, dict[str, str
 
 
 def _check_clock(source: str, time: Vector) -> None:
-    """Refuse a beginning (n,) with too few samples or without a uniform clock."""
+    """Raise LogError if the first instants (n,) are too few or have no uniform clock."""
     if time.size < FEWEST:
         raise LogError(
             source,

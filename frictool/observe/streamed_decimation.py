@@ -15,7 +15,7 @@ MOST = 1200  # columns of a plot, about two per printed point; at most twice as 
 class DecimatedTrace:
     """Decimated signals, `count` of them.
 
-    A column covers `per` consecutive samples, across gaps too; the last one has `held` so far.
+    A column covers `per` consecutive samples, across gaps too; the last one may be incomplete.
     """
 
     def __init__(self, count: int) -> None:

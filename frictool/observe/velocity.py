@@ -1,4 +1,4 @@
-"""Estimate of the velocity along a log, and the interval of the velocity, as in real time.
+"""Estimate of the velocity along a log, with its interval, from earlier samples only.
 
 The inputs are the encoder and the drive.
 

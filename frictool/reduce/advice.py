@@ -1,4 +1,4 @@
-"""Advice for a refused reduction: bandwidth, tolerance or travel that would pass."""
+"""Advice after a failed reduction: a bandwidth, tolerance or travel that would pass."""
 
 from __future__ import annotations
 

@@ -4,8 +4,8 @@
                       backward  C_-(x) = S(x) - F(x)        (2.28)
 
 The load S is the effort of springs, cams and constant efforts. The friction F is Coulomb friction
-in slip, or the breakaway at rest. Both are evaluated from the arrays of the engine, thus as
-simulated.
+in slip, or the breakaway at rest. Both are evaluated from the engine's arrays, so that they equal
+those of a simulation.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from frictool.typing import Vector
 class SpeedDependentFriction:
     """Speed-dependent part of a friction.
 
-    drop: N m | N, breakaway above Coulomb friction at rest; it decays by
+    drop: breakaway minus Coulomb friction [N m | N] at rest; it decays by
     exp(-(v/velocity)^exponent). viscous: N m s/rad | N s/m.
     """
 

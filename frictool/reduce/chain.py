@@ -158,7 +158,7 @@ def _turns(whole: Mechanism, source: str, there: CoordinateFrame) -> tuple[float
 
 
 def _one_command(whole: Mechanism, source: str) -> None:
-    """Refuse a mechanism with a second commanded source."""
+    """Raise NoSolutionError if the mechanism has a second commanded source."""
     others = [
         name for name, one in whole.sources.items() if name != source and one.drive != "effort"
     ]

@@ -145,7 +145,7 @@ def _both_ways(link: Connection) -> Iterator[tuple[int, int, float, float]]:
 
 
 def _agrees(link: Connection, motions: dict[int, BlockMotion], names: Sequence[str]) -> None:
-    """Refuse a link whose ratio contradicts that of the path from the root."""
+    """Raise NoSolutionError if a link's ratio contradicts that of the path from the root."""
     there = motions[link.b].ratio
     expected = link.ratio * motions[link.a].ratio
     if not np.isclose(there, expected, rtol=SAME, atol=0.0):

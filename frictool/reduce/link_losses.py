@@ -124,7 +124,7 @@ def _reflected_inertia(
         )
 
     def least(names: list[str]) -> float:
-        """Return the least share; without irreversible links if these would make it negative.
+        """Return the least share; irreversible links that would make it negative are left out.
 
         With a negative share the mechanism locks, and nothing accelerates.
         """

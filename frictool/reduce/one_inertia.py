@@ -40,8 +40,8 @@ class DirectionFriction:
     """Friction of one direction over the travel [N m | N], positive if it opposes the motion.
 
     coulomb, extra: polynomials of Coulomb friction, and of the breakaway minus that. curve,
-    breakaway: (n,), the curves that they approximate. met: (n,), True if the source can push the
-    part behind the backlash there; elsewhere it must turn back before.
+    breakaway: (n,), the curves that they approximate. met: (n,), True at positions at which the
+    source can push the part behind the backlash; at the others it has to turn back earlier.
     """
 
     coulomb: PolynomialFit

@@ -26,8 +26,8 @@ def fit_polynomial(x: Vector, values: Vector, over: tuple[float, float]) -> Poly
     """Fit a polynomial to the curve (x, values), both (n,), and keep it non-negative.
 
     The polynomial is raised by a constant if it would be negative within `over`, a range that
-    contains x. Least squares at Chebyshev nodes keeps the largest error near its minimum. The
-    reported error is the error of the coefficients as they are written.
+    contains x. Least squares at Chebyshev nodes keeps the largest error near its minimum. The error
+    is computed from the coefficients as they are written to model.yaml.
     """
     low, high = float(x[0]), float(x[-1])
     nodes = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(

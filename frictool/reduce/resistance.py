@@ -27,7 +27,7 @@ class LinkLoss:
     """Losses of a link of ratio 1.
 
     drive, back: effort lost per unit carried, if the near side drives and if it is driven back.
-    from_near: True if `a` of the link, whose effort the loss is added to, is the near side.
+    from_near: True if end `a` of the link is the near side; the loss is added to the effort on `a`.
     """
 
     drive: float

@@ -57,8 +57,8 @@ def in_contact(
     """Return the resistance of all blocks together, with the source at x (n,) [rad | m].
 
     behind: backlash between the source and each block [rad | m]. A pushed block lags the source by
-    half of it in either direction; its resistance is evaluated at its own position. None: all
-    blocks are at the source's position.
+    half of this backlash; its resistance is evaluated at the position of the block. If `behind` is
+    None, all blocks are at the source's position.
     """
     assembled = assemble_cached(mechanism)
     behind = behind or {}
@@ -158,7 +158,7 @@ def _unchanged(directed: DirectedResistance, largest: float) -> str:
 
 
 def neglected_memory(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
-    """Return what curves neglect of these links: friction with more states than the speed."""
+    """Return a text for each of the links whose friction has states that curves neglect."""
     links = [(name, mechanism.links[name]) for name in names]
     return [
         f"presliding and memory of {name} ({link.law})"

@@ -201,7 +201,7 @@ def _distance(a: Vector, b: Vector, whole: Vector) -> float:
 def _refused(
     reports: list[StepReport], tolerance: float, play: float, chain: ReductionChain, unit: str
 ) -> str | None:
-    """Return the first error above the allowed one, and what to try; None if there is none.
+    """Return a message with advice on the first error above the allowed one, or None.
 
     With kept resonances, the measured error of the one inertia is reported but not judged.
     """

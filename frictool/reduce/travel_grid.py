@@ -18,9 +18,10 @@ POINTS = 241  # even positions over the travel; the points of every curve are ad
 def travel_of(mechanism: Mechanism) -> tuple[float, float]:
     """Return (low, high) of the source's block [rad | m].
 
-    The travel is that of the document, or between end stops, or the range of the curves, or as far
-    as the source's largest effort strains the springs. Raises NoSolutionError if springs have no
-    such bound.
+    The travel is the first that exists of these: the document's travel, the range between end
+    stops, the range of the curves, the range over which the source's largest effort strains the
+    springs, one unit to either side of the start. Raises NoSolutionError if there are springs and
+    the source's effort has no limit.
     """
     known = known_travel(mechanism)
     if known is not None:

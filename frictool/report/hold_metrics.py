@@ -82,5 +82,5 @@ def stream_metrics(spec: Spec, evidence: StreamEvidence) -> tuple[dict[str, floa
 
 
 def finite_or_none(value: float) -> float | None:
-    """Return None for an infinite value, for JSON."""
+    """Return the value, or None if it is infinite, because JSON has no infinity."""
     return value if math.isfinite(value) else None

@@ -81,7 +81,7 @@ def variants_of(
     owner: str = "model",
     parameters: Mapping[str, VariedParameter] | None = None,
 ) -> list[AxisVariant]:
-    """Return the nominal plant with the requested vertices or random plants, or the given plant.
+    """Return the nominal plant and its vertices or random plants, or the plant of `given` values.
 
     `owner` is the name of the model in messages, `parameters` the result of `parameters_of`, if
     known. Raises FrictoolError if a plant's parameters are out of range, or if there is no range to

@@ -51,7 +51,7 @@ from frictool.verify.rig_facts import facts_to_text
 Progress = Callable[[int, int], None]
 
 
-def untold(done: int, total: int) -> None:
+def no_progress(done: int, total: int) -> None:
     """Ignore the progress; the default of `progress`."""
 
 
@@ -83,7 +83,7 @@ def simulate_closed_loop(
     scenario: Scenario,
     provenance: Provenance,
     names: DocumentNames = DOCUMENTS,
-    progress: Progress = untold,
+    progress: Progress = no_progress,
     request: SimulationRequest = PLAIN,
 ) -> Log:
     """Return the log of the scenario, with one stream per variant, further data and warnings.
@@ -128,7 +128,7 @@ class StepTest(Generic[V]):
         self,
         scenario: Scenario,
         provenance: Provenance | None = None,
-        progress: Progress = untold,
+        progress: Progress = no_progress,
         recorded: Log | None = None,
         with_speed: bool = True,
     ) -> Log:

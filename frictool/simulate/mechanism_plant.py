@@ -92,7 +92,7 @@ class MechanismPlant:
         return ranges(self.document)
 
     def known(self, variant: MechanismVariant) -> Mapping[str, float]:
-        """Return nothing: scheduled parameters are those of a single axis."""
+        """Return no values, because only a single axis has scheduled parameters."""
         return {}
 
     def play(
@@ -144,7 +144,7 @@ class MechanismPlant:
             yield moved.variant, run_of(moved, channels, [*self._scheduled(loop.controller, moved)])
 
     def linear(self, variant: MechanismVariant, conditions: Vector) -> None:
-        """Return None: margins are defined for a single axis only."""
+        """Return None, because margins are defined for a single axis only."""
 
     def intervals(self) -> Mapping[str, tuple[float, float]]:
         """Return the interval of the drive's constant.

@@ -215,7 +215,7 @@ def _by_target(
 def _drifting(
     packed: PackedMechanism, machine: CompiledMechanism, task: MechanismTask
 ) -> DriftedNumbers:
-    """Return the numbers of the compiled mechanism that follow the scenario's drifts.
+    """Return the numbers of the compiled mechanism that the scenario's drifts scale.
 
     If a sensor may fail, the drive's limit is applied by the loop, and the mechanism has none.
     """

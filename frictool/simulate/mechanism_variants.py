@@ -62,7 +62,7 @@ class MechanismVariant:
 def mechanism_variants(
     document: Mechanism, assembled: AssembledMechanism, scenario: Scenario, owner: str
 ) -> list[MechanismVariant]:
-    """Return the nominal mechanism with the requested random ones, or the given mechanism.
+    """Return the nominal mechanism and random ones, or the mechanism of `given` values.
 
     `owner` is the name of the document in messages. Raises FrictoolError if there is no range to
     draw from, or if a mechanism cannot be assembled.

@@ -114,7 +114,7 @@ class SimulatedPlant(Protocol[V]):
         """Return the number of variants, the nominal one included."""
 
     def variants(self, controller: Controller, scenario: Scenario, owner: str) -> list[V]:
-        """Return the nominal plant and the variants of the scenario, or only its given plant.
+        """Return the nominal plant and the scenario's variants, or the plant of its `given` values.
 
         `owner` is the name of the document in messages. Raises FrictoolError if a plant's
         parameters are out of range, or if there is no range to draw from.

@@ -151,7 +151,7 @@ sources: {{motor: {{on: screw, drive: effort}}}}
         "W_thread = mu_thread |R_thread lambda_thread - u_screw tan(alpha_thread)| "
         "sign(omega_screw)" in section(screw, "Links")
     )
-    assert relation in screw.said[0]
+    assert relation in screw.directions[0]
     exact = derived(text.replace(", friction_form: thesis", ""), tmp_path)
     assert "p_thread = R_thread tan(alpha_thread + atan(mu_thread))" in section(exact, "Links")
     rest = (
@@ -163,7 +163,7 @@ sources: {{motor: {{on: screw, drive: effort}}}}
         "screw, nut at rest stay while |u_motor - R_thread tan(alpha_thread) F_spring| <= "
         "|W_thread|",
     ]
-    assert relation in exact.said[0]
+    assert relation in exact.directions[0]
 
 
 @settings(max_examples=20, deadline=None)

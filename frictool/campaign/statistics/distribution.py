@@ -32,7 +32,7 @@ FAR = 1.5
 
 @dataclass(frozen=True)
 class Quantile:
-    """Quantile `level` of a metric: at most `value` for this share of the plants.
+    """Quantile of a metric: the share `level` of the plants has at most the value `value`.
 
     The value is infinite if the metric is. `low`, `high`: confidence interval, infinite if unknown.
     """

@@ -268,7 +268,7 @@ def _over_range(findings: Findings, question: FailureComparison, i: int) -> Page
     return PageFigure(
         factor.label,
         svg,
-        f"From {low} to {high}; failures lie at {_said(place.direction)}{chance}.",
+        f"From {low} to {high}; failures lie at {_place_text(place.direction)}{chance}.",
     )
 
 
@@ -276,5 +276,5 @@ def _in_percent() -> FuncFormatter:
     return FuncFormatter(lambda share, _: f"{round(100.0 * share, 9):g} %")
 
 
-def _said(direction: str) -> str:
+def _place_text(direction: str) -> str:
     return {"high": "high values", "low": "low values"}.get(direction, direction)

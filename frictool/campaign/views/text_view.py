@@ -62,7 +62,7 @@ def fails_where(findings: Findings, factor: int, place: FailureRegion) -> str:
     return f"fails {around(int(shares.argmax()))}, {around(int(shares.argmin()))}"
 
 
-def influence_told(findings: Findings, influence: MetricInfluence) -> list[str]:
+def influence_lines(findings: Findings, influence: MetricInfluence) -> list[str]:
     """Return a line with the named factors and their shares of the variance.
 
     A second line shows the shares of the ranks if these reveal more.
@@ -72,16 +72,16 @@ def influence_told(findings: Findings, influence: MetricInfluence) -> list[str]:
     if not influence.named:
         return ["no factor is distinguishable from chance"]
     values = [(share.share, share.error) for share in influence.shares]
-    output = [_shares_told(findings, influence, values, influence.rest)]
+    output = [_shares_text(findings, influence, values, influence.rest)]
     if influence.by_rank:
         ranks = [(share.of_ranks, share.error_of_ranks) for share in influence.shares]
         output.append(
-            f"of its ranks: {_shares_told(findings, influence, ranks, influence.rest_of_ranks)}"
+            f"of its ranks: {_shares_text(findings, influence, ranks, influence.rest_of_ranks)}"
         )
     return output
 
 
-def _shares_told(
+def _shares_text(
     findings: Findings,
     influence: MetricInfluence,
     shares: Sequence[tuple[float, float]],
@@ -178,11 +178,11 @@ def _failures(findings: Findings) -> list[str]:
             *(f"  {row}" for row in _causes(findings, question)),
         ]
         if question.name == "":
-            output += [f"  {sentence}" for sentence in pair_told(findings)]
+            output += [f"  {sentence}" for sentence in pair_lines(findings)]
     return output
 
 
-def pair_told(findings: Findings) -> list[str]:
+def pair_lines(findings: Findings) -> list[str]:
     """Return a line on the interaction of the two leading factors; none if it is within noise."""
     pair = findings.sensitivity.pair
     if pair is None or pair.beyond <= max(0.01, 3.0 * pair.error):
@@ -225,7 +225,7 @@ def _influences(findings: Findings) -> list[str]:
     width = max(map(len, names), default=0)
     output = []
     for name, one in zip(names, findings.sensitivity.influences, strict=True):
-        rows = influence_told(findings, one)
+        rows = influence_lines(findings, one)
         output += [
             f"  {heading.ljust(width)}  {row}"
             for heading, row in zip([name, *[""] * len(rows)], rows, strict=False)

@@ -53,7 +53,7 @@ class SwitchedObserverSettings:
 
 
 class UnsuitableSetting(NoSolutionError):
-    """Setting that no observer of this model can have; in a command, a wrong option."""
+    """Error of a setting that no observer of this model can have; a wrong option of a command."""
 
 
 def decay_of(model: Model, settings: SwitchedObserverSettings) -> float:

@@ -36,7 +36,7 @@ class ChangeDetector:
         )
 
     def seen(self, step: Vector, weight: Vector) -> Vector:
-        """Return the likely change of each parameter at this move (k, r), as a deviation; else 0.
+        """Return the standard deviation (k, r) of each parameter's change; 0 if unlikely.
 
         step, weight: (k, r), h'S^-1 e and h'S^-1 h. A filter that reports a change forgets its
         sums.

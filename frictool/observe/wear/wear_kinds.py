@@ -165,10 +165,10 @@ class WearClassifier:
             self._old, self._old_rows = kept * self._old + gram, kept * self._old_rows + rows
         self._count += 1
         if self._count >= FEWEST and (self._count <= FIRST or self._count % RECENT == 0):
-            self.classification = self._tell()
+            self.classification = self._classify()
         return self.classification
 
-    def _tell(self) -> WearClassification:
+    def _classify(self) -> WearClassification:
         last = sum((gram for gram, _ in self._recent), self._nothing)
         rows = sum(rows for _, rows in self._recent)
         gram, right = self._information(self._old + last, self._old_rows + rows)
@@ -253,10 +253,10 @@ class WearClassifier:
             else self._under("directional", gram, right, best)
         )
         layout = self.layout
-        zones = tuple(zone for zone, columns in enumerate(self._zones) if _tells(columns, gram))
+        zones = tuple(zone for zone, columns in enumerate(self._zones) if _shows(columns, gram))
         forward, backward = (
             self._range(self._share(zones, side), *sides, FLOOR)
-            if _tells(self._sides[side], gram)
+            if _shows(self._sides[side], gram)
             else None
             for side in ("forward", "backward")
         )
@@ -325,7 +325,7 @@ class WearClassifier:
         )
 
 
-def _tells(columns: Vector, gram: Vector) -> bool:
+def _shows(columns: Vector, gram: Vector) -> bool:
     """Return True if the moves alone determine the wear of these columns to SEEN WEAR or better.
 
     All other parameters are taken as known.
