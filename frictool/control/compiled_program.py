@@ -224,7 +224,7 @@ def control_step(
 
 @kernel
 def read(machine: CompiledProgram, place: int) -> float:
-    """Return the value at an index in SI, for example that of `program.states[name].index`."""
+    """Return the value at an index in SI, for example at `program.states[name].index`."""
     if machine.number == FIXED:
         return to_real(machine.formats[place], machine.word[place])
     if machine.number == FLOAT:

@@ -259,7 +259,7 @@ class _Scaling:
     def _scale_dot(self, node: ProgramNode, wanted: int) -> None:
         """Set one fraction for a sum of products.
 
-        It is that of the coarsest product, or coarser if the sum needs more bits.
+        It is the fraction of the coarsest product, or fewer bits if the sum needs more range.
         """
         half = len(node.args) // 2
         pairs = [

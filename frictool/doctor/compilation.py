@@ -53,7 +53,7 @@ class _Count(event.Listener):
 def compile_all(
     progress: Callable[[float], None], rows: list[list[Any]] | None = None
 ) -> Compilation:
-    """Compile and store every kernel of `rows` (module, name, kind, types); default: the list.
+    """Compile and store every kernel of `rows` (module, name, kind, types), by default all.
 
     Callers come first, so that each kernel is compiled once. progress: is called with the completed
     fraction (0 to 1).

@@ -41,7 +41,7 @@ class RequiredLibrary:
 
 
 def _numbers(version: str) -> tuple[int, ...]:
-    """Return the release numbers of a version: those of 1.2 for 1.2rc1."""
+    """Return the release numbers of a version; for 1.2rc1 they are 1 and 2."""
     match = re.match(r"\d+(\.\d+)*", version)
     return tuple(int(part) for part in match[0].split(".")) if match else ()
 

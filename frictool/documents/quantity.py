@@ -163,7 +163,7 @@ AnyQuantity = Annotated[Quantity, _of("any")]
 
 @lru_cache(maxsize=1)
 def unit_registry() -> pint.UnitRegistry[float]:
-    """Return the unit registry, built on first use: it takes about 0.1 s."""
+    """Return the unit registry; its construction at the first use takes about 0.1 s."""
     made: pint.UnitRegistry[float] = _pint().UnitRegistry()
     return made
 

@@ -18,7 +18,7 @@ MOST = 8
 
 
 class Oscillation(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Pair of poles or zeros: the factor 1 + 2 damping s/rad_s + s^2/rad_s^2.
+    """Pair of poles or zeros with the factor 1 + 2 damping s/rad_s + s^2/rad_s^2.
 
     - `rad_s`: Undamped angular frequency.
     - `damping`: Damping ratio; negative for zeros in the right half-plane.

@@ -32,7 +32,7 @@ class RefusedYaml(ComposerError):
 
 
 class _BoundedComposer(Composer):
-    """Composer that refuses tags, lone surrogates, deep nesting and too many nodes."""
+    """Composer that rejects tags, lone surrogates, deep nesting and too many nodes."""
 
     def compose_document(self) -> yaml.Node | None:
         self._depth = 0

@@ -102,7 +102,7 @@ def with_varying_breakaway(logs: AxisLogs, outcome: Outcome) -> Outcome:
 
 
 def _with_laws(logs: AxisLogs, outcome: Outcome, ramp: Breakaway, sliding: Laws | None) -> Outcome:
-    """Return the outcome with the breakaway of `ramp`, and its laws added to those of sliding."""
+    """Return the outcome with the breakaway of `ramp`; its laws join the laws of sliding."""
     laws = breakaway_laws(ramp, logs.bench, sliding)
     return outcome.merge(Outcome({"breakaway": ramp.parameter}, ramp=ramp, laws=laws))
 
@@ -113,7 +113,7 @@ def _inertia_over_position(
     """Return the outcome without an inertia that was fitted with a constant friction, and why.
 
     With method `auto`, the inertia is taken from the weak form with friction over position, if that
-    gives one. The reason is None if the inertia is refused.
+    gives one. The reason is None if the inertia is not identified.
     """
     if fit.details.get("position_order"):
         return outcome, fit.why
@@ -132,7 +132,7 @@ def _inertia_over_position(
 
 
 def without_impossible_breakaway(outcome: Outcome) -> Outcome:
-    """Return the outcome, a constant breakaway below Coulomb friction refused."""
+    """Return the outcome without a constant breakaway that is below Coulomb friction."""
     identified, ramp = outcome.identified, outcome.ramp
     if (
         ramp is None

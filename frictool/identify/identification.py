@@ -61,7 +61,7 @@ class Identification(Outcome):
 
 
 class NothingIdentified(UnusableLogs):
-    """Error: the logs give neither inertia nor friction; `result` holds the reasons.
+    """Error for logs that give neither inertia nor friction; `result` holds the reasons.
 
     exit_code is 1 if no fit was possible. It is 4 if a fit gave neither, or if position and drive
     have opposite signs.

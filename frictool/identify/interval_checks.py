@@ -30,9 +30,9 @@ def too_vague(name: str, interval: Interval) -> str | None:
 def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> str | None:
     """Return why an interval is not usable, or None if it is.
 
-    An interval is refused if it is impossible, too wide, or no narrower than that of the bench
-    (4.2.1). An interval that contradicts the bench's is kept, however narrow the bench's is: the
-    bench's value would not explain the log.
+    An interval is not accepted if it is impossible, too wide, or no narrower than the interval of
+    the bench (4.2.1). An interval that contradicts the bench's interval is kept even if the latter
+    is narrower, since the bench's value would not explain the log.
     """
     shown = f"[{interval.low:.4g}, {interval.high:.4g}]"
     if not interval.half_width < float("inf"):

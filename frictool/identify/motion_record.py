@@ -60,7 +60,7 @@ class MotionRecord:
 
     @property
     def measured(self) -> Vector:
-        """Return the measured motion signal (n,): the position, or else the velocity."""
+        """Return the measured motion signal (n,), the position or else the velocity."""
         return self.position if self.velocity is None else self.velocity
 
     @property

@@ -47,7 +47,7 @@ class Outcome:
         )
 
     def without(self, *names: str) -> Outcome:
-        """Return the outcome without these parameters: neither identified nor refused."""
+        """Return the outcome without these parameters; they are neither identified nor refused."""
         identified, refused = _without(self.identified, names), _without(self.refused, names)
         return Outcome(identified, refused, self.fit, self.ramp, self.laws)
 
@@ -59,9 +59,9 @@ def _without(values: Mapping[str, Value], names: Container[str]) -> dict[str, Va
 def accept(
     offered: Mapping[str, Interval], bench: Bench, reasons: Mapping[str, str] | None = None
 ) -> Outcome:
-    """Return the offered parameters as identified if informative, else as refused.
+    """Return the offered parameters as identified if informative, else as not identified.
 
-    `reasons` are those of parameters that a method has refused itself.
+    `reasons` holds the reasons of parameters that a method has rejected itself.
     """
     identified = dict[str, Interval]()
     refused = dict(reasons or {})

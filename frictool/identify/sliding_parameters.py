@@ -39,7 +39,7 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
 
 
 def settled(logs: AxisLogs, fit: SlidingFit) -> Outcome:
-    """Return the accepted parameters and their fit, refused ones fixed at the bench's values.
+    """Return the accepted parameters and the fit with the others at the bench's values.
 
     The fit is repeated until no further parameter is refused (`refit.py`).
     """

@@ -79,7 +79,7 @@ class GridPlants:
 class GridInequalities:
     """All inequalities on the grid.
 
-    Decision vectors begin with the upper triangles of the terms of X', then those of Y'.
+    Decision vectors begin with the upper triangles of the terms of X'; the terms of Y' follow.
     """
 
     def __init__(

@@ -73,8 +73,8 @@ class GriddedSolution:
     """X and Y by the terms of their bases, in the states x = t x_balanced of the frame's variable.
 
     They hold at `gamma`, which is at least `optimum`. `motions` are the corners of the rates (steps
-    in discrete time) in the frame's unit of time. `points` are those of the final grid; `checked`
-    counts all points at which the inequalities were evaluated, those of the finer grid included.
+    in discrete time) in the frame's unit of time. `points` is the final grid; `checked` counts all
+    points at which the inequalities were evaluated, including the finer grid.
     """
 
     x: Matrix
@@ -109,7 +109,7 @@ class GriddedSolution:
 def minimise(family: Family, schedule: GridSchedule, recentring: float) -> GriddedSolution:
     """Return X and Y recentred at `recentring` times the smallest gamma on the grid.
 
-    At that gamma they also hold at the checked points between those of the grid. `family` maps
+    At that gamma they also hold at the checked points between the grid's points. `family` maps
     values (r,) in [-1, 1] to plants of one domain. Raises NoSolutionError if the inequalities are
     infeasible, if the solver's result violates them, or if they still fail between the points after
     ROUNDS refinements.

@@ -60,9 +60,9 @@ def worst_gain(
 ) -> CertifiedLevel:
     """Return an upper bound of the norm from w to z over all Delta.
 
-    The inputs of `loop` are (w_Delta, w), its outputs (z_Delta, z), those of `blocks` first.
-    `start` is the norm of some plant of the box, at which the search begins. The bound is infinite
-    if the loop is unstable without uncertainty or no finite bound exists.
+    The inputs of `loop` are (w_Delta, w), its outputs (z_Delta, z); the channels of `blocks` come
+    first. `start` is the norm of some plant of the box, at which the search begins. The bound is
+    infinite if the loop is unstable without uncertainty or no finite bound exists.
     """
     return _covered(loop, blocks, start, tolerance, scaled=False)
 
@@ -143,7 +143,7 @@ class _ArcCover:
             waiting += [(left, middle), (middle, right)]
 
     def least(self) -> float:
-        """Return a safe lower level: the gain without uncertainty, at least SMALLEST."""
+        """Return the gain without uncertainty, at least SMALLEST, as a safe lower level."""
         if self.scaled:
             return SMALLEST
         rows, columns = self.form.z_uncertain, self.form.w_uncertain

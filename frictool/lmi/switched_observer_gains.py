@@ -66,8 +66,8 @@ class ObserverMode:
 class SwitchedGains:
     """Gains L_i (n, m) per mode and the `gamma` that they prove with `p` by (6.9).
 
-    `decay` is lambda; `smallest_gamma` is that of (6.6) without a decay. `p` has P_i in states x =
-    t x_p; in SI units the decrease of e' P e would be lost in rounding.
+    `decay` is lambda; `smallest_gamma` is the smallest gamma of (6.6) without a decay. `p` has P_i
+    in states x = t x_p; in SI units the decrease of e' P e would be lost in rounding.
     """
 
     gains: dict[int, Matrix]

@@ -20,7 +20,7 @@ PARQUET_MAGIC = b"PAR1"
 
 @dataclass(frozen=True)
 class FleetLog:
-    """A log of the fleet: its path, and its name relative to the listed folder or as listed."""
+    """A log of the fleet with its path, and its name as listed or relative to the listed folder."""
 
     path: Path
     name: LogName

@@ -116,7 +116,7 @@ class Log:
         Raises
         ------
         LogError
-            If a signal is missing. The message lists the missing signals and those of the stream.
+            If a signal is missing. The message lists the missing signals and the stream's signals.
         """
         missing = [name for name in names if name not in stream.signals]
         if missing:

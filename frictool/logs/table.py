@@ -120,7 +120,7 @@ class RawTable(Protocol):
 
 
 class DerivedTable:
-    """Table (a RawTable) made from `table`: its source, columns and lines; a subclass has `blocks`.
+    """Table (a RawTable) with the source, columns and lines of `table`; a subclass has `blocks`.
 
     names, units: may have further columns in a subclass.
     """

@@ -22,9 +22,9 @@ class UnpackedBudget:
         self._left = self._allowed
 
     def take(self, count: int) -> str | None:
-        """Subtract `count` bytes from the budget and return None, or return the reason for refusal.
+        """Subtract `count` bytes from the budget and return None, or return why it cannot.
 
-        A refused count leaves the budget unchanged.
+        A count above the budget leaves it unchanged.
         """
         if count <= self._left:
             self._left -= count

@@ -10,7 +10,7 @@ LEAST_SAMPLES = 10  # least number of samples in the mean
 
 
 def tail_samples(count: int) -> int:
-    """Return the number of samples at the end of a hold: the last tenth, at least ten."""
+    """Return the number of samples in the last tenth of a hold, at least ten."""
     return min(count, max(LEAST_SAMPLES, count // 10))
 
 

@@ -30,7 +30,7 @@ def load_bounds(position: Vector, backlash: float, unsure: float) -> tuple[Vecto
 
 
 def load_static_error(load: tuple[Vector, Vector], target: float) -> tuple[float, float]:
-    """Return the bounds of the static error [rad or m] from those of the load's position (n,)."""
+    """Return the bounds of the static error [rad or m] from bounds of the load's position (n,)."""
     low, high = map(final_value, load)
     errors = abs(target - low), abs(target - high)
     return 0.0 if low <= target <= high else min(errors), max(errors)
@@ -39,7 +39,7 @@ def load_static_error(load: tuple[Vector, Vector], target: float) -> tuple[float
 def load_overshoot(
     load: tuple[Vector, Vector], origin: float, target: float
 ) -> tuple[float, float]:
-    """Return the bounds of the overshoot [%] from those of the load's position (n,)."""
+    """Return the bounds of the overshoot [%] from the bounds of the load's position (n,)."""
     low, high = sorted(overshoot_percent(one, origin, target) for one in load)
     return low, high
 

@@ -18,7 +18,7 @@ def noise_deviation(signal: Vector) -> float:
     """Return the standard deviation of the white noise on `signal` (n,); 0 for n < 3.
 
     It is the median of |second difference|/(0.6745 sqrt 6). A signal that is smooth from sample to
-    sample, or quantised and still, adds nothing to it.
+    sample, or quantised and still, does not change it.
     """
     if signal.size < 3:
         return 0.0

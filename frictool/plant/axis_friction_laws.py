@@ -75,7 +75,7 @@ class FrictionPositionShape(NamedTuple):
 
 
 class AxisLaws(NamedTuple):
-    """Further friction and end stops of an axis, SI; the default changes nothing."""
+    """Further friction and end stops of an axis, SI; by default there are none."""
 
     backward: AxisFrictionLevels | None = None  # None: as forward
     regimes: tuple[ViscousRegime, ...] = ()

@@ -38,7 +38,7 @@ def connect(
     inputs: Sequence[str],
     outputs: Sequence[str],
 ) -> Lti:
-    """Return the system from `inputs` to `outputs`; its states are those of the blocks in order.
+    """Return the system from `inputs` to `outputs`; its states are the blocks' states in order.
 
     Raises ValueError for a signal without a source or with two, for blocks of different periods,
     and for an algebraic loop without a solution.

@@ -87,7 +87,7 @@ def spanned(
 
 
 def corner_points(box: Mapping[str, tuple[float, float]]) -> tuple[PlantPoint, ...]:
-    """Return the corners of the four intervals, named like those of `polytope`."""
+    """Return the corners of the four intervals, named like the corners of `polytope`."""
     corners = itertools.product(box["inertia"], box["viscous"], box["coulomb"], box["constant"])
     return _named(list(corners), PARAMETERS).vertices
 

@@ -73,7 +73,7 @@ Uncertain = RealBlock | FullBlock
 class UncertainAxis:
     """The axis and its uncertainty blocks.
 
-    The ports of `block` beyond INPUTS and OUTPUTS are those of `blocks`, in order.
+    The ports of `block` beyond INPUTS and OUTPUTS belong to `blocks`, in order.
     """
 
     block: DiagramBlock

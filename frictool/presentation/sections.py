@@ -47,7 +47,7 @@ class TextTable:
 
 
 def aligned(rows: Sequence[Sequence[str]], names: int | None = None) -> list[str]:
-    """Return rows of equal length as aligned lines: the first `names` columns left, others right.
+    """Return rows of equal length as lines; the first `names` columns are left-aligned.
 
     Without `names` all columns are aligned on the left.
     """

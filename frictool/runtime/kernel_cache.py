@@ -111,7 +111,7 @@ def _size(folder: Path) -> int:
 
 
 def _last_used(folder: Path) -> float:
-    """Return the date of the lock file [s since 1970]; without one, that of the newest entry."""
+    """Return the date of the lock file [s since 1970], or of the newest entry without one."""
     with suppress(OSError):
         return (folder / USED).stat().st_mtime
     return max(path.stat().st_mtime for path in (folder, *folder.iterdir()))

@@ -124,7 +124,7 @@ def _rising(up: float, down: float) -> float:
 def fastest(model: Model, part: Callable[[float, float], float]) -> FastestStep:
     """Return the slowest vertex of the model's polytope, with the drive at its limit.
 
-    The drive can move every vertex: synth/load_disturbance.py refuses other models.
+    The drive can move every vertex, since synth/load_disturbance.py raises an error otherwise.
     """
     known = model.bench.mechanics
     limit = model.bench.actuator.limit.value

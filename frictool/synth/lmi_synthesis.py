@@ -26,9 +26,9 @@ def solve_inequalities(
 ) -> tuple[LyapunovPair, tuple[Lti, ...]]:
     """Return the Lyapunov matrices common to all plants and the controller of each plant.
 
-    The returned gamma is `ease` of the design times that of the inequalities, since the controllers
-    guarantee only that. All controllers have common coordinates. Raises NoSolutionError if there is
-    no solution or the arithmetic fails, FrictoolError if the pole region is impossible.
+    The returned gamma is `ease` of the design times the gamma of the inequalities, which the
+    controllers guarantee. All controllers have common coordinates. Raises NoSolutionError if there
+    is no solution or the arithmetic fails, FrictoolError if the pole region is impossible.
     """
     try:
         region = pole_region(problem.design.poles)

@@ -4,8 +4,8 @@
     gravity    |sine sin x + cosine cos x| <= its amplitude at any position
     ripple     likewise
 
-The plants of the polytope do not contain the load. A spring is refused: it changes the plant, and
-the loop is not designed for a stiffness.
+The plants of the polytope do not contain the load. A spring is an error, since it changes the plant
+and the loop is not designed for a stiffness.
 """
 
 from __future__ import annotations

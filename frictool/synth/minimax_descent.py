@@ -174,7 +174,7 @@ class MinimaxDescent:
 class _FiniteSet:
     """Gains and sensitivities in the constraints of a step.
 
-    The frequencies are those of the grid whose value is near the worst, and the remembered peaks.
+    The frequencies are the remembered peaks and the grid's points whose value is near the worst.
     """
 
     structure: StructuredController
@@ -230,7 +230,7 @@ class _FiniteSet:
         return np.concatenate(rows)
 
     def slack_slopes(self, parameters: Vector) -> Vector:
-        """Return the Jacobian of `slack`: one column per parameter, the last one for the level."""
+        """Return the Jacobian of `slack`, one column per parameter and a last one for the level."""
         k, by = self.structure.response(parameters, self.structure.points(self.frequencies))
         rows = [np.column_stack([-self.open_loop.slopes(k, by), np.ones(len(k))])]
         if self.steep is not None:

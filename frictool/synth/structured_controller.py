@@ -197,8 +197,8 @@ def chain(above: Vector, factors: list[Vector], around: float) -> Lti:
 
     The blocks are 1/qm, then 1/q(m-1) ... 1/q1, each with its own output coefficients. N = r1 + q1
     (r2 + q2 (r3 + ... + qm d)), so that N/D = r1/(q1 ... qm) + r2/(q2 ... qm) + ... + rm/qm + d.
-    The poles are those of the diagonal blocks even if they nearly coincide; a companion form of the
-    product would lose that accuracy.
+    The diagonal blocks keep the poles even if they nearly coincide; a companion form of the product
+    would lose that accuracy.
     """
     n = sum(len(factor) - 1 for factor in factors)
     a = np.zeros((n, n))

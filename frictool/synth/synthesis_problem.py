@@ -35,8 +35,8 @@ from frictool.verify.speed_loop import check_loop, performance
 class SynthesisProblem:
     """Plants, weights and options of one design.
 
-    `period` [s] and `delay` [samples] are those of the bench, `lag` [s] that of the drive. `box`
-    covers every constant plant of the intervals, and the controller is verified for it; each method
+    `period` [s] and `delay` [samples] come from the bench, `lag` [s] from the drive. `box` covers
+    every constant plant of the intervals, and the controller is verified for it; each method
     chooses which parameters it schedules.
     """
 

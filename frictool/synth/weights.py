@@ -249,7 +249,7 @@ class _WeightRules:
     def _command_of_noise(self, noise: float) -> float:
         """Return the product W_u W4, derived from the encoder's noise.
 
-        Raises FrictoolError if the noise weight is 0, so that nothing can be derived from it.
+        Raises FrictoolError if the noise weight is 0, since no value follows from it.
         """
         if noise <= 0.0:
             raise FrictoolError(

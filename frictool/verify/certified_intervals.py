@@ -27,7 +27,7 @@ def differences(
 ) -> tuple[str, ...]:
     """Return a phrase for each fact and parameter for which the controller was not verified.
 
-    The facts are those of verify/rig_facts.py, the parameters are in SI units.
+    verify/rig_facts.py defines the facts; the parameters are in SI units.
     """
     return (*different_facts(controller.bench, facts), *parameters_outside(controller, ranges))
 

@@ -100,7 +100,7 @@ def loop_margins(loop: Lti) -> LoopMargins:
 
 
 def small_gain(controller: Lti, rates: AxisRates, lag: float, delay_samples: int) -> float:
-    """Return ||H_v/w|| of annex (27): the peak gain from the friction w in [-1, 1] to the speed.
+    """Return ||H_v/w|| of annex (27), the peak gain from the friction w in [-1, 1] to the speed.
 
     The unit is rad/s or m/s; an unstable loop gives inf. The annex requires at most 1 and concludes
     stability from |sign(v)| <= 1. With the norm N in its unit, sign(v) is bounded by |v|/N only for

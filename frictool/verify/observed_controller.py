@@ -39,8 +39,8 @@ SAME = 1e-9  # relative tolerance of numbers that two benches state for one rig
 class ObservedController:
     """Controller with an observer, and its modulus margins at the worst vertex.
 
-    `before` and `after` are those of the speed loop without and with the observer, None if the
-    speed closes no linear loop. `at` is the worst vertex with the observer.
+    `before` and `after` are the margins of the speed loop without and with the observer, None if
+    the speed closes no linear loop. `at` is the worst vertex with the observer.
     """
 
     controller: Controller

@@ -179,7 +179,7 @@ def is_here(sent: FileDescription) -> bool:
 
 
 def _names(path: Path) -> list[str]:
-    """Return the files at a path, relative to its folder: it and its journal, or those inside."""
+    """Return the file and its journal, or a folder's files, relative to the path's folder."""
     if path.is_dir():
         return sorted(
             one.relative_to(path.parent).as_posix() for one in path.rglob("*") if one.is_file()

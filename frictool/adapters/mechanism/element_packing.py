@@ -54,7 +54,7 @@ class CouplingRow(NamedTuple):
 
 
 class ElementArrays:
-    """Rows of all arrays of a packed mechanism by name, except those of rigid links and sources.
+    """Rows by name of all arrays of a packed mechanism, except rigid links and sources.
 
     springs: both blocks of each, or FRAME. pushes: with names, which a link and a source may share.
     grounded: blocks that an element ties to the frame.

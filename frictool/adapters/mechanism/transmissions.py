@@ -110,7 +110,7 @@ def _ratio(
 
 
 def tangent_of_lead(key: str, link: Screw) -> float:
-    """Return tan(alpha); raise ElementError if the angle is not that of a thread."""
+    """Return tan(alpha); raise ElementError if a thread cannot have this angle."""
     if link.lead is not None:
         return link.lead.value / (2.0 * math.pi * link.radius.value)
     assert link.lead_angle is not None

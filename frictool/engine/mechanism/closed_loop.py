@@ -287,7 +287,7 @@ def follow(
     drifting: DriftedNumbers,
     out: MechanismRecord,
 ) -> tuple[int, int]:
-    """Simulate as `run` without a controller: the sources follow their signals."""
+    """Simulate as `run` does, without a controller; the sources follow their signals."""
     for k in range(begin, end):
         shown[0] = encoder_reading(sight, state, shown[0], drifting.conditions, k)
         out.record[k, MEASURED] = shown[0]

@@ -7,7 +7,7 @@
                       viscous, Coulomb: sines on a position loop (4.38), which need no measured
                       velocity
 
-This differs from the thesis in one respect. If (4.8) refuses the inertia, the thesis uses the
+This differs from the thesis in one respect. If the inertia fails (4.8), the thesis uses the
 a-priori value. But a bound sums the errors of all counts with the worst sign, whereas over windows
 of a stroke they average. The weak form is judged by the remaining error.
 """
@@ -42,7 +42,7 @@ LOOPS = "slow effort up and down below the breakaway"
 class Identifiability:
     """Verdict on one parameter; precisions are relative to the a-priori value.
 
-    - precision: half width of the expected 95 % interval, None if nothing can be expected
+    - precision: half width of the expected 95 % interval, None if no value can be expected
     - bound: worst case of quantisation by differentiation, behind the filter if there is one; for
       ramps the largest delay of an onset; for presliding one count. None if quantisation has no
       influence.

@@ -99,7 +99,7 @@ class Breakaway:
 
     @property
     def parameter(self) -> Interval:
-        """Return the parameter of a model: the forward mean if it varies with position."""
+        """Return the parameter of a model, the forward mean if it varies with position."""
         return self.interval if self.by_position is None else self.by_position.forward
 
 

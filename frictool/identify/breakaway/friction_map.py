@@ -144,7 +144,7 @@ def shape_along(rows: StrokeRows, law: BreakawayOverPosition) -> Vector:
 
 
 def breakaway_laws(ramp: Breakaway, bench: Bench, sliding: Laws | None = None) -> Laws:
-    """Return the laws of a varying breakaway, added to those of sliding."""
+    """Return the laws of sliding and of a varying breakaway."""
     law = ramp.by_position
     laws = sliding or Laws()
     if ramp.rising is not None:

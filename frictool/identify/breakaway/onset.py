@@ -76,7 +76,7 @@ def travel_table(step: float, excess: float, rate: float, axis: Vector, velocity
     """Return position and velocity (STEPS + 1, 2) at multiples of `step` s after the onset.
 
     Friction falls from the breakaway by `excess` to Coulomb friction over the Stribeck velocity
-    `velocity`; inf: it does not fall. The integration is a fourth-order Runge-Kutta method.
+    `velocity`; for inf it does not fall. The integration is a fourth-order Runge-Kutta method.
     """
     table = np.zeros((STEPS + 1, 2))
     slopes = np.zeros(4)
@@ -218,7 +218,8 @@ def onset_time(
     """Return (t0 [s], start [rad | m], misfit, status of STATUS) of the onset.
 
     - span: s before time[0] that are searched
-    - velocity: Stribeck velocity, rad/s | m/s; 0: friction falls at once; inf: it does not fall
+    - velocity: Stribeck velocity, rad/s | m/s; for 0 friction falls at once, for inf it does not
+      fall
 
     The other arguments are those of `misfit`.
     """

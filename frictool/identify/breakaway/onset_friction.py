@@ -51,7 +51,7 @@ def efforts(
     - axis: `inertia`, `viscous`, `coulomb` and `offset` in SI units
     - start: expected rest position, 0 to 1
     - shape: (n,), factors of `coulomb` at the onsets
-    - velocity: Stribeck velocity; 0: friction falls at once; inf: it does not fall
+    - velocity: Stribeck velocity; for 0 friction falls at once, for inf it does not fall
     """
     out, places, squares = np.empty(len(onsets)), np.empty(len(onsets)), np.empty(len(onsets))
     for k, onset in enumerate(onsets):

@@ -63,10 +63,10 @@ class BreakawayPositions:
         )
 
     def design(self, structure: PolynomialOrders) -> Matrix:
-        """Return the regressors (n, p) of the friction: those of forward, then those of backward.
+        """Return the regressors (n, p) of the friction, first forward, then backward.
 
-        With a common polynomial they are those of the polynomial, then the direction, whose
-        coefficient is the offset.
+        With a common polynomial the columns are its powers, then the direction, whose coefficient
+        is the offset.
         """
         if structure.common:
             return np.column_stack((legvander(self.scaled, structure.orders[0]), self.direction))
@@ -86,9 +86,9 @@ class BreakawayPositions:
     def power_weights(self, rows: Matrix) -> Matrix:
         """Return the matrix (m, p) that maps fitted to power coefficients of one polynomial.
 
-        The fitted coefficients (p,) are those of all polynomials and of the offset, in the order of
-        `design`. `rows` (m, p) selects the m Legendre coefficients of the polynomial in question.
-        Row i of the result gives its coefficient of position^i, SI.
+        The coefficients (p,) of all polynomials and of the offset are in the order of `design`.
+        `rows` (m, p) selects the m Legendre coefficients of the polynomial in question. Row i of
+        the result gives its coefficient of position^i, SI.
         """
         convert = np.zeros((rows.shape[0], rows.shape[0]))
         for k, unit in enumerate(np.eye(rows.shape[0])):

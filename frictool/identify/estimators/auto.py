@@ -76,7 +76,7 @@ def auto(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
 
 
 def decide_identifiability(parameter: str, facts: AssessmentInputs) -> Identifiability:
-    """Return the verdict of `assess` at its wanted precision, else at that of the bench (4.2.1)."""
+    """Return the verdict of `assess` at its wanted precision, else at the bench's (4.2.1)."""
     known = facts.known.get(parameter, 1.0)
     first = verdict(parameter, facts, min(WANTED, known))
     return first if first.identifiable else verdict(parameter, facts, known)

@@ -17,7 +17,7 @@ half a period early. It also treats samples at rest, and reversals smeared by th
 as slip. The power balance (`power_balance`) has neither error, so that the interval spans the
 pipeline's own and that of the power balance.
 
-A log is refused if the conditions of the method do not hold: within a backlash only the motor
+A log that violates the conditions of the method is an error. Within a backlash only the motor
 moves, and an encoder whose noise is large relative to the speed produces false reversals.
 """
 

@@ -81,7 +81,7 @@ class SimulatedRamps(NamedTuple):
 
 
 def breakaway_range(bench: Bench) -> tuple[float, float, float]:
-    """Return the least, expected and largest breakaway, N m | N: the bench's, else from Coulomb."""
+    """Return the least, expected and largest breakaway, N m | N, of the bench or from Coulomb."""
     known, coulomb = bench.mechanics.breakaway, bench.mechanics.coulomb
     if known is not None:
         return known.interval[0], known.value, known.interval[1]

@@ -51,7 +51,7 @@ class DeclaredLoads:
 
     - offset: there is an offset
     - terms: terms of rows/load_terms.py, each with its wave number, 1/rad | 1/m
-    - plain: there is nothing but an offset, which every method can fit
+    - plain: the only load is an offset, which every method can fit
     """
 
     offset: bool = True
@@ -140,8 +140,8 @@ def regressors(
 ) -> Vector:
     """Return G (n, p) of the samples of a stroke that certainly slip past the backlash.
 
-    `side` is 1 for forward and -1 for backward. The columns are SLIDING, without an absent offset,
-    then those of the loads.
+    `side` is 1 for forward and -1 for backward. The first columns are SLIDING, without an absent
+    offset; the columns of the loads follow.
     """
     rate = math.pi / stroke.duration
     angle = (

@@ -39,7 +39,7 @@ class PreslidingFit:
 
     - parameters: in the order of the law
     - force_error: rms residual on the fitted branches, relative to the breakaway
-    - held_out: the same on unseen branches
+    - held_out: rms residual on unseen branches, relative to the breakaway
     """
 
     parameters: tuple[Interval, ...]

@@ -65,7 +65,7 @@ def beyond_chance(richer: Vector, simpler: Vector, confidence: float) -> bool:
 def clearly_better(richer: Vector | None, simpler: Vector | None, confidence: float) -> bool:
     """Return whether the richer structure's held-out squares (s,) are smaller beyond chance.
 
-    Their sum has to be below WORTH^2 times that of the simpler structure, too. The result is False
+    Their sum must also be below WORTH^2 times the sum of the simpler structure. The result is False
     if a structure has no squares.
     """
     if richer is None or simpler is None:

@@ -38,8 +38,8 @@ def load_columns(
 ) -> dict[str, Vector]:
     """Return the column (n,) of each parameter of the bench's load terms.
 
-    `velocity` (n,) is smoothed, `sign` (n,) is that of the strokes. Raises UnusableLogs if a term
-    needs a position that was not measured.
+    `velocity` (n,) is smoothed, `sign` (n,) is the sign of each stroke. Raises UnusableLogs if a
+    term needs a position that was not measured.
     """
     terms = declared_terms(bench)
     out = dict[str, Vector]()

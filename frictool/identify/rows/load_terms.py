@@ -75,7 +75,7 @@ def declared_terms(bench: Bench) -> tuple[str, ...]:
 
 
 def possible(bench: Bench) -> tuple[str, ...]:
-    """Return the terms to consider: the bench's, or else those that need no further constant."""
+    """Return the bench's terms, or else all terms that need no further constant."""
     if bench.load is not None:
         return declared_terms(bench)
     return (DIRECTION, SPRING, GRAVITY) if bench.axis == "rotary" else (DIRECTION, SPRING)
@@ -91,7 +91,7 @@ def wave_number(term: str, bench: Bench) -> float:
 
 
 def start_of(name: str, known: Mapping[str, float]) -> float:
-    """Return the start value of a parameter: its known value, else its forward one, else 0."""
+    """Return a parameter's known value as start value, else its forward value, else 0."""
     return known.get(name, known.get(name.removesuffix("_backward"), 0.0))
 
 
@@ -222,7 +222,7 @@ def bench_with_terms(bench: Bench, terms: tuple[str, ...]) -> Bench:
 
 
 def with_laws(fit: SlidingFit, bench: Bench) -> SlidingFit:
-    """Return the fit with its load parameters as laws; infinite intervals are refused."""
+    """Return the fit with its load parameters as laws; an infinite interval is not identified."""
     sliding = {name: interval for name, interval in fit.parameters.items() if name in SLIDING}
     determined = {
         name: interval

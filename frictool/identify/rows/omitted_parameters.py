@@ -28,7 +28,7 @@ DIRECTIONS = 90  # directions tried in the plane of a harmonic's sine and cosine
 
 
 class OmittedParameters:
-    """Half widths that parameters left out of a regression add to those of its parameters.
+    """Half widths that the omitted parameters of a regression add to its intervals.
 
     `names` are the columns of `weighted` (g, q, q), the triangles of runs of rows, before any
     column is removed.
@@ -65,7 +65,7 @@ class OmittedParameters:
     def add_loads(
         self, loads: Mapping[str, Vector], most: float | None, cluster: IntVector, confidence: float
     ) -> None:
-        """Add the effect of the hidden loads; it is infinite if nothing bounds it.
+        """Add the effect of the hidden loads; it is infinite without a bound.
 
         - loads: column (n,) of each load
         - most: largest effort of a load, N m | N

@@ -371,7 +371,7 @@ def free_columns(samples: RegressionSamples) -> tuple[tuple[str, ...], tuple[Vec
 def spread_as(
     plain: Mapping[str, Interval], fitted: dict[str, Interval], samples: RegressionSamples
 ) -> dict[str, Interval]:
-    """Return the intervals `fitted`, at least as wide as those of least squares, `plain`.
+    """Return the intervals `fitted`, at least as wide as the intervals `plain` of least squares.
 
     They are widened only if some parameters are fixed, because the intervals of least squares
     include the uncertainty of fixed parameters.

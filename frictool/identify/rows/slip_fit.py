@@ -68,7 +68,7 @@ def slipping_fit(
 ) -> SlidingFit:
     """Return the fit by `fitting` of the samples that certainly slip.
 
-    The inertia is refused if the encoder hides it. Raises UnusableLogs if nothing slips.
+    The inertia is not identified if the encoder hides it. Raises UnusableLogs if nothing slips.
     """
     samples, used = slipping(records, bench, SMALLEST_SHARE, settings.window)
     result = fitting(with_fixed(samples, settings.fixed), used)

@@ -66,7 +66,7 @@ class MatArray:
 
 
 def lines(name: str, shape: tuple[int, ...]) -> Iterator[MatrixLine]:
-    """Yield the vectors in an array: the array itself, or the columns of a matrix, `name(:,1)`.
+    """Yield the array itself if it is a vector, else the columns of a matrix as `name(:,1)`.
 
     For a matrix that is wider than high (Simulink's To File), these are the rows.
 

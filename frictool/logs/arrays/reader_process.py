@@ -61,7 +61,7 @@ class LibraryTable:
         self.size = Path(self.source).stat().st_size
 
     def find(self, wanted: str | int) -> str | None:
-        """Return the name of a column (see RawTable.find); GuardedTable refuses other items."""
+        """Return the name of a column (see RawTable.find); GuardedTable rejects other items."""
         return find(self.names, wanted)
 
     def line(self, row: int) -> int | None:

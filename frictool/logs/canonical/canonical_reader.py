@@ -2,7 +2,7 @@
 
 Canonical logs rewritten by other tools are read as well if the messages are unchanged. Such a file
 may have other chunks, several streams in one chunk, lz4 or no compression, no chunks, or no
-summary. An MCAP file with other messages is refused.
+summary. An MCAP file with other messages is an error.
 """
 
 from __future__ import annotations

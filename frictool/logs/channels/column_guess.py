@@ -185,7 +185,7 @@ def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGues
 
 
 def _liveliest_first(table: MemoryTable) -> list[str]:
-    """Return the column names, those of the joint with most changing columns first."""
+    """Return the column names; the joint with most changing columns comes first."""
     label = {name: match[1] if (match := LABEL.search(name)) else "" for name in table.columns}
     moving = Counter(label[name] for name, values in table.columns.items() if np.ptp(values) > 0.0)
     return sorted(table.columns, key=lambda name: -moving[label[name]])
@@ -229,7 +229,7 @@ def _si(
 
 
 def _period(table: MemoryTable, columns: dict[str, tuple[str, str]], axis: Axis) -> float | None:
-    """Return the sample period in s: the mean interval of a log without gaps, else the median.
+    """Return the sample period in s, the mean interval of a log without gaps, else the median.
 
     It has 3 digits if that changes it by less than 0.1 %, else 6. Returns None if no bench could
     have this period, because the unit of time is then probably wrong.

@@ -49,7 +49,7 @@ def folded(raw: Vector, bits: int, signed: bool) -> Vector:
 class EncoderCounter:
     """State of an encoder's counter during a reading.
 
-    jumps: steps that are neither a wrap nor a reset and too long for the axis.
+    jumps: steps that are too long for the axis and neither a wrap nor a reset.
     resets: number of resets by index pulses.
     lost: number of counts that the index pulses restored.
     """

@@ -49,7 +49,7 @@ RATE_REFUSED = 0.2  # relative difference that is an error
 
 
 class ChannelSource(NamedTuple):
-    """Column of a channel: its name in the file, its entry in the bench, and its factor to SI."""
+    """Column of a channel with its name in the file, entry in the bench and factor to SI."""
 
     channel: str
     name: str

@@ -5,8 +5,8 @@ Each step is taken as the shorter of the two possible ones:
     x[k] = y[k] - P n[k],   n[k] = n[k-1] + round((y[k] - y[k-1]) / P)
 
 The period is `encoder.wrap`. For a position that is not in counts, it may also be the range of a
-counter of `encoder.wrap_bits`. A position that wraps although the bench does not declare it is
-refused (quality/wrap_detection.py).
+counter of `encoder.wrap_bits`. A position that wraps without a declaration in the bench is an error
+(quality/wrap_detection.py).
 """
 
 from __future__ import annotations

@@ -41,7 +41,7 @@ class ZeroedTable(DerivedTable):
     def _zero(self, name: str, losses: list[DataLoss] | None) -> float:
         """Return the mean of the first values, from a separate reading that stops early.
 
-        If the table is shorter, the mean is that of all values, and a note is appended to `losses`.
+        If the table is shorter, all values are averaged, and a note is appended to `losses`.
         Without `losses`, or without any value, this raises LogError.
         """
         wanted = self._counts[name]

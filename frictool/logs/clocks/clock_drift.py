@@ -130,7 +130,7 @@ class ClockPair:
 
 
 def of_streams(one: Stream, other: Stream, name: str) -> ClockDrift | None:
-    """Return offset and drift of the clock of `other` relative to that of `one`.
+    """Return offset and drift of the clock of `other` relative to the clock of `one`.
 
     They are estimated from a signal that both streams have. Returns None if the two records of the
     signal do not correlate for long enough.

@@ -42,7 +42,7 @@ class ClockOffset(NamedTuple):
 
 
 def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> ClockOffset:
-    """Return the offset tau of the clock of y relative to that of x.
+    """Return the offset tau of the clock of y relative to the clock of x.
 
     Raises ValueError, with a message for users, if the signals do not determine the offset.
 

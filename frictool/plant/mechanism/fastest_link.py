@@ -14,7 +14,7 @@ from frictool.plant.mechanism.packed_mechanism import FRAME
 class FastestLink(NamedTuple):
     """The compliant link with the highest rate sqrt(k/m) or d/m [1/s]; 0 without compliant links.
 
-    The rate is that of the link alone between the inertias at its ends.
+    The rate belongs to the link alone, between the inertias at its ends.
     """
 
     rate: float

@@ -123,7 +123,7 @@ def linearise(
 ) -> LinearMechanism:
     """Return the mechanism linearised at `position` (n,) [rad | m], by default at the start.
 
-    The play of the links `closed` is taken up, by default that of all links. Raises ValueError if
+    The play of the links `closed`, by default of all links, is taken up. Raises ValueError if
     `closed` names a link without play.
     """
     packed = assembled.packed

@@ -58,8 +58,8 @@ class Transmission:
 class RigidGroup:
     """Blocks that move together.
 
-    ratios: speed of each block, root included, relative to that of `root`. inertia: of all blocks,
-    referred to the root.
+    ratios: speed of each block, root included, relative to the speed of `root`. inertia: of all
+    blocks, referred to the root.
     """
 
     root: int
@@ -102,7 +102,7 @@ class LinkForest:
         return steps[::-1]
 
     def reached(self, root: int) -> dict[int, float]:
-        """Return every block tied to `root` and the ratio of its speed to that of the root."""
+        """Return every block tied to `root` and the ratio of its speed to the root's speed."""
         ratio = {root: 1.0}
         queue = deque([root])
         while queue:
