@@ -95,7 +95,7 @@ reference: $(VENV)/.run
 # the types of arguments that `frictool doctor --compile` compiles for: those of the kernels that are kept, after `make test`
 kernels: $(VENV)/.run
 	@mkdir -p build
-	$(BIN)/python -m frictool.doctor.compilation > build/kernels.json
+	$(BIN)/python -m frictool.doctor.precompilation > build/kernels.json
 	mv build/kernels.json frictool/doctor/kernels.json
 
 clean:

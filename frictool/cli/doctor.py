@@ -10,7 +10,7 @@ import click
 from frictool.cli.output import json_option, output_option, print_json, save_text, say
 
 if TYPE_CHECKING:
-    from frictool.doctor.installation_check import InstallationCheck
+    from frictool.doctor.installation_finding import InstallationFinding
 
 HELP = """\b
 Example:
@@ -88,11 +88,11 @@ def command(
         ctx.exit(1)
 
 
-def _wrong(checks: list[InstallationCheck]) -> list[InstallationCheck]:
+def _wrong(checks: list[InstallationFinding]) -> list[InstallationFinding]:
     return [one for one in checks if one.state == "wrong"]
 
 
-def _verdict(checks: list[InstallationCheck]) -> str:
+def _verdict(checks: list[InstallationFinding]) -> str:
     wrong = _wrong(checks)
     if wrong:
         return f"wrong: {', '.join(one.name for one in wrong)}"
@@ -105,7 +105,7 @@ def _compiled() -> tuple[list[str], dict[str, Any]]:
     from frictool.cli.progress import progress
 
     try:
-        from frictool.doctor.compilation import compile_all
+        from frictool.doctor.precompilation import compile_all
         from frictool.runtime import kernels
     except ImportError as error:  # the checks report what is broken
         return [f"compiled: no kernels ({error})"], {

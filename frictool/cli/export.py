@@ -23,7 +23,7 @@ from frictool.cli.output import (
 
 if TYPE_CHECKING:
     from frictool.documents.controller import Number
-    from frictool.export.export_result import Language
+    from frictool.export.controller_export import Language
 
 HELP = """\b
 Example:
@@ -75,8 +75,8 @@ def command(
     from frictool.documents.registry import load
 
     document = load(controller, Controller)
+    from frictool.export.controller_export import default_number, export
     from frictool.export.export_origin import ExportOrigin
-    from frictool.export.export_result import default_number, export
 
     number = number or default_number(lang)
     if (lang, number) == ("cmsis", "double"):

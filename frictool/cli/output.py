@@ -14,8 +14,8 @@ from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar
 
 import click
 
-from frictool.cli.document_check import check_document
 from frictool.cli.file_endings import check_ending
+from frictool.cli.output_document_check import check_document
 from frictool.cli.printable import printable, printable_json
 from frictool.errors import OutputError
 from frictool.presentation.json_text import json_text

@@ -7,7 +7,7 @@ import math
 import click
 
 from frictool.documents.quantity import Axis, factor_to_si, si_unit
-from frictool.documents.quantity_text import written_quantity
+from frictool.documents.quantity_notation import written_quantity
 
 
 def positive_si(option: str, text: str, dimension: str, axis: Axis) -> float:

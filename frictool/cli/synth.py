@@ -120,7 +120,7 @@ def command(
     if output is not None:
         save_text(output, to_yaml(result.controller), inputs)
     if plot is not None and result.trade is not None:
-        from frictool.synth.relaxation_plot import picture
+        from frictool.synth.weight_trade_off_plot import picture
 
         save_text(plot, picture(result.trade, design_document.name) + "\n", inputs)
     if as_json:

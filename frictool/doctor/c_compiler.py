@@ -7,7 +7,7 @@ import subprocess
 import tempfile
 from pathlib import Path
 
-from frictool.doctor.installation_check import InstallationCheck
+from frictool.doctor.installation_finding import InstallationFinding
 
 NAMES = ("cc", "gcc", "clang")  # compilers that `simulate --target` looks for
 PROGRAM = (
@@ -17,11 +17,11 @@ PROGRAM = (
 LONGEST_S = 60.0  # s, timeout of each command
 
 
-def check_c_compiler(names: tuple[str, ...] = NAMES) -> InstallationCheck:
+def check_c_compiler(names: tuple[str, ...] = NAMES) -> InstallationFinding:
     """Compile a program that calls sqrt with the first of `names` on the PATH, and run it."""
     path = next((compiler for compiler in map(shutil.which, names) if compiler), None)
     if path is None:
-        return InstallationCheck(
+        return InstallationFinding(
             "C compiler",
             "note",
             f"none of {', '.join(names)} is on the PATH",
@@ -53,14 +53,14 @@ def check_c_compiler(names: tuple[str, ...] = NAMES) -> InstallationCheck:
             except (OSError, subprocess.TimeoutExpired) as error:
                 message = " ".join(str(error).split())
             if message:
-                return InstallationCheck(
+                return InstallationFinding(
                     "C compiler",
                     "note",
                     f"{shown} does not work: {message}",
                     "also install a C library (libc6-dev)",
                     facts,
                 )
-    return InstallationCheck(
+    return InstallationFinding(
         "C compiler", "ok", f"{shown}: a program compiled and run", facts=facts
     )
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from frictool.doctor.installation_check import InstallationCheck
+from frictool.doctor.installation_finding import InstallationFinding
 from frictool.runtime import kernel_cache, kernels
 from frictool.runtime.kernel_cache import KernelFolder
 from frictool.runtime.kernel_sources import PACKAGE, Sources, UnknownSourcesError
@@ -24,21 +24,21 @@ class OldKernelFolder:
     kept_by: str
 
 
-def check_compiling() -> InstallationCheck:
+def check_compiling() -> InstallationFinding:
     """Compile a kernel now and check its value."""
     start = time.perf_counter()
     value = kernels.compiler(_polynomial)(1.5, 4)
     took = time.perf_counter() - start
     facts = {"toolchain": kernels.toolchain(), "seconds": round(took, 3)}
     if value != _polynomial(1.5, 4):
-        return InstallationCheck(
+        return InstallationFinding(
             "compiling",
             "wrong",
             f"a kernel gave {value}, not {_polynomial(1.5, 4)}",
             "reinstall numba and llvmlite",
             facts,
         )
-    return InstallationCheck(
+    return InstallationFinding(
         "compiling",
         "ok",
         f"a kernel compiled and run in {took:.2f} s; {kernels.toolchain()}",
@@ -54,14 +54,14 @@ def _polynomial(x: float, order: int) -> float:
     return total
 
 
-def check_kernel_folder() -> InstallationCheck:
+def check_kernel_folder() -> InstallationFinding:
     """Check the folder of kernels that this installation uses."""
     folder = kernels.FOLDER
     if kernels.UNTRUSTED:
         return _distrusted(folder)
     if folder is None:
         tried = " nor ".join(str(place) for place in kernels.cache_places())
-        return InstallationCheck(
+        return InstallationFinding(
             "kernels",
             "note",
             f"kept nowhere: neither {tried} can be written, so that every command compiles",
@@ -75,7 +75,7 @@ def check_kernel_folder() -> InstallationCheck:
     count = sum(1 for _ in folder.rglob("*.nbi"))
     facts = {"folder": str(folder), "bytes": size, "functions": count}
     description = f"{folder}: {count} functions, {_megabytes(size)}"
-    return InstallationCheck(
+    return InstallationFinding(
         "kernels",
         "ok",
         description
@@ -85,7 +85,7 @@ def check_kernel_folder() -> InstallationCheck:
     )
 
 
-def _distrusted(folder: Path | None) -> InstallationCheck:
+def _distrusted(folder: Path | None) -> InstallationFinding:
     """Return the note about a folder that is not loaded, and the folder used instead."""
     refused = "; ".join(
         f"{one} is not loaded: {reason}" for one, reason in kernels.UNTRUSTED.items()
@@ -99,7 +99,7 @@ def _distrusted(folder: Path | None) -> InstallationCheck:
         "folder": None if folder is None else str(folder),
         "not_loaded": [str(one) for one in kernels.UNTRUSTED],
     }
-    return InstallationCheck(
+    return InstallationFinding(
         "kernels",
         "note",
         f"{used}; {refused}",
@@ -144,7 +144,7 @@ def _is_current(state: Path, sources: Sources) -> bool:
         return True
 
 
-def check_old_kernels(left: list[OldKernelFolder]) -> InstallationCheck:
+def check_old_kernels(left: list[OldKernelFolder]) -> InstallationFinding:
     """Return the number and size of old folders; they do no harm but take space."""
     size = sum(one.folder.size for one in left)
     facts: dict[str, Any] = {
@@ -159,11 +159,11 @@ def check_old_kernels(left: list[OldKernelFolder]) -> InstallationCheck:
         "bytes": size,
     }
     if not left:
-        return InstallationCheck("left over", "ok", "no kernels of former versions", facts=facts)
+        return InstallationFinding("left over", "ok", "no kernels of former versions", facts=facts)
     several = "s" if len(left) > 1 else ""
     free = sum(1 for one in left if not one.kept_by)
     remedy = "frictool doctor --clean" if free else ""
-    return InstallationCheck(
+    return InstallationFinding(
         "left over",
         "ok",
         f"kernels of {len(left)} former version{several}, {_megabytes(size)}",

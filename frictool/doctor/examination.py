@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from frictool.doctor.c_compiler import check_c_compiler
-from frictool.doctor.installation_check import InstallationCheck
+from frictool.doctor.installation_finding import InstallationFinding
 from frictool.doctor.library_versions import (
     check_extras,
     check_libraries,
@@ -16,7 +16,7 @@ from frictool.doctor.library_versions import (
 from frictool.doctor.resources import check_machine, check_temporary, check_terminal
 
 
-def examine() -> list[InstallationCheck]:
+def examine() -> list[InstallationFinding]:
     """Run all checks; one that raises an exception becomes a finding with the reason."""
     required = required_libraries()
     checks = [check_python(), check_libraries(required)]
@@ -36,42 +36,42 @@ def examine() -> list[InstallationCheck]:
     ]
 
 
-def _tried(name: str, check: Callable[[], InstallationCheck]) -> InstallationCheck:
+def _tried(name: str, check: Callable[[], InstallationFinding]) -> InstallationFinding:
     """Run a check; a broken part may raise any exception, even on import."""
     try:
         return check()
     except Exception as error:
         message = " ".join(f"{type(error).__name__}: {error}".split())
-        return InstallationCheck(
+        return InstallationFinding(
             name, "wrong", message, "reinstall: pip install --force-reinstall frictool"
         )
 
 
-def _compiling() -> InstallationCheck:
+def _compiling() -> InstallationFinding:
     from frictool.doctor.compiled_kernels import check_compiling
 
     return check_compiling()
 
 
-def _kept() -> InstallationCheck:
+def _kept() -> InstallationFinding:
     from frictool.doctor.compiled_kernels import check_kernel_folder
 
     return check_kernel_folder()
 
 
-def _left_over() -> InstallationCheck:
+def _left_over() -> InstallationFinding:
     from frictool.doctor.compiled_kernels import check_old_kernels, old_kernel_folders
 
     return check_old_kernels(old_kernel_folders())
 
 
-def _solver() -> InstallationCheck:
+def _solver() -> InstallationFinding:
     from frictool.doctor.solver import check_solver
 
     return check_solver()
 
 
-def json_view(checks: list[InstallationCheck]) -> list[dict[str, Any]]:
+def json_view(checks: list[InstallationFinding]) -> list[dict[str, Any]]:
     """Return the findings as JSON objects."""
     return [
         {
@@ -85,7 +85,7 @@ def json_view(checks: list[InstallationCheck]) -> list[dict[str, Any]]:
     ]
 
 
-def lines(checks: list[InstallationCheck]) -> list[str]:
+def lines(checks: list[InstallationFinding]) -> list[str]:
     """Return the findings as lines of text."""
     shown = []
     for one in checks:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from importlib import metadata
 
 from frictool import __version__
-from frictool.doctor.installation_check import InstallationCheck
+from frictool.doctor.installation_finding import InstallationFinding
 from frictool.logs.formats import FORMATS
 
 PACKAGE = "frictool"
@@ -67,24 +67,24 @@ def _installed(name: str) -> str | None:
         return None
 
 
-def check_python() -> InstallationCheck:
+def check_python() -> InstallationFinding:
     """Check the interpreter against `requires-python`."""
     version = sys.version.split()[0]
     wanted = metadata.metadata(PACKAGE)["Requires-Python"] or ">=3"
     least = wanted.removeprefix(">=")
     facts = {"version": version, "executable": sys.executable, "frictool": __version__}
     if _numbers(version) < _numbers(least):
-        return InstallationCheck(
+        return InstallationFinding(
             "python",
             "wrong",
             f"{version}; allowed: {wanted}",
             f"install frictool with Python {least} or later",
             facts,
         )
-    return InstallationCheck("python", "ok", f"{version}, {sys.executable}", facts=facts)
+    return InstallationFinding("python", "ok", f"{version}, {sys.executable}", facts=facts)
 
 
-def check_libraries(required: list[RequiredLibrary]) -> InstallationCheck:
+def check_libraries(required: list[RequiredLibrary]) -> InstallationFinding:
     """Check the libraries that every installation needs."""
     needed = [one for one in required if one.extra is None]
     facts = {one.name: one.installed for one in needed}
@@ -93,15 +93,15 @@ def check_libraries(required: list[RequiredLibrary]) -> InstallationCheck:
         finding = "; ".join(
             f"{one.name} {one.installed or 'is missing'}, needed: >={one.least}" for one in missing
         )
-        return InstallationCheck(
+        return InstallationFinding(
             "libraries", "wrong", finding, "pip install --upgrade --force-reinstall frictool", facts
         )
-    return InstallationCheck(
+    return InstallationFinding(
         "libraries", "ok", ", ".join(f"{one.name} {one.installed}" for one in needed), facts=facts
     )
 
 
-def check_extras(required: list[RequiredLibrary]) -> list[InstallationCheck]:
+def check_extras(required: list[RequiredLibrary]) -> list[InstallationFinding]:
     """Check each extra for users."""
     checks = []
     for extra in FOR_USERS:
@@ -113,6 +113,8 @@ def check_extras(required: list[RequiredLibrary]) -> list[InstallationCheck]:
         is_there = all(one.is_met for one in libraries)
         remedy = "" if is_there else f"pip install 'frictool[{extra}]'"
         checks.append(
-            InstallationCheck(f"extra {extra}", "ok" if is_there else "note", shown, remedy, facts)
+            InstallationFinding(
+                f"extra {extra}", "ok" if is_there else "note", shown, remedy, facts
+            )
         )
     return checks

@@ -10,12 +10,12 @@ import sys
 import tempfile
 from pathlib import Path
 
-from frictool.doctor.installation_check import InstallationCheck
+from frictool.doctor.installation_finding import InstallationFinding
 
 LEAST_MEMORY = 2e9  # bytes: a gridded synthesis takes about 1 GB
 
 
-def check_machine() -> InstallationCheck:
+def check_machine() -> InstallationFinding:
     """Check the cores that this process may use, and the memory."""
     cores = (
         len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
@@ -33,10 +33,10 @@ def check_machine() -> InstallationCheck:
     )
     shown = f"{description}, {platform.system()} {platform.machine()}"
     if memory is not None and memory < LEAST_MEMORY:
-        return InstallationCheck(
+        return InstallationFinding(
             "machine", "note", shown, "a large synthesis takes more than 1 GB", facts
         )
-    return InstallationCheck("machine", "ok", shown, facts=facts)
+    return InstallationFinding("machine", "ok", shown, facts=facts)
 
 
 def _memory() -> int | None:
@@ -52,20 +52,20 @@ def _memory() -> int | None:
     return min(whole, limit)
 
 
-def check_temporary() -> InstallationCheck:
+def check_temporary() -> InstallationFinding:
     """Check the temporary folder, in which archives and compilations are unpacked."""
     try:
         folder = tempfile.gettempdir()
         tempfile.TemporaryFile(dir=folder).close()
         free = shutil.disk_usage(folder).free
     except OSError as error:
-        return InstallationCheck(
+        return InstallationFinding(
             "temporary",
             "wrong",
             f"no temporary folder can be written: {error.strerror or error}",
             "set TMPDIR",
         )
-    return InstallationCheck(
+    return InstallationFinding(
         "temporary",
         "ok",
         f"{folder}: {free / 1e9:.1f} GB free",
@@ -73,7 +73,7 @@ def check_temporary() -> InstallationCheck:
     )
 
 
-def check_terminal() -> InstallationCheck:
+def check_terminal() -> InstallationFinding:
     """Check the terminal's encoding; files are UTF-8 in any locale, but terminal output is not."""
     encoding = (
         (getattr(sys.stdout, "encoding", None) or locale.getpreferredencoding(False))
@@ -90,11 +90,11 @@ def check_terminal() -> InstallationCheck:
         f"{encoding}, {'a terminal' if is_terminal else 'not a terminal: no colours, no progress'}"
     )
     if encoding not in ("utf-8", "utf8"):
-        return InstallationCheck(
+        return InstallationFinding(
             "terminal",
             "note",
             description,
             "set LANG=C.UTF-8, or names that are not ASCII may not be shown",
             facts,
         )
-    return InstallationCheck("terminal", "ok", description, facts=facts)
+    return InstallationFinding("terminal", "ok", description, facts=facts)

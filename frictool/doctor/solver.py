@@ -7,14 +7,14 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.doctor.installation_check import InstallationCheck
+from frictool.doctor.installation_finding import InstallationFinding
 from frictool.lmi.sdp import solve
 
 A = np.array([[-1.0, 4.0], [0.0, -3.0]])  # x' = A x, stable
 NEAR = 1e-5  # relative tolerance of the solution
 
 
-def check_solver() -> InstallationCheck:
+def check_solver() -> InstallationFinding:
     """Minimise the trace of P > 0 with A'P + P A + I <= 0 and compare it with the known minimum.
 
     At the minimum, P solves the Lyapunov equation A'P + P A + I = 0.
@@ -30,14 +30,14 @@ def check_solver() -> InstallationCheck:
     }
     if not solution.holds or not apart < NEAR:
         remedy = "pip install --force-reinstall clarabel scipy numpy"
-        return InstallationCheck(
+        return InstallationFinding(
             "solver",
             "wrong",
             f"a matrix inequality ended with {solution.status}, {apart:.3g} from its solution",
             remedy,
             facts,
         )
-    return InstallationCheck(
+    return InstallationFinding(
         "solver",
         "ok",
         f"a matrix inequality solved, {apart:.1e} from its solution, and found to hold",

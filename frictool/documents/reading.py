@@ -29,7 +29,7 @@ from frictool.documents.quantity import (
     factor_to_si,
     si_unit,
 )
-from frictool.documents.quantity_text import (
+from frictool.documents.quantity_notation import (
     UNKNOWN,
     axis_dimension,
     example_unit,

@@ -1,11 +1,11 @@
-"""One piece of the motion of a body with extended friction (friction/extension.py).
+"""Motion of a body with extended friction (friction/extension.py), one piece per call.
 
     at rest    the threshold grows with the time at rest and as the film decays; since it never
                falls, an interval can be proven to hold no breakaway
     in slip    Dormand-Prince with error control on speed and film, everywhere: levels that vary
                with position have no closed form
 
-Within a slip the integrand is smooth, because these are held: the direction, the speed regime
+Within a slip the integrand is smooth, because these are constant: the direction, the speed regime
 between two knees, the side of the Stribeck layer, and the time at rest before the slip. The latter
 sets the breakaway from which the Stribeck curve falls.
 """

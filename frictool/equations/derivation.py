@@ -7,6 +7,7 @@ from typing import get_args
 
 from frictool.adapters.mechanism.transmissions import Transmitting
 from frictool.documents.mechanism import GROUND, Cam, FrictionOf, Mechanism, Spring, Stop
+from frictool.equations.condition import Condition
 from frictool.equations.dimension_check import check_equation, check_sum
 from frictool.equations.element_equations import (
     ElementEquations,
@@ -20,7 +21,6 @@ from frictool.equations.expression import Equation, Term
 from frictool.equations.free_bodies import RigidTree, free_body, rest_condition
 from frictool.equations.link_equations import LinkEquations, link_equations
 from frictool.equations.notation import Notation, ParameterRow
-from frictool.equations.statement import Condition
 from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 
 Line = Equation | Condition

@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 
 from frictool.documents.mechanism import GROUND, Cam, Curve, FrictionOf, Level, Source, Spring, Stop
 from frictool.documents.quantity import Quantity, si_unit
+from frictool.equations.condition import Condition
 from frictool.equations.expression import Atom, Equation, Term, symbol
 from frictool.equations.friction_terms import dry_level, friction_terms
 from frictool.equations.notation import RATES, Notation, function, indexed_latex
-from frictool.equations.statement import Condition
 from frictool.friction.law_registry import LAWS
 
 SIGNS = {"low": r"\geq", "high": r"\leq"}  # relation of the effort of each end to 0

@@ -11,10 +11,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 
 from frictool.documents.quantity import si_unit
+from frictool.equations.condition import Condition
 from frictool.equations.expression import Atom, Equation, Term, sum_latex, sum_text
 from frictool.equations.link_equations import LinkEquations
 from frictool.equations.notation import Notation
-from frictool.equations.statement import Condition
 
 Efforts = Mapping[str, Sequence[Term]]
 

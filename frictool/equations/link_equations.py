@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from frictool.adapters.mechanism.transmissions import Transmitting
 from frictool.documents.mechanism import Backlash
 from frictool.documents.quantity import Quantity, si_unit
+from frictool.equations.condition import Condition
 from frictool.equations.expression import Equation, Term
 from frictool.equations.link_ratios import EffortTransfer, effort_transfer, ratio_of
 from frictool.equations.notation import HALF, RATES, Notation, indexed_latex
-from frictool.equations.statement import Condition
 
 SOURCES = {
     "gear": "(2.3)",

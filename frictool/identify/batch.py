@@ -28,7 +28,7 @@ from frictool.logs.fleet import FleetLog
 from frictool.logs.log import Log
 from frictool.logs.origin import LogOrigin, NamePatterns, origin_by_name, origin_of_log
 from frictool.logs.reading import read_log
-from frictool.workers.shared_files import Paths, share_files
+from frictool.workers.file_transfer import Paths, share_files
 
 # bytes of all logs together; for fewer, starting more processes takes longer than it saves
 WORTH_SHARING = 10_000_000

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from frictool.metrics.sample_durations import median
+from frictool.metrics.median import median
 from frictool.typing import Vector
 
 

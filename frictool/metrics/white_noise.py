@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from frictool.metrics.sample_durations import median
+from frictool.metrics.median import median
 from frictool.typing import Vector
 
 # standard deviations above the expected maximum of n samples; fewer than 1 of 1000 records exceed

@@ -21,7 +21,7 @@ from frictool.observe.log_observer import (
     ObservationSettings,
 )
 from frictool.observe.observation_outcome import ObservationOutcome
-from frictool.workers.shared_files import share_files
+from frictool.workers.file_transfer import share_files
 
 # bytes of all logs, below which starting processes takes longer than it saves
 WORTH_SHARING = 50_000_000

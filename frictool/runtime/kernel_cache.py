@@ -1,4 +1,6 @@
-"""Folders of compiled kernels: names, processes that use them, removal, and the lock for writing.
+"""Management of the folders with compiled kernels: names, use, the lock for writing, removal.
+
+kernel_store.py saves and loads the code in these folders.
 
 A folder belongs to one toolchain (numba, llvmlite, numpy, Python, processor), so that an upgrade
 starts a new one. In it, each state of a module's sources has its own folder (kernel_store.py): two

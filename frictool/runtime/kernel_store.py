@@ -1,4 +1,7 @@
-"""Machine code on disk, one folder per state of a module's sources.
+"""Storage of machine code on disk: KernelStore saves and loads the code of one function.
+
+Each state of a module's sources has its own folder. kernel_cache.py manages these folders: names,
+use, locks and removal.
 
 numba's own cache checks only the file of a function, names the entry by line number, and lets two
 processes compile the same function at once. Here the folder is named after the module and the

@@ -19,7 +19,7 @@ from frictool.simulate.document_agreement import DocumentNames, disturbances_of,
 from frictool.simulate.given_plant import check_given
 from frictool.simulate.mechanism_channels import MechanismChannels
 from frictool.simulate.mechanism_inputs import inputs_of, mean_efforts
-from frictool.simulate.mechanism_quantities import ranges
+from frictool.simulate.mechanism_parameters import ranges
 from frictool.simulate.mechanism_report import metadata_of, warnings_of
 from frictool.simulate.mechanism_rig import ControlledAxis, block_positions, rig_of_mechanism
 from frictool.simulate.mechanism_runs import MechanismOutcome, MechanismTask, play_all

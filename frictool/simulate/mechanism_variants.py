@@ -24,7 +24,7 @@ from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.plant.mechanism.element_error import ElementError
 from frictool.simulate.axis_variants import PLANTS_STREAM
 from frictool.simulate.given_plant import GIVEN, given_values
-from frictool.simulate.mechanism_quantities import quantities_of, ranges, with_quantities
+from frictool.simulate.mechanism_parameters import quantities_of, ranges, with_quantities
 from frictool.simulate.simulated_plant import VariedParameter
 from frictool.typing import Vector
 

@@ -16,9 +16,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from frictool.doctor import compilation, compiled_kernels, examination, library_versions, solver
+from frictool.doctor import compiled_kernels, examination, library_versions, precompilation, solver
 from frictool.doctor.c_compiler import NAMES, check_c_compiler
-from frictool.doctor.installation_check import InstallationCheck
+from frictool.doctor.installation_finding import InstallationFinding
 from frictool.runtime import kernels
 from frictool.runtime.kernel_sources import PACKAGE, Sources
 from frictool.simulate.compiled_target import COMPILERS
@@ -59,7 +59,7 @@ def test_this_installation_is_in_order(place: Path) -> None:
 
 
 def test_clean_removes_what_nobody_uses(place: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(examination, "examine", lambda: [InstallationCheck("python", "ok", "3")])
+    monkeypatch.setattr(examination, "examine", lambda: [InstallationFinding("python", "ok", "3")])
     result = run("doctor", "--clean", "-o", place / "told.txt")
     assert result.code == 0
     assert "removed: the kernels of 1 former version" in result.stdout
@@ -72,7 +72,7 @@ def test_what_is_wrong_is_exit_1_with_what_to_try(monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(
         examination,
         "examine",
-        lambda: [InstallationCheck("solver", "wrong", "gave up", "pip install clarabel")],
+        lambda: [InstallationFinding("solver", "wrong", "gave up", "pip install clarabel")],
     )
     result = run("doctor")
     assert result.code == 1
@@ -115,7 +115,7 @@ def test_versions_are_compared_as_numbers() -> None:
 
 
 def test_what_cannot_be_imported_is_wrong_and_no_traceback(monkeypatch: pytest.MonkeyPatch) -> None:
-    def broken() -> InstallationCheck:
+    def broken() -> InstallationFinding:
         raise ImportError("libLLVM.so: cannot open shared object file")
 
     found = examination._tried("compiling", broken)
@@ -192,7 +192,7 @@ def test_a_c_compiler_is_tried(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
 def test_clean_removes_former_states_of_a_module_and_leaves_the_present_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(examination, "examine", lambda: [InstallationCheck("python", "ok", "3")])
+    monkeypatch.setattr(examination, "examine", lambda: [InstallationFinding("python", "ok", "3")])
     monkeypatch.setattr(kernels, "cache_places", list)
     monkeypatch.setattr(kernels, "FOLDER", tmp_path)
     present = (
@@ -223,7 +223,7 @@ def test_clean_removes_former_states_of_a_module_and_leaves_the_present_one(
 def test_the_list_of_kernels_is_that_of_the_package() -> None:
     """Each listed kernel is there, takes as many arguments, and its types are those that its numba
     classes have now."""
-    rows = json.loads(compilation.LIST.read_bytes())
+    rows = json.loads(precompilation.LIST.read_bytes())
     assert len(rows) > 300
     for module, name, kind, encoded in rows:
         kernel = getattr(importlib.import_module(module), name, None)
@@ -235,7 +235,7 @@ def test_the_list_of_kernels_is_that_of_the_package() -> None:
             f"{module}.{name}: make kernels"
         )
         for one in arguments:
-            assert compilation.encode(compilation.decode(one)) == one, (
+            assert precompilation.encode(precompilation.decode(one)) == one, (
                 f"{module}.{name}: make kernels"
             )
             _has_its_fields(one)
@@ -285,5 +285,5 @@ def test_compile_keeps_the_kernels_of_the_list(tmp_path: Path) -> None:
     assert "frictool.friction.coulomb_viscous.gone" in failure
     (folder,) = (tmp_path / "kept").iterdir()
     rows = [row for row in json.loads((tmp_path / "rows.json").read_bytes()) if row[1] != "gone"]
-    listed = list(compilation.kept(folder))
+    listed = list(precompilation.kept(folder))
     assert [row for row in rows if row not in listed] == []

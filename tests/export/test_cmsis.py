@@ -20,7 +20,7 @@ from frictool.documents.controller import Controller, Number
 from frictool.errors import NoSolutionError
 from frictool.export.biquads import Biquads, fixed_biquads, float_biquads, response_sum
 from frictool.export.cmsis import cmsis_arrays, cmsis_header
-from frictool.export.export_result import export
+from frictool.export.controller_export import export
 from frictool.typing import Vector
 from studies.rigs.example_controllers import clutch_controller
 from studies.rigs.verified_controller import truthful

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from mcap.opcode import Opcode
 from mcap.writer import CompressionType
 
-from frictool.logs.canonical import crc_stream, mcap_sections
-from frictool.logs.canonical.crc_stream import CountedBytes
+from frictool.logs.canonical import crc_reader, mcap_sections
+from frictool.logs.canonical.crc_reader import CountedBytes
 from frictool.logs.canonical.growing_vector import GrowingVector
 from frictool.logs.canonical.mcap_chunk import chunk_data
 from frictool.logs.canonical.mcap_records import FileRecord, FileRecords
@@ -109,7 +109,7 @@ def test_who_stops_reading_leaves_nothing_behind():
 )
 def test_bytes_and_their_crc_are_those_of_a_plain_read(data: bytes, steps: list[tuple[str, int]]):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(crc_stream, "PIECE", 32)
+        patch.setattr(crc_reader, "PIECE", 32)
         ours = CountedBytes(io.BytesIO(data), len(data))
         at, begun = 0, 0
         counted = True

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictool.metrics.load_position import load_bounds
+from frictool.metrics.load_position_bounds import load_bounds
 from frictool.typing import Vector
 
 

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictool.metrics.sample_durations import median
+from frictool.metrics.median import median
 
 
 @given(st.lists(st.floats(-1e300, 1e300), min_size=1, max_size=40), st.booleans())

@@ -19,7 +19,6 @@ from frictool.documents.spec import Spec
 from frictool.documents.weights import Weights as Document
 from frictool.errors import NoSolutionError
 from frictool.plant.generalised_plant import PlantWeights, template
-from frictool.synth.relaxation_plot import picture
 from frictool.synth.synthesis_problem import SynthesisProblem
 from frictool.synth.weight_relaxation import (
     BUDGET,
@@ -29,6 +28,7 @@ from frictool.synth.weight_relaxation import (
     relax,
     relaxed_problem,
 )
+from frictool.synth.weight_trade_off_plot import picture
 from frictool.synth.weights import ChosenWeights, choose_weights
 from studies.rigs.clutch_model import ROOT, clutch_model
 

@@ -14,10 +14,10 @@ import pytest
 
 from frictool.errors import ClusterError
 from frictool.runtime import notifications
-from frictool.workers import dask_cluster, dask_connection, shared_files
+from frictool.workers import dask_cluster, dask_connection, file_transfer
+from frictool.workers.file_transfer import share_files
 from frictool.workers.installation import Installation, differences, installation
 from frictool.workers.share import share
-from frictool.workers.shared_files import share_files
 from tests.support.local_cluster import Loopback, end
 from tests.support.shared_sums import spectrum
 from tests.support.worker_jobs import Deadly, compiles, content, greedy, instead, negative
@@ -55,7 +55,7 @@ def test_a_file_that_the_workers_do_not_see_is_sent(
     (tmp_path / "bag" / "metadata.yaml").write_bytes(b"x: 1\n")
     (tmp_path / "log.db3").write_bytes(b"\0\1")
     (tmp_path / "large.csv").write_bytes(b"1," * 600)
-    monkeypatch.setattr(shared_files, "LARGEST_SENT", 1000)
+    monkeypatch.setattr(file_transfer, "LARGEST_SENT", 1000)
     jobs = [
         ((tmp_path / "here.csv",), "seen"),
         ((own / "here.csv", own / "log.db3"), "sent"),

@@ -18,7 +18,7 @@ from typing import BinaryIO, NamedTuple
 import numpy as np
 from mcap.opcode import Opcode
 
-from frictool.logs.canonical.crc_stream import PIECE, CountedBytes
+from frictool.logs.canonical.crc_reader import PIECE, CountedBytes
 from frictool.logs.canonical.mcap_bounds import whole_records
 from frictool.logs.canonical.mcap_layout import MAGIC, RECORD_HEAD
 

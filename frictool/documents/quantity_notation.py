@@ -1,4 +1,4 @@
-"""Text of a quantity for error messages, such as `{value: 10, unit: A}`."""
+"""Notation of a quantity in documents and error messages, such as `{value: 10, unit: A}`."""
 
 from __future__ import annotations
 

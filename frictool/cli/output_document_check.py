@@ -1,4 +1,4 @@
-"""Check of every document before writing, so that the next command can read it."""
+"""Check of a document before it is written: the next command must be able to read it."""
 
 from __future__ import annotations
 

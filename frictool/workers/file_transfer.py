@@ -1,4 +1,4 @@
-"""Sharing of jobs that read files, with workers that may not see these files.
+"""Transfer of the files of a job to workers that cannot read them from their own disk.
 
     (paths, job) ──▶ worker: same size and SHA-256 at the paths? ──yes──▶ function(paths, job)
                          └─no──▶ bytes are requested and sent ──▶ function(copies, job)

@@ -1,4 +1,4 @@
-"""Statements that are no equations: conditions, and laws that have only a name."""
+"""Condition: a statement that is no equation, such as a law that has only a name."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Quantities of a mechanism by their keys, such as `blocks.rotor.inertia`, and their ranges."""
+"""Parameters of a mechanism by key, such as `blocks.rotor.inertia`, and their ranges."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ State = Literal["ok", "note", "wrong"]
 
 
 @dataclass(frozen=True)
-class InstallationCheck:
+class InstallationFinding:
     """State of one part of the installation.
 
     - state: `ok`; `note` if frictool works with restrictions; `wrong` if it does not work

@@ -1,4 +1,4 @@
-"""Buffered reading of a file with a running CRC of the bytes taken."""
+"""Buffered reader of a file that computes the CRC of the bytes that were read."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""Compilation of all kernels ahead of their first use, for the types in `kernels.json`.
+"""Compilation of all kernels before their first use, for the types in `kernels.json`.
 
-The list has the argument types of all calls by the tests. `python -m frictool.doctor.compilation`
-prints the list of the kernels in the present cache.
+The list has the argument types of all calls by the tests. The command
+`python -m frictool.doctor.precompilation` prints the list of the kernels in the present cache.
 """
 
 from __future__ import annotations
