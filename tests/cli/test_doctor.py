@@ -87,7 +87,7 @@ def test_a_library_that_is_missing_or_too_old_is_named(monkeypatch: pytest.Monke
     here = {"numpy": "1.26.4", "scipy": "1.17.1rc1"}
     monkeypatch.setattr(library_versions, "_installed", here.get)
     asked = list(
-        library_versions._asked(
+        library_versions._requirements(
             [
                 "numpy>=2.0",
                 "scipy>=1.13",
