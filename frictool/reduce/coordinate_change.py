@@ -152,7 +152,9 @@ def at_sensor(
         "sensor",
         did,
         "nothing",
-        figures=(StepFigure("way at the sensor per way at the source", there.ratio, unit),),
+        figures=(
+            StepFigure("distance at the sensor per distance at the source", there.ratio, unit),
+        ),
         notes=notes,
     )
 

@@ -189,8 +189,8 @@ def _verdict(name: str, link: Connection, whole: Mechanism) -> str:
             f"{'>' if original.friction_coefficient > steep else '<='} tan(alpha) {steep:.4g}"
         )
     if link.back_loss > 1.0:
-        return f"{name} is irreversible: {why}; its friction holds any load, kept as friction"
+        return f"{name} is irreversible: {why}; the model keeps its friction, which holds any load"
     return (
         f"{name} is reversible: {why}; loads drive it back, "
-        "so that an efficiency alone would oscillate: kept as friction"
+        "and the model keeps its friction, since an efficiency alone would oscillate"
     )

@@ -56,11 +56,10 @@ class SimulationCheck:
         if self.refused is not None:
             return f"not reduced: {self.refused}"
         return (
-            f"reduced: over {self.runs} runs the one inertia is within {last.whole:.3g} "
-            f"{self.unit} of the whole mechanism, "
-            f"on ways of {last.way:.3g} {self.unit}; "
-            f"allowed: {100.0 * self.tolerance:g} % of the way and "
-            f"the play of {self.play:.3g} {self.unit}"
+            f"reduced: in {self.runs} runs the one inertia and the whole mechanism differ by at "
+            f"most {last.whole:.3g} {self.unit} over a distance of {last.way:.3g} {self.unit}; "
+            f"allowed: {100.0 * self.tolerance:g} % of the distance plus "
+            f"the backlash of {self.play:.3g} {self.unit}"
         )
 
 
@@ -223,9 +222,9 @@ def _refused(
         if measured.distance > tolerance * measured.way + play:
             return (
                 f"{one.step}: {measured.where}, {measured.distance:.3g} {unit} "
-                f"from the step before on a way of {measured.way:.3g} {unit}; "
-                f"allowed: {100 * tolerance:g} % of the way and "
-                f"the play of {play:.3g} {unit}{_inertia_bounds(one, chain)}; "
+                f"from the step before over a distance of {measured.way:.3g} {unit}; "
+                f"allowed: {100 * tolerance:g} % of the distance plus "
+                f"the backlash of {play:.3g} {unit}{_inertia_bounds(one, chain)}; "
                 f"try {other_tolerance(judged, play)}"
             )
     return None

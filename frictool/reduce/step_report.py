@@ -46,7 +46,7 @@ class StepReport:
     did: str
     neglects: str
     predicted: float = 0.0
-    of: str = "the way"
+    of: str = "the distance"
     figures: tuple[StepFigure, ...] = ()
     notes: tuple[str, ...] = ()
     measured: MeasuredError | None = field(default=None)

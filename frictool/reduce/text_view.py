@@ -12,7 +12,7 @@ from frictool.reduce.loop_comparison import LoopComparison
 from frictool.reduce.simulation_check import SimulationCheck
 from frictool.reduce.step_report import StepFigure, StepReport
 
-HEADING = ("step", "blocks", "neglects", "error expected", "measured", "of the way")
+HEADING = ("step", "blocks", "neglects", "error expected", "measured", "of distance")
 
 
 def lines(

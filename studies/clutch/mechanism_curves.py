@@ -14,8 +14,9 @@ difference F_res. Assumed, as is typical of such parts: eta 0.8 of reducer and r
 0.12 of a greased slideway, 0.6 for the pistons' areas, and the clutch, below. The profile is what
 is left: the angle with which F_s1 tan(alpha) = F_s2 - F_res.
 
-What that says of the springs: the friction that was identified grows with theta, so s1 is
-compressed as theta grows, and s2, which it compensates, is released: theta = 0 is the open clutch.
+Two conclusions about the springs follow. The identified friction grows with theta, so s1 is
+compressed as theta grows, and s2, the clutch's spring, relaxes (2.2.2). The diaphragm relaxes when
+the clutch closes (2.2.1), so theta = 0 is the open clutch.
 F_s2 and tan(alpha) are negative, s2 pushes the cart in the positive direction of x. F_s1 rises,
 falls and rises again over x, as the force of a stack of disc springs does. The dip within the first
 3 rad, and the rise in the last 5, are the ends of the published polynomials.

@@ -13,7 +13,7 @@ The integrator ramps the torque up and down between the two that break the rotor
 "the ramps are not centred around 0", because parts that were wound up push the rotor back. centre:
 the middle of the torques at which the rotor stands, over the second half of a hold; half: half of
 what lies between them. With rigid flanks the rotor cycles inside the backlash against its brushes
-alone, around 0. With flanks that yield it cycles against a wound-up flank. Exit code 1 where a
+alone, around 0. With compliant flanks it cycles against a wound-up flank. Exit code 1 where a
 rigid centre is beyond a twentieth of its half, or fewer than half of the yielding ones are beyond a
 quarter of theirs.
 """
@@ -57,7 +57,7 @@ class Ramps:
 
 
 def yielding(mechanism: Mechanism) -> Mechanism:
-    """The clutch's mechanism with flanks that yield in its rack's backlash."""
+    """The clutch's mechanism with compliant flanks in its rack's backlash."""
     rack = mechanism.links["rack"]
     assert isinstance(rack, Rack)
     assert rack.backlash is not None
@@ -92,14 +92,14 @@ def missed(rigid: list[Ramps], soft: list[Ramps]) -> list[str]:
     ]
     aside = sum(one.asymmetry > OFF for one in soft)
     if 2 * aside < len(soft):
-        out.append(f"flanks that yield: ramps aside of 0 on {aside} of {len(soft)} holds")
+        out.append(f"compliant flanks: ramps off centre on {aside} of {len(soft)} holds")
     return out
 
 
 def _shown(centred: int, holds: int) -> str:
     return (
-        f"rigid: ramps around 0 on {centred} of {holds} holds; flanks that yield: aside of 0 "
-        "on most"
+        f"rigid flanks: ramps around 0 on {centred} of {holds} holds; "
+        "compliant flanks: ramps off centre on most"
     )
 
 

@@ -152,8 +152,8 @@ def belts() -> dict[str, Any]:
 
 
 def rebound() -> dict[str, Any]:
-    """4.4.4: under the PID the ramps of the torque lie around 0 with rigid flanks, aside of it with
-    flanks that yield."""
+    """4.4.4: under the PID the ramps of the torque lie around 0 with rigid flanks, off centre with
+    compliant flanks."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         controller = folder / "linear.yaml"

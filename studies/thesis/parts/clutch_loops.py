@@ -46,7 +46,7 @@ def clutch_loops() -> Part:
 
 
 def _table_5_3(part: Part, found: dict[str, Counted]) -> None:
-    """Energy of the opening step, and over all plants."""
+    """Energy of two steps of the nominal plant, and over all plants."""
     for design in DESIGNS:
         energies = [
             value
@@ -70,8 +70,7 @@ def _table_5_3(part: Part, found: dict[str, Counted]) -> None:
     )
     part.say(
         "table_5_3",
-        "On the SIMULATED clutch: the mean of the opening and the closing step of the nominal "
-        "plant.",
+        "On the SIMULATED clutch: the mean of the steps from 5 to 55 rad and back, nominal plant.",
     )
 
 

@@ -203,19 +203,18 @@ def _validation(part: Part) -> None:
     )
     part.say(
         "section_4_4_4",
-        f"Flanks that yield: the ramps are aside of 0 on {aside} of {len(holds['yielding'])} "
-        "holds.",
+        f"Compliant flanks: the ramps are off centre on {aside} of {len(holds['yielding'])} holds.",
     )
     efforts = {
         name: Curve(_main(log).time, _main(log).signals["effort"]) for name, log in logs.items()
     }
     part.draw(
         "4.14",
-        "The exhaustive mechanism with flanks that yield, on its second hold: it sticks, and "
+        "The exhaustive mechanism with compliant flanks, on its second hold: it sticks, and "
         "slips past the reference.",
         draw("position", "t, s", [("theta, rad", _second_hold(logs["yielding"]))]),
     )
-    offset = f"beside 0 on {aside} of {len(holds['yielding'])} holds, as on the bench"
+    offset = f"off centre on {aside} of {len(holds['yielding'])} holds, as on the bench"
     part.draw(
         "4.15",
         f"Its torque: ramps {_around(holds['yielding'])}, {offset}.",
@@ -265,7 +264,7 @@ def _detail(logs: dict[str, Log]) -> tuple[str, str]:
         load(CLUTCH / "nonlinear.yaml", Model), controller("linear"), _short(), HERE
     )
     everything = {
-        "flanks that yield": logs["yielding"],
+        "compliant flanks": logs["yielding"],
         "rigid flanks": logs["rigid"],
         "one inertia (4.45)": one,
     }
