@@ -105,7 +105,7 @@ def test_every_equation_has_its_system() -> None:
 
 def test_every_figure_and_table_is_made_anew_or_has_its_reason() -> None:
     made = reproduced()
-    left = text_of(PAGE).split("## What is printed and not made anew\n")[1].split("\n## ")[0]
+    left = text_of(PAGE).split("## Figures that are not reproduced\n")[1].split("\n## ")[0]
     reasons = [
         named
         for line in left.splitlines()
