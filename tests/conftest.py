@@ -28,7 +28,7 @@ def pytest_configure() -> None:
     """Hold every object that a command prints with --json against the type of its format."""
     import msgspec
 
-    from frictool.cli import output
+    from frictool.cli import console_output
     from frictool.cli.json_formats import json_type
     from frictool.presentation.json_text import json_text
 
@@ -37,7 +37,7 @@ def pytest_configure() -> None:
         msgspec.convert(json.loads(text), json_type(form))
         return text
 
-    output.json_text = checked  # type: ignore[attr-defined]
+    console_output.json_text = checked  # type: ignore[attr-defined]
 
 
 COST = "processor seconds"

@@ -8,17 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import (
-    STDOUT,
-    FiniteRange,
-    NamedPath,
-    existing,
-    json_option,
-    note,
-    print_json,
-    save_text,
-    say,
-)
+from frictool.cli.common_options import FiniteRange, NamedPath, existing, json_option
+from frictool.cli.console_output import note, print_json, say
+from frictool.cli.output_files import STDOUT, save_text
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench

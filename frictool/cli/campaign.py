@@ -10,24 +10,17 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from frictool.cli.campaign_inputs import CampaignPaths
-from frictool.cli.file_endings import is_page
-from frictool.cli.output import (
-    STDOUT,
+from frictool.cli.common_options import (
     FiniteRange,
     NamedPath,
     allow_undecided_option,
-    check_output,
-    check_targets,
-    command_line,
     existing,
     json_option,
-    note,
     output_option,
-    print_json,
-    save_text,
-    say,
-    use_colour,
 )
+from frictool.cli.console_output import note, print_json, say, use_colour
+from frictool.cli.file_endings import is_page
+from frictool.cli.output_files import STDOUT, check_output, check_targets, command_line, save_text
 from frictool.cli.workers_options import refuse_both, workers_options
 from frictool.errors import EXIT_DONE, EXIT_INTERRUPTED, EXIT_NO, OutputError
 

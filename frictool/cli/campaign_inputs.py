@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictool.cli.output import note, note_changes
+from frictool.cli.console_output import note, note_changes
 
 if TYPE_CHECKING:
     from frictool.campaign.trials.trial_player import CampaignSetting, TrialPlayer

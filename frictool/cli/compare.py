@@ -9,20 +9,16 @@ from typing import TYPE_CHECKING
 
 import click
 
+from frictool.cli.common_options import existing, json_option, output_option
+from frictool.cli.console_output import note, print_json, say
 from frictool.cli.file_endings import check_folder, is_page
-from frictool.cli.output import (
+from frictool.cli.output_files import (
     STDOUT,
     check_output,
     command_line,
-    existing,
-    json_option,
-    note,
-    output_option,
-    print_json,
     refuse_inputs,
     require_folder,
     save_text,
-    say,
 )
 from frictool.cli.progress import note_compiling, show_count
 from frictool.errors import OutputError

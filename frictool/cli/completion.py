@@ -9,7 +9,9 @@ from typing import Any
 import click
 from click.shell_completion import get_completion_class
 
-from frictool.cli.output import STDOUT, json_option, output_option, print_json, save_text
+from frictool.cli.common_options import json_option, output_option
+from frictool.cli.console_output import print_json
+from frictool.cli.output_files import STDOUT, save_text
 
 PROGRAM, VARIABLE = "frictool", "_FRICTOOL_COMPLETE"
 # shell -> line for permanent installation

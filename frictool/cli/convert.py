@@ -7,17 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from frictool.cli.output import (
-    STDOUT,
-    command_line,
-    existing,
-    json_option,
-    note,
-    output_option,
-    print_json,
-    replacing,
-    say,
-)
+from frictool.cli.common_options import existing, json_option, output_option
+from frictool.cli.console_output import note, print_json, say
+from frictool.cli.output_files import STDOUT, command_line, replacing
 from frictool.logs.channels.question import alternatives
 from frictool.logs.formats import WRITTEN, format_for, require
 

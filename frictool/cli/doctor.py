@@ -7,7 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import json_option, output_option, print_json, save_text, say
+from frictool.cli.common_options import json_option, output_option
+from frictool.cli.console_output import print_json, say
+from frictool.cli.output_files import save_text
 
 if TYPE_CHECKING:
     from frictool.doctor.installation_finding import InstallationFinding

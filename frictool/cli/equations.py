@@ -6,7 +6,9 @@ from pathlib import Path
 
 import click
 
-from frictool.cli.output import STDOUT, existing, json_option, output_option, print_json, save_text
+from frictool.cli.common_options import existing, json_option, output_option
+from frictool.cli.console_output import print_json
+from frictool.cli.output_files import STDOUT, save_text
 
 HELP = """\b
 Example:

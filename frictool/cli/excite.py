@@ -7,21 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import (
-    STDOUT,
-    FiniteRange,
-    NamedPath,
-    check_targets,
-    command_line,
-    existing,
-    json_option,
-    note,
-    output_option,
-    print_json,
-    replacing,
-    save_text,
-    say,
-)
+from frictool.cli.common_options import FiniteRange, NamedPath, existing, json_option, output_option
+from frictool.cli.console_output import note, print_json, say
+from frictool.cli.output_files import STDOUT, check_targets, command_line, replacing, save_text
 
 if TYPE_CHECKING:
     from frictool.identify.excite.excitation_sequence import ExcitationSequence

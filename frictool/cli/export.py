@@ -8,18 +8,10 @@ from typing import TYPE_CHECKING
 
 import click
 
+from frictool.cli.common_options import existing, json_option, output_option
+from frictool.cli.console_output import note, note_changes, print_json, say
 from frictool.cli.file_endings import check_folder
-from frictool.cli.output import (
-    STDOUT,
-    command_line,
-    existing,
-    json_option,
-    note,
-    note_changes,
-    output_option,
-    print_json,
-    say,
-)
+from frictool.cli.output_files import STDOUT, command_line
 
 if TYPE_CHECKING:
     from frictool.documents.controller import Number

@@ -9,21 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from frictool.cli.common_options import FiniteRange, NamedPath, existing, json_option, output_option
+from frictool.cli.console_output import note, print_json, say
 from frictool.cli.file_endings import check_ending
 from frictool.cli.observe_request import checked_pattern
-from frictool.cli.output import (
-    FiniteRange,
-    NamedPath,
-    check_targets,
-    command_line,
-    existing,
-    json_option,
-    note,
-    output_option,
-    print_json,
-    save_text,
-    say,
-)
+from frictool.cli.output_files import check_targets, command_line, save_text
 from frictool.cli.workers_options import refuse_both, workers_options
 from frictool.identify.methods import DEFAULT, METHODS, OPTIONS
 

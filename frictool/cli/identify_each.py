@@ -10,18 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from frictool.cli.console_output import note, print_json, say
 from frictool.cli.file_endings import TABLES, says_file
-from frictool.cli.output import (
+from frictool.cli.output_files import (
     STDOUT,
     check_output,
     command_line,
-    note,
-    print_json,
     refuse_inputs,
     replacing,
     require_folder,
     save_text,
-    say,
 )
 from frictool.cli.progress import progress
 from frictool.errors import EXIT_DONE, EXIT_INPUT, EXIT_NO, EXIT_NO_SOLUTION, OutputError

@@ -7,15 +7,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from frictool.cli.output import (
-    STDOUT,
-    existing,
-    json_option,
-    note,
-    output_option,
-    print_json,
-    save_text,
-)
+from frictool.cli.common_options import existing, json_option, output_option
+from frictool.cli.console_output import note, print_json
+from frictool.cli.output_files import STDOUT, save_text
 from frictool.cli.window_options import window_of, window_options
 
 if TYPE_CHECKING:

@@ -7,21 +7,11 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
+from frictool.cli.common_options import FiniteRange, existing, json_option, output_option
+from frictool.cli.console_output import note, print_json, say
 from frictool.cli.file_endings import check_ending
 from frictool.cli.guessed_columns import question_lines
-from frictool.cli.output import (
-    STDOUT,
-    FiniteRange,
-    command_line,
-    existing,
-    json_option,
-    note,
-    output_option,
-    print_json,
-    replacing,
-    save_text,
-    say,
-)
+from frictool.cli.output_files import STDOUT, command_line, replacing, save_text
 from frictool.cli.window_options import window_of, window_options
 from frictool.logs.quality.log_kinds import KINDS, TEST
 

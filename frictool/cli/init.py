@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING
 
 import click
 
+from frictool.cli.common_options import existing, json_option
+from frictool.cli.console_output import note, print_json, say
 from frictool.cli.guessed_columns import question_lines
-from frictool.cli.output import existing, json_option, note, print_json, say
 
 if TYPE_CHECKING:
     from frictool.documents.quantity import Axis

@@ -206,7 +206,7 @@ def _tell_of_compiling() -> None:
 
 
 def _remark(text: str) -> None:
-    from frictool.cli.output import note
+    from frictool.cli.console_output import note
 
     note(text)
 

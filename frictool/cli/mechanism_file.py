@@ -32,7 +32,7 @@ def load_mechanism(path: Path) -> tuple[Mechanism, AssembledMechanism]:
 
 def print_notes(path: Path, assembled: AssembledMechanism) -> None:
     """Print the notes on an assembled mechanism on stderr."""
-    from frictool.cli.output import note
+    from frictool.cli.console_output import note
 
     for message in assembled.notes:
         note(f"note: {path}: {message}")

@@ -7,16 +7,9 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import click
 
-from frictool.cli.output import (
-    FiniteRange,
-    command_line,
-    existing,
-    json_option,
-    output_option,
-    print_json,
-    save_text,
-    say,
-)
+from frictool.cli.common_options import FiniteRange, existing, json_option, output_option
+from frictool.cli.console_output import print_json, say
+from frictool.cli.output_files import command_line, save_text
 from frictool.cli.quantity_option import positive_si
 
 if TYPE_CHECKING:

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from frictool.cli.console_output import note, print_json, say
 from frictool.cli.file_endings import is_page
 from frictool.cli.observe_request import ObserveRequest, commissioning_of
-from frictool.cli.output import STDOUT, check_targets, note, print_json, replacing, save_text, say
+from frictool.cli.output_files import STDOUT, check_targets, replacing, save_text
 from frictool.cli.progress import progress
 from frictool.errors import EXIT_DONE, EXIT_INPUT, EXIT_NO
 

@@ -7,17 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import (
-    FiniteRange,
-    command_line,
-    existing,
-    json_option,
-    note_changes,
-    output_option,
-    print_json,
-    save_text,
-    say,
-)
+from frictool.cli.common_options import FiniteRange, existing, json_option, output_option
+from frictool.cli.console_output import note_changes, print_json, say
+from frictool.cli.output_files import command_line, save_text
 
 if TYPE_CHECKING:
     from frictool.verify.observed_controller import ObservedController

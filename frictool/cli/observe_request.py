@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from frictool.cli.file_endings import check_ending
-from frictool.cli.output import STDOUT, check_targets
+from frictool.cli.output_files import STDOUT, check_targets
 
 if TYPE_CHECKING:
     from frictool.documents.model import Model

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from frictool.cli.common_options import FiniteRange, NamedPath, existing, json_option, output_option
+from frictool.cli.console_output import note, print_json, say
 from frictool.cli.file_endings import TABLES, is_page
 from frictool.cli.observe_request import (
     ObserveRequest,
@@ -17,19 +19,7 @@ from frictool.cli.observe_request import (
     commissioning_of,
     observer_of,
 )
-from frictool.cli.output import (
-    FiniteRange,
-    NamedPath,
-    command_line,
-    existing,
-    json_option,
-    note,
-    output_option,
-    print_json,
-    replacing,
-    save_text,
-    say,
-)
+from frictool.cli.output_files import command_line, replacing, save_text
 from frictool.cli.progress import note_compiling
 from frictool.cli.window_options import window_of, window_options
 from frictool.cli.workers_options import refuse_both, workers_options

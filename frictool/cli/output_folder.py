@@ -8,7 +8,7 @@ import tarfile
 from collections.abc import Mapping
 from pathlib import Path
 
-from frictool.cli.output import STDOUT, refuse_inputs, require_folder
+from frictool.cli.output_files import STDOUT, refuse_inputs, require_folder
 from frictool.errors import OutputError
 from frictool.runtime.part_files import part_folder
 

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import click
 
-from frictool.cli.output import note
+from frictool.cli.console_output import note
 
 STEPS = 1000
 

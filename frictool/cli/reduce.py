@@ -8,19 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import (
-    FiniteRange,
-    NamedPath,
-    check_targets,
-    command_line,
-    existing,
-    json_option,
-    note,
-    output_option,
-    print_json,
-    save_text,
-    say,
-)
+from frictool.cli.common_options import FiniteRange, NamedPath, existing, json_option, output_option
+from frictool.cli.console_output import note, print_json, say
+from frictool.cli.output_files import check_targets, command_line, save_text
 from frictool.cli.progress import note_step
 
 if TYPE_CHECKING:

@@ -8,21 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import (
-    STDOUT,
+from frictool.cli.common_options import (
     NamedPath,
     allow_undecided_option,
-    check_targets,
-    command_line,
     existing,
     json_option,
-    note,
     output_option,
-    print_json,
-    save_text,
-    say,
-    use_colour,
 )
+from frictool.cli.console_output import note, print_json, say, use_colour
+from frictool.cli.output_files import STDOUT, check_targets, command_line, save_text
 from frictool.errors import EXIT_NO
 
 if TYPE_CHECKING:

@@ -8,8 +8,9 @@ from typing import Any
 
 import click
 
+from frictool.cli.common_options import output_option
 from frictool.cli.json_formats import format_names, json_format_schema
-from frictool.cli.output import STDOUT, output_option, save_text
+from frictool.cli.output_files import STDOUT, save_text
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.registry import DOCUMENTS, json_schema
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from frictool.cli.output import note
+from frictool.cli.console_output import note
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench

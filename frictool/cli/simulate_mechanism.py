@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from frictool.cli.output import command_line, refuse_inputs, save_text
+from frictool.cli.output_files import command_line, refuse_inputs, save_text
 
 if TYPE_CHECKING:
     from frictool.cli.bench_servo import ServoGains

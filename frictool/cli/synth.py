@@ -6,17 +6,9 @@ from pathlib import Path
 
 import click
 
-from frictool.cli.output import (
-    NamedPath,
-    check_targets,
-    command_line,
-    existing,
-    json_option,
-    output_option,
-    print_json,
-    save_text,
-    say,
-)
+from frictool.cli.common_options import NamedPath, existing, json_option, output_option
+from frictool.cli.console_output import print_json, say
+from frictool.cli.output_files import check_targets, command_line, save_text
 from frictool.cli.progress import note_step
 from frictool.documents.synthesis_methods import METHODS
 

@@ -8,17 +8,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from frictool.cli.bench_servo import LAW, ServoGains, servo_options
-from frictool.cli.output import (
-    FiniteRange,
-    NamedPath,
-    check_targets,
-    existing,
-    json_option,
-    note,
-    print_json,
-    save_text,
-    say,
-)
+from frictool.cli.common_options import FiniteRange, NamedPath, existing, json_option
+from frictool.cli.console_output import note, print_json, say
+from frictool.cli.output_files import check_targets, save_text
 
 if TYPE_CHECKING:
     from frictool.documents.model import Model

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.output import existing, json_option, print_json, say
+from frictool.cli.common_options import existing, json_option
+from frictool.cli.console_output import print_json, say
 
 if TYPE_CHECKING:
     from frictool.documents.controller import Controller

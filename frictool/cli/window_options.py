@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from frictool.cli.output import FiniteRange
+from frictool.cli.common_options import FiniteRange
 
 if TYPE_CHECKING:
     from frictool.logs.assembly import TimeWindow

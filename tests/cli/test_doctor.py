@@ -253,13 +253,13 @@ def _has_its_fields(encoded: Any) -> None:
 
 COMPILE = """
 import json, sys
-from frictool.doctor import compilation
-rows = json.loads(compilation.LIST.read_bytes())
+from frictool.doctor import precompilation
+rows = json.loads(precompilation.LIST.read_bytes())
 laws = [f"frictool.friction.{name}" for name in ("coulomb_viscous", "stribeck")]
 short = [row for row in rows if row[0] in laws]
-compilation.LIST = __import__("pathlib").Path(sys.argv[1])
+precompilation.LIST = __import__("pathlib").Path(sys.argv[1])
 gone = [[laws[0], "gone", "kernel", []]] * (len(sys.argv) > 2)
-compilation.LIST.write_text(json.dumps(short + gone))
+precompilation.LIST.write_text(json.dumps(short + gone))
 sys.argv = ["frictool", "doctor", "--compile", "--json"]
 from frictool.cli.main import main
 main()

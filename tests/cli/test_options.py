@@ -10,8 +10,8 @@ from pathlib import Path
 import click
 import pytest
 
+from frictool.cli.common_options import FiniteRange, NamedPath
 from frictool.cli.main import COMMANDS
-from frictool.cli.output import FiniteRange, NamedPath
 from frictool.logs.fleet import members
 from studies.command_line import run
 from tests.support.command_line import refused
@@ -78,7 +78,7 @@ def test_a_filter_slower_than_any_log_is_a_wrong_command_line() -> None:
 
 def test_a_finite_number_passes_as_it_is() -> None:
     assert FiniteRange(0.0, min_open=True).convert("1e9", None, None) == 1e9
-    with pytest.raises(click.BadParameter, match="nan is not a finite number"):
+    with pytest.raises(click.BadParameter, match="found nan; allowed: a finite number"):
         FiniteRange().convert("nan", None, None)
 
 

@@ -1,84 +1,23 @@
-"""Common parts of all commands: options, complete or absent output files, and messages."""
+"""Output files of commands: each appears completely or not at all, and no input is overwritten."""
 
 from __future__ import annotations
 
-import math
-import os
 import shlex
 import sys
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO, TypeVar
+from typing import Any, BinaryIO
 
 import click
 
-from frictool.cli.file_endings import check_ending
 from frictool.cli.output_document_check import check_document
-from frictool.cli.printable import printable, printable_json
+from frictool.cli.printable import printable
 from frictool.errors import OutputError
-from frictool.presentation.json_text import json_text
 from frictool.runtime.part_files import part_file
 
-if TYPE_CHECKING:
-    from frictool.documents.controller import Controller
-
-F = TypeVar("F", bound=Callable[..., Any])
 STDOUT = Path("-")
-
-
-class NamedPath(click.Path):
-    """Path option that rejects an empty name.
-
-    pathlib turns an empty name, for example from an unset shell variable, into the current folder.
-    """
-
-    def __init__(
-        self, allow_dash: bool = False, writes: Sequence[str] = (), chooses: bool = False
-    ) -> None:
-        """Store the formats of an output.
-
-        `writes`, `chooses`: as in cli/file_endings.py `check_ending`; without formats any name is
-        allowed.
-        """
-        self._writes, self._chooses = writes, chooses
-        # existence and permission are checked on reading, so that the exit code is 3 and not
-        # click's 2
-        super().__init__(path_type=Path, readable=False, allow_dash=allow_dash)
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        if value == "":
-            self.fail("the name is empty.", param, ctx)
-        path = super().convert(value, param, ctx)
-        if self._writes:
-            check_ending(Path(str(path)), self._writes, self._chooses)
-        return path
-
-
-def output_option(
-    required: bool = True,
-    help: str = "Where to write; - is stdout.",
-    writes: Sequence[str] = (),
-    chooses: bool = False,
-) -> Callable[[F], F]:
-    """Return the option `-o/--output PATH`; `writes` and `chooses` are as in NamedPath."""
-    return click.option(
-        "-o", "--output", type=NamedPath(True, writes, chooses), required=required, help=help
-    )
-
-
-allow_undecided_option = click.option(
-    "--allow-undecided",
-    is_flag=True,
-    help=(
-        "Exit code 0 also if requirements are undecided, provided that none is broken "
-        "and one is met."
-    ),
-)
-json_option = click.option(
-    "--json", "as_json", is_flag=True, help="Print one JSON object on stdout instead of text."
-)
 
 
 def command_line(name: str, arguments: dict[str, Any]) -> str:
@@ -208,67 +147,3 @@ def save_text(target: Path, text: str, inputs: list[Path], draft: bool = False) 
         stream.write(
             shown.encode(errors="backslashreplace")
         )  # a file name may contain bytes that are not text
-
-
-def say(text: str, output: Path | None = None) -> None:
-    """Print text on stdout, or on stderr if stdout carries the output."""
-    click.echo(printable(text), err=output == STDOUT)
-
-
-def note(text: str) -> None:
-    """Print progress or a warning on stderr."""
-    click.echo(printable(text), err=True)
-
-
-def note_changes(path: Path, controller: Controller) -> None:
-    """Warn if a block of a controller changed after its verification.
-
-    A document without digests gives no warning.
-    """
-    from frictool.documents.digests import changed_words
-
-    if words := changed_words(controller):
-        note(f"warning: {path}: {words}")
-
-
-def use_colour(to_stderr: bool) -> bool:
-    """Return True if text may be coloured: on a terminal, unless NO_COLOR is set."""
-    return (sys.stderr if to_stderr else sys.stdout).isatty() and not os.environ.get("NO_COLOR")
-
-
-def print_json(form: str, value: dict[str, Any], output: Path | None = None) -> None:
-    """Print a JSON object on stdout, or on stderr if stdout carries the output.
-
-    form: name and version of its format (json_formats.yaml), which its first key says. Values that
-    are not finite are null.
-    """
-    click.echo(printable_json(json_text(form, value)), err=output == STDOUT)
-
-
-class FiniteRange(click.FloatRange):
-    """Range of a number option that rejects NaN and implausible magnitudes.
-
-    click's own range accepts NaN, because every comparison with it is false. A magnitude outside
-    LEAST to LARGEST is a typing error, and its square may overflow.
-    """
-
-    LEAST, LARGEST = 1e-15, 1e12
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        number = super().convert(value, param, ctx)
-        if not math.isfinite(number):
-            self.fail(f"found {number}; allowed: a finite number.", param, ctx)
-        if number and not self.LEAST <= abs(number) <= self.LARGEST:
-            self.fail(
-                f"found: {number:g}; allowed: 0, or {self.LEAST:g} to {self.LARGEST:g} in size.",
-                param,
-                ctx,
-            )
-        return number
-
-    def _describe_range(self) -> str:
-        """Return the range for --help; click shows "x<=None" for a range without ends."""
-        return "" if self.min is None and self.max is None else super()._describe_range()
-
-
-existing = NamedPath()

@@ -1,0 +1,52 @@
+"""Text, warnings and JSON objects that commands print on stdout and stderr."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from frictool.cli.output_files import STDOUT
+from frictool.cli.printable import printable, printable_json
+from frictool.presentation.json_text import json_text
+
+if TYPE_CHECKING:
+    from frictool.documents.controller import Controller
+
+
+def say(text: str, output: Path | None = None) -> None:
+    """Print text on stdout, or on stderr if stdout carries the output."""
+    click.echo(printable(text), err=output == STDOUT)
+
+
+def note(text: str) -> None:
+    """Print progress or a warning on stderr."""
+    click.echo(printable(text), err=True)
+
+
+def note_changes(path: Path, controller: Controller) -> None:
+    """Warn if a block of a controller changed after its verification.
+
+    A document without digests gives no warning.
+    """
+    from frictool.documents.digests import changed_words
+
+    if words := changed_words(controller):
+        note(f"warning: {path}: {words}")
+
+
+def use_colour(to_stderr: bool) -> bool:
+    """Return True if text may be coloured: on a terminal, unless NO_COLOR is set."""
+    return (sys.stderr if to_stderr else sys.stdout).isatty() and not os.environ.get("NO_COLOR")
+
+
+def print_json(form: str, value: dict[str, Any], output: Path | None = None) -> None:
+    """Print a JSON object on stdout, or on stderr if stdout carries the output.
+
+    form: name and version of its format (json_formats.yaml), which its first key says. Values that
+    are not finite are null.
+    """
+    click.echo(printable_json(json_text(form, value)), err=output == STDOUT)
