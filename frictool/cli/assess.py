@@ -231,15 +231,15 @@ def text(assessment: Assessment, bench: Bench) -> str:
     lines += [f"{row.parameter}: {row.verdict.why}" for row in assessment.rows]
     if assessment.entropy is not None:
         lines.append(
-            f"the sensor tells {assessment.entropy.bits:.3g} bits over the travel (metric "
+            f"the sensor gives {assessment.entropy.bits:.3g} bits over the travel (metric "
             f"entropy {assessment.entropy.nats:.3g} nats, "
             f"{assessment.entropy.counts:.0f} counts); twice the resolution adds 1 bit, "
             f"{100.0 * assessment.entropy.gain:.3g} %"
         )
     if assessment.constant > 0.0:
         lines.append(
-            f"the effort constant is known to +-{100.0 * assessment.constant:.3g} %, which "
-            "scales every parameter alike and comes on top"
+            f"the error of the effort constant, up to +-{100.0 * assessment.constant:.3g} %, "
+            "scales every parameter alike and is not included"
         )
     return "\n".join(lines)
 

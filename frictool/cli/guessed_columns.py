@@ -11,4 +11,8 @@ if TYPE_CHECKING:
 def question_lines(start: StartingRig) -> list[str]:
     """Return the lines that list the columns and units to fill in; empty if there are none."""
     lines = [f"  columns.{channel}: {note}" for channel, note in start.questions.items()]
-    return [f'{start.log} does not tell all; replace "?" in bench.yaml:', *lines] if lines else []
+    return (
+        [f'{start.log} does not determine all values; replace "?" in bench.yaml:', *lines]
+        if lines
+        else []
+    )

@@ -281,8 +281,8 @@ def _passing(document: Mechanism, tolerance: float) -> str:
         ""
         if passing is None
         else (
-            f"; up to --bandwidth {passing:g} all of it rigid is within {100 * tolerance:g} "
-            "% of the gain"
+            f"; up to --bandwidth {passing:g}, rigid links change the gain by at most "
+            f"{100 * tolerance:g} %"
         )
     )
 

@@ -129,12 +129,12 @@ class LogObserver:
         if self.feed.gaps * OFTEN > self.feed.samples:
             grid = f"put it on a grid first: `frictool ingest --resample {self.feed.period:.6g}`"
             return [
-                f"no move tells the wear: the log's clock breaks {self.feed.gaps} times, "
-                f"and a move has to be in one piece; {grid}"
+                f"no move determines the wear: the log's clock breaks {self.feed.gaps} times, "
+                f"and a move must not contain a break; {grid}"
             ]
         return [
-            "no move tells the wear: within the bench's travel the axis never slips long "
-            "and fast enough, its load carried along"
+            "no move determines the wear: within the bench's travel the axis never slips long "
+            "and fast enough with its load carried along"
         ]
 
     def _figures(self) -> dict[str, Any]:

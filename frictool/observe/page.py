@@ -28,7 +28,7 @@ def page_of_log(
     """
     verdict = outcome.verdict
     caption = (
-        "Each with its interval; wear changes when a move has ended, from what was known then. "
+        "Estimates with their intervals; the wear is updated at the end of each move. "
         "The limit is dashed."
     )
     return render_page(

@@ -81,15 +81,14 @@ def _judged(name: str, estimate: EstimateRange, moves: int, limit: float) -> Wea
             limit,
             None,
             False,
-            "no move tells of the wear: the verdict needs some, from rest to rest or to and fro",
+            "no move determines the wear yet: a move goes from rest or reversal to the next",
         )
     if estimate.high <= 0.0:
         return WearVerdict(
             limit,
             None,
             False,
-            f"{shown} is below 0, which friction cannot be: "
-            "the log is not what the bench says of it",
+            f"{shown} is below 0, which is impossible: the log contradicts the bench",
         )
     if estimate.low > limit or estimate.high <= limit:
         exceeded = estimate.low > limit
@@ -98,15 +97,15 @@ def _judged(name: str, estimate: EstimateRange, moves: int, limit: float) -> Wea
         )
     if moves < FEWEST_MOVES:
         return WearVerdict(
-            limit, None, False, f"{shown} after {moves} move{'s' * (moves != 1)}: too few to tell"
+            limit, None, False, f"{shown} after {moves} move{'s' * (moves != 1)}: too few to decide"
         )
     if estimate.low <= HEALTHY < limit:
         return WearVerdict(
             limit,
             None,
             False,
-            f"{shown} holds both {HEALTHY:g} and {limit:g}: "
-            "a longer log, or faster moves, may tell",
+            f"{shown} contains both {HEALTHY:g} and {limit:g}: "
+            "a longer log or faster moves may decide",
         )
     exceeded = estimate.value > limit
     return WearVerdict(

@@ -289,8 +289,8 @@ def _spring(here: MechanismView, name: str, spring: Spring) -> dict[str, Link]:
         if len(moving) == 2 and not _one_body(here, moving):
             raise NoSolutionError(
                 f"links.{name}: {moving[0]} and {moving[1]} move {first.ratio:.6g} and "
-                f"{second.ratio:.6g} times as far as the source, so "
-                "that the spring between them has no place in one coordinate; "
+                f"{second.ratio:.6g} times as far as the source, "
+                "so that no coordinate describes the spring between them; "
                 "make it a link with a ratio and a compliance"
             )
         stretch = CoordinateFrame(

@@ -67,8 +67,8 @@ def as_friction(
             slopes[block] = _sloped(slopes[block], helped, against)
         if len(beyond) > 1:
             notes.append(
-                f"{name}: each of the {len(beyond)} blocks beyond it is given the link's losses by "
-                "itself, which is too much where their loads balance each other"
+                f"{name}: the losses of the {len(beyond)} blocks beyond it are added up, which is "
+                "too much where their loads balance each other"
             )
         mechanism = msgspec.structs.replace(
             mechanism, links={**mechanism.links, name: _lossless(mechanism, name)}

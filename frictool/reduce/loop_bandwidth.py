@@ -28,7 +28,7 @@ def bandwidth_of(controller: Controller) -> float:
     crossings = [one for one in frequencies if math.isfinite(one)]
     if not crossings:
         raise NoSolutionError(
-            f"{controller.name}: its loops cross gain 1 nowhere, "
-            "so that they tell no bandwidth; give --bandwidth"
+            f"{controller.name}: its loops never cross gain 1, "
+            "so that their bandwidth is undefined; give --bandwidth"
         )
     return ABOVE * max(crossings)

@@ -183,8 +183,8 @@ def _load(evidence: list[StreamEvidence], unit: str) -> PageFigure:
 
 def _sensor(evidence: list[StreamEvidence], unit: str) -> PageFigure:
     caption = (
-        "What the position sensor shows less the true position. Everything else is judged by what "
-        "it shows."
+        "Position of the sensor minus the true position. All other figures and the requirements "
+        "use the sensor's position."
     )
     return _over_time(
         "sensor",
@@ -225,7 +225,7 @@ def _velocity(moving: list[tuple[StreamEvidence, tuple[Vector, str]]], unit: str
 
 
 def _used(used: list[tuple[StreamEvidence, Vector, Vector]], unit: str) -> PageFigure:
-    caption = "What the controller took for the speed, less the true one that the simulation knows."
+    caption = "Speed that the controller used, minus the true speed of the simulation."
     label = "error of the speed that the controller used"
     return _over_time(
         "speed used",

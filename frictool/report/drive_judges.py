@@ -58,7 +58,7 @@ def judge_saturation(
         ]
         if not holds:
             whole = measure(STREAM_METRICS[metric.name], MeasuredPart(spec, item))
-            reason = "over the whole record, which is never held"
+            reason = "over the whole record, as the reference is never constant"
             durations += (
                 [JudgedValue(whole, item, reason=reason)] if isinstance(whole, float) else []
             )

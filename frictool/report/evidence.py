@@ -218,7 +218,7 @@ def _load(
         gap = (
             "the bench gives no backlash"
             if rig.known
-            else "no bench tells the backlash (--bench or --controller)"
+            else "the backlash is unknown without a bench (--bench or --controller)"
         )
         gaps["load_position"] = (
             gaps["position"] if position is None else f"the log has no load_position, and {gap}"
@@ -240,7 +240,7 @@ def _signal(stream: Stream, name: str, gaps: dict[str, str]) -> Vector | None:
 def _without_steps(holds: tuple[Hold, ...]) -> dict[str, str]:
     if not holds:
         return {
-            "hold": "the reference is never held: it moves all the time",
+            "hold": "the reference is never constant",
             "step": "the log has no step: its reference is smooth",
         }
     if all(hold.origin is None for hold in holds):

@@ -151,5 +151,5 @@ def _cut_short(part: MeasuredPart) -> str:
 def _no_rest(part: MeasuredPart) -> str:
     """Return the reason why a hold has no rest to measure, or an empty text."""
     if part.spec.rest is None:
-        return "the specification asks for no rest"
+        return "the specification has no rest requirement"
     return f"not held beyond {part.spec.rest.after_s:g} s" if part.rest is None else ""

@@ -40,9 +40,7 @@ def used_velocity(stream: Stream, simulated: bool) -> tuple[Vector, Vector] | st
         return "only a simulated log knows the true velocity"
     missing = [name for name in ("velocity_estimated", "velocity") if name not in stream.signals]
     if missing:
-        return (
-            f"the log has no {missing[0]}: its controller asks for no speed, or has a sensor of it"
-        )
+        return f"the log has no {missing[0]}: its controller uses no speed, or a sensor measures it"
     return stream.signals["velocity_estimated"], stream.signals["velocity"]
 
 

@@ -161,8 +161,8 @@ class MechanismPlant:
         if controller.schedule is not None and not moved.variant.name:
             names = ", ".join(controller.schedule.parameters)
             yield (
-                f"the controller is scheduled by {names}, of which a mechanism tells it nothing: "
-                "it takes the middle of each range"
+                f"the controller is scheduled by {names}, which a mechanism does not provide: "
+                "it uses the middle of each range"
             )
 
 

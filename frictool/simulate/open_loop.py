@@ -199,7 +199,7 @@ def _check_undetermined(scenario: Scenario, names: DocumentNames) -> None:
         if getattr(scenario, key):
             refuse(names.scenario, key, f"belongs to the controlled axis, and {reason}")
     if scenario.drifts is not None and scenario.drifts.constant:
-        refuse(names.scenario, "drifts.constant", f"is of the controlled source, and {reason}")
+        refuse(names.scenario, "drifts.constant", f"belongs to the controlled source, and {reason}")
     for index, disturbance in enumerate(scenario.disturbances):
         if disturbance.on is None:
             refuse(

@@ -99,7 +99,7 @@ def test_results_depend_neither_on_processes_nor_on_what_was_played_before(tmp_p
     kept, rows = tmp_path / "kept.jsonl", tmp_path / "3.csv"
     for count in ("5", "24"):  # draws of a seed are the same however many there are
         done = run(*command, "-n", count, "--cores", "1", "--keep", kept, "--table", rows)
-    assert "5 of 24 trials are there" in done.stderr
+    assert "5 of 24 trials are stored" in done.stderr
     assert rows.read_bytes() == outputs["1"][1]
 
 
@@ -222,7 +222,7 @@ def test_a_kill_loses_little_and_the_same_command_goes_on(tmp_path: Path) -> Non
     assert not output.exists()
     there = kept.read_bytes().count(b"\n") - 1
     assert 20 <= there < 160
-    assert f"{there} of 160 trials are there" in run(*command, *asked, "-o", output).stderr
+    assert f"{there} of 160 trials are stored" in run(*command, *asked, "-o", output).stderr
     assert not kept.exists()
     run(*command, *asked, "-o", whole)
     assert output.read_bytes() == whole.read_bytes()
@@ -260,7 +260,8 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(
     assert not (tmp_path / "b.html.trials").exists()
     monkeypatch.undo()
     assert (
-        "7 of 12 trials are there" in run(*command, "-n", "12", "--cores", "1", "-o", output).stderr
+        "7 of 12 trials are stored"
+        in run(*command, "-n", "12", "--cores", "1", "-o", output).stderr
     )
     assert (
         "frictool campaign model.yaml controller.yaml --scenario scenario.yaml"

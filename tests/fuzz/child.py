@@ -34,7 +34,7 @@ KNOWN_LINES = (
     "error: ",
     "warning: ",
     f"{INPUT}: ",
-    f"{INPUT} does not tell all; ",
+    f"{INPUT} does not determine all values; ",
     "x_",
     "guessed ",
     "columns.",

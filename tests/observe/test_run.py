@@ -316,7 +316,7 @@ def test_a_log_that_tells_nothing_says_so(rig: SimpleNamespace, tmp_path: Path) 
     facts = json.loads(result.stdout)
     assert result.code == 1
     words = (rig.model, tmp_path / "still.mcap", "--wear-limit", "1.25")
-    assert "UNDECIDED: no move tells" in observe(*words).stdout
+    assert "UNDECIDED: no move determines" in observe(*words).stdout
     assert observe(*words, "--allow-undecided").code == 0
     assert observe(*words[:2]).code == 0
     fleet = observe(*words, "-o", tmp_path / "fleet.csv")
@@ -325,7 +325,7 @@ def test_a_log_that_tells_nothing_says_so(rig: SimpleNamespace, tmp_path: Path) 
         "1 log; above the limit 1.25: 0; undecided: 1",
     )
     assert observe(*words, "--allow-undecided", "-o", tmp_path / "fleet.csv").code == 0
-    assert "no move tells the wear" in result.stderr
+    assert "no move determines the wear" in result.stderr
     assert (facts["moves"], facts["alarm"]) == (0, None)
     assert facts["wear"]["low"] < 1.0 < facts["wear"]["high"]
     signals = read_mcap(tmp_path / "found.mcap").main.signals

@@ -234,8 +234,8 @@ def test_a_decay_that_costs_much_of_gamma_is_told() -> None:
     fast = additive.design(_model(), SwitchedObserverSettings(decay=0.97), NOWHERE)
     assert fast.switched is not None
     assert fast.switched.smallest_gamma is not None
-    assert any("ask for one nearer to 1" in line for line in notes(fast, _model()))
-    assert not any("ask for one nearer to 1" in line for line in notes(_clutch(), _model()))
+    assert any("choose one nearer to 1" in line for line in notes(fast, _model()))
+    assert not any("choose one nearer to 1" in line for line in notes(_clutch(), _model()))
 
 
 def test_notes_tell_a_coarse_encoder_with_its_figures_and_are_silent_of_a_fine_one() -> None:

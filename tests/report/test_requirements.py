@@ -123,7 +123,7 @@ def test_a_record_that_is_never_held_counts_as_a_whole_for_saturation() -> None:
     log.streams[0].signals["current"][100:400] = 50.0
     found = asked("saturation_time_s", 0.1, log)
     assert found.value == pytest.approx(0.3)
-    assert "never held" in found.reason
+    assert "never constant" in found.reason
 
 
 def taken_along(log: Log, *, gap: float = 0.0, keep: bool = True) -> Log:
@@ -194,7 +194,7 @@ def test_the_load_cannot_be_told_without_a_backlash() -> None:
     log = one()
     without = asked("load_static_error", rad(2.0), log, bench=False)
     assert without.met is None
-    assert "no load_position, and no bench tells the backlash" in without.reason
+    assert "no load_position, and the backlash is unknown without a bench" in without.reason
     bench = msgspec.structs.replace(
         controller().bench,
         mechanics=msgspec.structs.replace(controller().bench.mechanics, backlash=None),

@@ -20,7 +20,7 @@ from frictool.campaign.trials.trials import TrialResult
 from frictool.errors import FrictoolError, InputFileError, OutputError
 
 FORMAT = "campaign-trials/2"
-NO_TRIALS = "holds no kept trials; name another file, or remove this one"
+NO_TRIALS = "contains no stored trials; name another file, or remove this one"
 Header = Mapping[str, Any]
 SearchKey = tuple[
     str, int, int
@@ -132,9 +132,7 @@ class TrialStore:
             try:
                 self._take(path, number, json.loads(line), header)
             except (ValueError, KeyError, TypeError, IndexError):
-                message = (
-                    "is no line of kept trials; name another file, or remove this one to begin anew"
-                )
+                message = "is no line of stored trials; name another file, or remove this one"
                 raise InputFileError(path, message, line=number) from None
         self._file.truncate(sum(len(line) + 1 for line in lines))
         if not lines:

@@ -120,9 +120,7 @@ def _required_text(findings: Findings) -> str:
             "out so that every draw must pass"
         )
     needed = findings.draws_needed
-    return (
-        shown if needed is None else f"{shown}: {needed} draws would do if as many of them passed"
-    )
+    return shown if needed is None else f"{shown}: {needed} draws suffice if the same share passes"
 
 
 def caveat(findings: Findings) -> str:
@@ -141,14 +139,14 @@ def caveat(findings: Findings) -> str:
     drawn = "independently" if rate.method == "random" else "as a Latin hypercube"
     above = any(factor.least is not None for factor in findings.trials.space.factors)
     over = (
-        "its range, a breakaway over what of it is not below its Coulomb friction"
+        "its range, a breakaway over the part that is not below its Coulomb friction"
         if above
         else "its range"
     )
     return (
-        f"The factors were drawn {drawn}, each uniformly over {over}: the rate is of "
-        "plants that are spread like that, and "
-        "no probability of the field unless the product is."
+        f"The factors were drawn {drawn}, each uniformly over {over}. The rate refers "
+        "to plants of this distribution; it is a probability in the field only if the product has "
+        "this distribution."
     )
 
 

@@ -71,7 +71,7 @@ def _constant(switched: Switched) -> str:
     ]
     return (
         "friction does not depend on the position: "
-        f"gamma is for a model that is wrong by {UNIT_DEVIATION:.0%} of it"
+        f"gamma refers to a model error of {UNIT_DEVIATION:.0%} of the friction"
         if chosen
         else ""
     )
@@ -140,7 +140,7 @@ def _slow(observer: Observer, switched: Switched) -> str:
         time_constant(mode.spectral_radius, observer.sample_period_s) for mode in switched.modes
     )
     return (
-        f"alpha takes {slowest:.3g} s to follow: ask for a --decay below {switched.decay:g}"
+        f"alpha follows within {slowest:.3g} s: choose a --decay below {switched.decay:g}"
         if slowest > SLOW_S
         else ""
     )
@@ -152,7 +152,7 @@ def _dear(switched: Switched) -> str:
         return ""
     return (
         f"a decay of {switched.decay:.5g} makes gamma {switched.gamma / least:.3g} times "
-        "what it is without: ask for one nearer to 1"
+        "as large as without a decay: choose one nearer to 1"
     )
 
 

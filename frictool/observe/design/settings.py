@@ -82,13 +82,12 @@ def switch_speed_of(model: Model, settings: SwitchedObserverSettings) -> float:
                 f"switch speed: found {settings.switch_speed:g} {unit}; "
                 "allowed: below the bench's mechanics.top_speed, "
                 f"{top.value:g} {unit}, or the axis is stuck at every speed; "
-                "without it a fortieth of that is taken"
+                "the default is a fortieth of that"
             )
         return settings.switch_speed
     if top is None:
         raise NoSolutionError(
-            "the speed below which the observer takes the axis to be stuck is not known: "
-            "the bench has no mechanics.top_speed to take a "
-            f"fortieth of; give --switch-speed, such as 10{unit.replace(' ', '')}"
+            "the switch speed is unknown: the bench has no mechanics.top_speed to take a fortieth "
+            f"of; give --switch-speed, such as 10{unit.replace(' ', '')}"
         )
     return SLOW * top.value
