@@ -65,7 +65,7 @@ class _BoundedComposer(Composer):
                 node.value.encode()
             except UnicodeEncodeError:
                 raise _refusal(
-                    "found half of a surrogate pair, which is no character", event
+                    "found half of a surrogate pair, which is not a character", event
                 ) from None
         return node
 

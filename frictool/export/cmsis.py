@@ -44,7 +44,7 @@ def cmsis_arrays(controller: Controller, number: Number) -> CmsisArrays:
     linear = controller.linear
     if controller.schedule is not None:
         raise NoSolutionError(
-            f"{controller.name}: scheduled coefficients are no constant arrays; use --lang c"
+            f"{controller.name}: scheduled coefficients are not constant arrays; use --lang c"
         )
     if not linear.sos:
         raise NoSolutionError(

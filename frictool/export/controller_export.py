@@ -162,7 +162,7 @@ def _remedy(controller: Controller, error: FixedPointOverflow) -> str:
         return "rescale the units, or use --number float"
     if controller.schedule is not None:
         return (
-            "nothing bounds the states of a controller whose coefficients move; use "
+            "no bound holds for the states of a controller whose coefficients move; use "
             "--number float, or leave scheduled out of the design"
         )
     return "a travel and a top speed in the bench bound what is measured, or use --number float"

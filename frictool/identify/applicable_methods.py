@@ -37,7 +37,7 @@ def applicable_methods(stream: StreamSurvey, kind: str | None) -> dict[str, str 
     ramps = (
         None
         if kind == "ramp"
-        else f"the log is no ramp of the effort from rest ({kind or 'unknown'})"
+        else f"the log is not a ramp of the effort from rest ({kind or 'unknown'})"
     )
     return {**out, BREAKAWAY: why or blind or ramps}
 

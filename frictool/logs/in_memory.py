@@ -67,7 +67,7 @@ def _vector(name: str, channel: str, values: ArrayLike) -> np.ndarray:
     vector = np.array(values, dtype=np.float64)
     if vector.ndim != 1 or not np.all(np.isfinite(vector)):
         raise LogError(
-            name, f"{channel} is no vector of finite numbers; its shape is {vector.shape}"
+            name, f"{channel} is not a vector of finite numbers; its shape is {vector.shape}"
         )
     return vector
 

@@ -68,7 +68,7 @@ def limit_cycle(time: Vector, position: Vector, resolution: float = 0.0) -> Limi
         return LimitCycle(0.0)
     still = "turns less and less" if len(turns) >= LEAST_TURNS else "does not turn twice"
     moved = (
-        f"moves by {float(np.ptp(x)):.3g} behind the first {duration / 3.0:.3g} s of the hold and "
+        f"moves by {float(np.ptp(x)):.3g} after the first {duration / 3.0:.3g} s of the hold and "
         f"{still}"
     )
     return LimitCycle(None, reason=f"{moved}; a longer hold tells whether it cycles")

@@ -86,5 +86,7 @@ def connect(
 
 def _row(rows: Mapping[str, Matrix], name: str) -> Matrix:
     if name not in rows:
-        raise ValueError(f"nothing gives the signal {name}; there are {', '.join(sorted(rows))}")
+        raise ValueError(
+            f"no block provides the signal {name}; there are {', '.join(sorted(rows))}"
+        )
     return rows[name]

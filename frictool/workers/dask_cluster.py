@@ -239,8 +239,7 @@ class ClusterRun:
             self._give_up(HOPELESS * AHEAD * self._workers)
             if not self._suspects:
                 notifications.remark(
-                    f"{self._address}: workers were ended; "
-                    "what they were at is done again at the end"
+                    f"{self._address}: workers were ended; their jobs are repeated at the end"
                 )
             self._suspects.extend((one,) for one in task)
         else:

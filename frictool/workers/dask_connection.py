@@ -42,7 +42,7 @@ def connect(address: str) -> Iterator[Any]:
     """
     if not ADDRESS.fullmatch(address):
         raise ClusterError(
-            f"{address!r} is no address of a Dask scheduler; "
+            f"{address!r} is not the address of a Dask scheduler; "
             "allowed: tcp://HOST:PORT, tls://HOST:PORT"
         )
     dask, distributed = _libraries(address)
@@ -174,7 +174,7 @@ def _barred(address: str, error: BaseException, certificates: dict[str, Any]) ->
         return f"{address}: TLS fails: {why}"
     scheme, _, place = address.partition("://")
     other = f"{'tcp' if scheme == 'tls' else 'tls'}://{place}"
-    what = "speaks no TLS" if failed is not None else "is no Dask scheduler of this kind"
+    what = "speaks no TLS" if failed is not None else "is not a Dask scheduler of this kind"
     return (
         f"{address}: what answers there {what}; is it {other}, "
         "or another port (8787 is the dashboard's)?"

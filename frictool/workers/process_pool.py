@@ -198,7 +198,7 @@ class ProcessPool:
                     "is memory short?",
                 )
             ]
-        notifications.remark(f"a process was ended ({cause}); what it was at is done again")
+        notifications.remark(f"a process was ended ({cause}); its jobs are repeated")
         self._again.extend(PendingTask((one,), deaths) for one in pending.task)
         return []
 

@@ -212,7 +212,7 @@ def test_salvage_gives_what_was_before_a_damage(tmp_path: Path):
 
 def test_a_cut_archive_is_one_line(path: Path):
     path.write_bytes(path.read_bytes()[:-10])
-    with pytest.raises(LogError, match="is no whole zip archive"):
+    with pytest.raises(LogError, match="is not a complete zip archive"):
         npz_format.tables(path)
 
 

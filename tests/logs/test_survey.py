@@ -116,7 +116,7 @@ def test_which_methods_a_log_can_feed():
             "least-squares": None,
             "inverse-dynamic": None,
             "sines": None,
-            "breakaway": "the log is no ramp of the effort from rest (sines)",
+            "breakaway": "the log is not a ramp of the effort from rest (sines)",
         }.items()
     )
     coarse = 0.05 * np.rint(20.0 * fine)

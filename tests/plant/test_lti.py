@@ -79,7 +79,7 @@ def test_a_feedback_diagram_is_the_algebra_of_its_blocks(seed: int) -> None:
 
 def test_a_diagram_with_a_mistake_is_refused() -> None:
     one = DiagramBlock(gain(1.0, 0.0), ("u",), ("y",))
-    with pytest.raises(ValueError, match="nothing gives the signal u"):
+    with pytest.raises(ValueError, match="no block provides the signal u"):
         connect({"p": one}, {}, (), ("y",))
     with pytest.raises(ValueError, match="two sources"):
         connect({"p": one}, {}, ("u", "y"), ("y",))

@@ -191,9 +191,9 @@ def _refuse_loose(
         names = ", ".join(blocks.names[block] for block in part)
         raise ElementError(
             f"blocks.{blocks.names[part[0]]}",
-            f"no link, source or sensor ties {names} to the rest, and nothing to the ground: "
-            "it would have no part in anything; "
-            "link it, ground it by a spring, friction or stop, or leave it out",
+            f"no link, source or sensor ties {names} to the rest, and nothing to the ground, "
+            "so that it would not affect the motion; link it, ground it by a spring, friction or "
+            "stop, or leave it out",
         )
 
 

@@ -120,8 +120,7 @@ def forest_of(packed: PackedMechanism) -> JointForest:
             del forest.order[begin:]
         else:
             raise ValueError(
-                "two links that their load cannot drive have their loads joined rigidly: "
-                "nothing can move"
+                "the loads of two self-locking links are joined rigidly: nothing can move"
             )
         seen[members] = True
     return forest

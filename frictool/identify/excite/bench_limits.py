@@ -94,7 +94,7 @@ def limits_of(bench: Bench) -> BenchLimits:
             "certain; raise actuator.limit or narrow mechanics.coulomb"
         )
     if known.top_speed is None and viscous <= 0.0:
-        raise NoSolutionError(f"{bench.name}: nothing limits the speed; give mechanics.top_speed")
+        raise NoSolutionError(f"{bench.name}: no value limits the speed; give mechanics.top_speed")
     speed = known.top_speed.value if known.top_speed else left / viscous
     low, high = (known.travel.low, known.travel.high) if known.travel else (-math.inf, math.inf)
     margin = MARGIN * (high - low) if known.travel else 0.0

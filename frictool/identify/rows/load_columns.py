@@ -87,8 +87,7 @@ def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str
         share = float(np.linalg.svd(left, compute_uv=False)[-1]) / np.sqrt(0.5 * rows)
         if share < LEAST_SHARE:
             reason = (
-                f"over this travel the other terms do what {term} does but for "
-                f"{100 * share:.2g} % of it"
+                f"over this travel the other terms explain all but {100 * share:.2g} % of {term}"
             )
             out.update(
                 dict.fromkeys(

@@ -161,7 +161,8 @@ def _members(path: Path, damage: list[str]) -> Iterator[NpyArray]:
         # on a damaged directory zipfile also raises errors of struct, codecs and others
         raise LogError(
             path,
-            f"is no whole zip archive ({error}); its directory is at its end: is the file cut off?",
+            f"is not a complete zip archive ({error}); its directory is at its end: "
+            "is the file cut off?",
         ) from None
     if len(arrays) > MOST_MEMBERS:
         raise LogError(path, f"holds {len(arrays)} arrays; allowed: {MOST_MEMBERS}")

@@ -218,7 +218,7 @@ def _head(read: Callable[[int], bytes], left: int) -> tuple[Fields, int]:
     fields = _fields(read(size))
     raw = read(4)
     if len(raw) < 4:
-        raise ValueError("a record is cut behind its header")
+        raise ValueError("a record is cut off after its header")
     return fields, int(_U32.unpack(raw)[0])
 
 

@@ -39,7 +39,7 @@ class Db3Recording:
             with closing(self._connection()) as bag:
                 self._look(bag)
         except (sqlite3.Error, OverflowError, UnicodeDecodeError) as error:
-            raise LogError(path, f"is no ROS 2 bag, or is damaged: {error}") from None
+            raise LogError(path, f"is not a ROS 2 bag, or is damaged: {error}") from None
 
     def _connection(self) -> sqlite3.Connection:
         """Return a read-only connection that takes no lock.

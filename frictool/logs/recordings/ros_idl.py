@@ -112,7 +112,7 @@ class _IdlParser:
                 self.skip_to(";")
                 continue
             elif kind != ";":
-                raise ValueError(f"{kind!r} is no definition that ROS 2 writes")
+                raise ValueError(f"{kind!r} is not a definition that ROS 2 writes")
             if self.peek() == ";":
                 self.next()
 
@@ -157,7 +157,7 @@ class _IdlParser:
             kind, repeat, _ = self.type(scope)
             self.skip_to(">")
             if repeat != "once":
-                raise ValueError("a sequence of arrays is nothing that ROS 2 writes")
+                raise ValueError("a sequence of arrays is not a type that ROS 2 writes")
             return kind, "sequence", 0
         while word in ("unsigned", "long", "unsigned long") and self.peek() in ("long", "short"):
             word = f"{word} {self.next()}"

@@ -208,7 +208,7 @@ def _redundant(
             "how the force is shared is not determined; "
             f"allowed: a rigid loop without loss; leave {link.name} out or make it compliant",
         )
-    return f"{link.name} is left out: it closes the loop {loop} and says nothing new"
+    return f"{link.name} is left out: it closes the loop {loop} and adds no constraint"
 
 
 def groups_of(

@@ -205,7 +205,8 @@ def test_two_links_that_say_the_same(tmp_path: Path) -> None:
     path.write_text(TRAIN.replace(", efficiency: 0.9", "").replace(RACK, RACK + twin))
     _, mechanism = load_mechanism(path)
     assert mechanism.notes == (
-        "twin is left out: it closes the loop motor - reducer - shaft - twin and says nothing new",
+        "twin is left out: it closes the loop motor - reducer - shaft - twin and "
+        "adds no constraint",
     )
     assert "in which reducer has a loss" in refusal(TRAIN.replace(RACK, RACK + twin), tmp_path)
 
@@ -239,8 +240,8 @@ def test_a_loop_with_a_solution(tmp_path: Path) -> None:
     _, mechanism = load_mechanism(path)
     assert mechanism.joints == ("first", "second")
     assert mechanism.notes == (
-        "closing is left out: it closes the loop c - second - b - first - a - closing and says "
-        "nothing new",
+        "closing is left out: it closes the loop c - second - b - first - a - closing and adds "
+        "no constraint",
     )
     assert "in which closing has a loss" in refusal(
         TRIANGLE.format(exact + ", efficiency: 0.9"), tmp_path
