@@ -255,7 +255,7 @@ METRICS = (
         "load's static error",
         "position",
         "static error of the mechanical position behind the backlash",
-        compute="load_position.load_static_error",
+        compute="load_position_bounds.load_static_error",
         needs=("load_position", "response_time"),
         key="load_static_error",
         limit=PositiveLength,
@@ -267,7 +267,7 @@ METRICS = (
         "load's overshoot",
         "percent",
         "overshoot of the mechanical position behind the backlash, with a sensor step of 0",
-        compute="load_position.load_overshoot",
+        compute="load_position_bounds.load_overshoot",
         needs=("step", "load_position"),
     ),
     Metric(
