@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import shlex
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from frictool.documents.controller import Number
     from frictool.documents.mechanism import Mechanism
     from frictool.documents.model import Model
+
+PACKAGE = Path(__file__).parents[1]
 
 
 @dataclass(frozen=True)
@@ -114,12 +117,23 @@ def header_of(
     counted = {} if method == "random" else {"number of trials": count}
     settings = {
         "frictool": __version__,
+        "code of the metrics": code_digest(PACKAGE),
         "method": method,
         "seed": trial.seed,
         **counted,
         "number": trial.setting.number,
     }
     return settings | {name: digest(path) for name, path in paths.inputs.items()}
+
+
+def code_digest(package: Path) -> str:
+    """Return the SHA-256 of the sources in `package` that compute and judge metrics."""
+    sources = [
+        package / "documents/metric_table.py",
+        *sorted(package.glob("metrics/*.py")),
+        *sorted(package.glob("report/*.py")),
+    ]
+    return hashlib.sha256(b"".join(path.read_bytes() for path in sources)).hexdigest()
 
 
 def _plant(path: Path) -> Model | Mechanism:

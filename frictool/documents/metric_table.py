@@ -1,25 +1,32 @@
 """Metrics of a verdict, and the keys of a specification that limit them.
 
 The fields of `spec.yaml`, the units and headings of a report, the definitions on its page and in
-docs/metrics.md, and the columns of a campaign follow from the records of this table.
+docs/metrics.md, and the columns of a campaign follow from the records of this table. The columns of
+a page have the order of the rows, the keys of a specification that of `rank`.
 """
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import msgspec
 
 from frictool.documents.bench import PositiveNumber
-from frictool.documents.quantity import DriveLimit, NonNegativeLength, PositiveLength, si_unit
+from frictool.documents.quantity import SI_UNITS, NonNegativeLength, positive, si_unit
 
 if TYPE_CHECKING:
     from frictool.documents.spec import Spec
 
-Dimension = Literal[
-    "time", "percent", "position", "velocity", "count", "ratio", "drive", "drive squared"
-]
+# dimension of a metric that SI_UNITS does not have -> its unit; {drive} is that of the drive
+OTHER_UNITS = {
+    "percent": "%",
+    "count": "",
+    "ratio": "",
+    "drive": "{drive}",
+    "drive squared": "{drive}^2",
+}
 NonNegative = Annotated[float, msgspec.Meta(ge=0)]
 MOTION, DRIVE = "Motion", "Drive, load and rest"  # tables of the page
 
@@ -50,12 +57,13 @@ class Energy(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     limit: PositiveNumber
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Metric:
     """Metric of a hold, of a whole stream or of a closed loop, and the requirement on it.
 
-    - name, title: name in JSON, heading of its column
-    - dimension: dimension from which its unit follows
+    - name: name in JSON, JUnit and tables of values
+    - title: name in texts and on pages, heading of its column
+    - dimension: key of SI_UNITS (documents/quantity.py) or OTHER_UNITS, from which its unit follows
     - definition: sentence without its end, for the page, the schema and docs/metrics.md
     - scope: what it is measured of
     - compute: function of `frictool/metrics/`, as module.function. Its parameters are named after
@@ -64,15 +72,19 @@ class Metric:
     - needs: keys of NEEDS (report/measured_part.py) without which there is no value
     - table: table of the page
     - key: key of a specification that limits or needs the metric, if there is one
-    - limit: type of the key's value; None if another metric has the key
+    - limit: type of the key's value; None if another metric has the key. The value is a number with
+      its unit in the key's name (`PositiveNumber` of `rise_time_s`), a quantity
+      (`positive(dimension)`), or a record whose `limit` is either (`Energy`, which has a window)
     - meaning: meaning of the key, for the schema
     - requirement: name of the requirement in a verdict, by default that of the metric
     - rank: position of the key in a specification; by default it comes last
+
+    Raises ValueError for an unknown dimension.
     """
 
     name: str
     title: str
-    dimension: Dimension
+    dimension: str
     definition: str
     scope: Literal["hold", "stream", "loop"] = "hold"
     compute: str = ""
@@ -84,13 +96,27 @@ class Metric:
     requirement: str = ""
     rank: int = 100
 
+    def __post_init__(self) -> None:
+        check_known(self.name, "dimension", (self.dimension,), {*SI_UNITS, *OTHER_UNITS})
+
     def unit(self, spec: Spec) -> str:
         """Return the SI unit for the specification's kind of axis and drive; may be empty."""
-        if self.dimension in ("position", "velocity", "time"):
+        if self.dimension in SI_UNITS:
             return si_unit(self.dimension, spec.axis)
-        drive = si_unit(spec.drive, spec.axis)
-        units = {"percent": "%", "drive": drive, "drive squared": f"{drive}^2"}
-        return units.get(self.dimension, "")
+        return OTHER_UNITS[self.dimension].format(drive=si_unit(spec.drive, spec.axis))
+
+    @property
+    def requirement_name(self) -> str:
+        """Return the name of the requirement in a verdict."""
+        return self.requirement or self.name
+
+
+def check_known(metric: str, field: str, names: Iterable[str], allowed: Collection[str]) -> None:
+    """Raise ValueError with the metric's name if one of the names is not allowed."""
+    for name in names:
+        if name not in allowed:
+            listed = ", ".join(sorted(allowed))
+            raise ValueError(f"metric {metric}: {field} {name!r}; allowed: {listed}")
 
 
 METRICS = (
@@ -154,7 +180,7 @@ METRICS = (
         needs=("response_time",),
         table=MOTION,
         key="static_error",
-        limit=PositiveLength,
+        limit=positive("position"),
         meaning="Largest error at the end of a hold.",
         rank=4,
     ),
@@ -237,7 +263,7 @@ METRICS = (
     ),
     Metric(
         "saturation_time",
-        "at limit",
+        "time at limit",
         "time",
         "time for which the command is within 0.1 % of the drive's limit in the bench; a lower "
         "limit due to the winding's voltage does not count. Without a command: time for which the "
@@ -258,7 +284,7 @@ METRICS = (
         compute="load_position_bounds.load_static_error",
         needs=("load_position", "response_time"),
         key="load_static_error",
-        limit=PositiveLength,
+        limit=positive("position"),
         meaning="Largest static error of the mechanical position behind the backlash.",
         rank=5,
     ),
@@ -303,7 +329,7 @@ METRICS = (
         compute="drive_peak.larger_peak",
         needs=("drive",),
         key="drive_peak",
-        limit=DriveLimit,
+        limit=positive("drive"),
         meaning="Largest magnitude of the drive.",
         rank=9,
     ),
@@ -316,13 +342,13 @@ METRICS = (
         compute="drive_rms.drive_rms",
         needs=("drive",),
         key="drive_rms",
-        limit=DriveLimit,
+        limit=positive("drive"),
         meaning="Largest rms of the drive over a whole log.",
         rank=10,
     ),
     Metric(
         "saturation_time",
-        "at limit",
+        "time at limit",
         "time",
         "time at the drive's limit, as in a hold, over the whole record",
         scope="stream",
@@ -388,3 +414,18 @@ REQUIREMENTS = {
     for metric in sorted(METRICS, key=lambda metric: metric.rank)
     if metric.limit is not None
 }
+
+# name of a requirement -> its title in texts and on pages
+_TITLES = {
+    metric.requirement_name: metric.requirement.replace("_", " ") or metric.title
+    for metric in REQUIREMENTS.values()
+}
+
+
+def requirement_title(name: str) -> str:
+    """Return the title of a requirement for texts and pages.
+
+    >>> requirement_title("drive_peak")
+    'peak drive'
+    """
+    return _TITLES.get(name) or name.replace("_", " ")

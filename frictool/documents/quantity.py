@@ -161,6 +161,11 @@ NonNegativeEffortEstimate = Annotated[Estimate, _of("effort", 0.0)]
 AnyQuantity = Annotated[Quantity, _of("any")]
 
 
+def positive(dimension: str) -> Any:
+    """Return the type of a quantity above 0; `dimension` is "drive" or a key of SI_UNITS."""
+    return Annotated[Quantity, _of(dimension, 0.0, exclusive=True)]
+
+
 @lru_cache(maxsize=1)
 def unit_registry() -> pint.UnitRegistry[float]:
     """Return the unit registry; its construction at the first use takes about 0.1 s."""

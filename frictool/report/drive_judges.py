@@ -1,4 +1,4 @@
-"""Judges of the drive requirements: peak, saturation time, energy, and drive at rest."""
+"""Judges of the drive requirements: peak, saturation time, and drive at rest."""
 
 from __future__ import annotations
 
@@ -17,7 +17,6 @@ from frictool.report.worst_hold import (
     JudgedValue,
     largest_value,
     location_of,
-    worst_hold,
 )
 
 
@@ -68,14 +67,6 @@ def judge_saturation(
         if item.drive is not None and "drive_limit" in item.gaps
     ]
     return largest_value(spec, metric, durations, gaps[0] if gaps else _undecided(spec, evidence))
-
-
-def judge_energy(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
-    """Judge the energy of the worst step, as in table 5.3."""
-    metric = REQUIREMENTS["energy"]
-    if all(item.drive is None for item, _ in evidence):
-        return largest_value(spec, metric, [], _undecided(spec, evidence))
-    return worst_hold(spec, metric, evidence)
 
 
 def judge_rest(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 
+from frictool.documents.metric_table import requirement_title
 from frictool.presentation.sections import plain
 from frictool.report.requirement import Verdict, number, unit_shown
 
@@ -25,7 +26,7 @@ def markdown(verdict: Verdict) -> str:
             f"{'≤' if r.relation == '<=' else '≥'} {number(r.limit)} {unit_shown(r.unit)}".strip()
         )
         rows.append(
-            f"| {r.name.replace('_', ' ')} | {value} | {limit} | {MARKS[r.outcome]} | "
+            f"| {requirement_title(r.name)} | {value} | {limit} | {MARKS[r.outcome]} | "
             f"{_plain(remark)} |"
         )
     rows += [f"\n**Warning:** {_plain(remark)}" for remark in verdict.remarks]

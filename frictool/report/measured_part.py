@@ -9,7 +9,7 @@ from importlib import import_module
 from inspect import signature
 from typing import Any
 
-from frictool.documents.metric_table import Metric
+from frictool.documents.metric_table import Metric, check_known
 from frictool.documents.spec import Spec
 from frictool.metrics.limit_cycle import LimitCycle, limit_cycle
 from frictool.metrics.reference_holds import Hold
@@ -53,44 +53,65 @@ class MeasuredPart:
         return limit_cycle(time, self.signal("position"), self.evidence.resolution)
 
 
-# parameter of a metric's function -> its value; signals are (n,) in SI
+# Parameter of a metric's function -> its value in SI. Signals are (n,); their sample 0 is the step,
+# or the start of the stream. A value that can be absent needs a row in NEEDS as well.
 ARGUMENTS: dict[str, Callable[[MeasuredPart], Any]] = {
+    # time [s] of each sample, from the origin of the log's clock
     "time": lambda part: part.of(part.evidence.stream.time),
     "position": lambda part: part.signal("position"),
     "reference": lambda part: part.signal("reference"),
+    # reference before the step; None if no step leads to the hold
     "origin": lambda part: part.hold and part.hold.origin,
+    # reference of the hold; None for a whole stream
     "target": lambda part: part.hold and part.hold.target,
+    # step of the position sensor; 0 if unknown
     "resolution": lambda part: part.evidence.resolution,
+    # measured drive, or the command if no drive was measured; the two alone, None if not logged
     "drive": lambda part: part.of(part.evidence.drive),
     "command": lambda part: part.of(part.evidence.command),
     "measured": lambda part: part.of(part.evidence.measured),
+    # limit of the drive in the bench, None if unknown
     "drive_limit": lambda part: part.evidence.drive_limit,
+    # standard deviation of the measured drive's noise
     "drive_noise": lambda part: part.evidence.drive_noise,
+    # t_int [s] of the energy
     "energy_window": lambda part: energy_window(part.spec),
+    # lowest and highest position behind the backlash, (2, n)
     "load": lambda part: tuple(map(part.of, part.evidence.load or ())),
+    # result of the limit-cycle test of the hold
     "cycle": lambda part: part.cycle,
+    # samples from rest.after_s after the start of the hold
     "rest_position": lambda part: part.late(part.evidence.stream.signals["position"]),
     "rest_command": lambda part: part.late(part.evidence.command),
     "rest_measured": lambda part: part.late(part.evidence.measured),
+    # velocity that the controller used, and the true one of a simulated log
     "estimated": lambda part: part.signal("velocity_estimated"),
     "velocity": lambda part: part.signal("velocity"),
 }
 
-# need of a metric -> reason why it is not met, or an empty text
+# Need of a metric -> reason why it is not met, or an empty text.
 NEEDS: dict[str, Callable[[MeasuredPart], str]] = {
+    # a step leads to the hold
     "step": lambda part: NO_STEP if part.hold is None or part.hold.origin is None else "",
+    # the hold is at least as long as the allowed response time, if there is one
     "response_time": lambda part: _cut_short(part),
+    # the log has a measured drive or a command
     "drive": lambda part: no_drive(part.spec, part.evidence) if part.evidence.drive is None else "",
+    # the bench is known
     "drive_limit": lambda part: part.evidence.gaps.get("drive_limit", ""),
+    # the specification gives t_int
     "energy_window": lambda part: (
         "the specification has neither energy.window_s nor response_time_95_s"
         if energy_window(part.spec) is None
         else ""
     ),
+    # the position behind the backlash is known, or its bounds are
     "load_position": lambda part: (
         part.evidence.gaps["load_position"] if part.evidence.load is None else ""
     ),
+    # the specification has `rest`, and the hold is longer than rest.after_s
     "rest": lambda part: _no_rest(part),
+    # position and reference are logged and finite
     "tracking": lambda part: next(
         (
             part.evidence.gaps[name]
@@ -99,6 +120,7 @@ NEEDS: dict[str, Callable[[MeasuredPart], str]] = {
         ),
         "",
     ),
+    # a simulated log has the velocity that the controller used
     "used_velocity": lambda part: (
         found
         if isinstance(found := used_velocity(part.evidence.stream, part.evidence.simulated), str)
@@ -109,20 +131,29 @@ NEEDS: dict[str, Callable[[MeasuredPart], str]] = {
 
 def measure(metric: Metric, part: MeasuredPart) -> MetricResult:
     """Return a metric's value in SI (a ratio in %), its two bounds, or the reason for neither."""
+    function, parameters = function_of(metric)
     for need in metric.needs:
         if reason := NEEDS[need](part):
             return reason
-    function, parameters = _function(metric.compute)
     result: MetricResult = function(*(ARGUMENTS[name](part) for name in parameters))
     return result
 
 
 @cache
-def _function(compute: str) -> tuple[Callable[..., Any], tuple[str, ...]]:
-    """Return a function of `frictool/metrics/` with the names of its parameters."""
-    module, _, name = compute.partition(".")
-    function = getattr(import_module(f"frictool.metrics.{module}"), name)
-    return function, tuple(signature(function).parameters)
+def function_of(metric: Metric) -> tuple[Callable[..., Any], tuple[str, ...]]:
+    """Return a metric's function of `frictool/metrics/` with the names of its parameters.
+
+    Raises ValueError if a need, the module, the function or a parameter is unknown.
+    """
+    check_known(metric.name, "need", metric.needs, NEEDS)
+    module, _, name = metric.compute.partition(".")
+    try:
+        function = getattr(import_module(f"frictool.metrics.{module}"), name)
+    except (ImportError, AttributeError) as error:
+        raise ValueError(f"metric {metric.name}: compute {metric.compute!r}: {error}") from None
+    parameters = tuple(signature(function).parameters)
+    check_known(metric.name, "parameter", parameters, ARGUMENTS)
+    return function, parameters
 
 
 def energy_window(spec: Spec) -> float | None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from frictool.documents.controller import Controller
-from frictool.documents.metric_table import HOLD_METRICS
+from frictool.documents.metric_table import HOLD_METRICS, requirement_title
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
@@ -62,6 +62,7 @@ def page(
         shown=streams,
         number=number,
         unit_shown=unit_shown,
+        requirement_title=requirement_title,
         unit=si_unit("position", spec.axis),
         drive_unit=si_unit(spec.drive, spec.axis),
         legend=[

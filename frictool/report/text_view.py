@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import click
 
+from frictool.documents.metric_table import requirement_title
 from frictool.presentation.sections import plain
 from frictool.report.requirement import Requirement, Verdict, number, unit_shown
 
@@ -15,11 +16,18 @@ COLOURS = {
     "fail": "red",
     "undecided": "yellow",
 }
+LEAST = (16, 11, 11, 0)  # widths of the columns of a short table
 
 
 def lines(verdict: Verdict, colour: bool = False) -> list[str]:
     """Return one line per requirement, the remarks, then the verdict."""
-    shown = [_line(requirement, colour) for requirement in verdict.requirements]
+    rows = [tuple(map(plain, _cells(requirement))) for requirement in verdict.requirements]
+    widths = [max([least, *(len(row[k]) for row in rows)]) for k, least in enumerate(LEAST)]
+    shown = [
+        _painted(f"{requirement.outcome:<12}", requirement.outcome, colour)
+        + "  ".join(map(str.ljust, row, widths)).rstrip()
+        for requirement, row in zip(verdict.requirements, rows, strict=True)
+    ]
     remarks = [plain(f"warning: {remark}") for remark in verdict.remarks]
     return [*shown, *remarks, _painted(plain(verdict.headline), verdict.state, colour)]
 
@@ -28,14 +36,10 @@ def _painted(text: str, outcome: str, colour: bool) -> str:
     return click.style(text, fg=COLOURS[outcome], bold=True) if colour else text
 
 
-def _line(requirement: Requirement, colour: bool) -> str:
-    outcome = _painted(f"{requirement.outcome:<12}", requirement.outcome, colour)
-    value = (
-        f"{number(requirement.value)} {unit_shown(requirement.unit)}"
-        if requirement.value is not None
-        else "-"
-    )
-    limit = f"{requirement.relation} {number(requirement.limit)} {unit_shown(requirement.unit)}"
+def _cells(requirement: Requirement) -> tuple[str, str, str, str]:
+    """Return title, value, limit, and location with reason of a requirement."""
+    unit = unit_shown(requirement.unit)
+    value = "-" if requirement.value is None else f"{number(requirement.value)} {unit}"
+    limit = f"{requirement.relation} {number(requirement.limit)} {unit}"
     remark = "; ".join(part for part in (str(requirement.where or ""), requirement.reason) if part)
-    name = requirement.name.replace("_", " ")
-    return outcome + plain(f"{name:<18}{value:<13}{limit:<13}{remark}".rstrip())
+    return requirement_title(requirement.name), value.rstrip(), limit.rstrip(), remark

@@ -13,7 +13,7 @@ from frictool.documents.metric_table import REQUIREMENTS
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
 from frictool.logs.log import Log
-from frictool.report.drive_judges import judge_energy, judge_peak, judge_rest, judge_saturation
+from frictool.report.drive_judges import judge_peak, judge_rest, judge_saturation
 from frictool.report.evidence import StreamEvidence, gather_evidence, log_labels
 from frictool.report.hold_metrics import HoldMetrics, measure_holds
 from frictool.report.load_judge import judge_load
@@ -162,14 +162,14 @@ def _meets(spec: Spec, stream: tuple[StreamEvidence, tuple[HoldMetrics, ...]]) -
     return bool(judges or simulated) and all(make(spec, (stream,), None).met for make in judges)
 
 
-SPECIAL: dict[str, Judge] = {  # judges of keys for which the worst hold or stream is not enough
+# key -> judge that does more than compare the worst hold or stream with the limit
+SPECIAL: dict[str, Judge] = {
     "load_static_error": judge_load,
     "limit_cycle": judge_cycle,
     "modulus_margin": judge_margin,
     "drive_peak": judge_peak,
     "saturation_time_s": judge_saturation,
     "rest": judge_rest,
-    "energy": judge_energy,
 }
 # specification key -> judge, in the order of the specification
 JUDGES: dict[str, Judge] = {

@@ -32,7 +32,7 @@ class JudgedValue(NamedTuple):
 def limit_of(spec: Spec, key: str) -> float:
     """Return the limit that the specification's key sets, in SI."""
     limit = getattr(spec, key)
-    for part in ("value", "limit", "drive"):  # of a quantity, of `energy`, of `rest`
+    for part in ("limit", "drive", "value"):  # of `energy`, of `rest`, of a quantity
         limit = getattr(limit, part, limit)
     return float(limit)
 
@@ -53,7 +53,7 @@ def largest_value(
     """
     limit = limit_of(spec, metric.key)
     unit = metric.unit(spec)
-    name = metric.requirement or metric.name
+    name = metric.requirement_name
     key = metric.key
     if not judged:
         return Requirement(name, key, None, limit, unit, None, reason=undecided)

@@ -133,12 +133,12 @@ def test_the_text_says_what_fails_where_and_why() -> None:
     assert "  2 x the position is beyond 1e3 rad (first: draw 5)" in told
     row = next(line for line in told if line.strip().startswith("Coulomb friction  high"))
     assert "chance below 1e-6" in row
-    assert "never" in next(line for line in told if line.startswith("response time 95"))
-    assert "modulus margin    inertia 99 ± 2 % (falls)" in text
-    assert "rest              it is the same in every trial" in text
-    assert "limit cycle       no trial has a value" in text
+    assert "never" in next(line for line in told if line.startswith("response 95 %"))
+    assert "modulus margin  inertia 99 ± 2 % (falls)" in text
+    assert "rest            it is the same in every trial" in text
+    assert "limit cycle     no trial has a value" in text
     assert (
-        "response time 95 0.47 s where <= 0.4 s is required: "
+        "response 95 % 0.47 s where <= 0.4 s is required: "
         "Coulomb friction 0.14 N m, lost counts -2" in text
     )
     assert (

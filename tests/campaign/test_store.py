@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import math
+import shutil
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -12,6 +15,7 @@ from hypothesis import strategies as st
 from frictool.campaign.trials.differential_evolution import SearchResult
 from frictool.campaign.trials.trial_store import TrialStore
 from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED, TrialResult
+from frictool.cli import campaign_inputs
 from frictool.errors import InputFileError, OutputError
 
 HEADER = {"frictool": "1", "method": "random", "seed": 4, "model": "a" * 64}
@@ -64,6 +68,23 @@ def test_another_campaign_s_file_is_refused_by_what_differs(path: Path) -> None:
         TrialStore(path, HEADER | {"seed": 5})
     with pytest.raises(InputFileError, match="another model; name another file"):
         TrialStore(path, HEADER | {"model": "b" * 64})
+
+
+def test_trials_kept_before_a_change_of_a_metric_are_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    package, kept = tmp_path / "frictool", tmp_path / "kept.jsonl"
+    for part in ("documents", "metrics", "report"):
+        shutil.copytree(campaign_inputs.PACKAGE / part, package / part)
+    monkeypatch.setattr(campaign_inputs, "PACKAGE", package)
+    trial: Any = SimpleNamespace(seed=4, setting=SimpleNamespace(number="double"))
+    paths: Any = SimpleNamespace(inputs={})
+    for _ in range(2):
+        TrialStore(kept, campaign_inputs.header_of(trial, paths, "random", None)).close()
+    metric = package / "metrics/overshoot.py"
+    metric.write_text(metric.read_text(encoding="utf-8").replace("100.0", "200.0"))
+    with pytest.raises(InputFileError, match="another campaign, with another code of the metrics"):
+        TrialStore(kept, campaign_inputs.header_of(trial, paths, "random", None))
 
 
 def test_a_campaign_that_ends_before_its_first_trial_leaves_no_file(

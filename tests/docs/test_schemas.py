@@ -12,6 +12,7 @@ import pytest
 from frictool.cli.json_formats import format_names, json_formats, json_type
 from frictool.cli.main import group
 from frictool.cli.schema import schema_of
+from frictool.documents.metric_table import HOLD_METRICS, STREAM_METRICS
 from frictool.documents.registry import DOCUMENTS
 from tests.support.documentation_pages import ROOT, text_of
 
@@ -63,3 +64,11 @@ def test_the_type_refuses_other_keys_and_the_schema_does_not() -> None:
     for form in json_formats():
         assert json_type(form).__struct_config__.forbid_unknown_fields
         assert 'additionalProperties": false' not in json.dumps(schema_of(form.partition("/")[0]))
+
+
+def test_a_metric_is_no_required_key_so_that_older_reports_stay_valid() -> None:
+    kinds = schema_of("report")["$defs"]
+    for kind, metrics in (("Streams", STREAM_METRICS), ("StreamsHolds", HOLD_METRICS)):
+        one = kinds[f"Report{kind}"]
+        assert set(metrics) <= set(one["properties"])
+        assert not set(metrics) & set(one["required"])

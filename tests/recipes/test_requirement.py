@@ -16,7 +16,7 @@ from tests.support.documentation_pages import ROOT
 from tests.support.recipes import follow, frictool
 
 DEFINITION = "time from the step until the position has moved by more than one sensor step"
-SPEC = "format: spec/1\nname: tried\naxis: {}\ndrive: current\ndead_time_s: 0.001\n"
+SPEC = "format: spec/1\nname: tried\naxis: {}\ndrive: current\ndead_time: {{value: 1, unit: ms}}\n"
 SCENARIO = """\
 format: scenario/1
 name: short
@@ -38,13 +38,13 @@ def overlay(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_the_schema_has_the_key_with_its_meaning(overlay: Path) -> None:
     spec = json.loads(frictool(overlay, "schema", "spec").stdout)["$defs"]["Spec"]
-    key = spec["properties"]["dead_time_s"]
+    key = spec["properties"]["dead_time"]
     assert key["description"] == "Largest time from a step of the reference until the axis moves."
     wrong = overlay / "wrong.yaml"
-    wrong.write_text(SPEC.format("rotary").replace("0.001", "-1"))
+    wrong.write_text(SPEC.format("rotary").replace("value: 1", "value: -1"))
     refused = frictool(overlay, "report", ROOT / "sample_logs/sines.csv", "--spec", wrong)
     assert refused.returncode == 3
-    assert "wrong.yaml:5: dead_time_s: found -1; allowed: a number > 0" in refused.stderr
+    assert "wrong.yaml:5: dead_time.value: found -1 ms; allowed: > 0" in refused.stderr
 
 
 def test_each_view_of_a_verdict_has_the_metric(overlay: Path) -> None:
@@ -63,15 +63,18 @@ def test_each_view_of_a_verdict_has_the_metric(overlay: Path) -> None:
     ]
     assert view["units"]["dead_time"] == "s"
     (judged,) = view["requirements"]
-    assert (judged["name"], judged["key"], judged["limit"]) == ("dead_time", "dead_time_s", 0.001)
+    assert (judged["name"], judged["key"], judged["limit"]) == ("dead_time", "dead_time", 0.001)
     assert (judged["met"], judged["value"]) == (False, max(times))
     assert [case.get("name") for case in ET.parse(suite).getroot().iter("testcase")] == [
         "dead_time"
     ]
-    assert f"| dead time | {max(times):.4g} s | ≤ 0.001 s |" in table.read_text()
+    assert f"| first motion | {max(times):.4g} s | ≤ 0.001 s |" in table.read_text()
     text = page.read_text()
-    assert f"<dt>dead time</dt><dd>{DEFINITION}</dd>" in text
-    assert "dead time [s]" in text
+    assert f"<dt>first motion</dt><dd>{DEFINITION}</dd>" in text
+    assert "first motion [s]" in text
+    assert "<strong>first motion</strong>" in text
+    told = frictool(overlay, "report", log, "--spec", overlay / "spec.yaml").stdout
+    assert f"NOT MET     first motion      {max(times):.4g} s" in told
 
 
 def _moves(time: np.ndarray, position: np.ndarray, hold: dict[str, float]) -> float:
@@ -106,6 +109,7 @@ def test_a_campaign_has_its_column(overlay: Path) -> None:
     documents = [model, controller, "--scenario", scenario, "--spec", spec]
     done = frictool(overlay, "campaign", *documents, "-n", "2", "--cores", "1", "--table", table)
     assert done.returncode == 0, done.stderr
+    assert "\nfirst motion  " in done.stdout
     header, *trials = table.read_text().splitlines()
     assert "dead_time [s]" in header.split(",")
     assert len(trials) == 2

@@ -3,12 +3,17 @@ them."""
 
 from __future__ import annotations
 
+import ast
 import re
+from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
-from frictool.documents.metric_table import METRICS, REQUIREMENTS
+from frictool.documents.metric_table import METRICS, REQUIREMENTS, Metric
+from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
+from frictool.report.measured_part import function_of
 from studies.rigs.step_logs import ROOT
 
 TEXT = (ROOT / "docs/metrics.md").read_text(encoding="utf-8")
@@ -64,11 +69,28 @@ def test_every_file_of_the_metrics_is_in_the_table_or_in_the_vocabulary() -> Non
     assert {name for name in files if name not in TEXT} == set()
 
 
-def test_every_reason_is_one_that_is_printed() -> None:
+def constants(path: Path) -> list[str]:
+    """The texts of several words in a module, without docstrings and messages of errors."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    skipped = {
+        id(inner)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Raise | ast.Expr)
+        for inner in ast.walk(node)
+    }
+    return [
+        node.value.strip()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Constant) and id(node) not in skipped
+        if isinstance(node.value, str) and " " in node.value.strip()
+    ]
+
+
+def test_every_reason_on_the_page_is_one_that_is_printed_and_no_reason_is_left_out() -> None:
     folders = (ROOT / "frictool/report", ROOT / "frictool/metrics")
-    source = "\n".join(
-        path.read_text(encoding="utf-8") for folder in folders for path in folder.glob("*.py")
-    )
+    printed = [
+        text for folder in folders for path in folder.glob("*.py") for text in constants(path)
+    ]
     section = TEXT.split("## Undecided\n")[1]
     cells = [line.split("|")[2] for line in section.splitlines() if line.startswith("| ")]
     reasons = [
@@ -76,4 +98,46 @@ def test_every_reason_is_one_that_is_printed() -> None:
     ]
     pieces = [piece.strip() for reason in reasons for piece in reason.split("...") if piece.strip()]
     assert len(pieces) > 15
-    assert [piece for piece in pieces if piece not in source] == []
+    assert [piece for piece in pieces if not any(piece in text for text in printed)] == []
+    sources = [
+        *(ROOT / "frictool/metrics").glob("*.py"),
+        ROOT / "frictool/report/measured_part.py",
+        ROOT / "frictool/report/evidence.py",
+    ]
+    needed = [text for path in sources for text in constants(path)]
+    assert "there is no limit cycle" in needed
+    assert [text for text in needed if not any(text in reason for reason in reasons)] == []
+
+
+def test_every_metric_has_a_function_with_known_needs_and_parameters() -> None:
+    computed = [metric for metric in METRICS if metric.compute]
+    assert len(computed) > 20
+    for metric in computed:
+        function_of(metric)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"dimension": "tme"}, "metric rise_time: dimension 'tme'; allowed: .*time"),
+        ({"needs": ("stp",)}, "metric rise_time: need 'stp'; allowed: .*step"),
+        ({"compute": "rise_time.rise"}, "metric rise_time: compute 'rise_time.rise': .*rise"),
+        ({"compute": "rise.rise_time"}, "metric rise_time: compute 'rise.rise_time': .*rise"),
+        (
+            {"compute": "load_position.load_bounds"},
+            "metric rise_time: parameter 'backlash'; allowed: .*position",
+        ),
+    ],
+)
+def test_a_misspelt_field_of_a_metric_is_named_with_the_metric(
+    change: dict[str, object], message: str
+) -> None:
+    (metric,) = (metric for metric in METRICS if metric.name == "rise_time")
+    with pytest.raises(ValueError, match=message):
+        function_of(replace(metric, **change))
+
+
+@pytest.mark.parametrize("dimension", ["inertia", "viscous"])
+def test_a_metric_takes_each_dimension_of_a_quantity(dimension: str) -> None:
+    units = [Metric("one", "one", dimension, "").unit(spec) for spec in SPECS]
+    assert units == [si_unit(dimension, spec.axis) for spec in SPECS]

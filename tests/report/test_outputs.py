@@ -3,20 +3,22 @@
 from __future__ import annotations
 
 import json
+import re
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import msgspec
 import numpy as np
 import pytest
 
 from frictool.documents.certificate import CertifiedWeights, Filter
-from frictool.documents.metric_table import HOLD_METRICS, STREAM_METRICS, Energy
+from frictool.documents.metric_table import HOLD_METRICS, STREAM_METRICS, Energy, requirement_title
 from frictool.documents.quantity import Quantity
 from frictool.logs.log import Log
 from frictool.report.json_view import as_json
 from frictool.report.junit_view import junit
 from frictool.report.markdown_view import markdown
-from frictool.report.requirement import Verdict
+from frictool.report.requirement import ValueLocation, Verdict
 from frictool.report.text_view import lines
 from frictool.report.verdict import judge
 from frictool.verify.vertex_transfers import sensitivities
@@ -144,10 +146,26 @@ def test_junit_has_one_case_for_each_requirement_that_can_be_asked() -> None:
         "rest",
         "energy",
     ]
-    assert [
-        row.split(" | ")[0].strip("| ").replace(" ", "_")
-        for row in markdown(verdict).splitlines()[4:]
-    ] == cases
+    titles = [row.split(" | ")[0].strip("| ") for row in markdown(verdict).splitlines()[4:]]
+    assert titles == list(map(requirement_title, cases))
+    assert titles[:4] == ["response 95 %", "rise 10-90 %", "overshoot", "static error"]
+    assert "rest" in titles
+
+
+def test_columns_of_the_text_never_run_together(mixed: Verdict) -> None:
+    """Also with a limit of many digits in a long unit."""
+    first, *others = mixed.requirements
+    long = replace(first, name="load_static_error_of_all", value=1.234e-5, limit=1.234e-5)
+    long = replace(long, unit="rad s^2", where=ValueLocation("run.mcap", "/axis/v06"))
+    shown = lines(replace(mixed, requirements=(long, *others)))
+    assert re.split(r" {2,}", shown[0])[1:] == [
+        "load static error of all",
+        "1.234e-05 rad s²",
+        "<= 1.234e-05 rad s²",
+        "run.mcap /axis/v06",
+    ]
+    starts = {line.index("= ") for line in shown[: len(mixed.requirements)]}
+    assert len(starts) == 1
 
 
 def test_json_says_pass_only_if_every_requirement_is_met() -> None:

@@ -4,6 +4,7 @@ each with its reason."""
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 
 import msgspec
 import numpy as np
@@ -14,6 +15,7 @@ from frictool.documents.spec import Spec
 from frictool.logs.log import Log, Stream
 from frictool.report.requirement import Requirement
 from frictool.report.verdict import judge
+from frictool.report.worst_hold import limit_of
 from studies.rigs.step_logs import ENCODER_STEP, clutch_spec, controller, smooth_log, stream
 from studies.rigs.step_responses import overshoot_of
 
@@ -213,3 +215,16 @@ def test_a_bench_that_is_given_stands_before_the_controller_s_own() -> None:
     log.streams[0].signals["command"][1100:1180] = 30.0
     (found,) = judge(only("saturation_time_s", 0.05), [log], controller(), limited).requirements
     assert found.value == pytest.approx(0.08)
+
+
+@pytest.mark.parametrize(
+    "limit",
+    [
+        0.5,
+        Quantity(0.5, unit="rad"),
+        SimpleNamespace(window_s=2.0, limit=0.5),
+        SimpleNamespace(window_s=2.0, limit=Quantity(0.5, unit="rad")),
+    ],
+)
+def test_a_limit_is_a_number_or_a_quantity_with_or_without_a_window(limit: object) -> None:
+    assert limit_of(SimpleNamespace(key=limit), "key") == 0.5

@@ -31,6 +31,7 @@ from frictool.campaign.views.messages import (
     quantity,
     unit_shown,
 )
+from frictool.documents.metric_table import requirement_title
 from frictool.presentation.sections import PageFigure
 from frictool.presentation.svg import INK, MUTED, render_compact
 
@@ -47,7 +48,7 @@ def rates(findings: Findings) -> PageFigure:
     rate = findings.rate
     rows = [("all of them", rate.passed, rate.undecided)]
     rows += [
-        (one.metric.name.replace("_", " "), one.met, one.undecided)
+        (requirement_title(one.metric.name), one.met, one.undecided)
         for one in findings.distributions
     ]
     height = 0.75 + ROW * len(rows)
@@ -103,7 +104,7 @@ def metric(findings: Findings, one: Distribution) -> PageFigure | None:
     """Return the histogram and distribution of a metric; None if it does not vary."""
     if not one.varies:
         return None
-    name = one.metric.name.replace("_", " ")
+    name = requirement_title(one.metric.name)
     unit = unit_shown(one.metric.unit)
     with drawing(f"metric {one.metric.name}"):
         figure, (top, bottom) = new_figure(rows=2, height=3.5)

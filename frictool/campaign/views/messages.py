@@ -8,6 +8,7 @@ from typing import Literal
 from frictool.campaign.statistics.findings import Findings
 from frictool.campaign.statistics.pass_rate import PassRate
 from frictool.campaign.trials.worst_case import WorstCase
+from frictool.documents.metric_table import requirement_title
 
 
 def number(value: float | None) -> str:
@@ -61,7 +62,7 @@ def chance_text(chance: float | None) -> str:
 def headline(findings: Findings) -> str:
     """Return one sentence that begins with the outcome."""
     rate = findings.rate
-    undecided_requirements = [name.replace("_", " ") for name in findings.undecided_requirements]
+    undecided_requirements = [requirement_title(name) for name in findings.undecided_requirements]
     return f"{findings.outcome}: {_counted(rate)}{_rated(rate)}{_required_text(findings)}" + (
         f"; no trial decides: {', '.join(undecided_requirements)}" if undecided_requirements else ""
     )

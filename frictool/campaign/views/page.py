@@ -21,6 +21,7 @@ from frictool.campaign.views.messages import (
     worst_values,
 )
 from frictool.campaign.views.text_view import fails_where, question_text, share_text
+from frictool.documents.metric_table import requirement_title
 from frictool.documents.provenance import Provenance
 from frictool.presentation.page import render_page
 
@@ -80,6 +81,7 @@ def page(findings: Findings, provenance: Provenance) -> str:
         number=number,
         quantity=quantity,
         unit_shown=unit_shown,
+        requirement_title=requirement_title,
     )
 
 
@@ -119,7 +121,7 @@ def _table(findings: Findings) -> list[tuple[str, str, list[ShareCell], float | 
     """
     rows = []
     for one, influence in zip(findings.distributions, findings.sensitivity.influences, strict=True):
-        name = one.metric.name.replace("_", " ")
+        name = requirement_title(one.metric.name)
         rows.append(
             (name, influence.reason, _cells(findings, influence, ranks=False), influence.rest)
         )

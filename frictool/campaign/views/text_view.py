@@ -21,6 +21,7 @@ from frictool.campaign.views.messages import (
     unit_shown,
     worst_values,
 )
+from frictool.documents.metric_table import requirement_title
 from frictool.presentation.sections import aligned, plain
 
 COLOURS = {"PASS": "green", "FAIL": "red", "UNDECIDED": "yellow", "NOT SHOWN": "yellow"}
@@ -143,7 +144,7 @@ def _row(one: Distribution) -> tuple[str, ...]:
     counts = (str(one.met), str(one.broken), str(one.undecided))
     bound = f"{relation} {number(one.bound)}" if one.bound is not None else "–"
     return (
-        one.metric.name.replace("_", " "),
+        requirement_title(one.metric.name),
         *counts,
         number(values.get(0.5)),
         spread,
@@ -197,7 +198,7 @@ def pair_lines(findings: Findings) -> list[str]:
 def question_text(question: FailureComparison) -> str:
     """Return the name of a comparison."""
     return {"": "what fails", "not simulated": "what could not be simulated"}.get(
-        question.name, f"what breaks {question.name.replace('_', ' ')}"
+        question.name, f"what breaks {requirement_title(question.name)}"
     )
 
 
@@ -221,7 +222,7 @@ def _cause(findings: Findings, factor: int, place: FailureRegion) -> tuple[str, 
 def _influences(findings: Findings) -> list[str]:
     if not findings.trials.space.size:
         return []
-    names = [one.metric.name.replace("_", " ") for one in findings.distributions]
+    names = [requirement_title(one.metric.name) for one in findings.distributions]
     width = max(map(len, names), default=0)
     output = []
     for name, one in zip(names, findings.sensitivity.influences, strict=True):
@@ -249,7 +250,7 @@ def _worst(findings: Findings) -> list[str]:
     for one in findings.worst:
         limit = f"{one.relation} {number(one.limit)} {unit_shown(one.unit)}".rstrip()
         output += [
-            f"  {one.requirement.replace('_', ' ')} {quantity(one.value, one.unit)} "
+            f"  {requirement_title(one.requirement)} {quantity(one.value, one.unit)} "
             f"where {limit} is required: {worst_values(findings, one)}",
             f"    {one.typed}",
         ]
