@@ -76,7 +76,8 @@ class Metric:
       its unit in the key's name (`PositiveNumber` of `rise_time_s`), a quantity
       (`positive(dimension)`), or a record whose `limit` is either (`Energy`, which has a window)
     - meaning: meaning of the key, for the schema
-    - requirement: name of the requirement in a verdict, by default that of the metric
+    - requirement: name of the requirement in a verdict, from which its title follows; by default
+      name and title are those of the metric
     - rank: position of the key in a specification; by default it comes last
 
     Raises ValueError for an unknown dimension.
@@ -423,7 +424,7 @@ _TITLES = {
 
 
 def requirement_title(name: str) -> str:
-    """Return the title of a requirement for texts and pages.
+    """Return the title of a requirement for texts and pages; an unknown name keeps its words.
 
     >>> requirement_title("drive_peak")
     'peak drive'

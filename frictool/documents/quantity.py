@@ -162,7 +162,12 @@ AnyQuantity = Annotated[Quantity, _of("any")]
 
 
 def positive(dimension: str) -> Any:
-    """Return the type of a quantity above 0; `dimension` is "drive" or a key of SI_UNITS."""
+    """Return the type of a quantity above 0; `dimension` is "drive" or a key of SI_UNITS.
+
+    Raises ValueError for another dimension.
+    """
+    if dimension not in {"drive", *SI_UNITS}:
+        raise ValueError(f"dimension {dimension!r}; allowed: drive, {', '.join(SI_UNITS)}")
     return Annotated[Quantity, _of(dimension, 0.0, exclusive=True)]
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from frictool.documents.metric_table import METRICS, REQUIREMENTS, Metric
-from frictool.documents.quantity import si_unit
+from frictool.documents.quantity import positive, si_unit
 from frictool.documents.spec import Spec
 from frictool.report.measured_part import function_of
 from studies.rigs.step_logs import ROOT
@@ -135,6 +135,11 @@ def test_a_misspelt_field_of_a_metric_is_named_with_the_metric(
     (metric,) = (metric for metric in METRICS if metric.name == "rise_time")
     with pytest.raises(ValueError, match=message):
         function_of(replace(metric, **change))
+
+
+def test_a_misspelt_dimension_of_a_limit_is_named() -> None:
+    with pytest.raises(ValueError, match="dimension 'tme'; allowed: drive"):
+        positive("tme")
 
 
 @pytest.mark.parametrize("dimension", ["inertia", "viscous"])
