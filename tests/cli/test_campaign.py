@@ -469,7 +469,7 @@ def test_wrong_command_lines_and_files(tmp_path: Path) -> None:
     refused(run(*command, "-n", "5", "-o", tmp_path / "model.yaml"), 3, "model.yaml: is an input")
     refused(run(*command, "-n", "5", "-o", tmp_path), 3, "is a directory")
     refused(
-        run(*command, "-n", "5", "--worst", tmp_path / "spec.yaml"), 3, "spec.yaml: is no directory"
+        run(*command, "-n", "5", "--worst", tmp_path / "spec.yaml"), 3, "spec.yaml: is not a folder"
     )
     for option in ("-o", "--keep", "--worst"):  # before anything is played
         refused(

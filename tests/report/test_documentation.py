@@ -124,7 +124,7 @@ def test_every_metric_has_a_function_with_known_needs_and_parameters() -> None:
         ({"compute": "rise_time.rise"}, "metric rise_time: compute 'rise_time.rise': .*rise"),
         ({"compute": "rise.rise_time"}, "metric rise_time: compute 'rise.rise_time': .*rise"),
         (
-            {"compute": "load_position.load_bounds"},
+            {"compute": "load_position_bounds.load_bounds"},
             "metric rise_time: parameter 'backlash'; allowed: .*position",
         ),
     ],
