@@ -193,7 +193,7 @@ def _check(
 ) -> None:
     """Raise InputFileError for a parameter out of a law's range or a violated hybrid condition.
 
-    With --allow a violated condition is a warning.
+    With --allow a violated condition is a warning. A parameter that takes its default is noted.
     """
     from frictool.compare.law_simulator import LawSimulator, setting_violations
     from frictool.errors import InputFileError
@@ -204,6 +204,8 @@ def _check(
         broken, advice = setting_violations(setting, laws)
     except ValueError as error:
         raise InputFileError(where, str(error)) from None
+    for line in LawSimulator(setting).defaults(laws):
+        note(f"note: {line}, its default")
     message = "; ".join([*broken, *advice])
     if not message:
         return

@@ -161,6 +161,17 @@ class LawSimulator:
         tail = None if friction_law.tail is None else friction_law.tail(values)
         return friction_law.pack(chosen, self._setting.axis, tail)
 
+    def defaults(self, laws: tuple[str, ...]) -> list[str]:
+        """Return a line for each parameter of `laws` that the setting leaves at its default."""
+        values = law_values(self._setting)
+        return [
+            f"{law} is compared with {parameter.name} = {parameter.default:g} "
+            f"{parameter.unit(self._setting.axis)}".rstrip()
+            for law in laws
+            for parameter in LAWS[law].parameters
+            if parameter.comparison_value is None and parameter.name not in values
+        ]
+
     def parameters(self, law: str) -> int:
         """Return the number of physical parameters to identify.
 

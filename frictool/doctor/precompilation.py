@@ -1,7 +1,8 @@
 """Compilation of all kernels before their first use, for the types in `kernels.json`.
 
-The list has the argument types of all calls by the tests. The command
-`python -m frictool.doctor.precompilation` prints the list of the kernels in the present cache.
+The list has the argument types of all calls by the tests; the types of a law's kernels follow from
+its kind. The command `python -m frictool.doctor.precompilation` prints the list of the kernels in
+the present cache.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from typing import Any
 from numba.core import event, types
 from numba.core.errors import NumbaError
 
+from frictool.friction.law_registry import ROWS
+from frictool.friction.law_signatures import SIGNATURES
 from frictool.runtime import kernel_cache, kernels
 from frictool.runtime.kernel_sources import PACKAGE, Sources
 from frictool.runtime.kernel_store import KernelStore
@@ -58,7 +61,7 @@ def compile_all(
     Callers come first, so that each kernel is compiled once. progress: is called with the completed
     fraction (0 to 1).
     """
-    rows = json.loads(LIST.read_bytes()) if rows is None else rows
+    rows = all_rows() if rows is None else rows
     done, count = Compilation(), _Count()
     with event.install_listener("numba:compile", count):
         for index, row in enumerate(rows):
@@ -70,6 +73,21 @@ def compile_all(
             progress((index + 1) / len(rows))
     done.compiled = count.count
     return done
+
+
+def all_rows() -> list[list[Any]]:
+    """Return the rows of the list, and those of the laws whose kernels are not in it."""
+    listed: list[list[Any]] = json.loads(LIST.read_bytes())
+    known = {(module, name) for module, name, *_ in listed}
+    added = []
+    for law in ROWS:
+        for kernel, signature in zip(law.kernels, SIGNATURES[type(law.kernels)], strict=True):
+            module, name = kernel.__module__, kernel.__name__
+            if (module, name) not in known:
+                _, result, arguments = encode(signature)
+                added.append([module, name, "pointer", [result, arguments]])
+                added.append([module, name, "kernel", arguments])
+    return added + listed
 
 
 def _compile(module: str, name: str, kind: str, encoded: list[Any]) -> None:

@@ -6,12 +6,15 @@ from frictool.adapters.mechanism.bearing_friction import si_parameters
 from frictool.documents.mechanism import FrictionOf
 from frictool.documents.quantity import Quantity
 from frictool.equations.expression import Atom, Term
-from frictool.equations.notation import Notation, function
+from frictool.equations.notation import Notation, function, roman
 from frictool.friction.law_registry import LAWS
 
 
 def friction_terms(name: str, element: FrictionOf, notation: Notation) -> list[Term]:
-    """Return the terms of F in slip, which opposes the motion."""
+    """Return the terms of F in slip, which opposes the motion.
+
+    A law without `slip_terms` is one term: its name with the speed and its parameters.
+    """
     symbols = _symbols(name, element, notation)
     speed = notation.speed(element.on)
     direction = function("sign", r"\mathrm{sign}", speed.text, speed.latex)
@@ -24,8 +27,9 @@ def friction_terms(name: str, element: FrictionOf, notation: Notation) -> list[T
     if law.slip_terms:
         return [made[term]() for term in law.slip_terms]
     named = Atom(
-        f"{law.name}({speed.text})",
-        rf"\mathrm{{{law.name.replace('_', ' ')}}}\left({speed.latex}\right)",
+        f"{law.name}({speed.text}; {', '.join(term.text for term in symbols.values())})",
+        rf"{roman(law.name)}\left({speed.latex}; "
+        rf"{', '.join(term.latex for term in symbols.values())}\right)",
         made=(symbols["coulomb"],),
     )
     return [Term(((named, 1),))]
@@ -76,10 +80,7 @@ def _symbols(name: str, element: FrictionOf, notation: Notation) -> dict[str, Te
         if quantity is None and parameter.default is not None:
             quantity = Quantity(parameter.default, unit=parameter.unit(kind))
         if quantity is not None:
-            text, latex = parameter.letters or (
-                parameter.name,
-                rf"\mathrm{{{parameter.name.replace('_', ' ')}}}",
-            )
+            text, latex = parameter.letters or (parameter.name, roman(parameter.name))
             out[parameter.name] = notation.parameter(
                 text, latex, name, quantity, f"{key}.parameters.{parameter.name}"
             )

@@ -120,6 +120,11 @@ def _latex(name: str) -> str:
     return name.replace("_", r"\_")
 
 
+def roman(name: str) -> str:
+    """Return LaTeX of a name in upright letters, with spaces between its words."""
+    return rf"\mathrm{{{name.replace('_', '~')}}}"
+
+
 def function(
     name: str,
     latex: str,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import textwrap
 from typing import Any
 
@@ -102,7 +103,7 @@ def _row(line: Line, explain: bool) -> str:
 
 
 def _unit(unit: str) -> str:
-    spaced = unit.replace(" ", r"\,").replace("^2", "^{2}")
+    spaced = re.sub(r"\^([\d.]+)", r"^{\1}", unit.replace(" ", r"\,"))
     return rf"\mathrm{{{spaced or '1'}}}"
 
 

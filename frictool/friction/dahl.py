@@ -17,7 +17,9 @@ from frictool.friction.status import NOT_FINITE, OK
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
-EXPONENT = LawParameter("exponent", "", 0.0, 100.0, exclusive=True, default=1.0)  # i
+EXPONENT = LawParameter(  # i; 1 in (2.38)
+    "exponent", "", 0.0, 100.0, exclusive=True, default=1.0, comparison_value=lambda _: 1.0
+)
 
 
 @kernel

@@ -31,7 +31,9 @@ from frictool.friction.stribeck import BREAKAWAY
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
-HOLD_TIME = LawParameter("hold_time", "s", default=0.0, simulation_only=True)  # T_0
+HOLD_TIME = LawParameter(  # T_0
+    "hold_time", "s", default=0.0, simulation_only=True, comparison_value=lambda _: 0.0
+)
 RATE, HOLD = 7, 8
 
 

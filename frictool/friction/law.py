@@ -85,7 +85,7 @@ class Law:
     """A friction law: its name, its parameters and its kernels.
 
     title: name for users.
-    equations: equation numbers of the thesis.
+    equations: equation numbers of the thesis; empty for a law that is not in it.
     approximation: True for a regularised law, which never sticks.
     slip_terms: terms of the slip force in `frictool equations`; without them the law appears there
         by its name.

@@ -251,6 +251,21 @@ def _has_its_fields(encoded: Any) -> None:
             _has_its_fields(part)
 
 
+def test_the_kernels_of_a_law_need_no_rows_in_the_list(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The rows that the list has of a law's kernel follow from the kind of the law."""
+    listed = json.loads(precompilation.LIST.read_bytes())
+    own = [row for row in listed if row[:2] == ["frictool.friction.stribeck", "slip_force"]]
+    assert len(own) == 2
+    monkeypatch.setattr(precompilation, "LIST", tmp_path / "rows.json")
+    precompilation.LIST.write_text(json.dumps([row for row in listed if row not in own]))
+    found = precompilation.all_rows()
+    assert sorted(map(str, found)) == sorted(map(str, listed))
+    assert sorted(map(str, found[:2])) == sorted(map(str, own))
+    assert not precompilation.compile_all(lambda done: None, found[:2]).failures
+
+
 COMPILE = """
 import json, sys
 from frictool.doctor import precompilation
@@ -260,6 +275,7 @@ short = [row for row in rows if row[0] in laws]
 precompilation.LIST = __import__("pathlib").Path(sys.argv[1])
 gone = [[laws[0], "gone", "kernel", []]] * (len(sys.argv) > 2)
 precompilation.LIST.write_text(json.dumps(short + gone))
+precompilation.ROWS = ()  # of the laws
 sys.argv = ["frictool", "doctor", "--compile", "--json"]
 from frictool.cli.main import main
 main()

@@ -10,28 +10,15 @@ import numpy as np
 from frictool.friction import kernel_signatures as s
 from frictool.friction.hybrid_kernels import SLIPPING, STUCK
 from frictool.friction.law import DynamicKernels, HybridKernels, StaticKernels
+from frictool.friction.law_signatures import SIGNATURES
 from frictool.runtime.kernels import function_pointer
-
-TYPES: dict[type, tuple[Any, ...]] = {
-    StaticKernels: (s.SLIP_FORCE, s.BREAKAWAY, s.BAND, s.SEEN_VELOCITY),
-    DynamicKernels: (s.RATE, s.FORCE, s.COMMIT, s.RESET),
-    HybridKernels: (
-        s.MODE_AFTER,
-        s.ENTER,
-        s.HYBRID_FORCE,
-        s.HYBRID_ACCELERATION,
-        s.HYBRID_RATE,
-        s.HYBRID_COMMIT,
-        s.RESET,
-    ),
-}
 
 
 def pointers(kernels: StaticKernels | DynamicKernels | HybridKernels) -> tuple[Any, ...]:
     """Return the arguments of the drivers below that stand for the kernels."""
     return tuple(
         function_pointer(kernel, kind)
-        for kernel, kind in zip(kernels, TYPES[type(kernels)], strict=True)
+        for kernel, kind in zip(kernels, SIGNATURES[type(kernels)], strict=True)
     )
 
 

@@ -20,8 +20,12 @@ from typing import Any
 from tests.support.documentation_pages import ROOT, text_of
 
 STEP = re.compile(r"^\d+\. .*?(?=^\d+\. |\Z)", re.MULTILINE | re.DOTALL)
-BLOCK = re.compile(r"^```(python|diff)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
-PATHS = dict.fromkeys(("python", "diff"), r"`(frictool/[\w/]+\.py)`")
+BLOCK = re.compile(r"^```(python|diff|yaml)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
+COMMAND = re.compile(r"^frictool (.*)$", re.MULTILINE)
+PATHS = {
+    **dict.fromkeys(("python", "diff"), r"`(frictool/[\w/]+\.py)`"),
+    "yaml": r"`(\w+\.yaml)`",
+}
 
 
 def recipes() -> dict[str, str]:
@@ -61,10 +65,11 @@ def changed(text: str, difference: str) -> str:
 
 
 def frictool(overlay: Path, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
-    """Run `frictool ARGUMENTS` with the modules of `overlay`."""
+    """Run `frictool ARGUMENTS` in the folder `overlay`, with the modules in it."""
     return subprocess.run(
         [sys.executable, "-m", __name__, str(overlay), json.dumps([*map(str, arguments)])],
         env={**os.environ, "PYTHONPATH": str(ROOT)},
+        cwd=overlay,
         capture_output=True,
         text=True,
         check=False,
