@@ -103,7 +103,6 @@ def test_every_reason_on_the_page_is_one_that_is_printed_and_no_reason_is_left_o
         *(ROOT / "frictool/metrics").glob("*.py"),
         ROOT / "frictool/report/measured_part.py",
         ROOT / "frictool/report/evidence.py",
-        ROOT / "frictool/report/plotted_velocity.py",
     ]
     needed = [text for path in sources for text in constants(path)]
     assert "there is no limit cycle" in needed
