@@ -170,7 +170,7 @@ def _broken(change: str) -> None:
 def test_gains_that_were_changed_are_not_verified() -> None:
     _broken("nothing")
     for change in ("gains", "sign"):
-        with pytest.raises(NoSolutionError, match=r"not verified: \(6\.9\) does not hold"):
+        with pytest.raises(NoSolutionError, match="not verified: the inequalities do not hold"):
             _broken(change)
 
 
