@@ -106,7 +106,7 @@ def test_a_matlab_file_gives_names_and_period_and_asks_for_units(tmp_path: Path)
         3,
         "bench.yaml:",
         "columns.position: found unit '?'",
-        "fill in",
+        "fill it in",
     )
     for name, unit in (("qm", "m"), ("qg", "m"), ("vir", "V")):
         document.write_text(
