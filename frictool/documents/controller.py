@@ -8,7 +8,13 @@ import msgspec
 
 from frictool.documents.bench import Bench, Name, PositiveNumber, SamplePeriod
 from frictool.documents.certificate import Certificate, CertifiedWeights
-from frictool.documents.design import HELD, Domain, HoldSamples, Scheduled, Structure
+from frictool.documents.design import (
+    DEFAULT_HOLD_SAMPLES,
+    Domain,
+    HoldSamples,
+    Scheduled,
+    Structure,
+)
 from frictool.documents.design_blocks import refuse_overflowing_prefilter
 from frictool.documents.observer import Observer
 from frictool.documents.provenance import Provenance
@@ -452,7 +458,7 @@ class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     weights: CertifiedWeights | None = None
     schedule: Schedule | None = None
     resonances: Resonances | None = None
-    measurement_hold_samples: HoldSamples = HELD
+    measurement_hold_samples: HoldSamples = DEFAULT_HOLD_SAMPLES
 
     @property
     def judged_by(self) -> CertifiedWeights | None:

@@ -24,7 +24,7 @@ Domain = Literal["continuous", "discrete"]
 Scheduled = Literal["inertia", "viscous", "coulomb", "constant", "regime"]
 
 HoldSamples = Annotated[int, msgspec.Meta(ge=0, le=1000)]
-HELD = 3  # samples, default: bridges the loss of single telegrams
+DEFAULT_HOLD_SAMPLES = 3  # samples; bridges the loss of single telegrams
 
 # keys that `relax: auto` reads with every method, because it finds the trade by inequalities
 READ_BY_TRADE = ("schedule", "vertices", "recentring")
@@ -146,7 +146,7 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     form: Literal["state_space", "sos"] = "state_space"
     recentring: Annotated[float, msgspec.Meta(gt=1, le=2)] = 1.1
     ease: Annotated[float, msgspec.Meta(ge=1, le=5)] = 1.0
-    measurement_hold_samples: HoldSamples = HELD
+    measurement_hold_samples: HoldSamples = DEFAULT_HOLD_SAMPLES
     examples: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:

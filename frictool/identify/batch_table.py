@@ -21,11 +21,11 @@ from frictool.identify.population import (
     populations,
 )
 
-FOUND = (*PARAMETERS, *CURVE)
+ESTIMATES = (*PARAMETERS, *CURVE)
 TEXTS = ("unit", "date", "file", "model", "method", "reason")
 COLUMNS = (
     *TEXTS[:4],
-    *(column for name in FOUND for column in (name, f"{name}_low", f"{name}_high")),
+    *(column for name in ESTIMATES for column in (name, f"{name}_low", f"{name}_high")),
     "force_error",
     "samples",
     *TEXTS[4:],
@@ -98,7 +98,7 @@ def write_parquet(
     kinds |= {"date": pa.timestamp("us", tz="UTC"), "samples": pa.int64()}
     units = {
         column: {"unit": unit_of(name, bench)}
-        for name in FOUND
+        for name in ESTIMATES
         for column in (name, f"{name}_low", f"{name}_high")
     }
     schema = pa.schema(
@@ -119,7 +119,7 @@ def _moment(date: str) -> datetime:
 
 def batch_populations(batch: Sequence[BatchResult], confidence: float) -> dict[str, Population]:
     """Return the population of each parameter that at least two models have identified."""
-    values: dict[str, list[UnitValue]] = {name: [] for name in FOUND}
+    values: dict[str, list[UnitValue]] = {name: [] for name in ESTIMATES}
     for one in batch:
         if one.model is not None:
             day = None if one.origin.date is None else _moment(one.origin.date).timestamp() / DAY_S

@@ -38,7 +38,7 @@ Switches = Sequence[tuple[int, int]]
 PASSES = 2  # balancing passes
 # gamma of the chosen gains relative to the smallest one, which keeps them off the limit
 ROOM, MOST_ROOM = 1.005, 1.008
-HELD = 1e-3  # weight of the original units in the choice of units
+ORIGINAL_UNITS_WEIGHT = 1e-3  # weight of the original units in the choice of units
 # relative smallest singular value of [A - z; C] below which the mode at z is not observable
 UNSEEN = 1e-9
 
@@ -328,7 +328,9 @@ def state_units(modes: Mapping[int, ObserverMode]) -> Matrix:
     for i, j in zip(*np.nonzero(coupling), strict=True):
         rows.append(np.eye(n)[j] - np.eye(n)[i])
         right.append(-np.log(coupling[i, j]))
-    stacked = np.vstack([*rows, HELD * np.eye(n)])  # an uncoupled state keeps its unit
+    stacked = np.vstack(
+        [*rows, ORIGINAL_UNITS_WEIGHT * np.eye(n)]
+    )  # an uncoupled state keeps its unit
     return np.diag(
         np.exp(np.linalg.lstsq(stacked, np.concatenate([right, np.zeros(n)]), rcond=None)[0])
     )

@@ -29,7 +29,7 @@ from frictool.plant.mechanism.element_error import ElementError
 from frictool.plant.mechanism.link_graph import Transmission
 
 Transmitting = Gear | Belt | Screw | Rack | Hydraulic | Coupling
-HELD = {
+HINTS_FOR_FIXED_BLOCKS = {
     "gear": "leave the held block out, or press it on a compliant spring",
     "belt": "leave the held block out, or hold it by a spring",
     "screw": "leave the held block out, or hold it by a spring",
@@ -46,7 +46,7 @@ def transmission(name: str, link: Transmitting, blocks: BlockNames) -> Transmiss
     """
     key = f"links.{name}"
     kind = str(link.__struct_config__.tag)
-    ends = blocks.moving(key, link.between, HELD[kind])
+    ends = blocks.moving(key, link.between, HINTS_FOR_FIXED_BLOCKS[kind])
     ratio, at_b = _ratio(key, link, ends, blocks)
     drive_loss, back_loss, thread, thesis_screw = _losses(key, link, abs(ratio))
     gap, restitution = 0.0, 0.0

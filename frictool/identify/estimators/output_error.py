@@ -49,7 +49,7 @@ from frictool.identify.rows.load_terms import (
     load_values,
 )
 from frictool.identify.rows.segments import of_each_record, whole
-from frictool.identify.rows.slip_fit import OWN_INERTIA, known_inertia
+from frictool.identify.rows.slip_fit import WITH_BENCH_INERTIA, known_inertia
 from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Matrix, Vector
 
@@ -166,7 +166,7 @@ def simulation_error(
             f"least-squares ({undetermined})"
         )
     hidden = start.refused.get("inertia", "")
-    if hidden.endswith(OWN_INERTIA):
+    if hidden.endswith(WITH_BENCH_INERTIA):
         settings = replace(settings, fixed={**settings.fixed, "inertia": known_inertia(bench)})
     fixed = {name: interval.value for name, interval in settings.fixed.items()}
     simulated = SegmentSimulation(whole(records), bench, terms, servo, fixed)
@@ -195,7 +195,7 @@ def simulation_error(
     ):
         simulated, result, intervals = _with_inertia(simulated, result, known, inertia, settings)
     fit = _fit(simulated, result, intervals)
-    return replace(fit, refused={"inertia": hidden}) if hidden.endswith(OWN_INERTIA) else fit
+    return replace(fit, refused={"inertia": hidden}) if hidden.endswith(WITH_BENCH_INERTIA) else fit
 
 
 def _half_widths(

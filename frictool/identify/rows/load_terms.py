@@ -55,7 +55,7 @@ DECLARED: dict[str, Term] = {
 POSITIVE = ("inertia", "viscous", "coulomb", "viscous_backward", "coulomb_backward")
 HALVES = ("coulomb_backward",)  # parameters that belong to no term
 ONLY_OFFSET = LoadTerms(("offset",))  # a load that leaves nothing but friction over position
-UNTOLD = "the motion does not repeat often enough to compute its uncertainty"
+TOO_FEW_REPETITIONS = "the motion does not repeat often enough to compute its uncertainty"
 SMALLEST = 1e-6  # least inertia tried, relative to the start value
 
 
@@ -230,7 +230,9 @@ def with_laws(fit: SlidingFit, bench: Bench) -> SlidingFit:
         if name not in sliding and np.isfinite(interval.half_width)
     }
     endless = {
-        name: UNTOLD for name in fit.parameters if name not in sliding and name not in determined
+        name: TOO_FEW_REPETITIONS
+        for name in fit.parameters
+        if name not in sliding and name not in determined
     }
     determined = {
         name: interval

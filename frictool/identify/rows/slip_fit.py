@@ -35,7 +35,7 @@ from frictool.typing import Vector
 
 # smallest and largest share of noise in the acceleration (`smoothing`): attenuation 0.006 % and 1 %
 SMALLEST_SHARE, LARGEST_SHARE = (0.0075, 0.1)
-OWN_INERTIA = (
+WITH_BENCH_INERTIA = (
     "the loads over the position are fitted with the bench's inertia; their intervals include "
     "its range"
 )
@@ -103,7 +103,7 @@ def slipping_fit(
             with_bench_inertia,
             refused={
                 **with_bench_inertia.refused,
-                "inertia": f"{checked.refused['inertia']}; {OWN_INERTIA}",
+                "inertia": f"{checked.refused['inertia']}; {WITH_BENCH_INERTIA}",
             },
         )
     return with_laws(checked, bench)
