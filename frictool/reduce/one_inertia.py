@@ -116,7 +116,7 @@ class OneInertia:
         def mean(values: Vector) -> float:
             return float(np.trapezoid(values, self.positions)) / width
 
-        found = {
+        numbers = {
             "inertia": self.inertia,
             "viscous": self.viscous,
             "coulomb": mean(self.forward.curve),
@@ -137,10 +137,10 @@ class OneInertia:
         }
         if self.resonances is not None:
             for kind in ("poles", "zeros"):
-                found |= {
+                numbers |= {
                     f"{kind}.{k}": one.rad_s for k, one in enumerate(getattr(self.resonances, kind))
                 }
-        return found | (
+        return numbers | (
             {"stribeck_velocity": self.stribeck_velocity} if self.stribeck_velocity > 0.0 else {}
         )
 
