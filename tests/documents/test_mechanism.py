@@ -149,7 +149,7 @@ def test_a_wrong_line_is_named(old: str, new: str, words: list[str], tmp_path: P
 
 def test_the_documentation_s_example_fits_together(tmp_path: Path) -> None:
     page = (Path(__file__).parents[2] / "docs" / "formats.md").read_text()
-    section = page[page.index("### mechanism.yaml") : page.index("### What a scenario plays")]
+    section = page[page.index("### mechanism.yaml") : page.index("### Scenario")]
     path = tmp_path / "mechanism.yaml"
     path.write_text(section.partition("```yaml\n")[2].partition("```")[0])
     document, mechanism = load_mechanism(path)

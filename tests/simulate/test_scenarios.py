@@ -409,10 +409,7 @@ def test_the_scenario_of_the_formats_page_is_one(tmp_path: Path) -> None:
     """Its examples have every key; a replay and a test without a controller stand in place of the
     steps."""
     page = (
-        (ROOT / "docs/formats.md")
-        .read_text()
-        .partition("### What a scenario plays")[2]
-        .partition("\n### ")[0]
+        (ROOT / "docs/formats.md").read_text().partition("### Scenario")[2].partition("\n### ")[0]
     )
     whole, replay, torques, given, spread = (
         block.partition("\n```")[0] for block in page.split("```yaml\n")[1:]
