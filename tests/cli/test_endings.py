@@ -17,10 +17,10 @@ OUTPUTS = [
     (
         f"{CAMPAIGN} -o",
         "c.pdf",
-        "does not determine the format; let the name end in .html, .htm, .yaml or .yml",
+        "does not say its format: end it in .html, .htm, .yaml or .yml",
     ),
-    (f"{CAMPAIGN} -o", "page", "does not determine the format"),
-    (f"{CAMPAIGN} -o", "c.json", "does not determine the format"),
+    (f"{CAMPAIGN} -o", "page", "does not say its format"),
+    (f"{CAMPAIGN} -o", "c.json", "does not say its format"),
     (f"{CAMPAIGN} --table", "t.xlsx", "says another format: end it in .csv"),
     ("report run.mcap --spec p.yaml -o", "r.pdf", "says another format: end it in .html or .htm"),
     ("report run.mcap --spec p.yaml --junit", "r.json", "end it in .xml"),
@@ -34,7 +34,7 @@ OUTPUTS = [
     (
         "excite --bench b.yaml --kind sine -o",
         "t",
-        "does not determine the format; let the name end in .csv or .mcap",
+        "does not say its format: end it in .csv or .mcap",
     ),
     ("observe run m.yaml a.mcap --plot", "wear.png", "end it in .svg, .html or .htm"),
     ("observe design m.yaml --kind tracking -o", "o.html", "end it in .yaml or .yml"),
@@ -79,5 +79,5 @@ def test_the_endings_of_a_format_are_its_own_and_those_that_say_none_are_free(
         check_ending(target, (form,), chooses=True)
     for target in (Path(f"out.new{free}"), Path("out")):
         check_ending(target, (form,), chooses=False)
-        with pytest.raises(UsageError, match="does not determine the format"):
+        with pytest.raises(UsageError, match="does not say its format"):
             check_ending(target, (form,), chooses=True)

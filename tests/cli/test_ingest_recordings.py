@@ -164,7 +164,7 @@ def test_parts_of_a_recording_are_told_and_info_says_what_dates_it(tmp_path: Pat
     )
     assert (result.code, result.stderr) == (
         0,
-        "run_0.mcap, run_1.mcap: taken as parts of one recording\n",
+        "run_0.mcap, run_1.mcap: read as parts of one recording\n",
     )
     shown = run("info", target)
     assert "dated by: /axis by header.stamp\n" in shown.stdout

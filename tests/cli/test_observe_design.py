@@ -146,7 +146,7 @@ def test_no_solution_is_exit_4_and_no_file(model: Path) -> None:
     refused(
         run(*words, "multiplicative", "--decay", "0.3", "--intervals", "4"),
         4,
-        "no gains were found",
+        "no gains satisfy the inequalities with a decay of 0.3",
         "decay nearer to 1",
     )
     refused(

@@ -228,7 +228,7 @@ def test_switches_without_common_gains_are_refused_and_so_is_a_decay_that_cannot
     with pytest.raises(NoSolutionError, match="allow fewer switches"):
         switched_gains(modes, ALL)
     assert np.isfinite(switched_gains(modes, [(0, 0), (1, 1)]).gamma)
-    with pytest.raises(NoSolutionError, match=r"decay of 1e-06 a sample.*decay nearer to 1"):
+    with pytest.raises(NoSolutionError, match=r"decay of 1e-06 per sample.*decay nearer to 1"):
         switched_gains(modes, [(0, 0), (1, 1)], 1e-6)
     for decay in (0.0, -1.0, 1.5, np.nan):
         with pytest.raises(ValueError, match="allowed: above 0 and at most 1"):

@@ -102,12 +102,12 @@ def test_a_part_of_it_shifted_and_then_held() -> None:
         (
             Replay("x", from_s=1.0),
             logged(T * np.arange(9), np.ones(9)),
-            "lasts for 0.008 s, but the scenario replays 1 s to 0.008 s",
+            "has a duration of 0.008 s, but the scenario replays 1 s to 0.008 s",
         ),
         (
             Replay("x", to_s=1.0),
             logged(T * np.arange(9), np.ones(9)),
-            "lasts for 0.008 s, but the scenario replays 0 s to 1 s",
+            "has a duration of 0.008 s, but the scenario replays 0 s to 1 s",
         ),
         (
             Replay("x"),

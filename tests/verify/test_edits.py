@@ -250,8 +250,8 @@ def test_the_command_names_the_edit(tmp_path: Path) -> None:
     """One edit of each kind, as a shell sees it."""
     by_label = {edit.label: edit for edit in _edits("fast")}
     seen = {
-        "position_law.gain x1.5": "changed after it was verified: position_law",
-        "prefilter.damping x0.5": "changed after it was verified: prefilter",
+        "position_law.gain x1.5": "changed after verification: position_law",
+        "prefilter.damping x0.5": "changed after verification: prefilter",
         "certificate.weights.error.gain x0.5": "",
         "verified.gamma_verified x0.5": "verified.gamma_verified: found ",
         "verified.count_drive x1.5": "verified.count_drive: found ",
