@@ -46,7 +46,7 @@ ORDER = (*PARAMETERS, *CURVE)  # of identified parameters in a model and its vie
 
 @dataclass(frozen=True, kw_only=True)
 class Identification(Outcome):
-    """Outcome of the logs of one axis, with what a model and its reader need besides.
+    """Outcome of the logs of one axis, with further data for the model and its reader.
 
     - method: method of the fit
     - confidence: of every interval, 0 to 1

@@ -31,7 +31,7 @@ class Format(NamedTuple):
     suffixes: suffixes of its files, the first for a file to be written.
     reader: module that reads it.
     writer: module that writes it; "" if no command writes it.
-    written: name in help of what the writer makes.
+    written: name of a written file in the help.
     several: True if a written file can hold several streams.
     library: required library and the extra of frictool that installs it, if any.
     other_suffixes: further suffixes, only of files that are read.

@@ -42,7 +42,7 @@ def compiling() -> None:
 
 
 def remark(text: str) -> None:
-    """Notify of what changes no result, for example that a worker process was replaced."""
+    """Report an event that changes no result, such as the replacement of a worker process."""
     if receiver := _current().get("remark"):
         receiver(text)
 

@@ -45,9 +45,9 @@ def spare_effort(limits: BenchLimits) -> float:
     if left <= 0.0:
         taking = "friction and load take" if limits.load else "friction takes"
         raise NoSolutionError(
-            f"effort: {100 * TOP_SHARE:g} % of what the drive's limit gives is "
-            f"{TOP_SHARE * limits.effort:.3g}, {taking} up to {limits.steady:.3g} of it: no test "
-            "of sliding fits; raise actuator.limit or narrow mechanics.coulomb"
+            f"effort: {100 * TOP_SHARE:g} % of the effort at the drive's limit is "
+            f"{TOP_SHARE * limits.effort:.3g}, and {taking} up to {limits.steady:.3g} of it; no "
+            "test in slip is possible; raise actuator.limit or narrow mechanics.coulomb"
         )
     return left
 
