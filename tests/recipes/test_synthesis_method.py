@@ -73,13 +73,13 @@ def test_the_controller_of_the_method_crosses_over_where_its_equation_says(overl
 def test_schema_help_and_messages_know_the_method(overlay: Path) -> None:
     design = json.loads(frictool(overlay, "schema", "design").stdout)["$defs"]["Design"]
     assert "lead" in design["properties"]["method"]["enum"]
-    assert re.search(r"`domain` \([^)]*, lead\)", design["description"])
+    assert re.search(r"`domain` \([^)]*, lead\b", design["description"])
     stored = json.loads(frictool(overlay, "schema", "controller").stdout)["$defs"]["Controller"]
     assert {"lead", "own"} <= set(stored["properties"]["method"]["enum"])
     assert re.search(r"\n +lead +phase lead at", frictool(overlay, "synth", "--help").stdout)
     for design_text, message in (
         (f"{DESIGN}order: 3\n", "order is for methods .*, and method is lead; leave it out"),
-        (DESIGN.replace(": lead", ": lag"), r"found 'lag'.*allowed: lpv \|.*\| lead \| pid"),
+        (DESIGN.replace(": lead", ": leed"), r"found 'leed'.*allowed: lpv \|.*\| lead \| pid"),
         (
             DESIGN.replace("structure: position", "structure: speed_cascade")
             + "position_law: {action: none, formula: sqrt(F/J)}\n",
