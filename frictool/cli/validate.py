@@ -134,7 +134,7 @@ def table(validation: Validation, model: Model) -> str:
         shown = (
             "unknown: no sample is certain to slip"
             if error is None
-            else f"{100.0 * error:.4g} % of what was measured"
+            else f"{100.0 * error:.4g} % of the measured signal"
         )
         lines.append(f"{name:<16} {shown}")
     return "\n".join(lines)
