@@ -193,7 +193,7 @@ def test_a_wait_for_the_compiler_is_told_once_on_a_terminal(raw: Path, tmp_path:
 
 def test_the_engine_tells_of_its_compiler_in_a_log_too(capsys: pytest.CaptureFixture[str]):
     """No terminal here: only what asks to be told everywhere is, and once."""
-    progress._tell_once.cache_clear()
+    progress._note_once.cache_clear()
     progress.note_compiling()
     assert capsys.readouterr().err == ""
     for _ in range(2):
