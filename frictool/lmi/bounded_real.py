@@ -41,7 +41,7 @@ ROUNDING = 1e-14
 
 @dataclass(frozen=True)
 class ProjectedInequality:
-    """Projected inequality of one plant: fixed + gamma level - p v e' - e v p' > 0, v being R or S.
+    """Projected inequality of one plant: fixed + gamma level - p v e' - e v p' > 0, v = R or S.
 
     In discrete time the products are -p v p' + e v e'.
     """
@@ -78,7 +78,7 @@ class ProjectedInequality:
         )
 
     def at(self, v: Matrix, gamma: float) -> Matrix:
-        """Return the matrix that must be positive."""
+        """Return the left side of the inequality, which must be positive definite."""
         if self.disc:
             return np.asarray(
                 self.fixed + gamma * self.level - self.p @ v @ self.p.T + self.e @ v @ self.e.T
@@ -88,13 +88,13 @@ class ProjectedInequality:
 
     @property
     def columns(self) -> Matrix:
-        """Upper triangles of the coefficients of v's upper triangle."""
+        """Coefficient matrices of the entries of v, as upper triangles, one column per entry."""
         return _columns(self.p, self.e, self.disc)
 
     def reduced(self, n_w: int) -> tuple[Matrix, Matrix, Matrix]:
-        """Return fixed, columns and entering of the inequality divided by gamma.
+        """Return `fixed`, `columns` of F and `entering` of the inequality divided by gamma.
 
-        Without its last `n_w` rows the matrix is fixed + F(v/gamma) - entering/gamma^2.
+        Its Schur complement in the last `n_w` rows is fixed + F(v/gamma) - entering/gamma^2.
         """
         k = len(self.p) - n_w
         side = self.fixed[:k, k:]
@@ -113,9 +113,10 @@ def _columns(p: Matrix, e: Matrix, disc: bool) -> Matrix:
 
 
 def _products(left: Matrix, right: Matrix, rows: Indices, pairs: Indices) -> Matrix:
-    """Return the coefficients of left v right' by the upper triangle of the symmetric v.
+    """Return the coefficient matrices of left v right' for the entries of the symmetric v.
 
-    Both are given as upper triangles.
+    Rows are the upper triangle `rows` of a coefficient matrix, columns the upper triangle `pairs`
+    of v.
     """
     up, down, i, j = left[rows[0]], right[rows[1]], *pairs
     both = up[:, i] * down[:, j]

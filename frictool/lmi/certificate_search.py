@@ -1,9 +1,9 @@
 """Search for Lyapunov matrices, linear in one parameter, for a whole cell of plants.
 
-The loop G = [A B; C D] is linear in that parameter between two ends, for each of several control
-points in the other parameter. With S = diag(P, I), the inequality diag(P, g^2 I) - G' S G > 0 is a
-cubic in the first parameter, positive if its four Bernstein coefficients are. They are affine in P
-at the two ends. verify/certificate_proof.py proves the result.
+The loop G = [A B; C D] is linear in the first parameter between two ends, for each of several
+control points in the second parameter. With S = diag(P, I), the matrix diag(P, g^2 I) - G' S G is a
+cubic in the first parameter, positive definite if its four Bernstein coefficients are. They are
+affine in P at the two ends. verify/certificate_proof.py proves the result.
 """
 
 from __future__ import annotations
@@ -20,11 +20,11 @@ from frictool.typing import Matrix
 def lyapunov_ends(
     low: Sequence[Matrix], high: Sequence[Matrix], n: int, below: float
 ) -> tuple[float, Matrix, Matrix]:
-    """Return the smallest eigenvalue of the inequalities at `below`, and P (n, n) at both ends.
+    """Return the smallest eigenvalue of the inequalities at g = `below`, and P (n, n) at both ends.
 
-    The eigenvalue is maximised. It is negative if the inequalities have no solution, and -inf if
-    the solver returns no finite point. `low` and `high` are [A B; C D] (n + outputs, n + inputs) at
-    the control points, at either end.
+    P maximises the eigenvalue. It is negative if the inequalities have no solution, and -inf if the
+    solver returns no finite point. `low` and `high` have [A B; C D] (n + outputs, n + inputs) at
+    each control point, for the low and the high end of the first parameter.
     """
     half = n * (n + 1) // 2
     constraints = [
@@ -40,7 +40,7 @@ def lyapunov_ends(
 
 
 def _coefficient(low: Matrix, high: Matrix, n: int, below: float, index: int) -> Affine:
-    """Return one Bernstein coefficient of the inequality minus the last variable times identity."""
+    """Return the Bernstein coefficient `index`, minus the last unknown times the identity."""
     half = n * (n + 1) // 2
     m = low.shape[1]
     level = np.diag(np.concatenate([np.zeros(n), np.full(m - n, below**2)]))

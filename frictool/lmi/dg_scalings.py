@@ -30,7 +30,7 @@ from frictool.typing import ComplexVector, Vector
 class ScalingForm:
     """Quadratic form Pi = fixed(g) + sum x_k `basis`[k].
 
-    `blocks` has, per uncertainty block, its slices of outputs and inputs and True for a real block.
+    `blocks` has one tuple per uncertainty block: slice of outputs, slice of inputs, True if real.
     `z` and `w` count all outputs and inputs of M; the first `z_uncertain` and `w_uncertain` of them
     belong to the uncertainty.
     """

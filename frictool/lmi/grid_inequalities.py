@@ -8,10 +8,10 @@
          [ B1' Y             -gamma I   D11'     ] N_Y < 0        [X I; I Y] > 0
          [ C1                D11        -gamma I ]
 
-They hold at every r of the grid and at every corner of the rates, with X' = sum r_j' dX/dr_j (Wu,
-1995; Apkarian and Adams, 1998). (5.62) prints + for both derivatives. That of X is negative,
-because X is a block of an inverse; with symmetric rates the conditions are the same. In discrete
-time the derivative is a step: A X(r) A' - X(r + step), A' Y(r + step) A - Y(r).
+The inequalities hold at every r of the grid and at every corner of the rates, with X' = sum r_j'
+dX/dr_j (Wu, 1995; Apkarian and Adams, 1998). (5.62) prints + for both derivatives. The sign of X'
+is minus, because X is a block of an inverse; with symmetric rates the conditions are the same.
+In discrete time the derivative is a step: A X(r) A' - X(r + step), A' Y(r + step) A - Y(r).
 
 The solver gets the smaller form of lmi/bounded_real.py: without the last block row (Schur), and in
 X/gamma, Y/gamma, which the code calls X' and Y'.
@@ -156,9 +156,9 @@ class GridInequalities:
         return inequalities
 
     def reduced(self) -> Iterator[tuple[Matrix, Matrix, Matrix]]:
-        """Yield fixed, columns and entering of every cell, plant and motion.
+        """Yield `fixed`, `columns` of F and `entering` of each inequality.
 
-        The inequality is fixed + F(X', Y') - entering/gamma^2 > 0.
+        The inequality of a cell, plant and motion is fixed + F(X', Y') - entering/gamma^2 > 0.
         """
         for cell, sides in zip(self.cells, self.sides, strict=True):
             for block in (0, 1):
@@ -177,11 +177,12 @@ class GridInequalities:
                         yield fixed, columns, entering
 
     def weights(self, block: int, values: Values) -> list[tuple[Vector, Vector]]:
-        """Return the weights of the terms for every distinct motion of X (block 0) or Y (block 1).
+        """Return the weights of the basis terms of X (block 0) or Y (block 1), per distinct motion.
 
-        Each entry is a pair (w1, w2): w1 gives the v that is multiplied with the plant, w2 the v of
-        e v e'. In continuous time w2 gives the derivative: +v' of X, -v' of Y. In discrete time w1
-        and w2 belong to the two ends of a step.
+        Each entry is a pair (w1, w2): the terms weighted with w1 add up to the v in products with
+        the plant, those weighted with w2 to the v of e v e'. In continuous time the latter is the
+        derivative of X, or minus the derivative of Y. In discrete time w1 and w2 belong to the two
+        ends of a step.
         """
         basis = self.bases[block]
         pairs = []
@@ -215,9 +216,10 @@ class GridInequalities:
         return inequalities
 
     def margins(self, x: Matrix, y: Matrix, gamma: float) -> Vector:
-        """Return (cells,) the smallest eigenvalue of each cell's inequalities over the largest.
+        """Return the smallest relative eigenvalue of the inequalities of each cell (cells,).
 
-        They are positive if all inequalities hold. They are evaluated without a solver.
+        An eigenvalue is relative to the largest of its matrix. The values are positive if all
+        inequalities hold. They are computed without a solver.
         """
         smallest = []
         for cell, sides in zip(self.cells, self.sides, strict=True):
@@ -239,12 +241,12 @@ class GridInequalities:
 
 
 def _flowing(side: ProjectedInequality) -> ProjectedInequality:
-    """Return the product with the plant; in discrete time -p v p' alone."""
+    """Return the inequality with -p v p' as its only term in v; unchanged in continuous time."""
     return replace(side, e=np.zeros_like(side.e)) if side.disc else side
 
 
 def _compared(side: ProjectedInequality) -> ProjectedInequality:
-    """Return e v e' alone."""
+    """Return the inequality with e v e' as its only term in v."""
     return replace(side, p=np.zeros_like(side.p), disc=True)
 
 

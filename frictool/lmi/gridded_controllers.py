@@ -1,4 +1,4 @@
-"""Explicit controllers scheduled by r, for constant X and Y(r), which do not depend on rates of r.
+"""Explicit controllers scheduled by r, independent of the rates of r, for constant X and Y(r).
 
 With M = I and N(r) = I - Y(r) X in (5.63), the map from the closed loop's inequality to (5.62) is
 constant. The motion then enters only as Y' in M22 (Apkarian and Adams, 1998: practically valid).
@@ -41,9 +41,9 @@ def scheduled_controllers(
 ) -> tuple[Lti, ...]:
     """Return one controller for each point and its plant.
 
-    With them the loop keeps `found.gamma` while r moves within the rates. Needs continuous time and
-    an X of degree 0, else raises ValueError. Raises NoSolutionError if the inequalities admit no
-    controller to working precision at some point.
+    With them the loop keeps `solution.gamma` while r moves within the rates. Needs continuous time
+    and an X of degree 0, else raises ValueError. Raises NoSolutionError if the inequalities admit
+    no controller to working precision at some point.
     """
     if solution.frame.disc or solution.bases[0].degree:
         raise ValueError("scheduled controllers need continuous time and an X of degree 0")
@@ -159,10 +159,11 @@ def _balanced(solution: GriddedSolution, values: Values) -> Matrix:
 def certified_gamma(
     solution: GriddedSolution, values: Values, plant: GeneralisedPlant, controller: Lti
 ) -> float:
-    """Return the gamma that P(r) proves at r for any controller; inf if none.
+    """Return the gamma that P(r) proves at r = `values` for one controller; inf if none.
 
     The proof covers every corner of the rates. The controller must have the coordinates of the
-    scheduled ones. An example is a sum of them (5.64), which the synthesis alone does not cover.
+    scheduled controllers. An example is a barycentric sum of these (5.64), which the synthesis
+    alone does not cover.
     """
     states = block_diag(solution.t, np.eye(controller.order))
     loop = plant.closed(controller).transformed(states)

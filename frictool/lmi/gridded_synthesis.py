@@ -70,11 +70,12 @@ class GridSchedule:
 
 @dataclass(frozen=True)
 class GriddedSolution:
-    """X and Y by the terms of their bases, in the states x = t x_balanced of the frame's variable.
+    """Coefficients of X and Y in their bases, in the variable `frame` and states x = t x_balanced.
 
-    They hold at `gamma`, which is at least `optimum`. `motions` are the corners of the rates (steps
-    in discrete time) in the frame's unit of time. `points` is the final grid; `checked` counts all
-    points at which the inequalities were evaluated, including the finer grid.
+    X and Y solve the inequalities at `gamma`, which is at least `optimum`. `motions` are the
+    corners of the rates (steps in discrete time) in the frame's unit of time. `points` is the final
+    grid; `checked` counts all points at which the inequalities were evaluated, including the finer
+    grid.
     """
 
     x: Matrix
@@ -109,10 +110,10 @@ class GriddedSolution:
 def minimise(family: Family, schedule: GridSchedule, recentring: float) -> GriddedSolution:
     """Return X and Y recentred at `recentring` times the smallest gamma on the grid.
 
-    At that gamma they also hold at the checked points between the grid's points. `family` maps
-    values (r,) in [-1, 1] to plants of one domain. Raises NoSolutionError if the inequalities are
-    infeasible, if the solver's result violates them, or if they still fail between the points after
-    ROUNDS refinements.
+    At that gamma X and Y also satisfy the inequalities at the checked points between the grid's
+    points. `family` maps values (r,) in [-1, 1] to plants of one domain. Raises NoSolutionError if
+    the inequalities are infeasible, if the solver's result violates them, or if they still fail
+    between the points after ROUNDS refinements.
     """
     try:
         return _GridSearch(family, schedule, recentring).solution()
@@ -266,7 +267,7 @@ def _trace(problem: GridInequalities) -> Vector:
 
 
 def _widest(problem: GridInequalities, gamma: float, smallest: Vector) -> Vector:
-    """Return the point with the largest b in [X bI; bI Y] > 0 and a nearly minimal mean trace."""
+    """Return the unknowns with the largest b in [X bI; bI Y] > 0 at a nearly minimal mean trace."""
     trace = np.append(_trace(problem), 0.0)
     limit = AffineConstraint(
         np.full((1, 1), TRACE_SLACK * float(trace[:-1] @ smallest)), -trace[None]

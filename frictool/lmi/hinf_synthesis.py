@@ -67,8 +67,8 @@ TRACE_SLACK = 1.5  # limit of trace(R + S) in the recentring, relative to the sm
 class LyapunovPair:
     """R and S in the coordinates x = t x_balanced, with the optimum and the recentred gamma.
 
-    They hold at `gamma`, which is at least `optimum`, and in the variable `frame`. Without a pole
-    region they also hold for the plant in s or z.
+    R and S solve the inequalities at `gamma`, which is at least `optimum`, for plants in the
+    variable `frame`. Without a pole region they also solve the inequalities in s or z.
     """
 
     r: Matrix
@@ -131,10 +131,11 @@ def _minimise(
 def controller(plant: GeneralisedPlant, lyapunov: LyapunovPair, ease: float = 1.0) -> Lti:
     """Return the central controller of one plant; its loop has a norm of at most `lyapunov.gamma`.
 
-    With `ease` > 1 it is the central one at `ease` times that gamma, and the inequalities guarantee
-    only that value. It is slower, and its norm is often still below `lyapunov.gamma`, which must be
-    verified. A frozen controller must be verified in any case. Raises NoSolutionError if (R, S) do
-    not admit a controller to working precision, ValueError if `ease` is below 1.
+    With `ease` > 1 it is the central controller at `ease` times that gamma, and the inequalities
+    guarantee only this larger norm. The controller is then slower; its norm is often still below
+    `lyapunov.gamma`, but this must be verified. A frozen controller must be verified in any case.
+    Raises NoSolutionError if (R, S) do not admit a controller to working precision, ValueError if
+    `ease` is below 1.
     """
     if not ease >= 1.0:
         raise ValueError(f"ease is {ease:g}; it is a factor on gamma, 1 or more")
@@ -153,7 +154,7 @@ def vertex_controllers(
 ) -> tuple[Lti, ...]:
     """Return a controller for each plant, in common coordinates.
 
-    Sums of them with the plants' weights (5.46) keep ease times gamma (5.64).
+    Sums of these controllers with the plants' weights (5.46) keep `ease` times gamma (5.64).
     """
     return tuple(controller(plant, lyapunov, ease) for plant in plants)
 
@@ -214,7 +215,7 @@ def _smallest(problem: BoundedRealInequalities, gamma: float) -> Vector:
 
 
 def _widest(problem: BoundedRealInequalities, gamma: float, smallest: Vector) -> Vector:
-    """Return the vector with the largest b in [R bI; bI S] >= 0 and a nearly minimal trace."""
+    """Return the unknowns with the largest b in [R bI; bI S] >= 0 at a nearly minimal trace."""
     trace = np.append(_trace(problem), 0.0)
     limit = AffineConstraint(
         np.full((1, 1), TRACE_SLACK * float(trace[:-1] @ smallest)), -trace[None]

@@ -56,7 +56,7 @@ class LyapunovBound:
     unit: float = 1.0
 
     def at(self, loop: Lti, values: Sequence[float] = ()) -> float:
-        """Return the gamma that P at normalised `values` (r,) proves for one loop, else inf."""
+        """Return the gamma that P proves for a loop at normalised `values` (r,); inf if none."""
         if not self.p:
             return np.inf
         corners = product((0, 1), repeat=len(values))
@@ -206,14 +206,14 @@ class _BoundProblem:
         return symmetric(x[:, corner * self.half : (corner + 1) * self.half], self.n)
 
     def positive(self, x: Matrix, pairs: Pairs, motion: Matrix) -> Matrix:
-        """Return minus a coefficient of the inequality, with gamma."""
+        """Return minus a Bernstein coefficient of the inequality, with gamma."""
         whole = -self.whole(x, pairs, motion)
         outer = np.arange(whole.shape[1] - _ports(self.loops[0]), whole.shape[1])
         whole[:, outer, outer] += x[:, -1:]
         return whole
 
     def whole(self, x: Matrix, pairs: Pairs, motion: Matrix) -> Matrix:
-        """Return a coefficient of the inequality without gamma."""
+        """Return a Bernstein coefficient of the inequality without gamma."""
         inequalities = [
             _inequality(
                 self.loops[j], self.p(x, i), self.moved(x, i, motion), self.drift(x, i, motion)

@@ -68,7 +68,7 @@ class TransformVariable:
         )
 
     def back(self, k: Lti, period: float) -> Lti:
-        """Return a controller in p as one in s or z."""
+        """Convert a controller from the variable p to s or z."""
         root = np.sqrt(self.scale)
         return Lti(
             k.a / self.scale + self.shift * np.eye(k.order), k.b / root, k.c / root, k.d, period

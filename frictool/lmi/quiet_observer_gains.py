@@ -1,7 +1,8 @@
 """Switched-observer gains with the least noise amplification for a given bound of the model error.
 
-The optimum of (6.6) is flat. Without noise in the problem its gains correct the error within one or
-two samples, and then amplify the noise of a coarse encoder. Here the gains minimise nu subject to
+The optimum of (6.6) is flat. Since (6.6) contains no noise, its gains correct the error within one
+or two samples, and then amplify the noise of a coarse encoder. Here the gains minimise nu
+subject to
 
     |z| <= factor gamma* |Delta|    gamma*: the smallest gamma with the requested decay
     |z| <= nu |w|                   y = C_i x + n_i w, so that -L_i n_i w enters the error
@@ -13,9 +14,9 @@ with V_i = G_i' L_i. In the noise inequality -V_i n_i replaces G_i' Q_i:
     [ *                                gamma^2 I   Q_i' G_i            ]  >  0
     [ *                                *           G_i + G_i' - P_j    ]
 
-(J. Daafouz, P. Riedinger, C. Iung, IEEE TAC 47, 2002). With G_i = P_i it is (6.6), whose lemma
-6.2.1 requires P_j < 2 P_i for every switch. If alpha acts in opposite directions in two successive
-modes, that requirement excludes a fast alpha.
+(J. Daafouz, P. Riedinger, C. Iung, IEEE TAC 47, 2002). With G_i = P_i the inequality is (6.6), and
+lemma 6.2.1 requires P_j < 2 P_i for every switch. If alpha acts in opposite directions in two
+successive modes, that requirement excludes a fast alpha.
 
 gamma* is the solver's value. The bound of `factor` times gamma* is checked by (6.9) with the
 computed gains and P_i, and so is nu.

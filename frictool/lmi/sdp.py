@@ -1,8 +1,8 @@
 """Semidefinite programs for Clarabel: minimise c'x subject to F_j(x) = F_j0 + sum x_k F_jk >= 0.
 
-A constraint is assembled (fixed matrix and upper triangles of the coefficients), or a function of
-many decision vectors at once. The function is affine, so its values at zero and at the unit vectors
-assemble it exactly.
+A constraint has one of two forms: a fixed matrix with the upper triangles of the coefficients, or a
+function of many decision vectors at once. The function is affine, so its values at zero and at the
+unit vectors give the first form exactly.
 """
 
 from __future__ import annotations

@@ -46,8 +46,8 @@ FIRST_ARCS = np.concatenate([[0.0], np.geomspace(1e-4, 1.0, 9) * np.pi])
 class CertifiedLevel:
     """Level `value` that holds on the whole frequency axis.
 
-    `frequency` [rad/s] is the one that determines it, NaN if no frequency raised it above the
-    start. `arcs` is the number of arcs that cover the axis.
+    `frequency` [rad/s] is the frequency that requires this level, NaN if no frequency raised the
+    level above the start. `arcs` is the number of arcs that cover the axis.
     """
 
     value: float
@@ -165,7 +165,7 @@ class _ArcCover:
         )
 
     def scaled_loop(self, level: float) -> tuple[Lti, float]:
-        """Return the loop and the level of the performance for the inequality."""
+        """Return the loop and performance level for the inequality; a scaled loop has level 1."""
         return (
             (replace(self.loop, c=self.loop.c / level, d=self.loop.d / level), 1.0)
             if self.scaled

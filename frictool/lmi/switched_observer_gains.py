@@ -111,7 +111,7 @@ def switched_gains(
 def _candidates(
     modes: Mapping[int, ObserverMode], switches: Switches, decay: float, t: Matrix
 ) -> list[SwitchedGains]:
-    """Return gains slightly inside the optimum, best states first, then those at the optimum.
+    """Return gains slightly inside the optimum, last pass first, then gains at the optimum.
 
     A last entry with infinite gamma stands for no result.
     """
@@ -284,8 +284,8 @@ def place_among_unknowns(
 ) -> AffineConstraint:
     """Return the inequality of one switch in all `count` unknowns, gamma^2 last.
 
-    `before` and `after` give the first index and the number of unknowns of the modes before and
-    after the switch. `local` has the unknowns in this order, then gamma^2.
+    `before` and `after` give the first index and the number of the unknowns of the mode before and
+    the mode after the switch. `local` has the unknowns in this order, then gamma^2.
     """
     columns = np.zeros((len(local.columns), count))
     columns[:, before[0] : before[0] + before[1]] = local.columns[:, : before[1]]

@@ -41,9 +41,9 @@ def accept(
     """Return the verified figures of the loops that `linear` closes with the surrounding blocks.
 
     Raises NoSolutionError (exit 4), naming the vertex and its figure, if a loop is unstable with a
-    delay of 0 samples, 1 sample or the bench's. Raises it also if a loop misses the specified
-    modulus margin at the bench's delay, if rounded coefficients break a claim, or if one encoder
-    count requests too much drive.
+    delay of 0 samples, 1 sample or the bench's delay. Raises it also if a loop misses the specified
+    modulus margin at the bench's delay, if rounded coefficients break a claim, or if the controller
+    requests too much drive after one encoder count.
     """
     loops = linear_loops(problem, linear, around)
     required = problem.spec.modulus_margin or 0.0
@@ -91,7 +91,8 @@ def resonant(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> Reso
     """Check the loops on the plant with the model's resonances; return None if it has none.
 
     The result is the worst margin at the bench's delay. Raises NoSolutionError if a loop is
-    unstable with a delay of 0 samples, 1 sample or the bench's, or misses the specified margin.
+    unstable with a delay of 0 samples, 1 sample or the bench's delay, or misses the specified
+    margin.
     """
     resonances = problem.model.resonances
     if resonances is None:
@@ -108,7 +109,7 @@ def resonant(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> Reso
 def linear_loops(
     problem: SynthesisProblem, linear: stored.LinearController, around: SurroundingBlocks
 ) -> LinearLoops:
-    """Return the loops of `linear` at the vertices, together with the surrounding blocks."""
+    """Return the loops that `linear` and the surrounding blocks close at the vertices."""
     return LinearLoops(
         structure=problem.design.structure,
         domain=problem.design.domain,

@@ -15,7 +15,7 @@ def balanced_form(k: Lti, negligible: float = 0.0) -> tuple[Lti, NDArray[np.floa
 
     In these coordinates both Gramians are the same diagonal matrix, whose entries are the Hankel
     singular values. States that are unreachable or unobservable to working precision are left out,
-    and so are states whose value is at most `negligible` times the largest.
+    and so are states with a singular value of at most `negligible` times the largest.
     """
     if not k.order:
         return k, np.empty(0)

@@ -96,7 +96,7 @@ def certified_weights(weights: PlantWeights) -> CertifiedWeights:
 
 
 def _bound(loop: CertificateLoop, box: Box, of: Literal["norm", "sensitivity"]) -> Bound | str:
-    """Return the bound with its proof, or the reason why it is missing."""
+    """Return a bound of the quantity `of` with its proof, or the reason why there is no proof."""
     worst, where = _scan(loop, box)
     if not np.isfinite(worst):
         raise NoSolutionError(
@@ -228,8 +228,7 @@ class _CellSearch:
     def cells(self) -> tuple[Cell, ...] | None:
         """Return the cells, or None if more than MOST_CELLS or MOST_HALVINGS would be needed.
 
-        The limit of halvings is separate because halves without a plant give no cell and could be
-        halved without end.
+        The number of halvings has its own limit, because halves without a plant give no cell.
         """
         waiting = [self._tried(self.whole)]
         accepted: list[Cell] = []
@@ -273,9 +272,10 @@ class _CellSearch:
         return _TriedCell(rates, least, Cell(drive, viscous, pack_matrix(low), pack_matrix(high)))
 
     def _halves(self, rates: Rectangle) -> list[_TriedCell]:
-        """Halve a rectangle in the direction that satisfies the inequalities better.
+        """Return the two halves of a rectangle with the results of their proofs.
 
-        A direction without width is not halved.
+        The cut is in the direction whose first half satisfies the inequalities with the larger
+        margin. A direction without width is not cut.
         """
         drive, viscous = rates
         if _thin(viscous) or _thin(drive):

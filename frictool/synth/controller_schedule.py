@@ -2,8 +2,8 @@
 
 The weights of the corners are those of (5.46), (5.64). If the plants are affine in the parameters
 (vertices: first_order, continuous time), the inequalities cover the interpolated controller. With
-exact vertices or sampled plants they cover it only approximately. It is therefore verified as it
-runs, at the corners and at plants between them.
+exact vertices or sampled plants they cover it only approximately. The interpolated controller is
+therefore verified as it runs, at the corners and at plants between them.
 """
 
 from __future__ import annotations

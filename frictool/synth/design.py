@@ -78,7 +78,7 @@ def synthesise_verified(
     With `beyond`, the bounds over the whole box and the certificate are computed too. `progress` is
     called with the name of each step. Raises NoSolutionError (exit 4) if the method finds no
     controller, if its controller fails the verification (the message names the vertex and its
-    figure), or if the model's load is not a disturbance that the drive can hold.
+    figure), or if the drive cannot hold the model's load.
     """
     disturbance(model)  # refuses loads that these structures cannot handle
     possible = check_feasible(model, spec, design)
@@ -127,7 +127,7 @@ def _with_resonances(posed: SynthesisProblem, controller: stored.Controller) -> 
 
 
 def _linear(posed: SynthesisProblem, candidate: ControllerCandidate) -> stored.LinearController:
-    """Return the candidate's stored forms, with the requested form and anti-windup."""
+    """Return the candidate's stored forms, with the form that runs and its anti-windup selected."""
     linear = stored_forms(candidate.controller)
     design = posed.design
     if design.speed_input:

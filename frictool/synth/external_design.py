@@ -1,7 +1,7 @@
 """Import of a controller that was designed elsewhere, stored and verified like a designed one.
 
-The checks are those of acceptance.py. No norm is required; the derived weights serve only to state
-one.
+The checks are those of acceptance.py. No norm is required; the weights serve only to state the
+norm.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ EXTERNAL = SynthesisMethod(
 
 @dataclass(frozen=True)
 class _ExternalProblem(SynthesisProblem):
-    """Problem of an existing controller; its advice concerns the controller, not weights."""
+    """Problem of an existing controller; its advice is to change the controller, not weights."""
 
     @property
     def method(self) -> SynthesisMethod:
@@ -61,9 +61,9 @@ def external_controller(
 ) -> Controller:
     """Convert `system` to a controller document, verified at the vertices of the model's intervals.
 
-    The loops are verified with a delay of 0 samples, 1 sample and the bench's. A continuous system
-    is discretised by Tustin's method at the bench's period. The system may have one integrator; all
-    its other poles must be stable.
+    The loops are verified with a delay of 0 samples, 1 sample and the bench's delay. A continuous
+    system is discretised by Tustin's method at the bench's period. The system may have one
+    integrator; all its other poles must be stable.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def external_controller(
     Raises
     ------
     FrictoolError
-        If `system` is not of this kind.
+        If `system` cannot be read as such an LTI system.
     NoSolutionError
         If a loop is unstable or misses the specified modulus margin.
     """

@@ -13,9 +13,10 @@ square root of s. Inside a backlash only the motor's smaller friction acts durin
 Viscous friction, the drive's lag and, in one of the two directions, a load can only lengthen t; all
 three are neglected.
 
-A specification does not state the length of its steps. The shortest step to which it can apply must
-be possible (else exit 4): static_error is 5 % of it, or one encoder count if that key is missing;
-it is at most the travel. A note names the longer steps that are not possible.
+A specification does not state the length of its steps. The drive must be able to make the shortest
+step to which the specification can apply (else exit 4). The length of this step is 20 times
+static_error (at least 20 encoder counts), but at most the travel. A note names the length above
+which steps are not possible in the specified time.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ class FastestStep(NamedTuple):
 
 
 def check_feasible(model: Model, spec: Spec, design: Design) -> tuple[str, ...]:
-    """Return notes on times that only short steps can reach.
+    """Return notes on specified times that the drive can reach in short steps only.
 
     Raises FrictoolError if a band contradicts the encoder or the specification, NoSolutionError if
     the drive cannot reach a time.
@@ -124,7 +125,8 @@ def _rising(up: float, down: float) -> float:
 def fastest(model: Model, part: Callable[[float, float], float]) -> FastestStep:
     """Return the slowest vertex of the model's polytope, with the drive at its limit.
 
-    The drive can move every vertex, since synth/load_disturbance.py raises an error otherwise.
+    `part` maps the largest acceleration and deceleration to the time of a step of length 1. The
+    drive can move every vertex, since synth/load_disturbance.py raises an error otherwise.
     """
     known = model.bench.mechanics
     limit = model.bench.actuator.limit.value
@@ -147,7 +149,8 @@ def _check_time(
 ) -> list[str]:
     """Return a note on longer steps, or raise NoSolutionError if the shortest one is too slow.
 
-    `requirement` is the key, its time and the delay before the axis moves [s].
+    `requirement` is the key, its time and the delay before the axis moves [s]; `shortest` is the
+    length of the shortest step [rad | m].
     """
     (key, required, delay), bench, axis = requirement, model.bench, model.axis
     unit, effort = si_unit("position", axis), si_unit("effort", axis)

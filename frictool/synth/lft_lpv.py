@@ -2,8 +2,8 @@
 
 Each vertex of the polytope has its own channel, annex (28)-(32). As in the annex, the friction
 regimes are scheduled if the design does not name other parameters. The controller that runs is
-frozen at the middle of the vertices: the two vertex controllers of the annex agree below 1/T_s, so
-that one controller is enough (annex 5.2).
+frozen at the middle of the vertices: the two vertex controllers of the annex agree at frequencies
+below 1/T_s, so that one controller is enough (annex 5.2).
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
     offset     constant
     gravity    |sine sin x + cosine cos x| <= its amplitude at any position
-    ripple     likewise
+    ripple     |sine sin x + cosine cos x| <= its amplitude, x: phase of the ripple
 
 The plants of the polytope do not contain the load. A spring is an error, since it changes the plant
 and the loop is not designed for a stiffness.
@@ -33,7 +33,7 @@ class LoadDisturbance:
 
     @property
     def total(self) -> float:
-        """Sum of the parts."""
+        """Sum of the load terms offset, gravity and ripple."""
         return self.offset + self.gravity + self.ripple
 
 

@@ -147,7 +147,7 @@ def _refuse(problem: SynthesisProblem) -> None:
 def _at(box: Box, others: PlantPoint, names: tuple[str, ...], values: Values) -> PlantPoint:
     """Return the plant with scheduled parameters at normalised `values`, the rest from `others`.
 
-    The values are in -1 to 1, the ends of the parameters' intervals in `box`.
+    -1 and 1 stand for the ends of a parameter's interval in `box`.
     """
     levels = {name: getattr(others, name) for name in DYNAMIC}
     for name, value in zip(names, values, strict=True):

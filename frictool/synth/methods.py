@@ -10,6 +10,6 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 
 def solver(method: str) -> Callable[[SynthesisProblem], ControllerCandidate]:
-    """Return the function of a key of METHODS; it and its module have the name of the method."""
+    """Return the function for a key of METHODS; function and module have the method's name."""
     function = getattr(import_module(f"frictool.synth.{method}"), method)
     return cast(Callable[[SynthesisProblem], ControllerCandidate], function)

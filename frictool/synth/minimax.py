@@ -1,8 +1,8 @@
 """Method `minimax`: constant controller of fixed order with the least worst norm at the vertices.
 
-The inequalities of theorem 5.3.1 bound the norm of a scheduled controller only; one that is frozen
-at a plant (5.3.4) has no bound. This method minimises the verified norm itself, over the parameters
-of one constant controller (structured_controller.py).
+The inequalities of theorem 5.3.1 bound the norm of a scheduled controller only, and not of a
+controller frozen at one plant (5.3.4). This method minimises the verified norm itself, over the
+parameters of one constant controller (structured_controller.py).
 
 The problem is not convex. Seeded random starts are improved at the least order that can stabilise.
 The best of them are extended by a pole and a zero that cancel, until they have the requested order.
@@ -152,7 +152,7 @@ def search(
 
 
 def _best(points: Sequence[DescentPoint]) -> list[DescentPoint]:
-    """Return the few best points that differ, the best first."""
+    """Return at most KEPT points with different norms, the best first."""
     stable = sorted(
         (point for point in points if np.isfinite(point.worst)),
         key=lambda point: (round(point.missed, 4), point.worst),

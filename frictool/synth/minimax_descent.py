@@ -65,7 +65,8 @@ class MinimaxDescent:
     ) -> None:
         """Build the frequency grid, which starts at `slowest` [rad/s].
 
-        It ends at ten times the pole bound, or at half the sampling frequency.
+        The grid ends at ten times the pole bound, or for a sampled controller at half the sampling
+        frequency.
         """
         top = 0.9999 * np.pi / structure.period if structure.period else 10.0 * structure.bound
         self.structure = structure

@@ -5,7 +5,7 @@
 
 The output of C is an effort; the drive is the effort over the actuator's constant. C is sampled as
 a zero-order-hold equivalent: the integral takes the error of sample k after the command of sample
-k, and the derivative's low-pass of lag tau = T_d/a moves towards that error by 1 - exp(-T/tau):
+k, and the low-pass of the derivative (lag tau = T_d/a) moves towards this error by 1 - exp(-T/tau):
 
     C(z) = K (1 + (T/T_i)/(z - 1) + (T_d/tau) (z - 1)/(z - exp(-T/tau)))
 """

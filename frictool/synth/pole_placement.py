@@ -58,9 +58,9 @@ class PlacementVariable:
         return below, np.asarray(above[1:], dtype=np.float64)
 
     def system(self, above: Vector, below: Vector) -> Lti:
-        """Return above/(x below) as a system; its first state is the integrator.
+        """Return N(x)/(x D(x)) as a system; its first state is the integrator.
 
-        `below` is monic.
+        `above` has the coefficients of N and `below` those of the monic D, highest power first.
         """
         residue = above[-1] / below[-1]
         rest = chain(np.polysub(above, residue * below)[:-1], [below], 1.0)

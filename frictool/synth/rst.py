@@ -285,7 +285,7 @@ class _PlacementSearch:
 
 
 def _simulated(a: Vector, b: Vector, c: Vector, entering: Vector) -> Vector:
-    """Return c x of x+ = a x + b u for the input u (k,)."""
+    """Return the output c x (k,) of x+ = a x + b u from x = 0, with the input u = `entering`."""
     x, response = np.zeros(len(a)), np.empty(len(entering))
     for k, value in enumerate(entering):
         response[k] = c[0] @ x

@@ -1,9 +1,9 @@
 """Replacement of a controller's slowest pole by an integrator or by a stable pole.
 
-With an integrator (5.4.3.1) the static error vanishes; a stable pole corrects an optimum that put
-the pole just outside the stability limit. At frequencies far above |p|, r/(s - p) behaves like r/s:
-the residue is kept, the pole is moved, and the loop is verified again. The usual slow pole is that
-of W2, which the weighted plant leaves in the controller.
+With an integrator (5.4.3.1) the static error vanishes. A stable pole repairs an optimal controller
+whose pole lies just outside the stability limit. At frequencies far above |p|, r/(s - p) behaves
+like r/s: the residue is kept, the pole is moved, and the loop is verified again. The usual slow
+pole is that of W2, which the weighted plant leaves in the controller.
 """
 
 from __future__ import annotations

@@ -223,7 +223,7 @@ def chain(above: Vector, factors: list[Vector], around: float) -> Lti:
 def _divided(above: Vector, factor: Vector) -> tuple[Vector, Vector]:
     """Return quotient and remainder of a division by a monic factor.
 
-    The remainder has as many coefficients as the degree of the factor; none is rounded to zero.
+    The remainder has as many coefficients as the degree of the factor; leading zeros are kept.
     """
     size = len(factor) - 1
     rest = np.concatenate([np.zeros(max(0, size - len(above))), above])

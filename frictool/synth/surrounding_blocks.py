@@ -1,4 +1,4 @@
-"""Blocks around the linear controller, with the rules for what the design leaves out.
+"""Blocks around the linear controller, with rules for the values that the design leaves out.
 
     position_law            gain of the square-root law: from friction and inertia of the model
                             band: the encoder's step (5.7)
@@ -248,7 +248,7 @@ class _BlockRules:
 
 
 def _square_root_gain(model: Model, law: PositionLawDesign) -> float:
-    """Return the gain (5.19), annex (5) or annex 5.2, which differ by sqrt 2."""
+    """Return the gain by `law.formula`: sqrt(2F/J) or sqrt(F/J) ((5.19), annex (5), annex 5.2)."""
     today = model.parameters
     factor = 2.0 if law.formula == "sqrt(2F/J)" else 1.0
     force = today.coulomb.value * law.virtual_coulomb_factor

@@ -36,7 +36,7 @@ class SynthesisProblem:
     """Plants, weights and options of one design.
 
     `period` [s] and `delay` [samples] come from the bench, `lag` [s] from the drive. `box` covers
-    every constant plant of the intervals, and the controller is verified for it; each method
+    every constant plant of the intervals; the controller is verified for this box. Each method
     chooses which parameters it schedules.
     """
 
@@ -132,7 +132,7 @@ class SynthesisProblem:
     ) -> ControllerCandidate:
         """Return the candidate of a controller designed with `posed_with_constant_input`.
 
-        Its slowest pole is moved to an integrator or to the stable side if necessary, and its order
+        If necessary, its slowest pole is replaced by an integrator or by a stable pole. Its order
         is reduced if the design requests that.
         """
         remarks = list(notes)

@@ -1,15 +1,15 @@
 """Weight relaxation (`relax: auto`): strictest feasible W1 (disturbance rejection) and W3 (effort).
 
 The weight on the command follows W3. The thesis moved W1 and W3 by hand, from (1, 1.26) with gamma
-20.9 to (0.1, 0.05) with 1.15 (5.4.3.1). gamma does not fall when W1 rises. Therefore the largest W1
-with gamma <= 1 is bracketed at each W3, which gives one point of the trade-off curve. The search
-inside a bracket assumes that gamma^2 minus its floor (at W1 = 0) is a power of W1, which is nearly
-true; it bisects if that fails.
+20.9 to (0.1, 0.05) with gamma 1.15 (5.4.3.1). gamma does not fall when W1 rises. Therefore the
+largest W1 with gamma <= 1 is bracketed at each W3, which gives one point of the trade-off curve.
+The search inside a bracket assumes that gamma^2 minus its floor (at W1 = 0) is a power of W1, which
+is nearly true; it bisects if that fails.
 
 W3 is lowered only as long as that raises W1. The result is the point of the curve with the largest
-W3 whose W1 is within 10 % of the largest. At still lower W3, W1 falls again: the noise of one
-encoder count grows as the amplitude behind W3 falls, and takes all that the weight on the error
-allows. Without noise the search ends at the W3 for which one count alone would do so.
+W3 whose W1 is within 10 % of the largest. At still lower W3, W1 falls again: the noise weight of
+one encoder count grows as W3 falls, until this noise alone reaches the limit of W2. Without noise
+the search ends at the W3 for which one count alone would reach that limit.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def relax(
     *,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Trade:
-    """Return the trade that starts from the strictest weights.
+    """Return the trade-off found by a search from the strictest weights `chosen`.
 
     `level` maps weights to gamma and may raise NoSolutionError. There are at most BUDGET
     evaluations; `progress` is called with the largest feasible W1 at each W3. Raises
@@ -85,10 +85,10 @@ def relaxed_problem(
 ) -> tuple[SynthesisProblem, Trade]:
     """Return the problem with relaxed weights, and the trade.
 
-    `guide` is the bound of a method, which is brought to `required`. The bound of inequalities
-    rises with W1, as the search requires; the true norm of a frozen controller does not. The
-    controller that runs is verified afterwards. If it fails, a constant controller (minimax) with
-    the same weights may pass.
+    `guide` returns the bound of a method, which the relaxation brings to `required`. The bound of
+    inequalities rises with W1, as the search requires; the true norm of a frozen controller does
+    not. The controller that runs is verified afterwards. If it fails, a constant controller
+    (minimax) with the same weights may pass.
     """
 
     def level(weights: PlantWeights) -> float:
@@ -99,7 +99,7 @@ def relaxed_problem(
 
 
 class _TradeSearch:
-    """State of the search; `disturbance` and `effort` are log W1 and log W3 over the start."""
+    """State of the search; `disturbance`, `effort`: logarithms of W1, W3 relative to the start."""
 
     def __init__(
         self,
@@ -161,7 +161,7 @@ class _TradeSearch:
         return self.points[-1]
 
     def _best(self) -> float:
-        """Return the largest effort weight whose W1 counts as largest."""
+        """Return the largest effort (log W3) whose W1 is at least FLAT times the largest W1."""
         enough = max(level for level, _ in self.curve.values()) + math.log(FLAT)
         return max(effort for effort, (level, _) in self.curve.items() if level >= enough)
 

@@ -1,4 +1,4 @@
-"""Weights of a design and rules for those that it leaves out; each derived value names its source.
+"""Weights of a design, and rules for missing weights; each derived value names its source.
 
 A is the amplitude of the reference for which the drive is sized: the travel (position) or the top
 speed (speed). The friction w in [-1, 1] and a reference of 1 rad | rad/s are inputs of equal size,
@@ -7,7 +7,7 @@ so quantities that belong to the amplitude A are divided by A:
     W2     z2 = 3/(M_mod t_95), twice that for the speed loop under a position law;
            M_mod and e_stat from the specification (5.56)-(5.57)
     W1     1/A: full friction leaves an error of e_stat A, the static error of the
-           specification. The text's 1 requires e_stat alone
+           specification. With W1 = 1, as in the thesis, the error is e_stat
     W3     A over the drive's limit: a reference of A does not saturate (5.58)
     W4     the encoder's step over A
     W_u    step/(share limit W4): at gamma 1 and any frequency, a signal with the amplitude
@@ -28,11 +28,10 @@ from frictool.errors import FrictoolError
 from frictool.plant.generalised_plant import FirstOrderWeight, PlantWeights, template
 
 SETTLING = 3.0  # time constants of a first-order response until 95 %
-# W1 A at the start of relax: auto: full friction leaves a hundredth of the static error; the text
-# has W1 A = 63
+# W1 A at the start of relax: auto: full friction leaves a hundredth of the static error; the
+# thesis has W1 A = 63
 STRICTEST = 100.0
-# ratio of the speed loop's bandwidth to that of the position law; the text has 40 rad/s and 20
-# rad/s
+# ratio of the bandwidths of speed loop and position law; the thesis has 40 rad/s and 20 rad/s
 INNER = 2.0
 
 
@@ -52,8 +51,8 @@ class ChosenWeights:
 
     `noise_moves` is True if the noise was derived from A; it then grows as A falls.
     `command_of_noise` is W_u W4 if the command's weight was derived. `least_effort` is the lower
-    limit of W3 as a share of it: at the corresponding A one encoder count alone reaches the limit
-    of W2.
+    limit of W3, as a fraction of the chosen W3: at the corresponding A one encoder count alone
+    reaches the limit of W2.
     """
 
     weights: PlantWeights
@@ -97,7 +96,7 @@ def choose_weights(model: Model, spec: Spec, design: Design) -> ChosenWeights:
 
 
 class _WeightRules:
-    """Rules, one per method; `derived` collects their results."""
+    """Rules for missing weights; `derived` collects the derived values."""
 
     def __init__(self, model: Model, spec: Spec, design: Design) -> None:
         self.model = model
@@ -200,7 +199,7 @@ class _WeightRules:
         return template(bandwidth, margin, error)
 
     def _amplitude(self, wanted: str) -> tuple[float, str]:
-        """Return A and its key in the bench."""
+        """Return A and its key in the bench; an error names the weight `wanted`."""
         mechanics = self.model.bench.mechanics
         if self.speed and mechanics.top_speed is not None:
             return mechanics.top_speed.value, "mechanics.top_speed"

@@ -46,7 +46,7 @@ def inverse_inertia(box: Box, drive: Interval, viscous: Interval) -> Interval | 
 
 
 def friction_rates(box: Box, drive: Interval, viscous: Interval) -> Interval:
-    """Return bounds of |F_c|/J at the two ends of `drive`, or (0, 0) if no plant is there.
+    """Return bounds of |F_c|/J at the two ends of `drive`, or (0, 0) if there is no such plant.
 
     The straight line between the two values is a bound for the rates between the ends.
     """
@@ -68,7 +68,7 @@ def surroundings(box: Box) -> tuple[Interval, Interval]:
 
 
 def uncovered(box: Box, cells: Sequence[Cell]) -> tuple[Interval, Interval] | None:
-    """Return a rectangle of k and s with plants of the box in no cell; None if all are covered.
+    """Return a rectangle of k and s that holds plants but is in no cell; None if there is none.
 
     The cells must extend slightly beyond the box in s.
     """

@@ -47,7 +47,7 @@ class CertificateLoop:
 
     @property
     def inner(self) -> list[str]:
-        """Names of the controller's states; a section has only those that its coefficients feed."""
+        """Names of the controller's states; a section has 0 to 2 states, as its order."""
         if not self.sections:
             return [f"controller {k}" for k in range(len(self.controller.a))]
         return [
@@ -132,9 +132,10 @@ def _through_matrices(
 def _through_sections(
     loop: CertificateLoop, measured: Enclosure, signal: _Signals, after: dict[str, Enclosure]
 ) -> Enclosure:
-    """Return the requested drive of a chain in transposed direct form II, likewise.
+    """Return the requested drive of the sections; write their next states into `after`.
 
-    The form is that of control/second_order_sections.py. Products of coefficients are exact.
+    Transposed direct form II, as in control/second_order_sections.py. Products of coefficients are
+    exact.
     """
     passing = measured
     for k, section in enumerate(loop.sections):

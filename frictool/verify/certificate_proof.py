@@ -50,7 +50,7 @@ ENDS = ("low", "high")
 
 @dataclass(frozen=True)
 class ProvedBound:
-    """Proved bound: every constant plant of the box has a stable loop and `of` below `below`.
+    """Proved bound: every constant plant of the box has a stable loop, and quantity `of` < `below`.
 
     `cells` is the number of rectangles in the proof.
     """
@@ -65,7 +65,7 @@ class CertificateCoordinates:
     """Coordinates x_new = W x.
 
     `forth` is W, `back` is close to its inverse, and `turned` is exactly W times `back`, in units
-    of 2^-2 BITS.
+    of 2^(-2 BITS).
     """
 
     forth: Enclosure
@@ -74,7 +74,7 @@ class CertificateCoordinates:
 
     @staticmethod
     def of(factor: Sequence[Sequence[float]]) -> CertificateCoordinates:
-        """Return the coordinates of a factor; raise ValueError if its diagonal has a zero."""
+        """Return the coordinates with W = `factor`; raise ValueError if its diagonal has a zero."""
         n = len(factor)
         rows = [[0.0] * (n - len(row)) + list(row) for row in factor]
         forth = Enclosure.matrix(np.array(rows, dtype=object).reshape(n, n))
@@ -164,7 +164,7 @@ def enclose_loop(
     rates: tuple[Interval, Interval],
     coordinates: CertificateCoordinates,
 ) -> list[Enclosure]:
-    """Return [A B; C D] at the eight corners of the rectangle, in the new coordinates."""
+    """Return [A B; C D] at the eight corners of `enclosed_axis.corners`, in the new coordinates."""
     friction = (
         friction_rates(box, *rates) if loop.weights.disturbance else (Fraction(0), Fraction(0))
     )

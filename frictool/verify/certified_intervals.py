@@ -1,4 +1,4 @@
-"""Comparison of a plant and its rig with those for which a controller was verified."""
+"""Comparison of a plant and its rig with the plants and rig for which a controller was verified."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Box of plants of a controller document: that of its certificate, or else that of its vertices."""
+"""Box of plants of a controller document: its certificate's box, or else its vertices' box."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def check_box(controller: Controller) -> None:
     Raises
     ------
     NoSolutionError
-        If it does not, or if the document has no vertex.
+        If the box leaves out a vertex or part of an interval, or if the document has no vertex.
     """
     vertices = vertex_points(controller)
     holder = "the vertices" if controller.certificate is None else "the certificate's box"
@@ -57,7 +57,7 @@ def check_corners(controller: Controller) -> None:
     Raises
     ------
     NoSolutionError
-        If one is not.
+        If a corner is not a vertex.
     """
     if controller.certificate is None:
         return

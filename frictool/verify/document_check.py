@@ -68,7 +68,7 @@ def limiter_brake(
 
 
 def check_document(controller: Controller, *, margins: bool = False) -> None:
-    """Check a document without its stored figures; with `margins`, check its stored margins too.
+    """Check a document from its coefficients; with `margins`, compare the stored margins too.
 
     Raises
     ------

@@ -64,8 +64,8 @@ def corners(
     """Return the eight corners of the axis for k in `drive` and s in `viscous`.
 
     The order is the low end in k with the four control points in s, then the high end. `friction`
-    has the rates f at the two ends in k; they are linear between. Raises NoSolutionError if the lag
-    or 1/s is too short against the period for the series.
+    has the rates f at the two ends in k; f is linear in k between them. Raises NoSolutionError if
+    the lag or 1/s is too short against the period for the series.
     """
     t = Fraction(period)
     ratio = t / Fraction(lag) if lag else Fraction(0)

@@ -10,7 +10,7 @@ HORIZON = 10  # samples; later the loop has reacted
 
 
 def count_current(controller: Lti, step: float, horizon: int = HORIZON) -> float:
-    """Return the largest drive [A or V] after the position moved by one count, at rest before.
+    """Return the largest drive [A or V] after a move of one count from rest.
 
     `step` is one count [rad or m]; the maximum is over `horizon` samples. The first sample is |d|
     step; a lead in the controller may request more one sample later. The integral's later

@@ -11,7 +11,7 @@ and speed v:
 
 F is the velocity block. If an observer estimates the speed (verify/observer_loop.py), F m is its
 estimate from m and from the drive. The drive's path to the observer stays within the controller:
-the loop is cut behind both.
+the loop is cut behind controller and observer.
 
 A proportional law is linear and gives a second, outer loop; both are checked. A loop that uses the
 motion only leaves the position free, so the position is not a state of it. A square-root law, a
@@ -43,7 +43,7 @@ ETA, DIFFERENCE, SPEED = "eta", "difference", "sampled_speed"
 
 @dataclass(frozen=True)
 class FeedbackLoop:
-    """Linear feedback from the signals `sees` to the drive.
+    """Linear feedback to the drive from the measured signals that `sees` names.
 
     `system` has one input per signal and one output. `name` is the name of the loop in messages.
     """
@@ -163,8 +163,8 @@ def feedbacks_of(controller: Controller) -> tuple[FeedbackLoop, ...]:
 def virtual_friction(slope: float, velocity: Velocity, period: float) -> tuple[FeedbackLoop, ...]:
     """Return the loop that a limiter's virtual friction closes at rest.
 
-    There is one for each mode of an observer that estimates the speed. `slope` is F_cv/(v_r K) [A
-    or V per rad/s or m/s].
+    An observer that estimates the speed gives one loop for each of its modes. `slope` is
+    F_cv/(v_r K) [A or V per rad/s or m/s].
     """
     if velocity.observer is not None:
         law = gain(slope, period)
@@ -204,7 +204,8 @@ def low_pass(velocity: Velocity, period: float, hold: Held = float) -> Lti:
 def from_position(feedback: FeedbackLoop) -> Lti:
     """Return the system from minus the encoder's position to the drive.
 
-    Its response is that to encoder counts; a measured speed does not contain them.
+    It gives the response of the drive to encoder counts. A measured speed contains no encoder
+    counts, so its path is left out.
     """
     period = feedback.system.period
     if feedback.sees == (ETA,):

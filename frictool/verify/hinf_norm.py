@@ -50,7 +50,7 @@ def norm(
 
     The returned norm is the gain at that frequency, which is below the true norm by at most the
     relative `tolerance`. The frequency is inf for a continuous system with its largest gain at
-    infinity. `looks` are frequencies to try first instead of those from the poles.
+    infinity. `looks` are frequencies to try first, in place of frequencies derived from the poles.
     """
     if not system.stable:
         return np.inf, np.nan

@@ -51,7 +51,7 @@ def interior_points(box: Box, count: int, seed: int) -> tuple[PlantPoint, ...]:
 
 
 def _radical_inverse(index: NDArray[np.int64], base: int) -> NDArray[np.float64]:
-    """Return the digits of `index` mirrored at the radix point."""
+    """Return the number in [0, 1) whose digits are those of `index`, in reverse order."""
     inverse = np.zeros(len(index))
     share = 1.0 / base
     rest = index.copy()
@@ -77,7 +77,7 @@ def worst_inside(
 ) -> tuple[WorstPlant, WorstPlant]:
     """Return the worst norm at the vertices, and the worst inside the box.
 
-    The second one is from POINTS plants and a search that starts at the worst plant of all.
+    The worst inside is that of POINTS plants and of a search that starts at the worst plant so far.
     """
     box = enclosing_box(vertices)
     at_vertices = worst_norm(controller, plant, vertices)
@@ -122,7 +122,7 @@ def worst_norm(
 def searched(
     controller: Lti, plant: Callable[[AxisRates], GeneralisedPlant], box: Box, start: WorstPlant
 ) -> WorstPlant:
-    """Return the worst plant of a coordinate search inside the box that starts at `start`."""
+    """Return the worst plant of a coordinate search that starts at `start` and stays in the box."""
     low, high = (np.array([box[name][side] for name in NAMES]) for side in (0, 1))
     width = np.where(high > low, high - low, 1.0)
     at = np.clip((np.array([getattr(start.point, name) for name in NAMES]) - low) / width, 0.0, 1.0)

@@ -44,7 +44,7 @@ class LoggedPlant:
         )
 
     def to_text(self) -> str:
-        """Return the value in the log's metadata."""
+        """Return the plant as text for the log's metadata."""
         return json.dumps(vars(self))
 
     @staticmethod
@@ -66,7 +66,7 @@ class LoggedPlant:
 
 
 def intervals_to_text(intervals: Mapping[str, tuple[float, float]]) -> dict[str, str]:
-    """Return the record INTERVALS of a log's metadata."""
+    """Return the intervals as texts, for the record INTERVALS of a log's metadata."""
     return {name: json.dumps(ends) for name, ends in intervals.items()}
 
 

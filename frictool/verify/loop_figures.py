@@ -56,7 +56,7 @@ class LinearLoops:
     """Controller's linear loops at the vertices `points`, and the data of their figures.
 
     `weights` is None if the norm is that of the sensitivity. `period` and `lag` are in s, `delay`
-    in samples, `count` is the position of one encoder count [rad | m].
+    in samples, `count` is the size of one encoder count [rad | m].
     """
 
     structure: Structure

@@ -164,10 +164,10 @@ def gain_crossings(loop: Lti) -> Vector:
 
 
 def _refined(loop: Lti, m: Vector, e: Vector, function: Callable[[complex], float]) -> Vector:
-    """Return the roots in (0, pi/T) of `function` of L.
+    """Return the angular frequencies in (0, pi/T) at which `function` of L is zero.
 
-    They are searched near the eigenvalues of z e - m on the unit circle and at sign changes on a
-    grid.
+    They are searched near the eigenvalues of z e - m on the unit circle, and at sign changes of the
+    function on a grid.
     """
     period = loop.period
     last = np.pi * (1.0 - 1e-9)

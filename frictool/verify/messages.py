@@ -18,7 +18,7 @@ def delay_words(samples: int) -> str:
 
 
 def no_certificate(speed: str) -> str:
-    """Return why a loop that is fed by a `speed` has no certificate."""
+    """Return why a loop has no certificate if it feeds back `speed` (a name)."""
     return (
         f"what is proved is a loop around eta, and this one is fed by {speed}; `verify` finds its "
         "margins again"

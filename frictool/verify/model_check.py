@@ -22,8 +22,8 @@ class ModelCheck:
 
     `beyond` has a phrase for each parameter and each fact of the rig for which the controller was
     not verified. `margin` is the smallest modulus margin, at `plant`. `resonant` has the margin
-    with the model's resonances, None if it has none. `outside_margins` names parts of the model
-    that no margin contains.
+    with the model's resonances, None if it has none. `outside_margins` names the nonlinear
+    parts of the model, which no margin takes into account.
     """
 
     beyond: tuple[str, ...]
@@ -84,9 +84,9 @@ def check_model(controller: Controller, model: Model) -> ModelCheck:
 
 
 def outside_margins(model: Model) -> tuple[str, ...]:
-    """Return the names of the nonlinear parts of a model, which no margin contains.
+    """Return the names of the nonlinear parts of a model, which no margin takes into account.
 
-    `simulate` plays them.
+    The command `simulate` includes them.
     """
     mechanics = model.bench.mechanics
     laws = model.laws

@@ -1,4 +1,4 @@
-"""Controller with its speed from an observer, verified again with the observer in the loop.
+"""Controller whose speed is estimated by an observer, verified again with the observer.
 
     controller.yaml, observer.yaml -> velocity: {source: observer, observer: ...}
     -> loops at the vertices -> a controller document
@@ -152,7 +152,7 @@ def _digested(merged: Controller, source: Controller) -> Controller:
 
 
 def _certificate(controller: Controller) -> Certificate | None:
-    """Return the certificate without bounds, and with the reason."""
+    """Return the certificate without its bounds, and with the reason why they are missing."""
     if controller.certificate is None:
         return None
     return msgspec.structs.replace(

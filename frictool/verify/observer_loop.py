@@ -35,9 +35,9 @@ SHOWN, MOVED, DRIVEN = "shown", "motion", "u"
 
 @dataclass(frozen=True)
 class ObserverSpeed:
-    """Linear observer with inputs m [rad/s | m/s] and u [A | V] and the output minus the speed.
+    """Linear observer with inputs m [rad/s | m/s] and u [A | V]; its output is minus the speed.
 
-    `mode` is its name in messages, empty if there is only one.
+    `mode` is the mode's name in messages, empty if the observer has only one mode.
     """
 
     system: Lti
@@ -45,7 +45,7 @@ class ObserverSpeed:
 
 
 def shown_speeds(observer: Observer, hold: Held = float) -> tuple[ObserverSpeed, ...]:
-    """Return the system of a tracking observer, or one per mode in slip of a switched one.
+    """Return the system of a tracking observer, or one system per slip mode of a switched one.
 
     `hold` rounds coefficients (verify/coefficient_rounding.py).
     """
@@ -70,7 +70,7 @@ def check_observer(observer: Observer, hold: Held = float) -> None:
 
 
 def _alone(observer: Observer, hold: Held) -> tuple[ObserverSpeed, ...]:
-    """Return the observers without their drive; inputs m and effort, states the errors."""
+    """Return the observer per mode without the drive; inputs: m and effort, states: errors."""
     if observer.tracking is not None:
         return (ObserverSpeed(_tracking(observer, hold)),)
     switched = observer.switched
@@ -113,7 +113,7 @@ def _tracking(observer: Observer, hold: Held) -> Lti:
 def _switched(
     observer: Observer, hold: Held, coupling: float, gains: tuple[float, float, float]
 ) -> Lti:
-    """Return the system of one mode; its speed precedes the correction by this sample."""
+    """Return the system of one mode; its output is the speed before this sample's correction."""
     period, (one, two, three) = observer.sample_period_s, gains
     rate = hold(period / observer.inertia.value)
     viscous = observer.friction.viscous

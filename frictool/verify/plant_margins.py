@@ -35,7 +35,7 @@ class PlantMargins:
     """Modulus margins of one controller's loops; call it with a plant.
 
     A scheduled controller runs with the matrices interpolated for the plant's parameters, any other
-    with the stored ones.
+    controller with its stored matrices.
     """
 
     def __init__(self, controller: Controller) -> None:

@@ -81,7 +81,7 @@ def verify(controller: Controller) -> Verification:
     Raises
     ------
     NoSolutionError
-        If a bound is not proved or missing, the certificate's box does not hold the bench's
+        If a bound is missing or not proved, the certificate's box does not hold the bench's
         intervals, a loop is unstable or misses the specified margin, or the stored forms do not
         describe one controller.
     """
@@ -103,8 +103,8 @@ def recheck(controller: Controller) -> None:
     Raises
     ------
     NoSolutionError
-        If the box does not hold the bench's intervals, a corner of it is no vertex, a loop is
-        unstable or misses the specified margin, or the coefficients do not give a margin that
+        If the box does not hold the bench's intervals, a corner of the box is not a vertex, a loop
+        is unstable or misses the specified margin, or the coefficients do not give a margin that
         `verified` states.
     """
     check_document(controller, margins=True)

@@ -85,7 +85,7 @@ def missing_facts(facts: Mapping[str, float]) -> tuple[str, ...]:
 
 
 def facts_to_text(facts: Mapping[str, float]) -> dict[str, str]:
-    """Return the record RECORD of a log's metadata."""
+    """Return the facts as texts, for the record RECORD of a log's metadata."""
     return {name: json.dumps(value) for name, value in facts.items()}
 
 

@@ -13,7 +13,7 @@ def vertex_points(controller: Controller) -> tuple[PlantPoint, ...]:
     Raises
     ------
     NoSolutionError
-        If it names no vertex, so that its loop cannot be verified.
+        If the document names no vertex, so that its loop cannot be verified.
     """
     vertices = controller.verified.vertices
     if not vertices:
