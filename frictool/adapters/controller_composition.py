@@ -239,7 +239,7 @@ class _Composition:
         self._linear(self.error, self.high - self.low, None, released, braking)
 
     def _compensation(self) -> tuple[ProgramNode | None, ProgramNode | None]:
-        """Return the drive that is added and the friction of the observer, each None if unused."""
+        """Return the added drive and the observer's estimate of friction; None if not used."""
         settings = self.document.friction_compensation
         program = self.program
         if settings is None:
@@ -377,7 +377,7 @@ def _equation(space: StateSpace, gains: tuple[float, ...]) -> DifferenceEquation
 
 
 def _integrators(equations: list[DifferenceEquation]) -> list[int]:
-    """Return the states that are integrators at every corner, and so between them."""
+    """Return the states that are integrators at every corner, and so between the corners."""
     return [
         i for i in equations[0].integrators if all(i in other.integrators for other in equations)
     ]

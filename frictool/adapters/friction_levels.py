@@ -60,7 +60,7 @@ def viscous_level(model: Model) -> Ends:
 
 
 def viscous_factor(model: Model, wanted: float) -> float | None:
-    """Return the factor of every slope that gives the level `wanted`; None without any slope."""
+    """Return the factor of all slopes that gives the level `wanted`; None if all slopes are 0."""
     level = 0.5 * sum(max(slope.value for slope in slopes) for slopes in _slopes(model))
     return wanted / level if level > 0.0 else None
 

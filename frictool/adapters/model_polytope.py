@@ -16,7 +16,7 @@ def polytope(model: Model, scheduled: Sequence[Parameter] = PARAMETERS) -> Polyt
     """Return the polytope of `intervals(model)` that `scheduled` spans.
 
     The documents do not allow an inertia or constant that may be zero. Raises FrictoolError if
-    regimes are scheduled and the model has none, and the errors of `spanned`.
+    regimes are scheduled and the model has none; raises ValueError as `spanned` does.
     """
     box = intervals(model)
     levels = regime_levels(model, box["coulomb"]) if "regime" in scheduled else None
@@ -84,7 +84,7 @@ def uncertain_polytope(
 
     The polytope spans the scheduled parameters; the others are in the channel. Speed regimes
     contain the viscous and Coulomb friction between them (annex 5.1), so that scheduling regimes
-    removes both from the channel. Raises the errors of `polytope`.
+    removes both from the channel. Raises FrictoolError and ValueError as `polytope` does.
     """
     box = polytope(model, scheduled)
     left = unscheduled_half_widths(model, scheduled)

@@ -34,7 +34,7 @@ def ranges(model: Model) -> dict[str, tuple[float, float]]:
     The hull includes every direction and regime. `simulate` and `campaign` draw from it; friction
     that varies with position has its mean there. A bench value without a range has the width 0. The
     hull is used, not the intersection, since the log gives the parameter of this bench today, and
-    the bench its future range.
+    the bench gives the range in future.
     """
     known = model.bench.mechanics
     today = model.parameters

@@ -148,9 +148,10 @@ def copy_program(machine: CompiledProgram) -> CompiledProgram:
 
 
 def hold(machine: CompiledProgram, place: int, value: float) -> None:
-    """Set a state that the caller updates (a scheduled parameter, in SI), in double or float.
+    """Set the state at index `place` to a value [SI], in double or float only.
 
-    A value that is not finite is ignored.
+    The state is one that the caller updates, such as a scheduled parameter. A value that is not
+    finite is ignored.
     """
     if math.isfinite(value):
         (machine.single if machine.number == FLOAT else machine.real)[place] = value
@@ -252,8 +253,8 @@ def _give(v: Values, ports: IntVector, reference: float, position: float, veloci
 def _first_row(v: Values | IntVector, ports: IntVector, valid: bool) -> int:
     """Return the first row of `code` to run: 0, or the row behind the guard.
 
-    If this sample and the last one are valid, the guard's results do not change, except the inputs
-    behind the guard, which are set here.
+    If this sample and the last one are valid, only the inputs behind the guard change; they are set
+    here and the guard's rows are left out.
     """
     if (
         not valid

@@ -2,8 +2,8 @@
 
     u[k] = c x[k] + d e[k],   x[k+1] = a x[k] + b e[k] + l (limited u[k] - u[k])
 
-Sums are formed in this order: d e, then c x; b e, l times the excess, then a x. Terms whose
-coefficient is 0 are left out.
+The order of the sums is d e, then c x for the output, and b e, then l (limited u - u), then a x for
+the state. Terms whose coefficient is 0 are left out.
 
 An integrator is a state whose row of `a` equals the row of the identity matrix. It is
 held while the drive is released (5.2.2). With `conditional` it is also held at rest, and while the

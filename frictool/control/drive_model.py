@@ -25,7 +25,8 @@ def mean_effort(
 ) -> ProgramNode:
     """Return the mean effort [N m | N] until the next sample for `drive` [A | V], commanded now.
 
-    constant: effort per unit of drive. bound: of |drive|. lag, period [s].
+    constant: effort per unit of drive. bound: largest |drive|. delay_samples: delay of the drive.
+    lag: time constant tau [s]. period: sample period T [s].
     """
     program.block("the effort until the next sample, by the drive's delay and lag")
     acting = drive

@@ -37,9 +37,9 @@ class FixedPointOverflow(ValueError):
 class FixedProgram:
     """Shifts, fractions and words of a program, by index of the node, as in `CompiledProgram`.
 
-    shifts: (a, b, result), to the right if positive. term_shifts: of each term of a dot.
-    write_shift: of the update of each state. constants: their words. words: the proved interval of
-    each value.
+    shifts: shifts (a, b, result) of an operation, to the right if positive. term_shifts: shift of
+    each term of a dot. write_shift: shift of each state's update. constants: word of each constant.
+    words: proved interval of each value's word.
     """
 
     program: Program
@@ -259,7 +259,7 @@ class _Scaling:
     def _scale_dot(self, node: ProgramNode, wanted: int) -> None:
         """Set one fraction for a sum of products.
 
-        It is the fraction of the coarsest product, or fewer bits if the sum needs more range.
+        The fraction is that of the coarsest product, or less if the sum needs more range.
         """
         half = len(node.args) // 2
         pairs = [

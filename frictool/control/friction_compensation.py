@@ -36,8 +36,8 @@ def observer_compensation(
 ) -> tuple[ProgramNode, ProgramNode]:
     """Return the drive [A | V] that is added, and the estimated friction in the same unit.
 
-    inertia: in drive units per acceleration. most: largest friction. `observe` updates the state
-    once the drive is known.
+    inertia: drive per unit of acceleration. gain: part of the estimated friction that is added.
+    most: largest friction, as a drive. `observe` updates the state once the drive is known.
     """
     program.block("friction compensation from a disturbance observer")
     carried = program.constant(bandwidth * inertia, "observer_inertia") * speed

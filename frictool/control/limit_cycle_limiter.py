@@ -9,7 +9,7 @@ as printed, the brake acts outside the band and the axis never starts. The integ
 while the drive is released (5.2.2); the rest of the controller continues to follow the error.
 
 Property (proposition 5.2.1, with its reservation): if F' is the friction that acts, the axis ends
-at rest, and nothing drives it there. The derivative (5.12) has no definite sign: boundedness and
+at rest with a drive of 0. The derivative (5.12) has no definite sign: boundedness and
 rest hold, but not a Lyapunov decrease. Rule: delta_e at least one encoder step, and above |e|
 dF'/F' of the moves that occur; v_r some encoder steps per filter time, 0.01 m/s on the mass of
 table 5.1.
@@ -52,7 +52,7 @@ def error_released(program: Program, error: ProgramNode, band: float) -> Program
 def virtual_friction(
     program: Program, speed: ProgramNode, drive_per_virtual: float, virtual_speed: float
 ) -> ProgramNode:
-    """Return the drive [A | V] that opposes the measured speed (5.41)."""
+    """Return the drive [A | V] of the virtual friction, which opposes the measured speed (5.41)."""
     program.block("virtual friction (5.41)")
     ratio = program.constant(1.0 / virtual_speed, "per_virtual_speed") * speed
     return program.named(

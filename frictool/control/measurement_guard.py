@@ -24,7 +24,8 @@ def write_guard(
 ) -> GuardNodes:
     """Write the guard as the first operations of a program and return its nodes.
 
-    The controller reads the inputs `used`; its drive is 0 in the `fault`.
+    The controller reads the inputs `GuardNodes.used`; its drive is 0 while `GuardNodes.fault` is
+    true.
     """
     program.block(
         f"an input that is no number keeps its last valid value for at most {hold_samples} "

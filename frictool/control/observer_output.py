@@ -15,8 +15,8 @@ class ObserverNodes(NamedTuple):
 
     position [rad | m], velocity [per s]. friction [N m | N]: dry friction with the sign of the
     velocity, which it opposes; 0 while the observer takes the axis for stuck, since friction is
-    then not observed. wear: ratio of friction to the model's [1], or its increase [N m | N]; None
-    if the observer does not estimate wear.
+    then not observed. wear: ratio of friction to the model's [1], or increase of friction
+    [N m | N]; None if the observer does not estimate wear.
     """
 
     position: ProgramNode

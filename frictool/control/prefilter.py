@@ -68,7 +68,7 @@ def bounds(
 ) -> tuple[float, float, float]:
     """Return (low, high) of the filtered reference and the largest |speed|.
 
-    They hold for any reference that stays within `low` and `high`.
+    The bounds hold for any reference that stays within `low` and `high`.
     """
     if not (math.isfinite(low) and math.isfinite(high)):
         return -math.inf, math.inf, math.inf

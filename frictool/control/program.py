@@ -166,7 +166,7 @@ class Program:
     def last(self, name: str, value: ProgramNode, start: float | str) -> ProgramNode:
         """Return the state that holds the last `value`, within its bounds.
 
-        It is created once per name.
+        The state is created once per name.
         """
         state = self.states.get(f"{name}_before")
         if state is None:

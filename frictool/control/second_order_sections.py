@@ -5,8 +5,8 @@
 The y of one section is the e of the next. Anti-windup adds a gain times (limited drive - drive) to
 every state, as in control/difference_equation.py. A chain of sections has no separate integrator
 state to hold; a controller that must hold one (limiter, conditional integration) uses the state
-space. Property: the coefficients are close to those of the poles themselves, so that rounding moves
-each pair of poles separately.
+space. Property: the coefficients are close to those of the poles themselves, so that rounding a
+coefficient moves one pair of poles only.
 """
 
 from __future__ import annotations

@@ -15,8 +15,8 @@ treats its estimate as a measurement.
 
 Limit: the certificate of (6.6) takes the mode as known. It does not cover the samples in which
 plant and observer are in different modes. Rule: Sigma some encoder steps per sample period. With a
-coarse encoder that covers most of the travel, and these two observers do not work
-(docs/theory/observers.md has figures).
+coarse encoder, speeds below such a Sigma occur over most of the travel, and these two observers do
+not work (docs/theory/observers.md has figures).
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ class SwitchedParameters:
     the first and the last also hold beyond the travel. stuck: (L1, L2) of mode 0. kept: factor a of
     omega in A_0. additive: True if wear is an increase of friction, False if it is a factor. curves
     (forward, backward): polynomials of f over `travel`, lowest power first, used instead of the
-    cells' friction if `additive`. viscous [N m s/rad | N s/m]: of the model, 0 in the thesis.
-    offset [N m | N]: effort that opposes a positive one, 0 in the thesis. top_speed: bound of the
+    cells' friction if `additive`. viscous [N m s/rad | N s/m]: the model's, 0 in the thesis.
+    offset [N m | N]: effort against a positive drive, 0 in the thesis. top_speed: bound of the
     estimated speed. wear: (alpha_min, alpha_max).
     """
 
@@ -73,7 +73,7 @@ class SwitchedParameters:
 
 @dataclass(frozen=True)
 class ActiveModeNodes:
-    """The mode of this sample: true if it is 0, and its gains."""
+    """Mode of this sample: `is_stuck` is true in mode 0; `gains` are L1, L2, L3."""
 
     is_stuck: ProgramNode
     gains: tuple[ProgramNode, ProgramNode, ProgramNode]
@@ -166,7 +166,7 @@ class _DirectionCells:
         return self._of_cell(f"gain_{row}", [cell.gains[row] for cell in self.cells])
 
     def friction(self) -> ProgramNode:
-        """Return f_m of that cell."""
+        """Return the friction f_m of the cell that contains the position."""
         return self._of_cell("friction", [cell.friction for cell in self.cells])
 
     def _of_cell(self, what: str, values: Sequence[float]) -> ProgramNode:

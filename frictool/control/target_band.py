@@ -16,7 +16,8 @@ or the prefilter moves.
 
 Property: boundedness and rest; the decrease of (5.12) has no definite sign and does not prove
 stability. Rule: a band above two encoder steps and above the distance in which friction stops the
-axis from the speed at which the band acts. Small bands with a cut hunt at low friction.
+axis from the speed at which the band acts. With `cut` and a small band, the axis hunts at low
+friction.
 """
 
 from __future__ import annotations

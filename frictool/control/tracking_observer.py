@@ -2,9 +2,9 @@
 
     m    = y - x,  minus its part within +-cell/2        y: measured, the lower edge of a count
                                                          x: estimate in encoder readings
-    x^   = x + L1 m        v^ = v + L2 m        d^ = d + L3 m while it moves
+    x^   = x + L1 m        v^ = v + L2 m        d^ = d + L3 m while the axis moves
     v+   = v^ + T/J (e - offset - viscous v^ - dry friction + d^)
-           0 if that cannot move it: Coulomb friction by an implicit step
+           0 if this effort cannot move the axis: Coulomb friction by an implicit step
     x+   = x^ + T (v^ + v+)/2
 
 Within the cell there is no evidence of an error, so that nothing is corrected: between two counts

@@ -48,7 +48,7 @@ class WearZone:
 class WearEstimate:
     """State of knowledge about wear after some moves.
 
-    time: s, last sample that the estimate uses. moves: number of moves that it uses. wear: dry
+    time: time [s] of the last sample in the estimate. moves: number of moves in it. wear: dry
     friction relative to the model's (1: no wear), over all directions and zones. kind: kind of wear
     that the data show; `none` if they show none. forward, backward: wear of each direction. added:
     growth of the friction [N m | N], for kind additive. zones: for kind zones.

@@ -49,7 +49,7 @@ class EstimatePlot:
     def drawn(self, name: str, limit: float | None) -> str:
         """Return the `<svg>` element.
 
-        name: of the log, for the alternative text. limit: of the wear.
+        name: name of the log, for the alternative text. limit: largest allowed wear.
         """
         time, low, high = self._trace.drawn()
         scale, unit = _scale(float(time[-1] - time[0]) if time.size else 0.0)

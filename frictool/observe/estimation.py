@@ -36,7 +36,7 @@ class WearEstimation(Protocol):
 
     @property
     def estimate(self) -> WearEstimate:
-        """Present estimate."""
+        """Present estimate of the wear."""
         ...
 
     def take(self, piece: MotionBlock) -> list[WearEstimate]:

@@ -54,8 +54,8 @@ def observe_logs(
 ) -> list[FleetResult]:
     """Return the result of each log, in the order of `fleet`.
 
-    cores, cluster: as in `workers/share.py`; small fleets are observed in this process. tick: is
-    called with the completed fraction (0 to 1).
+    cores, cluster: as in `workers/share.py`; small fleets are observed in this process. tick:
+    function called with the completed fraction (0 to 1).
     """
     few = (
         sum(member.path.stat().st_size for member in fleet if member.path.is_file()) < WORTH_SHARING
@@ -80,7 +80,7 @@ class ObserveJob:
     estimators: EstimatorFactories = THESE
 
     def __call__(self, paths: tuple[Path, ...], member: FleetLog) -> FleetResult:
-        """Return the result of the log at the one path; errors become its reason."""
+        """Return the result of the log at the one path; after an error, its reason."""
         (path,) = paths
         try:
             one = LogObserver(path, self.model, self.settings, member.name, self.estimators)

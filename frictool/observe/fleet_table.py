@@ -42,8 +42,8 @@ SEEN_LAST = ("kind", "moves", "velocity_rms", "duration_s", "reason")
 class FleetRow:
     """Result for one log.
 
-    ratio: wear relative to that of the unit at commissioning. reason: of the verdict, or why there
-    is no result. first: True if the other logs of the unit are compared with this one.
+    ratio: wear relative to that of the unit at commissioning. reason: reason of the verdict, or of
+    a missing result. first: True if the other logs of the unit are compared with this one.
     """
 
     file: str
@@ -110,8 +110,8 @@ def rows(
 ) -> list[FleetRow]:
     """Return one row per log, sorted by unit, date and file.
 
-    limit: of the ratio to commissioning if that is known, else of the wear. commissioning: of all
-    units; if None, the first log of each unit that has an estimate of the wear.
+    limit: largest allowed ratio to commissioning, or wear if the ratio is unknown. commissioning:
+    wear at commissioning, for all units; None: from the first log of each unit with an estimate.
     """
     first = {} if commissioning is not None else _first_logs(fleet)
     made = [_row(one, limit, commissioning, first) for one in fleet]

@@ -37,7 +37,8 @@ OFTEN = 100  # samples per gap: with more gaps, no move is in one piece
 class ObservationSettings:
     """Options for reading and judging logs.
 
-    topic: of the stream; None: /axis. confidence: of all intervals. patterns: for file names.
+    topic: name of the stream; None: /axis. confidence: confidence of all intervals. patterns:
+    patterns of file names.
     """
 
     window: TimeWindow = EVERYTHING
@@ -138,7 +139,7 @@ class LogObserver:
         ]
 
     def _figures(self) -> dict[str, Any]:
-        """Return the velocity errors; those from a sensor's reference end in `_measured`."""
+        """Return the velocity errors; names of errors against a sensor end in `_measured`."""
         figures = self.velocity.figures()
         return (
             figures
@@ -147,7 +148,7 @@ class LogObserver:
         )
 
     def wear_alone(self) -> WearEstimate:
-        """Return the final wear estimate; to be called instead of `parts`."""
+        """Return the final wear estimate; call this instead of iterating `parts`."""
         for piece in self.feed.pieces():
             self.wear.take(piece)
         self.wear.finish()

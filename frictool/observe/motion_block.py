@@ -18,8 +18,8 @@ from frictool.typing import Vector
 class MotionBlock:
     """Consecutive samples at the bench's period.
 
-    time: s. position: rad | m. effort: N m | N, the drive times its constant. All are (n,) and
-    finite. follows: True if the first sample is one period after the last of the block before.
+    time [s], position [rad | m], effort [N m | N]: (n,), finite. The effort is the drive times its
+    constant. follows: True if the first sample is one period after the previous block's last.
     velocity: (n,) [rad/s | m/s] from a simulation or a sensor, if the log has it; it is used for
     comparison only.
     """

@@ -29,10 +29,9 @@ KINDS = {
 class ObservationOutcome:
     """Outcome of observing one log.
 
-    duration, period: s. figures: velocity errors by name, SI. ratio: wear relative to the wear at
-    commissioning, which is read from the file `reference`. observer: results of the second
-    observer.
-    doubts: reasons why the log may not be of this rig.
+    duration: length of the log [s]. period: sample period [s]. figures: velocity errors by name,
+    SI. ratio: wear relative to the wear at commissioning, which is read from the file `reference`.
+    observer: results of the second observer. doubts: reasons why the log may not be of this rig.
     """
 
     source: str
@@ -127,7 +126,7 @@ def lines(outcome: ObservationOutcome, model: Model) -> list[str]:
 
 
 def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
-    """Return the table of name and text of each result in the outcome."""
+    """Return the text of each result in the outcome, by name."""
     estimate = outcome.estimate
     effort = si_unit("effort", model.axis)
     position = si_unit("position", model.axis)

@@ -25,9 +25,10 @@ MISS = "miss"  # name of the innovation in control/tracking_observer.py
 class ObserverOutput:
     """Estimates of an observer at the n samples of a block, each (n,).
 
-    time: s. position: rad | m. velocity: rad/s | m/s. friction: N m | N, with the sign of the
-    velocity. wear: 1 (N m | N for an additive observer); None if the observer has none. miss: rad |
-    m, measured minus predicted position beyond the dead zone; tracking observers only.
+    time [s], position [rad | m], velocity [per s]. friction [N m | N]: has the sign of the
+    velocity. wear: ratio [1], or increase of friction [N m | N] for an additive observer; None if
+    the observer has none. miss: measured minus predicted position beyond the dead zone [rad | m];
+    tracking observers only.
     """
 
     time: Vector

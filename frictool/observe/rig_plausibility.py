@@ -1,7 +1,7 @@
 """Plausibility check of the estimates of a log against the model's rig.
 
 Estimates of another rig are useless, however narrow their intervals. The check uses the inertia,
-because it does not wear. Its estimate must be in the bench's range of inertia and actuator
+because it does not wear. The estimated inertia must be in the bench's range of inertia and actuator
 constant, widened by the spread between units. Otherwise the log is of another rig, its clock or
 drive is not that of the bench, or its signal saturates.
 """

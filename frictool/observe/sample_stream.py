@@ -54,9 +54,9 @@ OPENING_SAMPLES = 1 << 16
 class SampleStream:
     """One stream of a log while it is read; its counts are complete when `pieces` has ended.
 
-    period: s, the bench's, or the log's if the two differ by more than 1 %. truth: True if the
-    velocity in the log comes from a simulation, not from a sensor. gaps: number of breaks of the
-    clock. longest_gap, first, last: s.
+    period: sample period [s] of the bench, or of the log if the two differ by more than 1 %. truth:
+    True if the velocity in the log comes from a simulation, not from a sensor. gaps: number of
+    breaks of the clock. longest_gap: s. first, last: times of the first and the last sample [s].
     """
 
     made: LogAssembly
@@ -294,7 +294,7 @@ def _stream(ready: PendingStream, opening: list[SampleBlock]) -> Stream:
 def _columns(made: LogAssembly, ready: PendingStream) -> dict[str, dict[str, str]]:
     """Return the columns' origins, with the stream renamed to /axis.
 
-    They say if the effort was measured.
+    The origins say whether the effort was measured.
     """
     flow = next(one for one in made.flows if one.head.topic == ready.head.topic)
     return (

@@ -26,7 +26,7 @@ class SecondObserver:
     """Observer with the sums of its velocity errors."""
 
     def __init__(self, observer: Observer, cutoff: float) -> None:
-        """Set up the observer; cutoff [Hz]: of the zero-phase velocity used as the reference."""
+        """Set up the observer; `cutoff` [Hz] is that of the zero-phase reference velocity."""
         self.observer = observer
         self._run = ObserverRun(observer)
         self._figures = VelocityErrors(cutoff, observer.sample_period_s)

@@ -13,9 +13,10 @@ MOST = 1200  # columns of a plot, about two per printed point; at most twice as 
 
 
 class DecimatedTrace:
-    """Decimated signals, `count` of them.
+    """Minimum and maximum of `count` signals in each column of a plot.
 
-    A column covers `per` consecutive samples, across gaps too; the last one may be incomplete.
+    Each column covers the same number of consecutive samples, across gaps too; the last column may
+    be incomplete.
     """
 
     def __init__(self, count: int) -> None:
@@ -40,7 +41,7 @@ class DecimatedTrace:
             self._halve()
 
     def _halve(self) -> None:
-        """Merge pairs of columns; a last one without a partner becomes half full."""
+        """Merge pairs of columns; a last column without a partner becomes half full."""
         starts = np.arange(0, self._time.size, 2)
         self._held += self._per * (self._time.size % 2 == 0)
         self._time = self._time[starts]
@@ -54,9 +55,9 @@ class DecimatedTrace:
 
 
 def zigzag(time: Vector, low: Vector, high: Vector) -> tuple[Vector, Vector]:
-    """Return a line (2 c,) through minimum and maximum of each column (c,).
+    """Return x and y (2 c,) of a line through the minimum and maximum of each of c columns.
 
-    If minima and maxima are equal, the line has one point per column (c,).
+    If all minima equal their maxima, the line has one point per column (c,).
     """
     if np.array_equal(low, high):
         return time, low

@@ -41,9 +41,10 @@ CALIBRATED = NormalDist().inv_cdf(0.975)
 
 
 class VelocityEstimator:
-    """Velocity estimator that goes from block to block.
+    """Velocity estimator that takes a log block by block.
 
-    confidence: of the intervals. observer: tracking observer; None: designed from the model.
+    confidence: confidence of the intervals. observer: tracking observer; None: designed from the
+    model.
     """
 
     def __init__(

@@ -60,7 +60,7 @@ class PendingSamples:
 class VelocityErrors:
     """Errors of a velocity, summed over a log block by block.
 
-    cutoff: Hz, of the zero-phase velocity. period: s.
+    cutoff: cut-off frequency of the zero-phase velocity [Hz]. period: sample period [s].
     """
 
     def __init__(self, cutoff: float, period: float) -> None:

@@ -1,4 +1,4 @@
-"""Verdict if wear is above a limit, by the ratio to commissioning if it is known.
+"""Verdict whether wear is above a limit, by the ratio to commissioning if this ratio is known.
 
 The ratio is free of errors of the actuator's constant. The rules apply in this order:
 

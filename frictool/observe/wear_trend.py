@@ -27,7 +27,7 @@ def trend(table: Sequence[FleetRow], limit: float | None) -> str:
     """Return the `<svg>` element of the trend.
 
     The plot shows ratios to commissioning if any are known (1 for the first log of a unit), else
-    the wear. If a log has no date, all are drawn by their number in the table.
+    the wear. If a log has no date, all logs are drawn in the order of the table.
     """
     ratios = any(row.ratio is not None for row in table)
     shown = [(row, estimate) for row in table if (estimate := _shown(row, ratios)) is not None]
@@ -67,7 +67,7 @@ def _abscissa(axes: Axes, dated: bool) -> None:
 
 
 def _draw(axes: Any, number: int, unit: str, points: Sequence[tuple[float, EstimateRange]]) -> None:
-    """Draw one unit: (abscissa, estimate) of each log."""
+    """Draw the logs of one unit from their points (abscissa, estimate)."""
     value = np.array([estimate.value for _, estimate in points])
     reach = np.array(
         [

@@ -58,8 +58,8 @@ class PlantWeights:
     """Weights of the closed loop's signals.
 
     error: W2 (5.56). disturbance: W1. drive: W3 (5.58). command: W_u, of the commanded drive.
-    noise: W4, the measurement noise [rad or m]. eta: of the measured signal. uncertainty: W5, used
-    if the plant has an uncertainty channel.
+    noise: W4, the measurement noise [rad or m]. eta: W_eta, of the measured signal. uncertainty:
+    W5, used if the plant has an uncertainty channel.
     """
 
     error: FirstOrderWeight

@@ -44,7 +44,7 @@ def linear_axis(
     """Return the axis with the drive's time constant `lag` [s], continuous or sampled.
 
     period: sample period [s], 0 for continuous time. resonance: a continuous filter of static gain
-    1 between the drive's effort and the axis (plant/resonance_filter.py). States: [drive,]
+    1 between the drive's effort and the axis (adapters/resonance_filter.py). States: [drive,]
     [those of the filter,] speed, eta. Ports: INPUTS, OUTPUTS.
     """
     k = rates.drive

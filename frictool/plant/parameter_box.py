@@ -1,7 +1,7 @@
 """A box of physical parameters around given plants, and its corners, such as the 16 of (5.68).
 
-The Coulomb friction only scales the friction input w. Any norm grows with its magnitude, constant
-or not, so that bounds over a box use its largest value.
+The Coulomb friction only scales the friction input w. Any norm of the loop grows with the magnitude
+of this friction, constant or not, so that bounds over a box use the largest magnitude.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def enclosing_box(points: Sequence[PlantPoint]) -> dict[str, tuple[float, float]
 def largest_coulomb(box: Box) -> float:
     """Return the largest magnitude of the Coulomb friction [N m or N].
 
-    The tangent of a speed regime may have a negative one.
+    The tangent of a speed regime may have a negative Coulomb friction.
     """
     return max(abs(value) for value in box["coulomb"])
 
@@ -39,7 +39,7 @@ def moving(box: Box) -> tuple[str, ...]:
 def corners(box: Box) -> tuple[PlantPoint, ...]:
     """Return the 2^r corners over the r parameters of `moving`, with the largest Coulomb friction.
 
-    They are in the order of itertools.product. The axis is multi-affine in the constant, the
+    The corners are in the order of itertools.product. The axis is multi-affine in the constant, the
     viscous coefficient and the inverse of the inertia.
     """
     ends = [box[name] if name in moving(box) else box[name][:1] for name in DYNAMIC]

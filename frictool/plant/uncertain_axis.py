@@ -15,8 +15,8 @@ conserved exactly at each level:
 Each level contains the three parameters once. The last moment Y_N is replaced by the middle of its
 range over the box, plus a block |Delta| <= 1 that covers the rest of that range. A property that
 holds for every Delta therefore holds for every plant of the box, but not the reverse; each further
-level reduces the excess by the factor s T/(J N). The Coulomb friction only scales the input w, so
-that its largest value is the worst case and is used.
+level reduces the excess by the factor s T/(J N). The Coulomb friction only scales the input w; the
+largest friction is the worst case and is used.
 """
 
 from __future__ import annotations

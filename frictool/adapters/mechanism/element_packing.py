@@ -56,8 +56,8 @@ class CouplingRow(NamedTuple):
 class ElementArrays:
     """Rows by name of all arrays of a packed mechanism, except rigid links and sources.
 
-    springs: both blocks of each, or FRAME. pushes: with names, which a link and a source may share.
-    grounded: blocks that an element ties to the frame.
+    springs: (block, block or FRAME) of each spring. pushes: (name, row); a link and a source may
+    have the same name. grounded: blocks that an element ties to the frame.
     """
 
     def __init__(
@@ -80,7 +80,7 @@ class ElementArrays:
     def coupling(self, link: Transmission) -> None:
         """Add a compliant link.
 
-        Raises ElementError for a screw with the thesis's friction, which applies to a rigid one
+        Raises ElementError for a screw with the thesis's friction, which applies to rigid screws
         only.
         """
         assert link.stiffness is not None

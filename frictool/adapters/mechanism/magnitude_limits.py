@@ -13,7 +13,7 @@ SMALLEST, LARGEST = 1e-30, 1e30  # SI, magnitudes that a document may contain
 
 
 def check_sizes(value: Any, key: str = "") -> None:
-    """Raise ElementError with its key for the first number, at any depth, outside the limits."""
+    """Raise ElementError for the first number in `value`, at any depth, outside the limits."""
     if isinstance(value, Quantity | Span):
         for name in ("value", "low", "high"):
             _check(f"{key}.{name}", getattr(value, name, None), value.unit)

@@ -136,8 +136,8 @@ def _losses(key: str, link: Transmitting, ratio: float) -> tuple[float, float, f
 def back_efficiency(efficiency: float, efficiency_back: float | None) -> float:
     """Return the backward efficiency of the document, or 2 - 1/efficiency if it has none.
 
-    The latter is that of the same friction in both directions. Below 0 the load cannot drive the
-    link.
+    2 - 1/efficiency follows from the same friction in both directions. With a backward efficiency
+    below 0 the load cannot drive the link.
     """
     return 2.0 - 1.0 / efficiency if efficiency_back is None else efficiency_back
 

@@ -86,7 +86,7 @@ def turning_points(friction: FrictionMap, direction: int) -> list[float]:
 
 
 def _where(friction: FrictionMap, direction: int, low: float, high: float, part: float) -> float:
-    """Return the position between `low` and `high` at which `part` of the change is done."""
+    """Return the position at which friction has made `part` of its change from `low` to `high`."""
     first, last = (float(friction_at(friction, direction, end)) for end in (low, high))
     return float(
         brentq(

@@ -11,8 +11,8 @@
 The model is discretised by Euler's method, as in (6.18). h is 1 to hold the estimated speed, or 0
 as printed in the thesis. Three entries differ from the print. The sign in A_i for i < 0 is
 positive, because -T f/J would drive a negative motion instead of opposing it. B_0 is 0, because the
-axis is stuck. C of (6.25) in mode 0 is that of (6.18), because with the printed (C 0) alpha is not
-observable and there are no gains.
+axis is stuck. In mode 0, the C of (6.18) replaces the C of (6.25), because with the printed (C 0)
+alpha is not observable and there are no gains.
 """
 
 from __future__ import annotations
@@ -30,7 +30,8 @@ from frictool.lmi.switched_observer_gains import ObserverMode
 class ModeConstants:
     """Constants that all modes share, SI.
 
-    period: s. stuck_speed: h. weights: diagonal of C-bar.
+    period: sample period T [s]. inertia: J. viscous: viscous coefficient. stuck_speed: factor h.
+    weights: diagonal of C-bar.
     """
 
     wear: Literal["multiplicative", "additive"]

@@ -34,7 +34,7 @@ def design_observer(
     kind : {"multiplicative", "additive", "tracking"}
         kind of the observer
     settings : SwitchedObserverSettings, optional
-        of the switched kinds, multiplicative and additive
+        settings of a multiplicative or additive observer; None: the defaults
     bandwidth_rad_s : float, optional
         bandwidth [rad/s] of a tracking observer; None: by a rule
     drive_noise : float, optional

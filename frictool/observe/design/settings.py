@@ -24,9 +24,10 @@ class SwitchedObserverSettings:
 
     intervals: n of (6.15)-(6.16), for each direction whose friction depends on the position.
     switch_speed: Sigma [rad/s | m/s]. weights: diagonal of C-bar (6.19). decay: lambda, factor by
-    which the error falls at least in a sample. inertia: kg m2 | kg. transitions: `neighbours` as in
-    figure 6.3; `direction`: any interval of a direction may follow any other. stuck_speed: factor
-    by which the estimated speed falls in a sample of mode 0, 1 (held) or 0 as in (6.18).
+    which the error falls at least in a sample. inertia: value in place of the model's [kg m2 | kg].
+    transitions: `neighbours` as in figure 6.3; `direction`: any interval of a direction may follow
+    any other. stuck_speed: factor by which the estimated speed falls in a sample of mode 0, 1
+    (held) or 0 as in (6.18).
 
     quiet: allowed ratio of gamma to its smallest value, for gains that pass less of the encoder's
     noise (lmi/quiet_observer_gains.py); None: (6.6) as it is.
@@ -53,7 +54,7 @@ class SwitchedObserverSettings:
 
 
 class UnsuitableSetting(NoSolutionError):
-    """Error of a setting that no observer of this model can have; a wrong option of a command."""
+    """A setting, such as an option of a command, that no observer of this model can have."""
 
 
 def decay_of(model: Model, settings: SwitchedObserverSettings) -> float:

@@ -49,7 +49,7 @@ def design_switched(
     modes: list[Mode],
     allowed: tuple[Switch, ...],
 ) -> Observer:
-    """Return the observer with gains for `modes`, which have none yet.
+    """Return the observer with new gains for `modes`.
 
     Raises NoSolutionError if there are no gains or they fail the verification.
     """
@@ -103,7 +103,7 @@ def design_switched(
 def _synthesised(
     posed: dict[int, ObserverMode], allowed: tuple[Switch, ...], decay: float, quiet: float | None
 ) -> tuple[SwitchedGains, float | None]:
-    """Return the gains by (6.6), or quieter ones with their noise gain."""
+    """Return the gains by (6.6) and None; if `quiet`, quieter gains and their noise gain."""
     if quiet is None:
         return switched_gains(posed, allowed, decay), None
     # noise of the position; alpha's estimate has none

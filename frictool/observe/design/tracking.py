@@ -9,8 +9,8 @@
 The observer is for coarse encoders. An error delta_a of the acceleration causes an error of the
 speed of about delta_a/w, until the disturbance estimate has taken it up. An innovation of one
 encoder step causes an error of the speed of about step w. The two are equal at
-w = sqrt(delta_a/step), and their sum is flat around that. RATE and CELL were chosen in the sweep of
-docs/theory/velocity.md.
+w = sqrt(delta_a/step), and their sum is flat around this w. RATE and CELL were chosen in the sweep
+of docs/theory/velocity.md.
 """
 
 from __future__ import annotations
@@ -40,8 +40,9 @@ def design_tracking(
 ) -> Observer:
     """Return the tracking observer of a model, at the bench's period.
 
-    bandwidth_rad_s: rad/s; None: by the rule. drive_noise: standard deviation of the measured drive
-    [A | V]. cell: dead zone relative to an encoder step. inertia: kg m2 | kg; None: the model's.
+    bandwidth_rad_s: bandwidth w; None: by the rule. drive_noise: standard deviation of the measured
+    drive [A | V]. cell: dead zone relative to an encoder step. inertia: value used for J
+    [kg m2 | kg]; None: the model's.
 
     Raises UnsuitableSetting if the period does not allow the bandwidth.
     """
@@ -145,7 +146,7 @@ def _knees(model: Model) -> tuple[Knee, ...]:
 
 
 def _backlash(model: Model) -> ObserverBacklash | None:
-    """Return the backlash as plant/axis_model.py does: by default, all friction acts inside it."""
+    """Return the backlash as adapters/axis_model.py does; by default, all friction acts in it."""
     known = model.bench.mechanics
     if known.backlash is None or known.backlash.value == 0.0:
         return None

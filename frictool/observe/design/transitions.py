@@ -5,10 +5,10 @@ negative motion, in the intervals of that direction; mode 0 is for a stuck axis.
 mode i stays, goes to i + 1, or to 0. In backward motion, mode -i stays, goes to the interval below
 it, or to 0. Any mode may follow mode 0. A motion that turns thus passes mode 0.
 
-Repeated turns without mode 0 have no gains (6.6). A wrong alpha shows in the position two samples
-later; if the direction has changed by then, the correction of alpha has the wrong sign. With the
-gains for figure 6.3, the error of the clutch's modes grows by 1 % a sample along (1, 1, -1, -1,
-...).
+If repeated turns without mode 0 were allowed, (6.6) would have no gains. A wrong alpha shows in the
+position two samples later; if the direction has changed by then, the correction of alpha has the
+wrong sign. With the gains for figure 6.3, the error of the clutch's modes grows by 1 % a sample
+along (1, 1, -1, -1, ...).
 """
 
 from __future__ import annotations

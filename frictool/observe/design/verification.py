@@ -9,12 +9,12 @@ pair (the first mode, then the second; also alternating if both switches are all
 allowed sequences. The disturbances are white, constant, and the worst, which an iteration of the
 recursion and its adjoint finds.
 
-A rest needs a separate bound. In mode 0 the inequalities take alpha as measured. In truth, the
-measurement is the estimate of alpha itself, which does not change: an eigenvalue of 1, which no
-decay covers. Over a rest of any length and the first sample after it, e' P e may therefore grow by
-a factor, which is computed from the true recursion. The same is done for a switch between two
-moving modes that is not allowed, such as a turn that skips mode 0. The report includes how long a
-motion must last until its decay makes up for either growth.
+A rest needs a separate bound. In mode 0 the inequalities take alpha as measured. In fact the
+estimate of alpha takes the place of the measurement. Its error stays constant (eigenvalue 1), so
+that the decay does not cover it. Over a rest of any length and the first sample after it, e' P e
+may therefore grow by a factor, which is computed from the true recursion. The same is done for a
+switch between two moving modes that is not allowed, such as a turn that skips mode 0. The report
+includes how long a motion must last until its decay makes up for either growth.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ ROUNDING = 1e-6  # relative tolerance of gain and decay in the simulation
 class ObserverVerification:
     """Results of the verification.
 
-    gamma: proved for the stored gains. radii: spectral radius of A_i - L_i C_i by mode.
-    switching_radius: largest spectral radius of a product of two modes that may alternate.
-    simulated_gain: largest |z|/|Delta| in simulation. rest: growth of e' P e over a rest of any
-    length and the sample after it. turn: growth of e' P e over a switch between moving modes that
-    is not allowed.
+    gamma: bound of |z|/|Delta|, proved for the stored gains. radii: spectral radius of A_i - L_i
+    C_i by mode. switching_radius: largest spectral radius of a product of two modes that may
+    alternate. simulated_gain: largest |z|/|Delta| in simulation. rest: growth of e' P e over a rest
+    of any length and the sample after it. turn: growth of e' P e over a switch between moving modes
+    that is not allowed.
     """
 
     gamma: float

@@ -4,11 +4,11 @@
     in gap   direction F_gap                                    backlash (4.45)
     rest     effort - offset - load(x)                          at most the worn breakaway
 
-In slip, the friction is the model's law times the wear; at rest, it is the effort that it balances.
-The axis counts as at rest if the interval of its velocity contains 0. It may still move then, so
-the interval of the friction includes the effort that stops it within one count. The position in the
-backlash follows from the measured position alone, as a play operator, for three widths: its value
-and the ends of its interval.
+In slip, the friction is the model's law times the wear; at rest, the friction balances the effort.
+The axis counts as at rest if the interval of its velocity contains 0. The axis may still move then,
+so the interval of the friction includes the effort that stops it within one count. The position in
+the backlash follows from the measured position alone, as a play operator, for three widths of the
+backlash: the value and the ends of the interval.
 """
 
 from __future__ import annotations
@@ -139,12 +139,12 @@ def friction_along(
 ) -> None:
     """Fill `out` (3, n) with the friction of consecutive samples: value, low, high [N m | N].
 
-    axes: (3, EXTENDED_SIZE), the model's axis, and that with least and with most viscous friction.
-    load: as in plant/position_load.py. gap: (2, 3), width [rad | m] and friction [N m | N] of the
-    backlash. swing: inertia over two counts. factors: (3, 3), rows wear forward, wear backward,
-    added friction. zones: (k, 5). quantile: of the normal distribution. x, effort: (n,). v: (3, n).
-    state: (STATE_SIZE,), updated in place. The last axis of gap and factors, and the rows of v, are
-    value, low, high.
+    axes: (3, EXTENDED_SIZE), parameters of the model's axis with nominal, least, most viscous
+    friction. load: as in plant/position_load.py. gap: (2, 3), width [rad | m] and friction
+    [N m | N] of the backlash. swing: inertia over two counts. factors: (3, 3), rows wear forward,
+    wear backward, added friction. zones: (k, 5). quantile: quantile of the normal distribution. x,
+    effort: (n,). v: (3, n). state: (STATE_SIZE,), updated in place. The last axis of gap and
+    factors, and the rows of v, are value, low, high.
     """
     p = axes[0]
     # at rest: position, largest static friction forward and backward, load

@@ -42,8 +42,9 @@ class VelocityIntervalConstants(NamedTuple):
     """Settings of the interval that do not change from sample to sample.
 
     unsure: relative uncertainty of the inertia. friction: uncertainty of the dry friction over the
-    inertia [rad/s2 | m/s2]. step: of the encoder [rad | m]. cell: dead zone of the observer [rad |
-    m]. bandwidth: rad/s. period: s. rounding, misfit: `ErrorGains` [1/s].
+    inertia [rad/s2 | m/s2]. step: encoder step [rad | m]. cell: dead zone of the observer
+    [rad | m]. bandwidth: observer's bandwidth [rad/s]. period: sample period [s]. rounding, misfit:
+    `ErrorGains` [1/s].
     """
 
     unsure: float

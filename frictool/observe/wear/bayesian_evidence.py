@@ -9,8 +9,8 @@ best fit, G best = b. P may be singular (parameters tied together). Then
     ln p(rows) = -1/2 ln det(I + G P)
                  - 1/2 (best - mean)' (I + G P)^-1 G (best - mean) + const
 
-and const depends on the rows alone. This form subtracts no large numbers from each other: it uses
-the distances of the beliefs from the best fit.
+and const depends on the rows alone. This form uses the distances of the beliefs from the best fit,
+so that no large numbers are subtracted from each other.
 """
 
 from __future__ import annotations

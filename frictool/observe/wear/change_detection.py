@@ -7,8 +7,8 @@ denominators of successive moves are summed, weighted with each value of MEMORIE
 their age, to detect a drift that no single move shows. Without a change, delta is normal with that
 standard deviation, because the innovations are white.
 
-A change of one parameter resembles those of others. Only the likeliest is therefore reported, and
-the wear is likelier a priori by FAVOUR.
+A change of one parameter resembles those of others. Only the likeliest is therefore reported, and a
+change of the wear is likelier a priori by FAVOUR.
 """
 
 from __future__ import annotations
@@ -26,7 +26,8 @@ EXPLAINED = 2.0  # standard deviations that remain after a parameter has walked
 class ChangeDetector:
     """Detector for the parameters of some filters.
 
-    shape: (k, r), filters and parameters. favoured: index of the wear among the r parameters.
+    shape: (k, r), the numbers of filters and of parameters. favoured: index of the wear among the r
+    parameters.
     """
 
     def __init__(self, shape: tuple[int, ...], favoured: int) -> None:

@@ -6,8 +6,8 @@ estimates alike:
     estimate = true (constant of the bench)/(constant of the unit)
 
 This holds for wear, inertia, viscous friction and added friction. No log of the actuator alone
-reveals the error. The bench's range bounds it; a ratio to the unit's own commissioning is free of
-it.
+reveals the error. The bench's range bounds the error. A ratio to the wear of the same unit at
+commissioning is free of it.
 """
 
 from __future__ import annotations

@@ -57,7 +57,7 @@ class WearEstimator:
     ) -> None:
         """Set up the estimator; raise FrictoolError for a model without dry friction.
 
-        period: s, of the log; None: the bench's.
+        period: sample period of the log [s]; None: the bench's.
         """
         self.model = model
         self.layout = layout_of(model, period)
@@ -119,9 +119,10 @@ class WearEstimator:
     def _going(self) -> float:
         """Lag of the filters behind a wear that keeps growing.
 
-        Each test in GOING_ON compares estimates some moves apart. If all its steps have the same
-        sign, its lag is the smallest step per move, times the number of moves that the filters lag
-        behind. Steps of one move show a fast drift, longer ones a slow drift.
+        Each test in GOING_ON takes the steps between estimates that are some moves apart. If all
+        steps have the same sign, the test's lag is the smallest step, divided by the moves it spans
+        and times the moves by which the filters lag. Steps over one move show a fast drift, steps
+        over several moves a slow drift. The largest lag of all tests counts.
         """
         changes = [0.0]
         lately = list(self._lately)

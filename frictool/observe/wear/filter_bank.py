@@ -5,8 +5,8 @@
     UNMODELLED     ──evidence of each move──▶ weights ──▶ mean and deviation of the mixture
 
 A slope of friction over speed that the model lacks looks much like wear if all moves are alike.
-Excluding it biases the wear of a plant that has it. Allowing it costs a factor of three in
-precision on a plant that has none. Here the evidence of the moves decides; until it does, the
+Excluding such a slope biases the wear of a plant that has one. Allowing it costs a factor of three
+in precision on a plant that has none. Here the evidence of the moves decides; until it does, the
 interval covers both. A slope is positive, as all viscous friction is, and small ones are likelier a
 priori. Moves that repeat each other repeat the rounding errors of the encoder. Their evidence is
 therefore weighted by EVIDENCE and forgotten over MEMORY moves.
@@ -164,9 +164,9 @@ class FilterBank:
     def _noise_of(self, information: Vector, missed: Vector, left: Vector, rows: int) -> float:
         """Return r of a move [(N m)^2 | N^2].
 
-        It is the known r, unless the move's own residual is significantly larger; it then includes
-        that residual. Otherwise a noisy first move would be weighted by the prior variance, and its
-        weight would stay too large. left: (k,), residuals of the present filters.
+        r is the learned one, unless the move's own residual is significantly larger; r then
+        includes this residual. Otherwise a noisy first move would be weighted by the prior
+        variance, and its weight would stay too large. left: (k,), residuals of the present filters.
         """
         known = noise = self.noise
         # free of earlier moves, because a changed parameter is not noise
@@ -210,7 +210,7 @@ def _times(matrices: Vector, vectors: Vector) -> Vector:
 def _gain(spreads: Vector, information: Vector, noise: float) -> Vector:
     """Return (1 + P A/r)^-1 (k, r, r).
 
-    Its product with P is P'. Its transpose, divided by r and times the innovation e, is A S^-1 e
-    with the covariance S of e.
+    The result times P is P'. The result's transpose, divided by r and times the innovation e, is A
+    S^-1 e with the covariance S of e.
     """
     return np.asarray(np.linalg.inv(np.eye(spreads.shape[1]) + spreads @ information / noise))

@@ -17,8 +17,8 @@ class Move:
     """One stroke, from rest or reversal to rest or reversal.
 
     gram: (p + 1, p + 1), sum of row' row over its rows; the columns are those of
-    `WeakFormLayout.names`, then the effort [N m | N]. rows: number of rows. time: s, last sample of
-    the last row. direction: 1 or -1. speed: mean over the rows [rad/s | m/s].
+    `WeakFormLayout.names`, then the effort [N m | N]. rows: number of rows. time: time [s] of the
+    last sample of the last row. direction: 1 or -1. speed: mean speed over the rows [rad/s | m/s].
     """
 
     gram: Vector

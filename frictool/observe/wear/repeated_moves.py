@@ -39,5 +39,5 @@ class MoveRepeats:
 
     @property
     def each(self) -> float:
-        """Mean number of moves per different move; 1 if no two are alike."""
+        """Mean number of moves in a group of like moves; 1 if no two moves are alike."""
         return sum(self._counts) / len(self._counts) if self._counts else 1.0

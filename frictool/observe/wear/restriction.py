@@ -81,7 +81,7 @@ def restriction(
     """Return the map from friction and wear parameters to the coefficients of a weak-form row.
 
     The first parameters are common to all kinds of wear: inertia, viscous friction, its asymmetry
-    and its bends. Those of `wear` follow.
+    and its bends. The parameters of `wear` follow.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def _known(
     """Return the prior (mean, deviation) of inertia, viscous friction, its asymmetry and bends.
 
     The bench's range of the viscous friction is that of the steepest slope
-    (plant/friction_levels.py), thus of the last bend if the model has bends.
+    (adapters/friction_levels.py), thus of the last bend if the model has bends.
     """
     today = model.parameters
     bench = model.bench.mechanics

@@ -61,16 +61,18 @@ LEAST_FRICTION = 1e-9  # least dry friction relative to the effort at the drive'
 class WeakFormLayout:
     """Constants of the rows, SI.
 
-    period: s. window, every, reach: samples of a window, between rows, and of the slope to either
-    side of a sample. phi: (window,), weight function, 0 at either end. second: (window,), its
-    second difference [1/s^2]. effort: (3,), weights of the samples before, at and after in the
-    effort. slowest, fastest: speeds of usable samples [rad/s | m/s]. knees: (h,) [rad/s | m/s].
+    period: sample period [s]. window: samples in a window. every: samples between two rows. reach:
+    samples to either side of a sample from which its speed follows. phi: (window,), weight
+    function, 0 at either end. second: (window,), second difference of phi [1/s^2]. effort: (3,),
+    weights of the samples before, at and after in the effort. slowest, fastest: speeds of usable
+    samples [rad/s | m/s]. knees: (h,) [rad/s | m/s].
 
-    edges: (z + 1,), of the zones [rad | m]; the end zones extend beyond them. dry: (2, c),
-    polynomials of the model's friction [N m | N], backward and forward, constant beyond `mapped`
-    (2,) [rad | m]. count: encoder step [rad | m]. gap: widest backlash plus one count [rad | m]; 0:
-    none. stops: (2,), free range [rad | m]. load: as in plant/position_load.py. offset: N m | N.
-    friction: mean dry friction over the travel and both directions [N m | N].
+    edges: (z + 1,), edges of the zones [rad | m]; the end zones extend beyond the outer edges. dry:
+    (2, c), polynomials of the model's friction [N m | N], backward and forward, constant beyond
+    `mapped` (2,) [rad | m]. count: encoder step [rad | m]. gap: widest backlash plus one count
+    [rad | m]; 0: none. stops: (2,), free range [rad | m]. load: as in plant/position_load.py.
+    offset: the model's offset [N m | N]. friction: mean dry friction over the travel and both
+    directions [N m | N].
     """
 
     period: float

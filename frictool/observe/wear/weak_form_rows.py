@@ -8,9 +8,8 @@
 
 A sample is used if the axis moved in one direction during the `reach` samples before and after it,
 faster than `slowest`. The load must be attached and the axis free of the end stops. The load is
-attached when a play as wide as the widest possible backlash (4.45) has arrived at its edge from
-either start position. Before that, the position inside the backlash is unknown and no sample is
-used.
+attached once a play as wide as the widest possible backlash (4.45) would be at its edge from any
+start position. Until then, the position inside the backlash is unknown and no sample is used.
 
 A move ends after REST windows of too little speed, at a reversal, or with MOST_ROWS rows.
 """
@@ -196,7 +195,7 @@ def walk(
     """Process samples from `begin` until a move has ended or fewer than `reach` samples remain.
 
     position, effort: (n,), with at least window + reach samples before `begin`. gram: (p + 1, p +
-    1) and move: (5,), of the present move. Returns the sample to go on from; move[ENDED] is 1 if
+    1) and move: (5,), of the present move. Returns the next sample to process; move[ENDED] is 1 if
     the move has ended.
     """
     window = phi.shape[0]

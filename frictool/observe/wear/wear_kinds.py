@@ -22,8 +22,8 @@ first in KINDS is reported. Values are posterior means. Their intervals include 
 scale (constant_error.py).
 
 The sums fade over MEMORY moves. Each classification first looks for a sudden change among the last
-RECENT moves. The friction has changed if the moves since then have more evidence with another
-friction of each direction than with that of the moves before. These are then forgotten.
+RECENT moves. The friction has changed if the last moves have more evidence with another friction of
+each direction than with the friction of the moves before. The earlier moves are then forgotten.
 """
 
 from __future__ import annotations
@@ -72,10 +72,10 @@ RECENT = 8  # moves between classifications after that, and moves that are searc
 class WearClassification:
     """Wear by kind, direction and zone.
 
-    evidence: log evidence of each kind relative to `none`. wear: over both directions and all
-    observed zones, under the kind. forward, backward: None for a direction that was not observed.
-    inertia: relative to the model's, under the kind. added: N m | N, for kind additive. zones:
-    observed zones, for kind zones.
+    evidence: log evidence of each kind relative to `none`. wear: mean wear of both directions and
+    all observed zones, under the kind. forward, backward: None for a direction that was not
+    observed. inertia: relative to the model's, under the kind. added: growth of the friction
+    [N m | N], for kind additive. zones: observed zones, for kind zones.
     """
 
     kind: Kind
@@ -136,7 +136,7 @@ class WearClassifier:
     def _set_beliefs(
         self, means: Vector, beliefs: dict[Kind, Vector], free: Vector, scale: float
     ) -> None:
-        """Set the beliefs in units of the loosest belief's deviations; the sums keep their digits.
+        """Set the beliefs, in units of the loosest belief's deviations to keep digits in the sums.
 
         _unit: (p,), these deviations. _row: (p + 1,), with 1 for the effort.
         """
@@ -326,7 +326,7 @@ class WearClassifier:
 
 
 def _shows(columns: Vector, gram: Vector) -> bool:
-    """Return True if the moves alone determine the wear of these columns to SEEN WEAR or better.
+    """Return True if the moves alone determine the wear of these columns to SEEN times WEAR.
 
     All other parameters are taken as known.
     """

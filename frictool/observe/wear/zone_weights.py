@@ -39,7 +39,7 @@ def zone_mean(layout: WeakFormLayout, zone: int) -> Vector:
 def friction_share(layout: WeakFormLayout, zones: Sequence[int], side: str | None = None) -> Vector:
     """Return weights (p,) of the mean friction over `zones`, relative to the model's.
 
-    zones: empty for all. side: direction; None: both.
+    zones: indices of zones; empty: all zones. side: direction; None: both.
     """
     sides = SIDES if side is None else (side,)
     bounded = np.all(np.isfinite(layout.edges)) and layout.edges[0] < layout.edges[-1]

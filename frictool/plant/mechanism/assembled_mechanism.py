@@ -16,9 +16,9 @@ class AssembledMechanism:
     """Arrays of a mechanism, and the names of their elements.
 
     blocks, kinds, start (n,): names, rotary or linear, and positions [rad | m] at which every rigid
-    link fits. joints ... sources: names of the elements in the order of the arrays. sensors: names;
-    sensor_blocks, measures: block and quantity of each. groups: blocks that move together. notes:
-    one line for each omission or assumption.
+    link fits. joints ... sources: names of the elements in the order of the arrays. sensors: names
+    of sensors. sensor_blocks, measures: block and quantity of each sensor. groups: blocks that move
+    together. notes: one line for each omission or assumption.
     """
 
     blocks: tuple[str, ...]

@@ -50,8 +50,8 @@ class VibrationMode:
 class LinearMechanism:
     """Matrices of a linearised mechanism in the coordinates p (g,) of the blocks `roots`.
 
-    moves: q = moves @ p (n, g). mass, damping, stiffness (g, g), input (g, u): of the equation of
-    motion. sources, sensors: names of inputs [unit of the drive] and outputs
+    moves: q = moves @ p (n, g). mass, damping, stiffness (g, g), input (g, u): matrices of the
+    equation of motion. sources, sensors: names of inputs [unit of the drive] and outputs
     [rad | m | rad/s | m/s].
     """
 
@@ -223,8 +223,8 @@ def _couplings(
 ) -> tuple[Matrix, Matrix, Vector, Vector]:
     """Return stretch and pull (k, n), stiffness and damping (k,) of the couplings.
 
-    stretch: per unit of q. pull: a coupling's force acts on the blocks as -pull times the force.
-    Stiffness and damping are 0 while the play is open.
+    stretch: stretch of each coupling per unit of q. pull: a coupling with the force f acts on the
+    blocks with the efforts -pull f. Stiffness and damping are 0 while the play is open.
     """
     couplings, curves = assembled.packed.couplings, assembled.packed.curves
     count = len(couplings.a)

@@ -69,7 +69,7 @@ class RigidGroup:
 
 
 class LinkForest:
-    """Links between blocks that form no loop; grows link by link."""
+    """Forest of the links between blocks, without loops; `add` extends it link by link."""
 
     def __init__(self, count: int) -> None:
         self.neighbours: list[list[tuple[int, float, Transmission]]] = [[] for _ in range(count)]
@@ -117,7 +117,7 @@ class LinkForest:
 def without_loops(
     links: Sequence[Transmission], names: Sequence[str]
 ) -> tuple[list[Transmission], list[str]]:
-    """Return the rigid links that are not redundant, in order, and notes of those dropped.
+    """Return the rigid links that are not redundant, in order, and a note for each dropped link.
 
     Raises ElementError for any other loop.
     """
@@ -163,7 +163,7 @@ def _refuse_facing(forest: LinkForest, links: Sequence[Transmission], names: Seq
 def _redundant(
     link: Transmission, way: list[tuple[int, float, Transmission]], names: Sequence[str]
 ) -> str:
-    """Return a note for a redundant link; raise ElementError for any other that closes a loop."""
+    """Return a note if the link is redundant; raise ElementError if it closes any other loop."""
     key = f"links.{link.name}"
     round_trip = 1.0 / link.ratio
     for _, step, _ in way:
