@@ -83,7 +83,10 @@ def setting_of(paths: CampaignPaths, number: Number) -> tuple[CampaignSetting, C
 
 
 def commands_of(paths: CampaignPaths, folder: Path, number: Number) -> Commands:
-    """Return the replay commands for scenarios in `folder`: base names, and typed paths."""
+    """Return a function of a scenario's name in `folder` that returns its replay commands.
+
+    The first command contains base names, the second the paths as typed.
+    """
     from frictool.campaign.trials.worst_case import replay_command
 
     def shown(name: str, show: Callable[[Path], str]) -> str:

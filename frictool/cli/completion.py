@@ -63,7 +63,7 @@ def command(shell: str | None, output: Path | None, as_json: bool) -> None:
 
 
 def script(shell: str) -> str:
-    """Return the script for the shell, which queries frictool by the variable `VARIABLE`."""
+    """Return the shell's script, which calls frictool with the environment variable VARIABLE."""
     kind: Any = get_completion_class(shell)
     asking = kind(click.Command(PROGRAM), {}, PROGRAM, VARIABLE)
     # source() of click would start a bash to query its version

@@ -46,7 +46,7 @@ def use_colour(to_stderr: bool) -> bool:
 def print_json(form: str, value: dict[str, Any], output: Path | None = None) -> None:
     """Print a JSON object on stdout, or on stderr if stdout carries the output.
 
-    form: name and version of its format (json_formats.yaml), which its first key says. Values that
-    are not finite are null.
+    form: name and version of the object's format (json_formats.yaml), written as its first key.
+    Values that are not finite become null.
     """
     click.echo(printable_json(json_text(form, value)), err=output == STDOUT)

@@ -64,7 +64,7 @@ used.
 
 
 def _method_options(command: Callable[..., None]) -> Callable[..., None]:
-    """Add the options that some methods read."""
+    """Add the options that only some methods read."""
     for option in reversed(OPTIONS):
         number: click.IntRange | FiniteRange = (
             click.IntRange(int(option.low), None if option.high is None else int(option.high))

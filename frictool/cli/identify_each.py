@@ -70,7 +70,7 @@ class IdentifyEachCommand:
 def identify_each(line: IdentifyEachCommand, logs: Sequence[Path]) -> int:
     """Identify each log or folder and return the exit code.
 
-    It is the first of 4, 1 and 3 (`frictool.errors`) that occurred, else 0.
+    The exit code is the first of 4, 1 and 3 (`frictool.errors`) that occurred, else 0.
     """
     from frictool.cli.standard_input import STDIN
     from frictool.documents.provenance import Input, digest

@@ -42,9 +42,9 @@ def command_line(name: str, arguments: dict[str, Any]) -> str:
 def replacing(target: Path, inputs: list[Path]) -> Iterator[BinaryIO]:
     """Yield a binary stream that becomes `target` if the block succeeds; else nothing remains.
 
-    `-` is stdout. A device or a pipe is written to and not replaced; for a symbolic link this holds
-    for its target file. Raises OutputError if the target is an input, is a directory, or cannot be
-    written.
+    `-` is stdout. A device or a pipe is written to and not replaced. A symbolic link is kept and
+    its target file is replaced. Raises OutputError if the target is an input, is a directory, or
+    cannot be written.
     """
     if target == STDOUT:
         yield sys.stdout.buffer

@@ -29,9 +29,9 @@ Objects: {", ".join(format_names())}.
 
 
 def schema_of(name: str) -> dict[str, Any]:
-    """Return the JSON Schema of a document or, by its name without version, of an object.
+    """Return the JSON Schema of a document, or of a --json format by its name without version.
 
-    It holds the names that other packages register.
+    The schema contains the names that other packages register.
     """
     if name not in DOCUMENTS:
         return json_format_schema(format_names()[name])

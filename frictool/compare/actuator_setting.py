@@ -34,7 +34,7 @@ CONTACT_STEPS = 20.0  # integration steps in sqrt(m/k_1)
 def from_model(model: Model) -> ComparisonSetting:
     """Return the setting of an identified actuator.
 
-    A breakaway below the Coulomb friction is replaced by the latter. Raises ValueError if the
+    A breakaway below the Coulomb friction is set to the Coulomb friction. Raises ValueError if the
     actuator has no Coulomb friction, or if its drive cannot overcome the breakaway.
     """
     parameters, bench = model.parameters, model.bench

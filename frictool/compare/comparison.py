@@ -135,7 +135,7 @@ def compare(
 
 @contextmanager
 def _pool(workers: int) -> Iterator[Callable[..., Iterable[LawResult]]]:
-    """Yield a function like `map` that runs in `workers` processes, or in this process for one.
+    """Yield a function like `map` that runs in `workers` processes; 1: in this process.
 
     The processes start without inherited state. An interrupt of this process ends them.
     """

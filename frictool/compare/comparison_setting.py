@@ -11,8 +11,9 @@ length replace the newton, second and metre of the thesis:
 
 In these units the amplitudes of stick-slip and limit cycle are proportional to the fall of the
 friction from F_s to F_c. The speed of the pull and the duration of the loop are therefore scaled by
-it (compare/input_protocol.py), and so are v_s, z_max and Sigma if they are unknown. An actuator
-with a small fall then sticks and slips as often, and is as rigid, as one with a large fall.
+the fall (compare/input_protocol.py), and so are v_s, z_max and Sigma if they are unknown. An
+actuator with a small fall then sticks and slips as often, and is as rigid, as one with a large
+fall.
 """
 
 from __future__ import annotations
@@ -60,7 +61,7 @@ class UnitScales:
 
     @property
     def fall(self) -> float:
-        """Return F_s - F_c relative to that of table 3.1, at least LEAST_FALL.
+        """Return (F_s - F_c)/F_c relative to its value in table 3.1, at least LEAST_FALL.
 
         With a smaller fall a test would take too long.
         """

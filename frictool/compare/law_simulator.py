@@ -37,7 +37,7 @@ SETTLED = 5.0  # s, time in the drift test from which the mass must stand still
 
 
 def law_values(setting: ComparisonSetting) -> dict[str, float]:
-    """Return the values of a setting from which the laws take those of their parameters."""
+    """Return the values of a setting by name; the laws take their parameters from them."""
     return {
         "coulomb": setting.coulomb,
         "breakaway": setting.breakaway,
@@ -60,10 +60,11 @@ def law_values(setting: ComparisonSetting) -> dict[str, float]:
 def setting_violations(
     setting: ComparisonSetting, laws: tuple[str, ...]
 ) -> tuple[list[str], list[str]]:
-    """Return violations of (3.31), (3.36) and of 3.2 by the hybrid versions among `laws`.
+    """Return lines on violated conditions of the hybrid versions among `laws`: errors, and advice.
 
-    Each line occurs once and contains the numbers. Without a bench there is neither controller nor
-    encoder; (3.8) and (3.10) then hold, because suitable values are assumed.
+    The conditions are (3.31), (3.36) and those of 3.2. Each line occurs once, with its numbers.
+    Without a bench there is neither controller nor encoder; (3.8) and (3.10) then hold, because
+    suitable values are assumed.
     """
     period = setting.sample_period or 10.0 / setting.decay
     resolution = setting.encoder_step or 2.0 * setting.switch_velocity / setting.decay

@@ -80,7 +80,7 @@ def _hybrid(
 
 
 def printed_law(law: Law, p: Vector) -> Callable[[float, float], tuple[float, float]]:
-    """Return (v, u) -> (friction, reported velocity) of a static law, exactly as printed."""
+    """Return a static law as printed in the thesis: (v, u) -> (friction, reported velocity)."""
     kernels = law.kernels
     assert isinstance(kernels, StaticKernels)
     band = kernels.band(p)

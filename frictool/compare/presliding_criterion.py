@@ -22,9 +22,9 @@ CLOSURE_ALLOWED = 0.02
 class PreslidingResult:
     """Measures of presliding.
 
-    `compliance`: the contact yields to a force below breakaway and springs back. `closure`: gap
-    between the ends of the inner loop, relative to F_s. `area`: area of the last outer loop,
-    relative to F_s z_max. Both are None without compliance.
+    `compliance`: True if the contact yields to a force below breakaway and springs back. `closure`:
+    gap between the ends of the inner loop, relative to F_s. `area`: area of the last outer loop,
+    relative to F_s z_max. `closure` and `area` are None without compliance.
     """
 
     compliance: bool

@@ -3,7 +3,7 @@
 velocity-driven    friction along a prescribed velocity: Stribeck effect, viscous friction,
                    frictional memory
 force-driven       ramps of two rates: rising static friction
-fixed step         the law as printed, integrated by Euler's method: does it come to rest
+fixed step         the printed law, integrated by Euler's method: test if the mass comes to rest
 
 Presliding, non-local memory and non-drift come from the four tests
 (compare/presliding_criterion.py, drift_criterion.py).

@@ -30,7 +30,7 @@ class StickSlipResult:
     def verdict(self, reference: StickSlipResult) -> str:
         """Return `+` or `-` by comparison with the event-exact law.
 
-        `+`: at most one stick fewer, and a period within 2 %; or neither law sticks again.
+        `+`: at most one stick fewer and a period within 2 %, or neither law sticks twice.
         """
         if self.period_s is None or reference.period_s is None:
             return "+" if self.period_s == reference.period_s else "-"

@@ -189,7 +189,7 @@ def _trees(
 ) -> tuple[list[Equation], list[Condition]]:
     """Return one equation for each group of tied blocks, and its condition of rest.
 
-    A group is seen from a block that a source drives, if it has one.
+    The equation is for a block that a source drives, if the group has one.
     """
     driven = [element.on for element in document.sources.values()]
     dry: dict[str, list[Term]] = {}

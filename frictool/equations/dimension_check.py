@@ -28,7 +28,7 @@ def check_equation(equation: Equation) -> int:
 
 
 def check_sum(terms: list[Term], unit: str, within: Equation | None = None) -> int:
-    """Check a sum of terms in `unit`; otherwise as `check_equation`."""
+    """Check that all terms of a sum have the dimension of `unit`; return their number."""
     wanted = dimension_of(unit)
     for term in terms:
         measured = dimension(term)

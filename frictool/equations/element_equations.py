@@ -36,7 +36,7 @@ class ElementEquations:
 def spring(name: str, element: Spring, notation: Notation, start: float) -> ElementEquations:
     """Return F = k e + d e' + F0, or F = curve(e) + d e', which pulls the first end back.
 
-    start: q_a - q_b at the start [rad | m]; without `free`, e is 0 there.
+    start: q_a - q_b at the start [rad | m]. If the document has no `free`, e is 0 at the start.
     """
     key = f"links.{name}"
     first, second = element.between

@@ -15,7 +15,8 @@ from dataclasses import dataclass, field, replace
 class Atom:
     """Symbol.
 
-    unit: SI. value: SI, of a parameter. made: terms of the sum that the symbol stands for, if any.
+    unit: SI unit. value: value of a parameter in SI. made: terms of the sum that the symbol stands
+    for, if any.
     """
 
     text: str
@@ -27,7 +28,7 @@ class Atom:
 
 @dataclass(frozen=True)
 class Term:
-    """Product sign * atom^power * ...; without factors it is 1. element: key of the document."""
+    """Product sign * atom^power * ...; 1 without factors. element: key in the document."""
 
     factors: tuple[tuple[Atom, int], ...] = ()
     sign: int = 1
@@ -36,7 +37,7 @@ class Term:
     def times(self, other: Term) -> Term:
         """Return the product with common factors cancelled.
 
-        Its element is that of `other`, if it has one.
+        The product takes its element from `other`, or from this term if `other` has none.
         """
         powers: dict[Atom, int] = {}
         for atom, power in (*self.factors, *other.factors):
@@ -101,9 +102,10 @@ class Term:
 
 @dataclass(frozen=True)
 class Equation:
-    """Equation (sum of `coefficients`) of = sum of `right`.
+    """Equation (sum of `coefficients`) `of` = sum of `right`.
 
-    unit: of every term. when: condition under which it holds. source: its number in the thesis.
+    unit: unit of every term. when: condition under which the equation holds. source: number of the
+    equation in the thesis.
     """
 
     coefficients: tuple[Term, ...]

@@ -1,9 +1,9 @@
 """Free bodies (2.1)-(2.2), and one equation per rigid tree without its constraint forces.
 
 The elimination goes from the leaves of the tree of rigid links to its root. Let the child have
-M q'' = f. If it is the second end of its link, lambda = M q'' - f acts there, and p lambda at the
-first end. The inertia of the first end thus grows by p ratio M and its effort by p f. If the child
-is the first end, the second end's inertia grows by M/(p ratio) and its effort by f/p.
+M q'' = f. If it is the second end of its link, lambda = M q'' - f acts on it, and -p lambda on
+the first end. The inertia of the first end thus grows by p ratio M and its effort by p f. If the
+child is the first end, the second end's inertia grows by M/(p ratio) and its effort by f/p.
 """
 
 from __future__ import annotations
@@ -111,8 +111,8 @@ def rest_condition(
 ) -> Condition | None:
     """Return the condition under which a tree stays at rest; None if nothing sticks.
 
-    Its efforts without dry friction must be within the limits of frictions and lossy links. At rest
-    a lossy link transfers any effort between its two p.
+    The sum of the tree's efforts without dry friction must be within the limits of frictions and
+    lossy links. At rest the factor p of a lossy link may lie anywhere between its two values.
     """
     threads = {
         link.a: _modulus(link.passed.additional)

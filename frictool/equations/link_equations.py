@@ -28,9 +28,9 @@ SOFT_SOURCES = {"gear": "(2.5)", "belt": "(2.6)"}
 class LinkEquations:
     """Equations of one link.
 
-    force: lambda, the effort on b. passed: transfer of that effort to a. rigid: the link is a
-    constraint; with backlash, while it touches. play: half of the backlash at b. relations: of the
-    positions and speeds. effort: of lambda. modes: conditions of backlash.
+    force: lambda, the effort on b. passed: transfer of lambda to a. rigid: True if the link is a
+    constraint (with backlash, while a flank touches). play: half of the backlash at b. relations:
+    equations of positions and speeds. effort: equations of lambda. modes: conditions of backlash.
     """
 
     name: str

@@ -22,8 +22,8 @@ LOSS_SOURCES = {"gear": "(2.3)", "rack": "(2.20)", "screw": "(2.12)"}
 class EffortTransfer:
     """Transfer of effort to the first end.
 
-    factor: p. additional: W, a second effort on end a (screw of (2.12)). equations: of p and W.
-    reason: sentence about the driving directions (2.1.6).
+    factor: p. additional: W, a second effort on end a (screw of (2.12)). equations: equations
+    of p and W. reason: sentence about the driving directions (2.1.6).
     """
 
     factor: Term

@@ -20,8 +20,8 @@ HALF = symbol("2", "2", value=2.0).inverse()
 class ParameterRow:
     """Row of the table of parameters.
 
-    value, low, high: SI; low and high are None without an interval. key: of the value in the
-    document.
+    value, low, high: value and ends of its interval in SI; low and high are None without an
+    interval. key: key of the value in the document.
     """
 
     symbol: str

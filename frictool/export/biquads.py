@@ -10,9 +10,9 @@ The functions are arm_biquad_cascade_df1_f32, _q31 and _q15:
 
 In fixed point every coefficient is stored times 2^-postShift. Each stage's input and output are
 scaled to a quarter of the range by the sum of the absolute impulse response, so that no stage wraps
-for any input. `input_scale` and `output_scale` are the values of one full range. Shifts round down,
-which adds a bias of at most one count per stage. The bias is amplified by 1/A of the stage and by
-the stages behind it; `noise` is its bound.
+for any input. `input_scale` and `output_scale` are the input and the output at full range. Shifts
+round down, which adds a bias of at most one count per stage. The bias is amplified by 1/A of the
+stage and by the stages behind it; `noise` is the bound of the amplified bias.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ class Biquads:
     """Biquad stages with their scales.
 
     `stages`: b0 b1 b2 a1 a2 of each stage in the convention of CMSIS, as integers in fixed point.
-    `post_shift`: common to all stages. `input_scale`, `output_scale`: values of one full range of
-    input and output, in their units. `noise`: bound of the output's error due to rounding of the
+    `post_shift`: shift common to all stages. `input_scale`, `output_scale`: input and output at
+    full range, in their units. `noise`: bound of the output's error due to rounding of the
     signals. In float the scales are 1, and the noise is unbounded (NaN).
     """
 

@@ -62,7 +62,7 @@ def c_sources(
 ) -> dict[str, str]:
     """Return the text of each C file, by file name.
 
-    `program`: that of the controller. `vectors`: golden vectors of the number format. `loop`:
+    `program`: the controller's program. `vectors`: golden vectors of the number format. `loop`:
     verified properties with rounded coefficients. Raises NoSolutionError if a coefficient is beyond
     the range of the format, and FixedPointOverflow if fixed point cannot be scaled.
     """
@@ -156,9 +156,9 @@ def _code(names: CNames, numbers: NumberWriter) -> dict[str, Any]:
 
 
 def _format(controller: Controller, names: CNames, numbers: NumberWriter) -> dict[str, Any]:
-    """Return what differs between real numbers and fixed point.
+    """Return the values of the template that differ between real numbers and fixed point.
 
-    It covers limits, conversions, the proof and notes on the fields.
+    They are limits, conversions, the proof and notes on the fields.
     """
     program = names.program
     scaled = numbers.scaled if isinstance(numbers, FixedNumbers) else None
@@ -272,7 +272,7 @@ def _starts(names: CNames, numbers: NumberWriter) -> list[str]:
 def _writes(names: CNames, numbers: NumberWriter) -> list[str]:
     """Return the statements that update the states after all values have been computed.
 
-    A state that another state takes over is read before any is written.
+    A state whose value is assigned to another state is read before any state is written.
     """
     program = names.program
     read: list[str] = []

@@ -88,7 +88,7 @@ class FixedNumbers:
         )
 
     def stored(self, state: ProgramNode, source: ProgramNode | None, text: str) -> str:
-        """Return the new value of a state; without `source` it is the caller's value."""
+        """Return the new value of a state; without `source`, `text` is the caller's value."""
         shift = self.scaled.write_shift[state.index] if source is not None else 0
         if (
             source is not None
@@ -106,9 +106,9 @@ class FixedNumbers:
         return f"bounded({text}, {low}, {high})"
 
     def expression(self, node: ProgramNode, of: list[str]) -> str:
-        """Return the operation on its operands.
+        """Return the C expression of a node from its operands `of`.
 
-        Each operand is a name, a number, a call or in brackets.
+        Each operand is a name, a number, a call, or an expression in brackets.
         """
         args = node.args
         sa, sb, s = self.scaled.shifts.get(node.index, (0, 0, 0))

@@ -54,7 +54,7 @@ class RealNumbers:
         return f"{np.float32(value)!s}f"
 
     def exact(self, value: float, node: ProgramNode) -> str:
-        """Return a value of the format bit by bit; NAN and INFINITY are macros of math.h."""
+        """Return a literal that preserves every bit; NAN and INFINITY are macros of math.h."""
         if not math.isfinite(value):
             return "NAN" if math.isnan(value) else f"{'-' if value < 0.0 else ''}INFINITY"
         return value.hex() + self.suffix
@@ -100,9 +100,9 @@ class RealNumbers:
         return ""
 
     def expression(self, node: ProgramNode, of: list[str]) -> str:
-        """Return the operation on its operands.
+        """Return the C expression of a node from its operands `of`.
 
-        Each operand is a name, a number, a call or in brackets.
+        Each operand is a name, a number, a call, or an expression in brackets.
         """
         args = node.args
         match node.op:

@@ -1,6 +1,6 @@
 """Linear controller as arrays for CMSIS-DSP's biquads, in one header.
 
-The blocks around it are in the exported C only.
+The controller's other blocks are in the exported C only.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ KINDS = {"float": "float", "q31": "int32_t", "q15": "int16_t"}
 
 @dataclass(frozen=True)
 class CmsisArrays:
-    """Biquad stages, and the linear controller with their rounded coefficients."""
+    """Biquad stages, and the linear controller with the stages' rounded coefficients."""
 
     biquads: Biquads
     linear: LinearController

@@ -106,7 +106,7 @@ def _whole(block: Any) -> Any:
 def _observer(observer: Observer) -> dict[str, Any]:
     """Return the part of an observer document that its program uses, without the bench.
 
-    The bench is left out because it is the controller's.
+    The bench is left out because the controller's document contains it.
     """
     record = {
         key: _whole(getattr(observer, key)) for key in ("sample_period_s", "inertia", "friction")

@@ -157,7 +157,7 @@ def export_controller(
 
 
 def _remedy(controller: Controller, error: FixedPointOverflow) -> str:
-    """Return advice if fixed point cannot be scaled."""
+    """Return advice for a controller that cannot be scaled to fixed point."""
     if "no bounds" not in str(error):
         return "rescale the units, or use --number float"
     if controller.schedule is not None:

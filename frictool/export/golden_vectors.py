@@ -2,9 +2,10 @@
 
 The sequence is generated from a seed while the controller runs. It depends on the controller
 document and the number format only. The position roughly imitates an axis in closed loop: it
-follows the filtered reference with a lag, and is quantised by the encoder. Phases wait for rest,
-release or the drive's limit, up to a bound that keeps slow controllers finite. At the end inputs
-are invalid: for as long as they are held, and once for longer, which sets the fault.
+follows the filtered reference with a lag, and is quantised by the encoder. A phase that waits for
+rest, release or the drive's limit ends after a bounded number of samples. At the end inputs become
+invalid: several times for as long as the controller holds the last valid input, and once for one
+sample longer, which sets the fault.
 
 The same inputs go to the program in double. The difference of the two drives is the effect of the
 format's rounding.
@@ -58,7 +59,8 @@ class GoldenVectors:
     infinite. `visits`: number of samples in each mode and at each limit.
 
     `away`: largest difference of the drive from that in double, over samples in which both programs
-    are in the same mode. `rms`: its rms. `apart`: number of samples in different modes.
+    are in the same mode. `rms`: rms of this difference. `apart`: number of samples in different
+    modes.
 
     `fault_from`: first row with the fault. `restart`: row before which the controller is started
     again at its position.
@@ -207,8 +209,8 @@ class _VectorSequence:
     def push(self, bands: float) -> None:
         """Push the axis out of the band, hold it, and let it fall back.
 
-        It is held until the measured speed has decayed, and falls back faster than the speed of
-        rest.
+        The axis is held until the measured speed has decayed, and falls back faster than the law's
+        rest speed.
         """
         reference = self.rows[-1][0]
         start = self.position
@@ -254,7 +256,7 @@ class _VectorSequence:
 
 
 def put(running: CompiledProgram, place: int, value: float) -> None:
-    """Set a state of a running program that the caller controls."""
+    """Set a state that the caller controls in a running program."""
     if running.number == FIXED:
         running.word[place] = from_real(running.formats[place], value)
     else:

@@ -13,8 +13,8 @@ from frictool.control.target_band import BRAKE, REST, RUN
 class VisitCondition:
     """Condition that is met if the value at `place` equals `value`, or differs if `differs` is set.
 
-    If `where` is present, the condition at index `where` must be met too. `text`: description
-    after a number of samples.
+    If `where` is present, the value at index `where` must also differ from 0. `text`: description,
+    printed after a number of samples.
     """
 
     place: int

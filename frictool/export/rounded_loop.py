@@ -2,8 +2,8 @@
 
 The sampled loop is rebuilt at every vertex with the rounded coefficients. It must be stable at
 every delay of the document, and have the specified modulus margin at the bench's delay. If the
-document contains the weights of the norm, the norm must be within the claimed one. Every corner of
-a schedule is checked with its own plant. Rounding of signals is not covered; the golden vectors
+document contains the weights of the norm, the norm must not exceed the claimed norm. Every corner
+of a schedule is checked with its own plant. Rounding of signals is not covered; the golden vectors
 measure it (golden_vectors.py).
 """
 
@@ -55,10 +55,10 @@ def rounded_loop(
 ) -> RoundedLoop:
     """Verify a controller with rounded coefficients.
 
-    `biquads`: linear controller with other rounded coefficients that runs instead, without
-    anti-windup. Raises NoSolutionError (exit 4) with vertex and value if the loop or the rounded
-    anti-windup is unstable, the modulus margin is below the specified one, or the norm is above the
-    claimed one.
+    `biquads`: linear controller with the biquads' coefficients, which replaces that of `controller`
+    and has no anti-windup. Raises NoSolutionError (exit 4) with vertex and value if the loop or the
+    rounded anti-windup is unstable, the modulus margin is below the specified one, or the norm is
+    above the claimed one.
     """
     if controller.velocity.observer is not None:
         check_observer(controller.velocity.observer, coefficient_rounder(number))
@@ -184,7 +184,7 @@ def _margin(
 
 
 def _brake(controller: Controller, number: Number) -> None:
-    """Check that the limiter's virtual friction is stable at its steepest, at every vertex."""
+    """Raise NoSolutionError if the steepest virtual friction of the limiter is unstable."""
     limiter = controller.limiter
     if limiter is None or limiter.virtual_coulomb == 0.0:
         return

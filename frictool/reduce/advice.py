@@ -29,8 +29,9 @@ WORTH = 0.1  # least useful part, relative to the travel
 def passing_bandwidth(whole: Mechanism, tolerance: float) -> float | None:
     """Return the largest bandwidth [rad/s] that allows rigid links; None if there is none.
 
-    It is below every resonance and rounded down. Up to it, rigid links change the gain by at most
-    `tolerance`. Raises ElementError and NoSolutionError as the steps of the reduction do.
+    The bandwidth is below every resonance and rounded down. Up to it, rigid links change the gain
+    by at most `tolerance`. Raises ElementError and NoSolutionError as the steps of the reduction
+    do.
     """
     source, sensor = controlled_names(whole)
     seen, _ = from_source(whole, source)
@@ -57,7 +58,7 @@ def rounded_down(value: float) -> float:
 
 
 def needed_tolerance(reports: Iterable[StepReport], play: float) -> float:
-    """Return the least tolerance that passes, rounded up to 0.01; `play` is allowed on top."""
+    """Return the least tolerance that every error meets, rounded up to 0.01; play: backlash."""
     errors = [0.0]
     for one in reports:
         errors += [one.predicted] if one.covered is None else []
@@ -70,7 +71,7 @@ def needed_tolerance(reports: Iterable[StepReport], play: float) -> float:
 
 
 def other_tolerance(reports: Iterable[StepReport], play: float) -> str:
-    """Return the end of a sentence: the tolerance that passes, or that none does."""
+    """Return advice for a message: the option with a sufficient tolerance, or the alternative."""
     needed = needed_tolerance(reports, play)
     if needed <= MOST_TOLERANCE:
         return f"--tolerance {needed:g}"

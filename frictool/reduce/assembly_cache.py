@@ -12,7 +12,7 @@ _KEPT: dict[int, tuple[Mechanism, AssembledMechanism]] = {}
 
 
 def assemble_cached(mechanism: Mechanism) -> AssembledMechanism:
-    """Return `assemble(mechanism)`, from the cache if possible; raises ElementError as it does."""
+    """Return `assemble(mechanism)`, from the cache if possible; may raise ElementError."""
     cached = _KEPT.get(id(mechanism))
     if cached is not None:
         return cached[1]

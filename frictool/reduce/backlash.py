@@ -2,7 +2,8 @@
 
 A backlash of width rho at block b is rho/|q_b'/q_s'| at the source: a millimetre behind a reducer
 is several turns of the motor. Widths in series add; of parallel branches, the widest counts. Inside
-the backlash only the part before it moves, with its friction alone (4.45).
+the backlash only the blocks between the source and the backlash move, against their own friction
+(4.45).
 """
 
 from __future__ import annotations
@@ -22,9 +23,10 @@ from frictool.reduce.step_report import StepFigure
 class BacklashChain:
     """Backlash of a mechanism in its source's coordinate.
 
-    chain: links from the source on whose widths add. width: sum of their widths [rad | m].
-    before_sensor: backlash between source and sensor [rad | m], of the links `hiding`. behind:
-    names of the blocks that the source moves through backlash.
+    chain: links with backlash on the path from the source that has the widest backlash. width: sum
+    of the widths of these links [rad | m]. before_sensor: backlash between source and sensor
+    [rad | m]. hiding: names of the links with this backlash. behind: names of the blocks that the
+    source moves through backlash.
     """
 
     chain: tuple[Connection, ...]

@@ -24,8 +24,8 @@ from frictool.typing import Vector
 class SpeedDependentFriction:
     """Speed-dependent part of a friction.
 
-    drop: breakaway minus Coulomb friction [N m | N] at rest; it decays by
-    exp(-(v/velocity)^exponent). viscous: N m s/rad | N s/m.
+    drop: breakaway minus Coulomb friction [N m | N]; at speed v it is multiplied by
+    exp(-(v/velocity)^exponent). viscous: coefficient of viscous friction [N m s/rad | N s/m].
     """
 
     drop: float
@@ -39,7 +39,8 @@ class SpeedDependentFriction:
 class BlockResistance:
     """Resistance at positions (n,): load S, Coulomb friction F and breakaway, each (n,) [N m | N].
 
-    pressed_breakaway: without the drops of `falling`. damping: of springs.
+    pressed_breakaway: breakaway (n,) without the drops of `falling`. falling: speed-dependent parts
+    of the friction. damping: sum of the damping of the springs to the frame.
     """
 
     load: Vector

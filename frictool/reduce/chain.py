@@ -37,8 +37,8 @@ class ReductionStep:
 class ReductionChain:
     """Steps of a reduction.
 
-    whole: mechanism of the user. steps: in order; `one` is made from the last. kept: compliant
-    links that remain.
+    whole: the user's mechanism. steps: completed steps in order. one: one-inertia model of the
+    mechanism after the last step. kept: names of the compliant links that remain.
     """
 
     whole: Mechanism
@@ -56,7 +56,7 @@ class ReductionChain:
 
 
 class ReductionStopped(NoSolutionError):
-    """Error of a reduction that stopped; steps: those before the failure."""
+    """Error of a reduction that stopped; steps: steps completed before the failure."""
 
     def __init__(self, message: str, steps: tuple[ReductionStep, ...]) -> None:
         super().__init__(message)
@@ -71,8 +71,8 @@ def chain(
 ) -> ReductionChain:
     """Make every step of the reduction.
 
-    bandwidth: rad/s; resonances above it are dropped. It is required if a link is compliant.
-    number: as `known` of `fit_residual_load`.
+    bandwidth: frequency [rad/s] above which resonances are dropped; required if a link is
+    compliant. number: number of the load's harmonic, as `known` of `fit_residual_load`.
 
     Raises ElementError if the mechanism is wrong or its sensor measures no position. Raises
     ReductionStopped, with the steps so far, if the mechanism has several independent motions,
@@ -151,7 +151,7 @@ def _chain(
 
 
 def _turns(whole: Mechanism, source: str, there: CoordinateFrame) -> tuple[float, ...]:
-    """Return how far each block turns [rad] per unit at the sensor, whose frame is `there`."""
+    """Return how far each rotary block turns [rad] per unit at the sensor with frame `there`."""
     here = from_reference(whole, source)
     frames = [here.frame(name) for name in here.assembled.blocks]
     return tuple(abs(frame.ratio / there.ratio) for frame in frames if frame.block_axis == "rotary")

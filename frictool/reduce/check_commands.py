@@ -6,9 +6,9 @@ A run starts at rest at one of five positions of the travel, in either direction
 - a ramp until the axis breaks away and slips, and a rest,
 - the same in the other direction.
 
-Backlash thus opens and closes, and friction of both directions counts. Commands are in the drive's
-unit and are held over a sample. If friction vanishes along a step, the run ends before it: the
-stopping position is then a quotient of two small numbers and says nothing about the mechanism.
+Backlash thus opens and closes, and the friction of both directions acts. Commands are in the
+drive's unit and are held over a sample. If friction vanishes along a step, the run ends before this
+step, because the stopping position would be a quotient of two small numbers.
 """
 
 from __future__ import annotations
@@ -46,7 +46,8 @@ class CheckRun:
 def runs(one: OneInertia, constant: float, limit: float, period: float) -> tuple[CheckRun, ...]:
     """Return the test runs of a reduced mechanism.
 
-    constant: effort per unit of the drive. limit: in units of the drive. period: s.
+    constant: effort per unit of the drive. limit: largest command [unit of the drive]. period:
+    sample period [s].
     """
     low, high = one.travel if one.travel is not None else one.ends
     checks = []
@@ -110,12 +111,12 @@ def _span(one: OneInertia) -> float:
 
 
 def _fast(one: OneInertia) -> float:
-    """Return the acceleration that makes an eighth of the travel in a fifth of a second."""
+    """Return the acceleration that covers an eighth of the travel in 0.2 s from rest."""
     return 2.0 * PART * _span(one) / 0.2**2
 
 
 def _resisting(one: OneInertia, places: Vector, direction: float) -> tuple[Vector, Vector]:
-    """Return friction and breakaway with the load, opposing a motion at positions (n,)."""
+    """Return the opposing effort (n,) in slip and at rest: friction plus load at positions (n,)."""
     side = one.forward if direction > 0.0 else one.backward
     load = direction * one.residual.at(places)
     slip, rest = (np.interp(places, one.positions, curve) for curve in (side.curve, side.breakaway))

@@ -29,8 +29,9 @@ TAKES_PART = 0.05  # fraction of a mode's strain energy, below which a link is n
 class LinkResonance:
     """Compliant link with the slowest resonance that it is part of.
 
-    frequency: rad/s; from its two sides alone if damping prevents an oscillation. damping: ratio.
-    compliance: rad/(N m) | m/N. twist: under the source's largest effort [rad | m].
+    frequency: resonance frequency [rad/s]; if the link takes part in no oscillation, that of its
+    stiffness and the inertias on its two sides. damping: damping ratio. compliance: 1/stiffness
+    [rad/(N m) | m/N]. twist: twist under the source's largest effort [rad | m].
     """
 
     link: Connection
@@ -82,7 +83,7 @@ def swings(mechanism: Mechanism, root: str) -> tuple[LinkResonance, ...]:
 def stiffen_above(
     mechanism: Mechanism, root: str, bandwidth: float
 ) -> tuple[Mechanism, StepReport]:
-    """Make those links rigid whose resonance is above `bandwidth` [rad/s]."""
+    """Make links with a resonance above `bandwidth` [rad/s] rigid and lump the blocks they join."""
     resonances = swings(mechanism, root)
     if not resonances:
         return mechanism, StepReport("compliance", "no link yields", "nothing")
@@ -138,7 +139,7 @@ def rigid(mechanism: Mechanism, names: set[str]) -> Mechanism:
 
 
 def middle(mechanism: Mechanism) -> np.ndarray:
-    """Return positions of the blocks in the middle of the travel; if unknown, at the start."""
+    """Return the blocks' positions in the middle of the travel, or the start if it is unknown."""
     assembled, travel = assemble_cached(mechanism), known_travel(mechanism)
     return (
         assembled.start if travel is None else assembled.start * 0.0 + 0.5 * (travel[0] + travel[1])

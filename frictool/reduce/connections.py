@@ -18,8 +18,9 @@ SAME = 1e-9  # relative tolerance of two ratios around a loop
 class Connection:
     """Link between blocks a and b (their numbers), with backlash, compliance or loss.
 
-    gap: half the width at b [rad | m]. drive_loss, back_loss: effort on a per unit of effort
-    through the link. stiffness, damping: of a compliance, at b; 0 for a rigid link.
+    gap: half the width of the backlash at `b` [rad | m]. drive_loss, back_loss: effort lost at `a`
+    per unit of effort through the link; drive_loss applies if `a` drives `b`, back_loss if `b`
+    drives `a`. stiffness, damping: values of the compliance at `b`; 0 for a rigid link.
     """
 
     name: str
@@ -74,7 +75,7 @@ def _joint(name: str, joints: Joints, k: int) -> Connection:
 def thesis_losses(ratio: float, thread: float, steep: float) -> tuple[float, float]:
     """Return the losses of (2.12) at a steady speed per unit of force, driving and driven back.
 
-    u is the torque that the thread takes, and w = mu tan(a):
+    f is the force, u the torque at the thread, and w = mu tan(a):
 
         u = r tan(a) f ± mu |r f - u tan(a)|
         drive loss = (mu r + r tan(a))/(1 + w) - r tan(a)
@@ -101,7 +102,7 @@ def _coupling(name: str, couplings: Couplings, k: int) -> Connection:
 class BlockMotion:
     """Motion of a block as seen from the root: q_b = ratio q_root + offset.
 
-    by: connections between the two, from the root on.
+    by: connections on the path from the root to the block.
     """
 
     ratio: float
@@ -114,9 +115,9 @@ def seen_from(
 ) -> dict[int, BlockMotion]:
     """Return every block that moves with `root`, by number.
 
-    Backlash is in its middle and compliances are unstrained; rigid paths are preferred. Raises
-    NoSolutionError if two paths from the root to a block have different ratios: the mechanism then
-    has several independent motions, or none.
+    Each backlash is in its middle, compliances are unstrained, and rigid paths are preferred.
+    Raises NoSolutionError if two paths from the root to a block have different ratios: the
+    mechanism then has several independent motions, or none.
     """
     motions = {root: BlockMotion(1.0, 0.0)}
     for compliant in (False, True):

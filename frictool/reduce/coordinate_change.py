@@ -1,7 +1,7 @@
-"""Change of coordinates: each block in that of the source (thesis 2.1.5, (2.16)), the first step.
+"""Change of every block to the coordinate of the source (thesis 2.1.5, (2.16)), the first step.
 
 Nothing is neglected, with one exception. A thread with the thesis's friction law (2.12) has a
-friction that depends on the whole torque of the motor; here it is that at a steady speed.
+friction that depends on the whole torque of the motor; its value at a steady speed is used.
 
 All links between two blocks then have the ratio 1: couplings, or gears that keep their losses. If
 the source is linear and there are lossy links, the mechanism is seen from the nearest rotary block,
@@ -67,7 +67,7 @@ class MechanismView:
 def view(mechanism: Mechanism, root: str) -> MechanismView:
     """Return the mechanism as seen from block `root`.
 
-    Raises NoSolutionError with the names of blocks that do not move with it.
+    Raises NoSolutionError with the names of blocks that do not move with the root.
     """
     assembled = assemble_cached(mechanism)
     links = connections(assembled)
@@ -248,7 +248,7 @@ def _between(here: MechanismView, one: Connection, link: Link) -> Link:
 
 
 def efficiencies(one: Connection) -> tuple[float, float]:
-    """Return the efficiencies, driving and driven back, from the losses."""
+    """Return the efficiencies from the losses: first if `a` drives `b`, then if `b` drives `a`."""
     carried = abs(one.ratio)
     return carried / (carried + one.drive_loss), 1.0 - one.back_loss / carried
 
@@ -258,7 +258,7 @@ def _compliance(
 ) -> Compliance | None:
     """Return stiffness and damping at the second end, with the intervals of the document.
 
-    The document's values of a belt are along the belt.
+    In the document, a belt's stiffness and damping are along the belt.
     """
     if stated is None or not one.compliant:
         return None

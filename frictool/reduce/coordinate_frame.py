@@ -38,7 +38,7 @@ POWERS = {"N": 1, "N/s": 1, "N s/m": 2, "N/m": 2, "kg": 2, "m/s": -1, "m": -1}
 
 @dataclass(frozen=True)
 class CoordinateFrame:
-    """Map q = ratio p + offset [SI]; axis: kind of the block of p; block_axis: of q."""
+    """Map q = ratio p + offset [SI]; axis, block_axis: kinds (rotary or linear) of p and of q."""
 
     ratio: float
     offset: float
@@ -99,7 +99,7 @@ class CoordinateFrame:
         )
 
     def spring(self, spring: Spring, on: str) -> Spring:
-        """Return a spring against ground with the stretch q.
+        """Return a spring between the block and ground, converted to the coordinate p.
 
         Without `free` it starts unstrained in either coordinate.
         """
@@ -118,13 +118,13 @@ class CoordinateFrame:
         )
 
     def cam(self, cam: Cam, on: str) -> Cam:
-        """Return a cam: its force times |ratio|, its angle times the sign, which keeps (2.23)."""
+        """Return a cam with its force times |ratio| and its angle times the ratio's sign."""
         side = 1.0 if self.ratio > 0.0 else -1.0
         force = self.curve(cam.force, abs(self.ratio), self._unit("effort"))
         return msgspec.structs.replace(cam, on=on, force=force, angle=self.curve(cam.angle, side))
 
     def stop(self, stop: Stop, on: str) -> Stop:
-        """Return end stops; a negative ratio swaps them."""
+        """Return end stops, converted to p; a negative ratio swaps low and high."""
         low, high = (stop.low, stop.high) if self.ratio > 0.0 else (stop.high, stop.low)
         ends = [None if end is None else self.position(end) for end in (low, high)]
         return Stop(on, ends[0], ends[1], stop.restitution, self.compliance(stop.compliance))
@@ -144,7 +144,7 @@ class CoordinateFrame:
         return FrictionOf(on, friction.law, parameters, level)
 
     def source(self, source: Source, on: str) -> Source:
-        """Return a source: its constant times |ratio|, because constants are positive.
+        """Return a source with its constant times |ratio|, because constants are positive.
 
         The caller must reverse the command if the ratio is negative.
         """
@@ -159,7 +159,7 @@ class CoordinateFrame:
         return msgspec.structs.replace(source, on=on, constant=constant, effort=effort, limit=limit)
 
     def sensor(self, sensor: Sensor, on: str) -> Sensor:
-        """Return a sensor with its resolution in p; its direction is kept separately."""
+        """Return a sensor with its resolution in p; the sign of the ratio is handled elsewhere."""
         step = sensor.step
         if sensor.counts_per_revolution is not None:
             step = Quantity(TURN / sensor.counts_per_revolution, unit="rad")

@@ -12,7 +12,7 @@ from frictool.reduce.step_report import StepFigure, StepReport
 
 
 def final(chain: ReductionChain, axis: Axis) -> StepReport:
-    """Return the report: error of the polynomials, masses and positions behind the backlash."""
+    """Return the report, with the polynomials' error and what is neglected behind the backlash."""
     one = chain.one
     effort, place, inertia = (si_unit(name, axis) for name in ("effort", "position", "inertia"))
     figures = [StepFigure("inertia", one.inertia, inertia)]

@@ -89,7 +89,7 @@ def _at_corners(
 def consistent(mechanism: Mechanism) -> Mechanism:
     """Return the mechanism with each breakaway at least equal to its Coulomb friction.
 
-    One of the two at the end of its interval may have passed the other.
+    At the end of its interval, one of the two values may have passed the other.
     """
     links = dict(mechanism.links)
     for name, link in links.items():
@@ -106,7 +106,7 @@ def consistent(mechanism: Mechanism) -> Mechanism:
 def propagated(
     mechanism: Mechanism, numbers: Callable[[Mechanism], Numbers], progress: Callable[[str], None]
 ) -> Ends:
-    """Return (low, high) of each of `numbers`; both are the value if nothing is uncertain."""
+    """Return (low, high) of each of `numbers`; both equal the value without any interval."""
     centre = numbers(mechanism)
     low, high = dict(centre), dict(centre)
     intervals = uncertain(mechanism)

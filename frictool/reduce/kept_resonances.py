@@ -77,7 +77,7 @@ def _zeros(system: Lti) -> list[complex]:
 def _without_hidden(
     poles: list[complex], zeros: list[complex]
 ) -> tuple[list[complex], list[complex]]:
-    """Cancel equal poles and zeros, of modes that are not excited or not measured."""
+    """Cancel equal poles and zeros; their modes are not excited or not measured."""
     left = list(zeros)
     seen = []
     for pole in poles:

@@ -11,8 +11,8 @@ A link with 1 - back_loss < 0 (mu > tan(alpha)) is irreversible: no load moves i
 through it, the source must push. The load presses less the faster it accelerates, so that s < 0:
 the reflected inertia is less than that of the motor alone.
 
-An efficiency (2.14) never stands for friction here. If the load drove back, it would make the loop
-an oscillator without damping, "which is wrong in practice".
+An efficiency (2.14) never replaces friction here. With a load that drives the motor back, an
+efficiency alone would make the loop an oscillator without damping, "which is wrong in practice".
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from frictool.reduce.travel_grid import positions
 def as_friction(
     mechanism: Mechanism, root: str, whole: Mechanism
 ) -> tuple[Mechanism, StepReport, ReflectedInertia]:
-    """Remove the losses of rigid links; return the bounds of the reflected inertia, too.
+    """Remove the losses of rigid links; return also the report and the reflected inertia's bounds.
 
     The mechanism is in one coordinate. whole: document with the original threads and efficiencies.
     Raises NoSolutionError if the source would have to drive an irreversible link backwards.
@@ -87,7 +87,7 @@ def as_friction(
 
 
 def _sloped(beyond: tuple[float, float], helped: float, against: float) -> tuple[float, float]:
-    """Return the least and largest slope through one more link; helped < 0: irreversible."""
+    """Return the least and largest of the slopes `beyond`, each times `helped` and `against`."""
     ends = [slope * one for slope in (helped, against) for one in beyond]
     return min(ends), max(ends)
 
@@ -110,7 +110,7 @@ def _losses_report(
 def _reflected_inertia(
     mechanism: Mechanism, root: str, slopes: Mapping[str, tuple[float, float]]
 ) -> ReflectedInertia:
-    """Return the reflected inertia of all blocks and of the root's body, relative to the lossless.
+    """Return bounds of the reflected inertia of all blocks and of the root's body.
 
     Each block's inertia is multiplied by its slopes, coasting and accelerating.
     """
@@ -171,7 +171,7 @@ def _seen(assembled: AssembledMechanism, root: str) -> Mapping[int, BlockMotion]
 def _placed(
     assembled: AssembledMechanism, name: str, root: str
 ) -> tuple[Connection, list[int], bool]:
-    """Return the link, the blocks beyond it, and True if its first end is the near one."""
+    """Return the link, the blocks beyond it, and True if its first end is nearer to the root."""
     link = next(one for one in connections(assembled) if one.name == name)
     seen = _seen(assembled, root)
     beyond = [number for number, one in seen.items() if name in {step.name for step in one.by}]

@@ -1,8 +1,9 @@
 """Comparison of the whole mechanism and its one inertia under the same controller and reference.
 
 The true position and the response times are compared. The allowed distance of the positions is the
-backlash plus `tolerance` of the present step (or the encoder's step, if larger). The allowed
-difference of a response time is `tolerance` of it (or the sample period, if larger).
+backlash plus `tolerance` times the present step of the reference (at least the encoder's step). The
+allowed difference of the response times is `tolerance` times that of the whole mechanism (at least
+the sample period).
 """
 
 from __future__ import annotations
@@ -22,9 +23,10 @@ from frictool.typing import Vector
 class LoopStep:
     """Comparison over one hold of the reference.
 
-    time: s, start. origin, target: rad | m. distance: largest distance between both [rad | m].
-    at_the_end: the same at the end. whole_s, reduced_s: response times [s]. allowed: largest
-    allowed distance [rad | m].
+    time: start of the hold [s]. origin, target: reference before and during the hold [rad | m].
+    distance: largest distance between both positions [rad | m]. at_the_end: their distance at the
+    end of the hold [rad | m]. whole_s, reduced_s: response times [s]. allowed: largest allowed
+    distance [rad | m].
     """
 
     time: float
@@ -39,7 +41,7 @@ class LoopStep:
 
 @dataclass(frozen=True)
 class LoopComparison:
-    """Comparison over all holds; refused: first disagreement, None if there is none."""
+    """Comparison over all holds; refused: message on the first disagreement, or None."""
 
     steps: tuple[LoopStep, ...]
     refused: str | None
@@ -48,7 +50,7 @@ class LoopComparison:
 def in_loop(
     whole: Stream, reduced: Stream, resolution: float, play: float, tolerance: float
 ) -> LoopComparison:
-    """Compare two logs of one scenario; resolution and play: of the sensor [rad | m]."""
+    """Compare two logs of one scenario; resolution, play: sensor's step and backlash [rad | m]."""
     reference = whole.signals["reference"]
     time = whole.time
     one, other = whole.signals["position_true"], reduced.signals["position_true"]

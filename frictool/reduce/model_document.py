@@ -46,7 +46,7 @@ class _Estimates:
     axis: Axis
 
     def of(self, name: str, dimension: str, value: float | None = None) -> Estimate:
-        """Return the estimate of a number; another `value` shifts the interval along."""
+        """Return the estimate of a number; with another `value`, its interval is shifted."""
         nominal = self.one.scalars()[name]
         centre = nominal if value is None else value
         low, high = (end + centre - nominal for end in self.ends.get(name, (nominal, nominal)))
@@ -73,9 +73,9 @@ def model_of(
 ) -> Model:
     """Return the model document.
 
-    ends: intervals by the names of OneInertia.scalars. bench: of the user, instead of that of the
-    mechanism. Raises NoSolutionError if the bench contradicts the mechanism, or if the source has
-    no limit.
+    ends: intervals by the names of OneInertia.scalars. bench: the user's bench, which replaces the
+    mechanism's. Raises NoSolutionError if the bench contradicts the mechanism, or if the
+    source has no limit.
     """
     one = chain.one
     axis = axis_kind(chain.last.blocks[chain.last.sources[chain.source].on])

@@ -2,10 +2,11 @@
 
     J theta'' = u - C_r(theta, sign(theta'))        (2.24)-(2.29)
 
-Inside the backlash (4.45), only the part before it moves, with its friction. A pushed block behind
-backlash lags the source by half the backlash. Each direction's curve is therefore evaluated at that
-position of the block. Neglected are the masses behind an open backlash, the difference between
-polynomial and curve, and that several backlashes open one after another.
+Inside the backlash (4.45), only the blocks between the source and the backlash move, against their
+own friction. A pushed block behind backlash lags the source by half the backlash. Each direction's
+curve is therefore evaluated at the lagging position of the block. The model neglects the masses
+behind an open backlash, the difference between polynomial and curve, and the order in which several
+backlashes open.
 """
 
 from __future__ import annotations
@@ -39,9 +40,10 @@ FLAT = 1e-9  # relative to the mean: a curve that varies less is a constant
 class DirectionFriction:
     """Friction of one direction over the travel [N m | N], positive if it opposes the motion.
 
-    coulomb, extra: polynomials of Coulomb friction, and of the breakaway minus that. curve,
-    breakaway: (n,), the curves that they approximate. met: (n,), True at positions at which the
-    source can push the part behind the backlash; at the others it has to turn back earlier.
+    coulomb: polynomial of the Coulomb friction. extra: polynomial of the breakaway minus the
+    Coulomb friction. curve, breakaway: Coulomb friction and breakaway, each (n,), that the
+    polynomials approximate. met: mask (n,) of the positions at which the source can push the part
+    behind the backlash; at the others the source has to turn back earlier.
     """
 
     coulomb: PolynomialFit
@@ -82,9 +84,10 @@ class OneInertia:
     """One-inertia model, SI, in the coordinate of the reduced mechanism.
 
     inner: inertia that moves inside the backlash. residual: load that friction does not hold.
-    inside: Coulomb friction inside the backlash. positions: (n,), of the curves. restitution: of
-    end stops that are not behind backlash. reflected: bounds of the inertia due to losses. travel:
-    between the end stops, of the source's block.
+    inside: Coulomb friction inside the backlash. positions: positions (n,) of the curves.
+    restitution: coefficient of restitution of the end stops that are not behind backlash.
+    reflected: bounds of the inertia due to losses. travel: travel of the source's block between the
+    end stops.
     """
 
     inertia: float
@@ -157,8 +160,9 @@ def one_inertia(
     """Reduce a mechanism in one coordinate, without losses in rigid links, to one inertia.
 
     reflected: bounds of the inertia due to the losses that were removed. side: -1 if the sensor
-    counts against the coordinate. turns, number: of the load's harmonic, as in
-    `fit_residual_load`.
+    counts against the coordinate. turns: likely numbers of the load's harmonic, as in
+    `fit_residual_load`. number: number of the
+    harmonic if it is known.
 
     Raises NoSolutionError if no model.yaml can describe the load that friction does not hold.
     """
@@ -294,7 +298,7 @@ def _met(
 ) -> NDArray[np.bool_]:
     """Return a mask (n,) of the positions at which the source can push the part behind backlash.
 
-    These are the positions that keep that part within its travel.
+    At these positions the part behind the backlash is within its travel.
     """
     places = positions(mechanism)
     shift = 0.5 * direction * max(behind.values(), default=0.0)

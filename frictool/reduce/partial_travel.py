@@ -17,7 +17,7 @@ class OutsideTravelError(ValueError):
 def restrict_travel(whole: Mechanism, ends: tuple[float, float]) -> Mechanism:
     """Return the mechanism with the travel (low, high) [rad | m] of its sensor's block.
 
-    Raises OutsideTravelError if the mechanism's travel has no part in it.
+    Raises OutsideTravelError if (low, high) and the mechanism's travel do not overlap.
     """
     block = whole.sensors[controlled_names(whole)[1]].on
     unit = si_unit("position", axis_kind(whole.blocks[block]))

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 class ReflectedInertia:
     """Bounds of the reflected inertia through lossy links, relative to the lossless value.
 
-    least: coasting. most: accelerating. inner_least: least for the part inside a backlash.
+    least: lower bound, coasting. most: upper bound, accelerating. inner_least: lower bound for the
+    part that moves inside a backlash.
     """
 
     least: float = 1.0

@@ -3,8 +3,8 @@
     load(x) = offset + stiffness x + sine sin(number x) + cosine cos(number x)
 
 The law has a spring or a harmonic, not both. Gravity on an arm behind a gear of ratio r has the
-number r, cogging that of its poles. The numbers of turning blocks are tried first, because gravity
-has one of them. Then any number is tried.
+number r, cogging the number of its poles. The numbers of turning blocks are tried first, because
+gravity has one of them. Then any number is tried.
 """
 
 from __future__ import annotations
@@ -65,10 +65,10 @@ def fit_residual_load(
     misses: Callable[[ResidualLoad], float],
     known: float | None = None,
 ) -> ResidualLoad:
-    """Return the simplest load law that leaves a load which friction holds.
+    """Return the simplest load law whose remaining load is held by friction.
 
-    The remaining load is the load minus the law. Candidates are tried from simple to general; no
-    law at all is the first (2.27). A candidate is acceptable if friction holds the remaining load.
+    The remaining load is the load minus the law. Candidates are tried from simple to general, first
+    no law at all (2.27). A candidate is acceptable if friction holds the remaining load.
     The first acceptable candidate with an error `misses` of at most FITS is returned; if there is
     none, the acceptable one with the least error. `misses` is the error of the friction's
     polynomials with this law.
@@ -98,7 +98,7 @@ def fit_residual_load(
 def _laws(
     x: Vector, mean: Vector, turns: Iterable[float], known: float | None
 ) -> Iterator[ResidualLoad]:
-    """Yield candidates, simple ones first; a known harmonic before all."""
+    """Yield candidates: a known harmonic first, then the others from simple to general."""
     if known:
         yield _harmonic(x, mean, known)
     yield ResidualLoad()
@@ -122,7 +122,7 @@ def _line(x: Vector, mean: Vector, degree: int) -> ResidualLoad:
 
 
 def _harmonic(x: Vector, mean: Vector, number: float) -> ResidualLoad:
-    """Return the best harmonic of this number, by least squares."""
+    """Return the harmonic with this number, fitted by least squares."""
     columns = np.column_stack([np.ones_like(x), np.sin(number * x), np.cos(number * x)])
     offset, sine, cosine = (float(one) for one in np.linalg.lstsq(columns, mean)[0])
     return ResidualLoad(offset, 0.0, number, sine, cosine)
@@ -136,7 +136,7 @@ def _numbers(x: Vector) -> tuple[float, float]:
 
 
 def _any_harmonic(x: Vector, mean: Vector, least: float, most: float) -> ResidualLoad:
-    """Return the best harmonic of all numbers between `least` and `most`."""
+    """Return the best harmonic with a number between `least` and `most`."""
 
     def squares(number: float) -> float:
         return float(np.sum((mean - _harmonic(x, mean, number).at(x)) ** 2))
@@ -197,7 +197,7 @@ def _refusal(x: Vector, mean: Vector, half: Vector, nearest: ResidualLoad, words
 def _straight(x: Vector, mean: Vector, half: Vector) -> Callable[[slice], bool]:
     """Return a function that is true on parts of the travel with a simple load.
 
-    On these, a constant or a line leaves a load that friction holds.
+    On such a part, friction holds the load after a constant or a line is subtracted.
     """
 
     def holds(part: slice) -> bool:

@@ -1,8 +1,8 @@
 """Loads and Coulomb friction of a block as one curve per direction, C_+(x) and C_-(x) (2.28).
 
-In a mechanism the pair is represented by a spring with their mean, and by a cam of angle 0 with
-half their difference as friction. Speed-dependent friction stays separate; a loss on the path
-raises its level.
+In a mechanism the pair of curves is represented by two elements: a spring with their mean, and a
+cam of angle 0 with half their difference as friction. Speed-dependent friction stays separate; a
+lossy link towards the source raises its level.
 """
 
 from __future__ import annotations
@@ -35,16 +35,16 @@ class LinkLoss:
     from_near: bool
 
     def through(self, opposing: Vector) -> Vector:
-        """Return the near side's effort (n,) for one `opposing` (n,) the motion at the far side.
+        """Return the effort (n,) at the near side that balances `opposing` (n,) at the far side.
 
-        A negative effort helps the motion.
+        Both efforts are positive if they oppose the motion.
         """
         helped, against = self.slopes
         return np.where(opposing > 0.0, opposing * against, opposing * helped)
 
     @property
     def slopes(self) -> tuple[float, float]:
-        """Factors on the near side for an effort that helps and for one that opposes the motion.
+        """Factors from far to near side for an effort that helps, and for one that opposes motion.
 
         Raises NoSolutionError if the near side would have to drive an irreversible link backwards.
         """
@@ -95,7 +95,7 @@ class DirectedResistance:
 def resistance(block: BlockResistance, loss: LinkLoss = NO_LOSS) -> DirectedResistance:
     """Return the resistance (2.28) as seen through a lossy link (2.15).
 
-    Speed-dependent parts are raised like an opposing load.
+    Speed-dependent friction is multiplied by the loss factor of an opposing load.
     """
     rest = block.pressed_breakaway
     raised = tuple(
@@ -183,7 +183,7 @@ def breakaway_ratio(directed: DirectedResistance) -> float:
 
 
 def falling_friction(one: SpeedDependentFriction, block: str, rotary: bool) -> FrictionOf:
-    """Return purely speed-dependent friction by Stribeck's law, or by (2.31) without a drop."""
+    """Return speed-dependent friction in Stribeck's law, or in law (2.31) if it has no drop."""
     axis: Axis = "rotary" if rotary else "linear"
     effort, viscous = si_unit("effort", axis), si_unit("viscous", axis)
     parameters = {

@@ -1,9 +1,9 @@
-"""Check of a reduction by simulation: each step against the one before and the whole mechanism.
+"""Check of a reduction by simulation: each step against the step before it and the whole mechanism.
 
-All are simulated with the commands of check_commands.py. The positions of the sensor's block are
-compared while both are within the travel. The allowed error of a step is the backlash at the
-sensor, which no sensor sees, plus `tolerance` times the distance of the run, forth and back. The
-error that a step predicts in closed form must be below `tolerance`, too.
+Every mechanism is simulated with the commands of check_commands.py. The positions of the sensor's
+block are compared while both are within the travel. The allowed error of a step is the backlash at
+the sensor, which no sensor sees, plus `tolerance` times the distance that the run travels forth and
+back. The error that a step predicts in closed form must be below `tolerance`, too.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ TOLERANCE = 0.05  # relative to the distance; "response time within 5 %"
 class SimulationCheck:
     """Result of the check.
 
-    reports: of all steps with measured errors, the one inertia last. play: backlash [rad | m].
-    runs: number of runs. unit: of positions at the sensor. refused: first error above the allowed
-    one; None: the check passed.
+    reports: reports of all steps with measured errors; the step to one inertia is the last. play:
+    backlash at the sensor [rad | m]. runs: number of runs. unit: unit of positions at the sensor.
+    refused: message on the first error above the allowed one; None if the check passed.
     """
 
     reports: tuple[StepReport, ...]
@@ -105,7 +105,7 @@ def check_reduction(
     ]
 
     def crossing(player: Callable[[CheckRun], Vector]) -> list[Vector]:
-        """Return the displacements of each run, up to the sample after it has left the travel."""
+        """Return the displacements of each run, up to its first sample outside the travel."""
         return [
             ways[: _within(ways + run.place, chain.one.travel) + 1]
             for ways, run in zip(_ways(tests, player), tests, strict=True)
@@ -174,9 +174,9 @@ def _within(positions: Vector, travel: tuple[float, float] | None) -> int:
 def _measured(
     tests: tuple[CheckRun, ...], before: list[Vector], now: list[Vector], whole: list[Vector]
 ) -> MeasuredError:
-    """Return the error of the run in which a step is the farthest from the one before.
+    """Return the error of the run in which a step is farthest from the step before it.
 
-    The distance to the whole mechanism is the largest of all runs.
+    `whole` in the result is the largest distance to the whole mechanism in all runs.
     """
     distances = [_distance(a, b, one) for a, b, one in zip(before, now, whole, strict=True)]
     ways = [float(np.sum(np.abs(np.diff(one)))) for one in whole]
@@ -189,9 +189,9 @@ def _measured(
 
 
 def _distance(a: Vector, b: Vector, whole: Vector) -> float:
-    """Return the largest distance while both and the whole mechanism are within the travel.
+    """Return the largest distance of `a` and `b` while they and `whole` are within the travel.
 
-    The sample at which one leaves it is included.
+    The first sample at which one of them is outside the travel is included.
     """
     count = min(a.shape[0], b.shape[0], whole.shape[0])
     return float(np.max(np.abs(a[:count] - b[:count]), initial=0.0))

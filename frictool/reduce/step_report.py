@@ -15,7 +15,7 @@ class StepFigure(NamedTuple):
 
 
 class MeasuredError(NamedTuple):
-    """Error of a mechanism under the same commands as another.
+    """Error of a mechanism relative to another one under the same commands.
 
     distance: largest distance between their positions at the sensor [rad | m]. way: travelled
     distance of that run [rad | m]. where: name of the run. whole: largest distance to the whole
@@ -38,8 +38,8 @@ class StepReport:
     """Report of one step.
 
     predicted: error in closed form relative to the quantity `of`; 0 if nothing is neglected.
-    covered: part of the model that includes this error. If there is one, the measured error alone
-    decides.
+    covered: part of the model that includes this error, if any; only the measured error is then
+    judged.
     """
 
     step: str

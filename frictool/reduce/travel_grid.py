@@ -18,7 +18,7 @@ POINTS = 241  # even positions over the travel; the points of every curve are ad
 def travel_of(mechanism: Mechanism) -> tuple[float, float]:
     """Return (low, high) of the source's block [rad | m].
 
-    The travel is the first that exists of these: the document's travel, the range between end
+    The first of these that exists is the travel: the document's travel, the range between end
     stops, the range of the curves, the range over which the source's largest effort strains the
     springs, one unit to either side of the start. Raises NoSolutionError if there are springs and
     the source's effort has no limit.
@@ -46,7 +46,7 @@ def travel_of(mechanism: Mechanism) -> tuple[float, float]:
 
 
 def known_travel(mechanism: Mechanism) -> tuple[float, float] | None:
-    """Return the travel as `travel_of` without the springs; None if it is unknown."""
+    """Return the travel without the last two cases of `travel_of`; None if it is unknown."""
     if mechanism.travel is not None:
         return mechanism.travel.low, mechanism.travel.high
     stops = [link for link in mechanism.links.values() if isinstance(link, Stop)]

@@ -2,8 +2,8 @@
 
     eta ──▶ controller ──▶ drive ──▶ delay ──▶ axis ──▶ position
 
-The loop gain L is the transfer from eta to the position. Of the friction, only the viscous part is
-included, as in the loops that are verified (verify/feedback_loops.py).
+The loop gain L is the transfer from eta to the position. The axis has viscous friction only, as in
+the verified loops (verify/feedback_loops.py).
 """
 
 from __future__ import annotations
@@ -142,7 +142,7 @@ def loop_system(controller: Controller, vertex: str) -> Lti:
 def _require(document: object, *kinds: type) -> None:
     """Raise FrictoolError if `document` has none of the types.
 
-    Python alone would only name a missing attribute.
+    Without this check, Python's message would only name a missing attribute.
     """
     if not isinstance(document, kinds):
         hint = (

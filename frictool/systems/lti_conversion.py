@@ -39,8 +39,8 @@ def as_lti(system: Any, period: float) -> Lti:
     Raises
     ------
     FrictoolError
-        If the system has more inputs or outputs, another sample period, coefficients that are not
-        finite, or is improper, or `system` is not a linear system.
+        If `system` is not a linear system, is improper, or has several inputs or outputs, another
+        sample period, or coefficients that are not finite.
     """
     a, b, c, d, dt = _matrices(system)
     n = len(a)
