@@ -1,4 +1,4 @@
-"""List which identification methods a log can be used with, from a survey of its stream.
+"""List the identification methods that suit a log, from a survey of the log's stream.
 
 A method may still refuse a log that passes here; its message then states the reason.
 """
@@ -19,7 +19,7 @@ COARSEST = 0.1
 
 
 def applicable_methods(stream: StreamSurvey, kind: str | None) -> dict[str, str | None]:
-    """Return a mapping of method to None if the stream suits it, or to the reason if it does not.
+    """Return for each method None if the stream suits the method, else the reason why not.
 
     The key `breakaway` stands for the evaluation of breakaway ramps. `kind` is the kind of test
     that was detected, such as "ramp" or "rest".

@@ -26,12 +26,12 @@ SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
 class AxisLogs:
     """Logs of one axis, its bench, and the requested method.
 
-    - sliding: records of motion without stretches of constant effort; none if `unmeasured`
+    - sliding: records of motion without stretches of constant effort; none if `unmeasured` is set
     - ramps: records of breakaway ramps
     - rows: slipping samples of the sliding records
     - kinds: log name -> `sliding` or `ramp`
     - warnings: doubts about the logs
-    - unmeasured: why effort or position of a sliding record was not measured, else None
+    - unmeasured: reason why effort or position of a sliding record was not measured, or None
     """
 
     sliding: list[MotionRecord]
@@ -58,7 +58,7 @@ def sort_logs(
     method: str,
     settings: IdentificationSettings,
 ) -> AxisLogs:
-    """Return the logs, the kind of each of `records` detected; `ramps` are known to be ramps.
+    """Detect the kind of each of `records` and return all logs; `ramps` are known to be ramps.
 
     Raises LogError if a log is passed twice, or cannot be of this axis.
     """

@@ -182,7 +182,7 @@ def population_lines(parameters: dict[str, Population], bench: Bench) -> list[st
 
 
 def conclusion(one: Population) -> str:
-    """Return in words if the values come from one population, and if not, which tests reject it."""
+    """Return as text that the values come from one population, or the tests that reject it."""
     no = []
     if one.between is not None and one.rejects(one.between):
         no.append(f"units differ by {one.between.beyond:.2g} {_p(one.between.p)}")

@@ -10,7 +10,7 @@ INDENT = 4  # characters, extra indent of continuation lines
 
 
 def bounded(lines: Iterable[str]) -> str:
-    """Join lines; break each one that is longer than LONGEST between two words."""
+    """Join lines; break each line that is longer than LONGEST between two words."""
     broken = list[str]()
     for line in lines:
         if len(line) <= LONGEST:

@@ -75,9 +75,9 @@ def _breakaway(logs: AxisLogs, identified: Mapping[str, Interval]) -> Breakaway:
 def with_varying_breakaway(logs: AxisLogs, outcome: Outcome) -> Outcome:
     """Return the outcome with the laws of a breakaway that varies with position or time at rest.
 
-    If it varies with position, a friction map replaces viscous friction, Coulomb friction and
-    offset of a constant friction. If the strokes do not support a map, only the breakaway depends
-    on position.
+    If it varies with position, a friction map replaces the viscous friction, Coulomb friction and
+    offset that were fitted with constant friction. If the strokes do not support a map, only the
+    breakaway depends on position.
     """
     ramp, fit, laws = outcome.ramp, outcome.fit, outcome.laws
     if ramp is None or (ramp.by_position is None and ramp.rising is None):
@@ -110,10 +110,10 @@ def _with_laws(logs: AxisLogs, outcome: Outcome, ramp: Breakaway, sliding: Laws 
 def _inertia_over_position(
     logs: AxisLogs, outcome: Outcome, fit: SlidingFit
 ) -> tuple[Outcome, str | None]:
-    """Return the outcome without an inertia that was fitted with a constant friction, and why.
+    """Refuse an inertia that was fitted with constant friction; return the outcome and a reason.
 
-    With method `auto`, the inertia is taken from the weak form with friction over position, if that
-    gives one. The reason is None if the inertia is not identified.
+    With method `auto`, the weak form with friction over position may give the inertia instead. The
+    reason (`SlidingFit.why`) is None if the inertia is not identified.
     """
     if fit.details.get("position_order"):
         return outcome, fit.why

@@ -7,7 +7,7 @@ Inertia and viscous friction then come out near zero in narrow intervals. A cons
 data only
 
 - at constant speed, since nothing changes that the effort would have to follow;
-- at several levels (an open-loop test), since the axis explains what the levels have in common;
+- at several levels (an open-loop test), since one set of parameters has to explain all levels;
 - at zero, since the axis coasts.
 
 A stroke is proved constant if two conditions hold. The effort stays within a band for most of the
@@ -50,7 +50,7 @@ class ConstantStretch:
 
     - level, band: level and width of the band, N m | N
     - direction: +1 or -1
-    - proved: the acceleration needs an effort that changes there
+    - proved: True if the acceleration in the stretch needs an effort that changes
     """
 
     start: int

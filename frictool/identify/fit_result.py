@@ -40,11 +40,11 @@ class Interval:
 
     @classmethod
     def around(cls, value: float, half: float, least: float = -math.inf) -> Interval:
-        """Return value +- half, its lower end at `least` or above."""
+        """Return the interval `value` +- `half`; its lower end is at least `least`."""
         return cls(float(value), float(max(value - half, least)), float(value + half))
 
     def estimate(self, dimension: str, axis: Axis, least: float = -math.inf) -> Estimate:
-        """Return the document's estimate of this dimension, its lower end at `least` or above."""
+        """Return the interval as a document's estimate, with its lower end raised to `least`."""
         unit = si_unit(dimension, axis)
         return Estimate(self.value, max(self.low, least), self.high, unit, source="identified")
 
@@ -57,7 +57,7 @@ class Interval:
 def intervals_around(
     names: Iterable[str], values: Iterable[float], half: Iterable[float]
 ) -> dict[str, Interval]:
-    """Return the interval of each name, from its value and half width; further ones are ignored."""
+    """Return the interval of each name; values and half widths beyond the names are ignored."""
     return {
         name: Interval.around(value, reach)
         for name, value, reach in zip(names, values, half, strict=False)
@@ -79,7 +79,7 @@ class SlidingFit:
     - method, why: name of the method, and the reason if it was chosen automatically
     - dropped: parameters set to 0, since unseen strokes are predicted no worse without them
     - fixed: parameters that were held at the interval of the bench
-    - force_error: error of `force_error.py`, comparable between methods; set by `identify`
+    - force_error: force error (`force_error.py`), comparable between methods; `identify` sets it
     """
 
     parameters: dict[str, Interval]

@@ -52,11 +52,11 @@ MOST_SAMPLES = 200_000  # largest number of samples of a record that are examine
 class HeldEffort:
     """Held effort of a record and its effect on the parameters.
 
-    - hold: samples between two updates
+    - hold: number of samples between two updates
     - low, high: interval of the share b
     - logged, interpolated: inertia with the effort as logged, and interpolated between updates
-    - effect: largest change of a parameter between the two. The change of the inertia is relative
-      to the inertia. The change of the others is an effort relative to the rms of the effort.
+    - effect: largest change of a parameter between these two fits. That of the inertia is relative
+      to the inertia; that of the others is an effort relative to the rms of the effort.
     """
 
     hold: int
@@ -189,7 +189,7 @@ def _updated(size: int, hold: int, updates: NDArray[np.int64]) -> NDArray[np.boo
 
 
 def _columns(rows: RegressionSamples) -> Vector:
-    """Return the regressors (n, p) of the effort, without offset if all motion is one way."""
+    """Return the regressors (n, p) of the effort, without offset for motion in one direction."""
     constant = () if rows.one_direction else (np.ones(rows.sign.size),)
     return np.column_stack(
         (rows.acceleration, rows.velocity, rows.sign, *constant, *rows.loads.values())

@@ -49,7 +49,7 @@ class Identification(Outcome):
     """Outcome of the logs of one axis, with further data for the model and its reader.
 
     - method: method of the fit
-    - confidence: of every interval, 0 to 1
+    - confidence: confidence of every interval, 0 to 1
     - kinds: log name -> `sliding` or `ramp`
     - warnings: doubts about the logs or the result
     """
@@ -138,10 +138,11 @@ def identify_records(
 
 
 def _estimate(logs: AxisLogs) -> tuple[AxisLogs, SlidingFit | None, Outcome]:
-    """Return the logs without the load of the fit, the free fit of sliding, and the outcome.
+    """Return the logs, the free fit of the sliding logs, and the outcome.
 
-    The free fit has no parameter fixed at a value of the bench. Raises NothingIdentified if
-    position and drive of a sliding log have opposite signs.
+    The fitted load is subtracted from the ramps in the logs. The free fit has no parameter fixed at
+    a value of the bench. Raises NothingIdentified if position and drive of a sliding log have
+    opposite signs.
     """
     free = None
     try:

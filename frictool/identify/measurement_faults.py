@@ -1,8 +1,8 @@
 """Refuse records whose logged effort or position is not that of the axis.
 
 - saturated effort: flat tops below the actuator's limit, since the sensor saturates first
-- clipped encoder: the position stops at its extreme within a sample, from a speed that the effort
-  does not brake
+- clipped encoder: the position stops at its extreme within a sample, although the effort is too
+  small to brake the axis that fast
 - commanded effort: the effort follows from the motion alone, without friction. It was computed from
   the encoder, by a controller with the drive off or by a model, and not measured.
 
@@ -24,7 +24,7 @@ LARGEST_SATURATED_SHARE = 0.01  # largest share of samples at a flat top
 # share of the actuator's limit above which a flat top is the limit itself, and not a saturated
 # sensor
 AT_THE_LIMIT = 0.99
-# samples over which the speed before the stop is averaged, and for which nothing may move after it
+# samples before a stop over which the speed is averaged, and samples without motion after the stop
 STOPPING_SAMPLES = 3
 MARGIN = 2.0  # factor on the deceleration that effort and friction can cause
 COUNTS = 2.0  # counts by which the encoder may be off over those samples

@@ -28,14 +28,14 @@ class IdentificationMethod:
     - what: what the method does, as help text
     - when: data that the method suits, as help text
     - reads: names of the OPTIONS that it reads
-    - velocity: it works with a measured velocity and no position
-    - load: it fits the load terms of the bench
-    - known_inertia: it uses the inertia of the bench for the others, and gives none
-    - whole_curve: it gives no inertia, and all parameters of its curve over speed or none;
-      none of them is fixed, and it is not compared with REFERENCE
-    - differentiates: it takes plain differences, which need a fine encoder and no gaps
-    - known_terms: function of its module that fits load terms that were chosen before; its own
-      choice is a search by simulations, which is not repeated for warnings
+    - velocity: True if the method works with a measured velocity and no position
+    - load: True if it fits the load terms of the bench
+    - known_inertia: True if it takes the inertia from the bench and does not estimate it
+    - whole_curve: True if it fits a curve over speed without the inertia. The parameters of the
+      curve are identified or refused together, and never fixed; no comparison with REFERENCE
+    - differentiates: True if it takes plain differences, which need a fine encoder and no gaps
+    - known_terms: name of the function that fits load terms that were chosen before, or None. The
+      method itself chooses them by simulations, a search that is not repeated for warnings
     """
 
     name: str
@@ -204,7 +204,7 @@ class MethodOption:
     """Option of some methods: a field of IdentificationSettings or of PublishedFilters.
 
     - kind: int or float
-    - low, high: allowed range; `low_open`: without its lower end
+    - low, high: allowed range; `low_open`: True if the range excludes `low`
     - what, default: help text, with unit, and default value as text
     """
 

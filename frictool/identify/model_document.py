@@ -50,7 +50,7 @@ def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Mo
 
 
 def bench_model(refused: NothingIdentified, bench: Bench, provenance: Provenance) -> Model:
-    """Return a model that holds only the bench's values, with the reason why."""
+    """Return a model with the bench's values only, and the reason why nothing was identified."""
     model = model_of(replace(refused.result, identified={}, laws=None, fit=None), bench, provenance)
     return with_fields(model, bench_values_only=str(refused))
 

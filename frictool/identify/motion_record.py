@@ -36,15 +36,15 @@ MOST_BROKEN = 0.2  # share of broken intervals above which the clock does not co
 class MotionRecord:
     """Uniformly sampled motion and effort of one log.
 
-    - position: (n,), rad | m
-    - effort: (n,), N m | N
-    - piece: (n,), number of the unbroken piece of each sample, from 0
-    - period: s
+    - position: measured or integrated position, (n,), rad | m
+    - effort: measured effort, (n,), N m | N
+    - piece: number of the unbroken piece of each sample, from 0, (n,)
+    - period: sample period, s
     - resolution: one encoder count, rad | m; for a measured velocity, one velocity count times the
       period
     - lag: time constant of the drive, s; 0 if the effort of a sample is held until the next
-    - reference: (n,), reference of the bench's controller, rad | m, or None
-    - velocity: (n,), rad/s | m/s, if velocity was measured and position was not; else None
+    - reference: reference of the bench's controller, (n,), rad | m, or None
+    - velocity: measured velocity, (n,), rad/s | m/s; None if the position was measured
     """
 
     name: str
@@ -69,7 +69,7 @@ class MotionRecord:
         return self.resolution if self.velocity is None else self.resolution / self.period
 
     def part(self, kept: slice | IntVector) -> MotionRecord:
-        """Return these samples of the record, its pieces numbered from 0."""
+        """Return the record of the samples `kept`, with its pieces numbered from 0."""
         piece = self.piece[kept]
         signals: dict[str, Any] = {
             name: signal[kept]

@@ -35,7 +35,7 @@ class Outcome:
     laws: Laws | None = None
 
     def merge(self, later: Outcome) -> Outcome:
-        """Return this outcome with everything that `later` holds in its place."""
+        """Return this outcome, replaced by `later` wherever `later` holds something."""
         kept = _without(self.identified, later.refused)
         refused = _without(self.refused, later.identified)
         return Outcome(

@@ -8,9 +8,10 @@ freedom if all estimates have one true value (Cochran, Biometrics 10, 1954). The
 the variance that the intervals do not explain (DerSimonian and Laird, Controlled Clinical Trials 7,
 1986).
 
-If units are known, Q splits into parts within and between units. In the test between units, the
-unexplained scatter within units is added to s^2. The drift is one common slope over the date, about
-the mean of each unit; its error is widened by the Birge ratio (Birge, Physical Review 40, 1932).
+If the tested units are known, Q splits into parts within and between units. In the test between
+units, the unexplained scatter within units is added to s^2. The drift is one common slope over the
+date, about the mean of each unit; its error is widened by the Birge ratio (Birge, Physical Review
+40, 1932).
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ DAY_S = 86400.0
 
 @dataclass(frozen=True)
 class UnitValue:
-    """One estimate of a parameter, with its unit and its date in days; None if unknown."""
+    """Estimate of a parameter, with the tested unit and the date in days; None if unknown."""
 
     interval: Interval
     unit: str | None = None
@@ -86,7 +87,7 @@ class Population:
 
     @property
     def changing(self) -> list[str]:
-        """Return the units with logs that differ from each other."""
+        """Return the units whose own logs differ from each other."""
         return [unit for unit, test in self.alone.items() if test.p < self.limit / len(self.alone)]
 
     @property

@@ -60,9 +60,9 @@ def implausible(record: MotionRecord, bench: Bench) -> list[str]:
 
 
 def repeats_plausibility_warning(warning: str, bench: Bench) -> bool:
-    """Return whether `implausible` repeats this warning of a log about jumps.
+    """Return True if `implausible` repeats this warning of a log.
 
-    It does if the bench has a top speed.
+    It repeats a warning about jumps if the bench has a top speed.
     """
     return bench.mechanics.top_speed is not None and warning.startswith(JUMPS)
 

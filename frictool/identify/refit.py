@@ -1,9 +1,9 @@
 """Second fit, with the refused parameters fixed at the bench's values.
 
 A model carries the bench's value for each refused parameter. The other parameters were fitted
-jointly with a different value of it, and would not explain the log together with the bench's. They
-are therefore fitted again with the bench's value fixed. Their intervals are widened by the bench's
-interval of the fixed parameter.
+jointly with another value of the refused one, and do not explain the log together with the bench's
+value. They are therefore fitted again with the bench's value fixed. Their intervals are widened by
+the effect of the bench's interval of the fixed parameter.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def fixed_parameters(
     orthogonal to the others (4.27). Parameters that the motion cannot distinguish are not fixed
     either.
     """
-    # coulomb and offset are then two Coulomb frictions
+    # if Coulomb friction differs by direction, coulomb and offset stand for two Coulomb frictions
     split = bench.load is not None and "coulomb_by_direction" in bench.load.terms
     out = {}
     for name in SLIDING[:2] if split else SLIDING:

@@ -72,7 +72,7 @@ def any_negative(fit: SlidingFit | None) -> bool:
 def with_force_error(
     fit: SlidingFit, logs: AxisLogs, identified: Mapping[str, Interval]
 ) -> SlidingFit:
-    """Return the fit with the force error of these parameters, the others taken of the bench."""
+    """Return the fit with the force error of `identified`, and of the bench's other parameters."""
     intervals = {**sliding_intervals(identified, logs.bench), **identified}
     values = {name: interval.value for name, interval in intervals.items()}
     return replace(fit, force_error=force_error(logs.rows, values, fit.laws))

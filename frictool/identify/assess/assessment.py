@@ -56,7 +56,7 @@ class Assessment:
 
     - facts: inputs of the decision
     - rows: assessment of each parameter
-    - entropy: of the encoder, None on an endless travel
+    - entropy: metric entropy of the encoder, None on an endless travel
     - constant: relative half width of the effort constant
     """
 
@@ -81,7 +81,7 @@ def assess(
     bench
         Bench with its a-priori intervals.
     wanted
-        Parameter -> relative half width; WANTED for the others.
+        Parameter -> relative half width; parameters that are not in it have that of WANTED.
     duration
         Duration of the proposed sines, s.
     noise

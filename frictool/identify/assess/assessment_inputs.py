@@ -1,6 +1,6 @@
 """Inputs of the decision scheme: encoder step, sample period, top speed, largest effort, priors.
 
-They also hold the proposed test. All can be changed to another encoder step.
+The inputs include the proposed test. `with_step` changes them to another encoder step.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ class AssessmentInputs:
     - known: parameter -> relative half width of its a-priori interval, if it has one
     - inertia: lower end, value and upper end
     - breakaway: expected breakaway, N m | N
-    - rate: of the proposed ramps, N m/s | N/s
+    - rate: slope of the proposed ramps, N m/s | N/s
     - onsets: number of onsets of the proposed ramps
     - presliding: expected distance z_max, rad | m
 
@@ -78,9 +78,10 @@ def facts_of(
 ) -> AssessmentInputs:
     """Return the inputs for a bench and a proposed test.
 
-    - duration: of the sines, s
-    - noise: of the measured drive, A | V
-    - effort, presliding: N m | N and rad | m, in place of the defaults
+    - duration: duration of the sines, s
+    - noise: standard deviation of the measured drive, A | V
+    - effort: largest effort in place of the default, N m | N
+    - presliding: expected distance z_max in place of the default, rad | m
 
     Raises NoSolutionError if the drive does not overcome the friction.
     """

@@ -15,7 +15,7 @@ import numpy as np
 class SensorEntropy(NamedTuple):
     """Entropy of a position sensor.
 
-    - counts: n over the travel
+    - counts: number n of counts over the travel
     - nats: ln n
     - gain: relative gain from doubling n
     - squared: n^2, the counts for twice the information
@@ -35,7 +35,7 @@ class SensorEntropy(NamedTuple):
 def metric_entropy(measures: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:
     """Return the entropy (4) of a partition, -sum mu ln mu, in nats.
 
-    `measures` (n,) are those of its cells, and sum to 1.
+    `measures` (n,) are the measures of the cells; their sum is 1.
     """
     occupied = measures[measures > 0.0]
     return float(-(occupied * np.log(occupied)).sum())

@@ -8,8 +8,8 @@
                       velocity
 
 This differs from the thesis in one respect. If the inertia fails (4.8), the thesis uses the
-a-priori value. But a bound sums the errors of all counts with the worst sign, whereas over windows
-of a stroke they average. The weak form is judged by the remaining error.
+a-priori value. But that bound sums the errors of all counts with the worst sign, whereas these
+errors average out over windows of a stroke. The weak form is judged by the remaining error.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ class Identifiability:
     """Verdict on one parameter; precisions are relative to the a-priori value.
 
     - precision: half width of the expected 95 % interval, None if no value can be expected
-    - bound: worst case of quantisation by differentiation, behind the filter if there is one; for
-      ramps the largest delay of an onset; for presliding one count. None if quantisation has no
-      influence.
+    - bound: largest error due to quantisation: of differentiation, with the filter if there is one;
+      of ramps, the largest delay of an onset; of presliding, one count. None if quantisation has
+      no influence.
     - why: reason, as text
     - method, test: proposed method and test, None without one
     - filter: time constant of the filter, s
@@ -113,7 +113,7 @@ def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
 
 
 def worst_case(bound: float) -> str:
-    """Return the text on the worst-case error of differencing; it is a bound, no expectation."""
+    """Return the text on the worst-case error of differencing, which is a bound."""
     return f"worst case of one encoder count, differencing sample by sample: {up_to(bound)}"
 
 

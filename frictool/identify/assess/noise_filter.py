@@ -1,8 +1,8 @@
-"""First-order low-pass of 4.2.2: its share of the noise power, and the slowest usable one (4.7).
+"""First-order low-pass of 4.2.2: share of the noise power that it leaves (4.7), and the inverse.
 
     ratio x = arctan(x),   x = 2 pi tau/T
 
-Figure 4.3 shows tau over the ratio, 2 to 80 %.
+Figure 4.3 shows tau for ratios of 2 to 80 %.
 """
 
 from __future__ import annotations

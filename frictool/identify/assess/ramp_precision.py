@@ -1,9 +1,9 @@
 """Precision of the breakaway from ramps (4.3), before they are played.
 
-The encoder shows a motion when the axis reaches its next edge, at a distance s within a count.
+The encoder shows a motion when the axis reaches the next edge, a distance s of at most one count.
 Without a drop of friction, that takes t = (6 inertia s/R)^(1/3) after the onset, while the ramp of
 R [N m/s | N/s] grows by R t. `identify` subtracts the mean delay. The remaining errors are the
-spread of s, which averages over onsets, and the effect of the inertia's range, which does not.
+spread of s, which averages out over onsets, and the effect of the inertia's range, which remains.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ def ramp_precision(
 ) -> RampPrecision:
     """Return the precision of ramps.
 
-    - rate: N m/s | N/s
-    - step: rad | m
-    - period: s
+    - rate: slope of the ramps, N m/s | N/s
+    - step: encoder step, rad | m
+    - period: sample period, s
     - inertia: lower end, value, upper end
     - onsets: number of onsets
     """

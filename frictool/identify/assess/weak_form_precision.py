@@ -44,7 +44,7 @@ def weak_deviation(
     window: int | None = None,
     share: float = 1.0,
 ) -> tuple[Vector, int]:
-    """Return the rms errors (4,) of SLIDING in SI units over a window, and that window in samples.
+    """Return the rms errors (4,) of SLIDING in SI units over a window, and the window in samples.
 
     - window: samples; None selects the best one for the inertia
     - share: share of the acceleration's power that columns other than SLIDING leave unexplained

@@ -77,12 +77,12 @@ class Breakaway:
     - forward, backward: mean |effort| of each direction, N m | N, NaN without onsets
     - onsets: number of onsets
     - delay: mean correction for the encoder's delay, N m | N
-    - position: (n,), of each onset, rad | m
-    - direction: (n,), +-1
-    - friction: (n,), |effort| without the offset
+    - position: position of each onset, (n,), rad | m
+    - direction: direction of each onset, (n,), +-1
+    - friction: |effort| without the offset at each onset, (n,), N m | N
     - fall: Stribeck velocities included in the interval
-    - by_position: None if the breakaway is constant
-    - rising: None if it does not grow with the time at rest
+    - by_position: polynomials over position, None if the breakaway is constant
+    - rising: law over the time at rest, None if the breakaway does not grow with it
     """
 
     interval: Interval
@@ -99,7 +99,7 @@ class Breakaway:
 
     @property
     def parameter(self) -> Interval:
-        """Return the parameter of a model, the forward mean if it varies with position."""
+        """Return the breakaway for a model; the forward mean if it varies with position."""
         return self.interval if self.by_position is None else self.by_position.forward
 
 
@@ -204,8 +204,8 @@ def _wider(full: Interval, mean: Interval) -> Interval:
 class BreakawayFit:
     """Polynomials of the breakaway over position, in agreement with the onsets.
 
-    - shape: (n,), factors of friction at the onsets, None if it is constant
-    - friction: (n,), at the onsets, N m | N
+    - shape: factors of friction at the onsets, (n,); None if friction is constant
+    - friction: breakaway at the onsets, (n,), N m | N
     """
 
     structure: PolynomialOrders
@@ -244,8 +244,8 @@ def _levels(structure: PolynomialOrders) -> list[Vector]:
 class BreakawayErrors:
     """Errors of the coefficients (p,) of a fit.
 
-    - ranges: shifts for both ends of each parameter of the axis and of the rest position
-    - falls: shifts for the ends of the fall
+    - ranges: shifts at both ends of each parameter of the axis and of the rest position
+    - falls: shifts at both ends of the range of Stribeck velocities
     - half_step: half a step of a held ramp, N m | N
     """
 

@@ -128,11 +128,11 @@ def misfit(
 ) -> tuple[float, float]:
     """Return the sum of squares of the model's travel minus (start + `seen`), and the best start.
 
-    - time, seen: (n,), of the encoder's changes
+    - time, seen: times [s] of the encoder's changes, and distances [rad | m] at them, (n,)
     - ramp: |effort| at time 0, and its rate per s
     - axis: inertia, viscous, coulomb
     - expected: preferred start, rad | m; the start is kept within one count
-    - timing: weight of that preference, see the module
+    - timing: weight of the preference for `expected`, see the module
     - table, table_step: result of `travel_table` and its step, s; with one row, friction falls at
       once
     """
@@ -217,7 +217,7 @@ def onset_time(
 ) -> tuple[float, float, float, int]:
     """Return (t0 [s], start [rad | m], misfit, status of STATUS) of the onset.
 
-    - span: s before time[0] that are searched
+    - span: searched time before time[0], s
     - velocity: Stribeck velocity, rad/s | m/s; for 0 friction falls at once, for inf it does not
       fall
 
@@ -243,5 +243,5 @@ def onset_time(
 
 
 def search_span(resolution: float, rate: float, inertia: float, counts: float) -> float:
-    """Return the longest time, s, in which `counts` pass if only a ramp of `rate` accelerates."""
+    """Return the time [s] in which `counts` pass if a ramp of `rate` accelerates a free inertia."""
     return float(np.cbrt(6.0 * counts * resolution * inertia / rate))

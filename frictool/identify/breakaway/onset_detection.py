@@ -21,7 +21,7 @@ MOVED_COUNTS = 0.5  # counts, least distance of a motion; one count to and fro i
 CHANGES_USED = 4
 FEWEST_ONSETS = 5
 RELATIVE_NOISE = 1e-3  # least noise of the effort, relative to its level
-# standard deviations of the effort below the line, after which the ramp counts as taken back
+# standard deviations below the line at which the effort counts as taken back
 LEFT_THE_RAMP = 5.0
 
 
@@ -30,11 +30,11 @@ class BreakawayOnset:
     """One breakaway; its time 0 is when motion is seen.
 
     - direction: +1 or -1
-    - level, rate: line of |effort|, N m | N at time 0, and its slope per s
-    - time: (n,), s, of the encoder's changes
-    - seen: (n,), distance at each change from the first one, rad | m
-    - position: of the rest, middle of its count, rad | m
-    - rested: s without a count before it
+    - level, rate: line of |effort|: value at time 0, N m | N, and slope per s
+    - time: times of the encoder's changes, (n,), s
+    - seen: distance at each change from the first change, (n,), rad | m
+    - position: middle of the count at rest, rad | m
+    - rested: time without a count before the onset, s
     - timing: weight of a preferred rest position, see `onset`
     """
 
@@ -49,7 +49,7 @@ class BreakawayOnset:
 
 
 def is_ramp(record: MotionRecord, bench: Bench) -> bool:
-    """Return whether a log is one of breakaway ramps, with enough of them for `breakaway`."""
+    """Return True if a log consists of breakaway ramps and has enough of them for `breakaway`."""
     return (
         are_ramps(_rests(record), record.position, record.effort)
         and len(find_onsets(record, bench)) >= FEWEST_ONSETS

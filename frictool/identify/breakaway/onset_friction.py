@@ -50,12 +50,12 @@ def efforts(
 
     - axis: `inertia`, `viscous`, `coulomb` and `offset` in SI units
     - start: expected rest position, 0 to 1
-    - shape: (n,), factors of `coulomb` at the onsets
+    - shape: factors of `coulomb` at the onsets, (n,)
     - velocity: Stribeck velocity; for 0 friction falls at once, for inf it does not fall
     """
     out, places, squares = np.empty(len(onsets)), np.empty(len(onsets)), np.empty(len(onsets))
     for k, onset in enumerate(onsets):
-        # the offset takes its share of the effort before friction does
+        # only the effort without the offset acts against friction
         ramp = np.array([onset.level - onset.direction * axis["offset"], onset.rate])
         coulomb = axis["coulomb"] * (1.0 if shape is None else shape[k])
         coefficients = np.array([axis["inertia"], axis["viscous"], coulomb])

@@ -65,8 +65,8 @@ class BreakawayPositions:
     def design(self, structure: PolynomialOrders) -> Matrix:
         """Return the regressors (n, p) of the friction, first forward, then backward.
 
-        With a common polynomial the columns are its powers, then the direction, whose coefficient
-        is the offset.
+        With a common polynomial the columns are Legendre polynomials, then the direction. The
+        coefficient of the direction is the offset.
         """
         if structure.common:
             return np.column_stack((legvander(self.scaled, structure.orders[0]), self.direction))

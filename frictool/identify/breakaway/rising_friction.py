@@ -28,9 +28,9 @@ REACH = 3.0  # factor beyond the times at rest within which tau is searched
 class RisingFriction:
     """Breakaway that grows with the time at rest.
 
-    - full: after a long rest, N m | N
-    - fresh: just after a stop, relative to full
-    - rise_time: tau, s
+    - full: breakaway after a long rest, N m | N
+    - fresh: breakaway just after a stop, relative to `full`
+    - rise_time: time constant tau, s
     """
 
     full: Interval
@@ -43,9 +43,9 @@ def rising_friction(
 ) -> RisingFriction | None:
     """Return the law, or None if a constant is as good.
 
-    - rested: (n,), time at rest, s
-    - direction: (n,), +-1
-    - friction: (n,), breakaway, N m | N
+    - rested: time at rest before each breakaway, (n,), s
+    - direction: direction of each breakaway, (n,), +-1
+    - friction: friction at each breakaway, (n,), N m | N
     """
     shortest, longest = np.quantile(rested, [0.05, 0.95])
     if longest < SPREAD * shortest:

@@ -28,7 +28,7 @@ Misfit = Callable[[float], float]  # Stribeck velocity in rad/s | m/s -> mean mi
 class StribeckVelocityRange:
     """Stribeck velocity of the breakaway's value, and its range in the interval, rad/s | m/s.
 
-    A velocity of 0 means that friction falls at once, inf that it does not fall. `known` is True if
+    At velocity 0, friction falls at once; at inf, it does not fall. `known` is True if
     the range comes from another log and not from the ramps' onsets.
     """
 

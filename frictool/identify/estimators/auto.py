@@ -7,11 +7,11 @@ The verdicts on the encoder and the motion are those of `assess/identifiability.
    than their intervals, power-balance is preferred. Friction is then not viscous + Coulomb at all
    speeds, and the slow samples are different.
 3. Otherwise least-squares is preferred.
-4. The candidates are the methods of 2 and 3, the same methods with the load terms that the
+4. The candidates are the methods of steps 2 and 3, the same methods with the load terms that the
    simulation selects, and output error. The best prediction of unseen strokes wins; the preferred
    method stays if its error is within a tenth of the best (`method_comparison`).
-5. If assess assigns the inertia to the weak form, and 1 to 4 do not identify it, it is taken from
-   the weak form.
+5. If assess assigns the inertia to the weak form, and steps 1 to 4 do not identify the inertia, the
+   weak form gives it.
 
 Step 2 is Hausman's test in terms of intervals. Viscous friction, and an offset that the bench does
 not declare, are dropped if unseen strokes are predicted no worse without them. Steps 2 and 3 also

@@ -71,7 +71,8 @@ def found_terms(
 ) -> tuple[Term, ...]:
     """Return the supported terms of `possible`, the best first.
 
-    plain (g, q, q) and stroke (g,) belong to the runs of `rows` rows in all.
+    `plain` (g, q, q) are the triangles and `stroke` (g,) the strokes of g runs of rows; `rows` is
+    the number of rows in all runs.
     """
     columns = list(range(len(SLIDING)))
     selected = list[Term]()

@@ -2,10 +2,10 @@
 
 - candidates: the regressions that `auto` requests, without and with the load terms that the
   simulation selects, and output error
-- scores: error of the simulated position (rms) and force error, for each half of the logs predicted
+- scores: error of the simulated position (rms) and force error; each half of the logs is predicted
   by a fit to the other half
-- allowed: a force error of at most twice the smallest; a model with a wrong effort may still
-  simulate the position well
+- allowed: candidates with a force error of at most twice the smallest; a model with a wrong effort
+  may still simulate the position well
 - winner: the first candidate, in the order of preference, with a position error within a tenth of
   the smallest allowed one. Output error wins only if the regression of the same structure does not
   contradict it.
@@ -61,7 +61,7 @@ MOST_FORCE = 2.0  # largest force error allowed, relative to the smallest one
 class PredictionScore:
     """Errors of a candidate on unseen strokes.
 
-    - squares: (s,), mean square of the position error in each stroke, rad^2 | m^2
+    - squares: mean square of the position error in each stroke, (s,), rad^2 | m^2
     - force: force error, relative
     - fit: function that fits the candidate to all logs
     """
@@ -274,7 +274,7 @@ def _axis(side: Sequence[MotionRecord], bench: Bench, fit: SlidingFit) -> Segmen
 
 
 def _force(rows: Rows, values: Sequence[Mapping[str, float]], laws: Sequence[Laws | None]) -> float:
-    """Return the rms force error over both halves, each predicted by the fit to the other half."""
+    """Return the rms force error over both halves; each is predicted by the fit to the other."""
     errors = [
         force_error(side, one, law) for side, one, law in zip(rows[::-1], values, laws, strict=True)
     ]

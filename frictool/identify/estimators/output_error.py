@@ -2,18 +2,19 @@
 
 Nothing is differentiated or filtered. The search starts from the power balance.
 
-In open loop, an error of the effort stays in the position for as long as the axis remembers, so
-that the residuals do not show the uncertainty of a parameter. The interval is computed from errors
-of the effort instead. An observer follows the measured position, and the effort that it has to add
-is what the model lacks. This effort is added to the simulation stroke by stroke (or by clusters,
-`clusters`), and the resulting change of the parameters is the stroke's influence. The variance is
-the sum of the squared influences, which holds for any correlation within a stroke. The effort
-errors are computed with the regression's parameters. With the parameters of the simulation, which
-was fitted to these errors, they would come out too small. In closed loop, the residuals themselves
-are errors of the effort.
+In open loop, an error of the effort shifts the position for a long time, so that the residuals do
+not show the uncertainty of a parameter. The interval is computed from errors of the effort instead.
+An observer follows the measured position, and the effort that it has to add is what the model
+lacks. This effort is added to the simulation stroke by stroke (or by clusters, `clusters`), and the
+resulting change of the parameters is the stroke's influence. The variance is the sum of the squared
+influences, which holds for any correlation within a stroke. The effort errors are computed with the
+regression's parameters. They would come out too small with the parameters of the simulation, since
+the simulation was fitted to these errors. In closed loop, the residuals themselves are errors of
+the effort.
 
-Over many seconds the position forgets accelerations. If the regression gives a much narrower
-interval of the inertia, that inertia is used, and the simulation gives the other parameters.
+Over many seconds the position says little about the inertia. If the regression gives a much
+narrower interval of the inertia, the regression's inertia is used, and the simulation gives the
+other parameters.
 """
 
 from __future__ import annotations
@@ -54,7 +55,8 @@ from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Matrix, Vector
 
 OUTPUT_ERROR = "output-error"
-# interval of the regression's inertia, relative to the simulation's, below which it is used
+# largest interval of the regression's inertia, relative to the simulation's, at which the former
+# is used
 KNOWN_BETTER = 0.5
 # largest number of clusters; strokes are joined, since each cluster costs a simulation
 MOST_CLUSTERS = 60
@@ -65,7 +67,7 @@ def influences(
 ) -> Matrix:
     """Return the shift of the parameters (c, p) by the effort errors of each cluster.
 
-    `regressed` are the values with which the effort errors are taken.
+    `regressed` are the regression's parameters, with which the effort errors are computed.
     """
     errors = simulated.missing_effort({**fitted.values, **regressed})
     numbers = _cluster_numbers(simulated, errors)
@@ -112,8 +114,7 @@ def _open_loop_deviation(
     """Return standard deviations (p,) and degrees of freedom (p,) in open loop.
 
     The deviations combine the influences and the encoder's noise. Early strokes influence the
-    simulation for longer than late ones, so that Satterthwaite's degrees of freedom count the
-    strokes that matter.
+    simulation for longer than late ones; Satterthwaite's degrees of freedom account for that.
     """
     squares = influences(simulated, fitted, regressed) ** 2
     spread = np.sum(squares, axis=0)

@@ -38,11 +38,12 @@ EVIDENCE = 6.0
 class StrokeMeans:
     """Rows (m,), each a mean over a part of a stroke.
 
-    - columns: (m, p), regressors besides the pieces
-    - effort, sign, weight, cluster: (m,)
-    - speed: (n,), |v| of the samples of all parts, rad/s | m/s
-    - starts: (m,), index in `speed` of the first sample of each part
-    - nuisance: (m, q), regressors that are free only during the search for knees
+    - columns: regressors besides the pieces, (m, p)
+    - effort, sign: mean effort [N m | N] and direction (+-1) of each part, (m,)
+    - weight, cluster: weight of each row, and number of its cluster, (m,)
+    - speed: |v| of the samples of all parts, (n,), rad/s | m/s
+    - starts: index in `speed` of the first sample of each part, (m,)
+    - nuisance: regressors that are used only in the search for knees, (m, q)
     """
 
     columns: Matrix
@@ -74,7 +75,7 @@ class PiecewiseFriction:
 
     - solution: coefficients of [viscous of each piece, columns, derivatives by the knees]
     - knees: speeds in ascending order, rad/s | m/s
-    - residual: (m,)
+    - residual: residual of each row, (m,)
     """
 
     solution: LeastSquaresSolution

@@ -1,9 +1,9 @@
 """Recursive least squares (4.16) in square-root form, by Givens rotations of the QR triangle.
 
-(4.16) carries the gain F, which rounding makes indefinite on long logs. It starts at 1000 I, an
-error that hardly decays (a relative 278 % on F_c of table 4.4). The triangle starts at zero. With
-each median stroke that passes, the weight of a square is multiplied by `forgetting`, so that the
-end of the log counts most.
+(4.16) updates a gain F, which rounding makes indefinite on long logs. F starts at 1000 I; the error
+caused by this start hardly decays (278 % of F_c in table 4.4). The triangle starts at zero. Per
+median stroke, the weights of all earlier squared residuals are multiplied by `forgetting`, so that
+the end of the log counts most.
 
 The last value is that of least squares with these weights, which also gives its interval (`fit`).
 `path` shows the values along the log, and thereby drift.

@@ -62,8 +62,8 @@ SPREAD = 1.2
 class StrokeRows:
     """Means over the middle of each stroke, one row (m,) per stroke.
 
-    - acceleration: (m,), mean, rad/s^2 | m/s^2
-    - position: (n,), of all samples, rad | m
+    - acceleration: mean acceleration, (m,), rad/s^2 | m/s^2
+    - position: positions of all samples, (n,), rad | m
     - means: rows for `piecewise_friction`
     """
 
@@ -138,7 +138,7 @@ def _of_fixed(
 ) -> Vector:
     """Return the half widths (p,), widened by the intervals of the fixed parameters.
 
-    `columns` (m, p) are those of the regression.
+    `columns` (m, p) are the regressors.
     """
     weight = rows.means.weight
     squares = half**2

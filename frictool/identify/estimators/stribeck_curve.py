@@ -42,10 +42,10 @@ FALL = ("breakaway", "stribeck_velocity")
 class ConstantSpeedRuns:
     """Means of runs at constant speed, one row (m,) per run.
 
-    - speed: (m,), > 0, rad/s | m/s
-    - sign: (m,), direction
-    - effort: (m,), N m | N
-    - samples: (m,), number of samples
+    - speed: speed, > 0, (m,), rad/s | m/s
+    - sign: direction, (m,)
+    - effort: mean effort, (m,), N m | N
+    - samples: number of samples, (m,)
     """
 
     speed: Vector
@@ -108,7 +108,7 @@ def stribeck_curve(
 def _fitted(
     runs: ConstantSpeedRuns, velocity: float, exponent: float, confidence: float
 ) -> SlidingFit:
-    """Return the fit of a curve with this Stribeck velocity and exponent; a line if it is 0."""
+    """Return the fit of a curve with this Stribeck velocity and exponent; a line at velocity 0."""
     design = runs.design(velocity, exponent)
     names = [name for name in NAMES if velocity > 0.0 or name != "fall"]
     weight = np.sqrt(runs.samples)
@@ -145,7 +145,7 @@ def _fitted(
 
 
 def _sum(one: Interval, other: Interval) -> Interval:
-    """Return the sum with errors added as squares; they are anticorrelated, so that it is wide."""
+    """Return the sum with errors added as squares: too wide, since they are anticorrelated."""
     return Interval.around(
         one.value + other.value, float(np.hypot(one.half_width, other.half_width))
     )
@@ -192,7 +192,7 @@ def _straight(record: MotionRecord, first: int, last: int) -> bool:
 
 
 def _row(record: MotionRecord, first: int, last: int) -> list[tuple[float, float, float, float]]:
-    """Return the run without its first and last block, in which the speed settles.
+    """Return a list of the run without its first and last block, in which the speed settles.
 
     The list is empty if too few samples or counts are left.
     """

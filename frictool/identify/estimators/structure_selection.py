@@ -68,7 +68,7 @@ class HeldOutPrediction:
     """Prediction of unseen strokes by one structure.
 
     - terms: load terms of the structure
-    - squares: (s,), mean square of the position error in each stroke, rad^2 | m^2
+    - squares: mean square of the position error in each stroke, (s,), rad^2 | m^2
     - values: parameters fitted to each half
     - errors: held-out error (rms, rad | m) of every structure compared, by name
     """

@@ -14,10 +14,10 @@ range of positions, and viscous friction is that below the first knee.
 The window, and the decision if the inertia is identifiable, follow `assess`
 (assess/weak_form_precision.py) with the strokes of the records. The encoder's noise in the
 regressor attenuates the inertia: by the share of white noise at most, and by nothing if the count
-errors are as regular as a sawtooth's. Half of that share is added to the value, and half either way
-is a range within the interval (`combined_interval`). Strokes that repeat each other repeat their
-count errors, which may then shift the inertia either way. In that case nothing is added, and the
-whole share is a range.
+errors are as regular as a sawtooth's. Half of that share is added to the value, and the interval
+covers +- half of it (`combined_interval`). Identical strokes have identical count errors, which may
+shift the inertia up or down. In that case nothing is added to the value, and the interval covers +-
+the whole share.
 """
 
 from __future__ import annotations
@@ -123,7 +123,7 @@ def _widened(
     window: int,
     confidence: float,
 ) -> Interval:
-    """Return the inertia with half of its possible attenuation added, and a wider interval.
+    """Return the inertia, corrected for half of its possible attenuation, with a wider interval.
 
     The interval includes no attenuation and full attenuation.
     """
@@ -177,8 +177,8 @@ def _chosen(
 ) -> RegressionSamples:
     """Return the samples with the columns of the structure.
 
-    `bend_j` is the viscous friction between knee j and the next, `knee_j` the derivative by the
-    knee.
+    `bend_j` is the column of viscous friction between knee j and the next knee, `knee_j` the
+    derivative of the friction by the speed of knee j.
     """
     chosen = with_structure(samples, parts, structure)
     pieces = [samples.velocity]

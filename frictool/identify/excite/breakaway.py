@@ -9,12 +9,12 @@ on to
 
 Without these rules (`open_loop`) the drive reaches the top of every ramp, which few benches
 withstand. In both cases the test is simulated first: on the nominal axis, on the lightest one with
-the least friction, and on the heaviest one with the most. The simulation has no load, since its
-shape is unknown; only the tops of the ramps are raised by `load.most`.
+the least friction, and on the heaviest one with the most. The simulation has no load, since the
+shape of the load is unknown; only the tops of the ramps are raised by `load.most`.
 
 Rate: after a breakaway under a ramp of R [N m/s | N/s], the axis takes at most t = (6 inertia
-step/R)^(1/3) to show a count, while the effort grows by R t. This is kept at 5 % of the breakaway
-(`identify` corrects for it): R = (0.05 F)^(3/2)/sqrt(6 inertia step).
+step/R)^(1/3) to show a count, while the effort grows by R t. This growth is kept at 5 % of the
+breakaway F (`identify` corrects for it): R = (0.05 F)^(3/2)/sqrt(6 inertia step).
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ NAMES = ("lightest", "nominal", "heaviest")
 class Ramp(NamedTuple):
     """Ramp and the rules of its playback, in SI units and units of the drive.
 
-    - rate, top: of the drive, A/s | V/s and A | V
+    - rate, top: slope and largest value of the drive signal, A/s | V/s and A | V
     - low, high: turns, rad | m
     - advance_on: distance after which the next segment begins, rad | m
     """
@@ -66,10 +66,10 @@ class Ramp(NamedTuple):
 class SimulatedRamps(NamedTuple):
     """Simulated round of ramps on one axis.
 
-    - forward, backward: segments used
+    - forward, backward: number of segments used in each direction
     - low, high: range of positions, rad | m
     - speed: top speed, rad/s | m/s
-    - moved: the axis always broke away
+    - moved: True if every segment moved the axis
     """
 
     forward: int
@@ -232,7 +232,7 @@ def _axis(bench: Bench, which: int) -> AxisParameters:
 
 
 def _play(axis: AxisParameters, ramp: Ramp, period: float) -> SimulatedRamps:
-    """Return one round: forward to the turn and back; SEGMENTS either way on an endless travel."""
+    """Return one round: forward to the turn and back, or SEGMENTS each way on endless travel."""
     p = axis.as_array()
     state = np.asarray(rest(ramp.low if math.isfinite(ramp.low) else 0.0))
     used = {1.0: 0, -1.0: 0}

@@ -13,11 +13,11 @@ five diagonals. With the regressors G (n, 4) of the trajectory, a stroke has the
     M = G' V^-1 G
 
 and strokes add up. If the bench declares loads (`load.terms`), G has one more column for each of
-their parameters, at the positions of strokes about the middle of the travel. It has none for an
+their parameters, at the positions of strokes about the middle of the travel. G has no column for an
 offset that is declared absent. No unbiased estimator has a variance below the diagonal of M^-1.
 
-If the axis moves less than a count per sample, e_x is a sawtooth and not white. It then disturbs
-low frequencies less than assumed here.
+If the axis moves less than a count per sample, e_x is a sawtooth and not white. The sawtooth
+disturbs low frequencies less than assumed here.
 """
 
 from __future__ import annotations
@@ -49,9 +49,9 @@ class SensorPrecision:
 class DeclaredLoads:
     """Loads that the bench declares in addition to friction.
 
-    - offset: there is an offset
+    - offset: True if there is an offset
     - terms: terms of rows/load_terms.py, each with its wave number, 1/rad | 1/m
-    - plain: the only load is an offset, which every method can fit
+    - plain: True if the only load is an offset, which every method can fit
     """
 
     offset: bool = True
@@ -63,7 +63,7 @@ class DeclaredLoads:
 class PriorAxis:
     """A-priori axis of a test, in SI units.
 
-    - backlash: full width, which a stroke passes before its samples count
+    - backlash: full width; a stroke passes it before its samples count
     - loads: declared loads
     - middle: middle of the travel, rad | m, about which the strokes go
     """
@@ -119,7 +119,7 @@ def information(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPr
 
 
 def of_sliding(values: Vector, axis: PriorAxis) -> Vector:
-    """Return the values (4,) of SLIDING from `values` (p,) of all columns; no offset gives 0."""
+    """Return the values (4,) of SLIDING from `values` (p,) of all columns, 0 without an offset."""
     return np.asarray([*values[:3], values[3] if axis.loads.offset else 0.0])
 
 

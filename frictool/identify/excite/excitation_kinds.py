@@ -34,13 +34,14 @@ LONGEST = 10_000_000  # samples, longest test; a longer one is a mistaken settin
 class ExcitationSettings:
     """Settings of a test in SI units; None selects the test's own choice.
 
-    - amplitude: half the travelled distance, rad | m; for ramps their top in units of the drive
+    - amplitude: half the travelled distance, rad | m; for ramps the top in units of the drive
     - frequency: Hz
     - speed: top speed, rad/s | m/s
-    - rate: of the ramps, units of the drive per s
-    - duration: s
-    - repetitions, speeds, harmonics, seed: numbers
-    - open_loop: play every ramp to its top
+    - rate: slope of the ramps, units of the drive per s
+    - duration: duration of the test, s
+    - repetitions, speeds, harmonics: number of each
+    - seed: seed of the random turns
+    - open_loop: True if every ramp is played to its top
     """
 
     amplitude: float | None = None

@@ -19,10 +19,10 @@ from frictool.typing import Vector
 class ExcitationSequence:
     """Test sequence, one row per sample.
 
-    - period: s
-    - columns: name -> (n,), SI units
+    - period: sample period, s
+    - columns: name -> samples (n,), SI units
     - units: name -> unit
-    - rule: instruction for playing it, as text
+    - rule: instruction for playing the sequence, as text
     - figures: name -> value, description of the test
     """
 

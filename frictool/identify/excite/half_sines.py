@@ -16,7 +16,7 @@ TOP_SHARE = 0.9
 
 
 def half_sine(start: float, end: float, speed: float, period: float) -> Motion:
-    """Return the motion up to the sample before `end`, with a top speed of at most `speed`."""
+    """Return a half sine from `start` to the sample before `end`, with top speed <= `speed`."""
     samples = max(2, math.ceil(0.5 * math.pi * abs(end - start) / (speed * period)))
     rate = math.pi / (samples * period)
     half = 0.5 * (end - start)

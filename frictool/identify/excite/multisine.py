@@ -1,4 +1,4 @@
-"""Multisine of the position with equal speeds of its harmonics and a low crest factor of speed.
+"""Multisine of the position with a low crest factor of speed; all harmonics have equal speeds.
 
     v(t) = V sum_k cos(2 pi k f t + phase_k)
     phase_k = -pi k (k - 1)/K      (Schroeder 1970)
@@ -82,9 +82,10 @@ def multisine(
 ) -> tuple[Motion, dict[str, float]]:
     """Return the motion and its figures.
 
-    - phases: (harmonics,), rad
-    - frequency: of the first harmonic, Hz; None: travel and speed reach their limits together
-    - amplitude: half the range of positions, rad | m; None: as large as the limits allow
+    - phases: phases of the harmonics, (harmonics,), rad
+    - frequency: frequency of the first harmonic, Hz; with None, travel and speed reach their
+      limits together
+    - amplitude: half the range of positions, rad | m; with None, as large as the limits allow
     """
     coarse = _sums(_circle(phases), phases)
     reach = 0.5 * float(np.ptp(coarse[0]))

@@ -12,7 +12,7 @@ WIDTH, HEIGHT = 7.0, 1.8  # inches, of each axes
 
 
 def picture(sequence: ExcitationSequence) -> str:
-    """Return the `<svg>` element; equal tests give identical bytes."""
+    """Return the `<svg>` element; equal sequences give identical bytes."""
     with drawing(sequence.kind):
         figure = Figure(figsize=(WIDTH, HEIGHT * len(sequence.columns)), layout="constrained")
         axes = figure.subplots(len(sequence.columns), 1, sharex=True, squeeze=False)[:, 0]

@@ -46,7 +46,7 @@ def longest_distance(limits: BenchLimits) -> float:
 def best_stroke(
     limits: BenchLimits, axis: PriorAxis, sensing: SensorPrecision, duration: float
 ) -> PlannedStroke:
-    """Return the sine whose worst relative bound over `duration` [s] is least."""
+    """Return the sine with the least `worst` relative bound over `duration` [s]."""
     longest = longest_distance(limits)
     shortest = min(longest, max(longest / 50.0, axis.backlash + SHORTEST_COUNTS * sensing.step))
     strokes = [
@@ -74,7 +74,7 @@ def worst(stroke: PlannedStroke, axis: PriorAxis, sensing: SensorPrecision) -> f
 def sine(stroke: PlannedStroke, limits: BenchLimits, period: float) -> Motion:
     """Return the sine of round(times) periods, at least one, from the low end of its range.
 
-    It is centred on the middle of the travel.
+    The sine is centred on the middle of the travel.
     """
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
     low = middle - 0.5 * stroke.distance

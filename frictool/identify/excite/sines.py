@@ -1,7 +1,7 @@
 """Sines at several speeds for (4.38): half strokes between turns, one speed after the other.
 
-The turns are random, from a seed, within a tenth of the distance at either end. Strokes that repeat
-each other to the count would repeat the encoder's error, which averaging does not remove.
+The turns are random, from a seed, within a tenth of the distance at either end. Strokes between
+identical turns would have identical encoder errors, which averaging does not remove.
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ def measurement(
 ) -> Measurement:
     """Return the measured bench properties.
 
-    - records: of sliding motion
+    - records: records of sliding motion
     - currents: commanded and measured current (n,), A, and the period, s, of each log with both
     """
     try:

@@ -3,9 +3,9 @@
     lag i' = command - i
     i[k+1] = a i[k] + (1 - a) command[k],    a = e^(-period/lag)
 
-The command of a row is held until the next row. The measured current is a gain and an offset
-applied to i, with any noise: i is simulated from the command and compared (output error). Parts of
-the record are left out in turn for the interval.
+The command of a row is held until the next row. The measured current is gain i + offset + noise;
+the noise need not be white, since i is simulated from the command (output error). Parts of the
+record are left out in turn for the interval.
 """
 
 from __future__ import annotations

@@ -4,12 +4,12 @@
              + offset - delay d(effort)/dt
 
 The equation is used in the weak form (`weak`), with each column under its bell. Inside the backlash
-only the motor's own friction (brush) acts. The width is searched. Its indicator is blurred over a
-count or the distance per sample, so that the width may lie between two counts.
+only the motor's own friction (brush) acts. The width is searched. The indicator [advance < width]
+is blurred over a count or the distance per sample, so that the width may lie between two counts.
 
-The delay is linear. It is estimated repeatedly on the effort shifted by the previous value until
-nothing is left, so that the noise of the derivative does not attenuate it. Only rows past the
-backlash are used, with the bench's or the estimated width, whichever is larger: within the
+The delay is a linear parameter. Its estimation is repeated on the effort shifted by the previous
+value until no delay is left, so that the noise of the derivative does not attenuate it. Only rows
+past the backlash are used, with the bench's or the estimated width, whichever is larger: within the
 backlash, brush friction looks like a delay.
 
 Schwarz's criterion (BIC) decides if there is a gap at all. Strokes are left out in turn for the
@@ -55,14 +55,14 @@ LARGEST_DELAY = 0.25  # largest delay relative to the window; beyond it the line
 class ReversalRows:
     """Weak-form rows (n,) of one record, and signals (m,) of all its samples.
 
-    - plain: (n, 4), acceleration, velocity, sign and 1 under the bell
-    - slope: (n,), derivative of the effort
-    - effort, stroke: (n,)
-    - advance, sign, moving: (m,), advance, direction and velocity
-    - mask: (m,), True for samples that are rows
-    - g: bell
+    - plain: acceleration, velocity, sign and 1 under the bell, (n, 4)
+    - slope: derivative of the effort, (n,)
+    - effort, stroke: effort under the bell, and number of the stroke, (n,)
+    - advance, sign, moving: advance, direction and velocity, (m,)
+    - mask: True for samples that are rows, (m,)
+    - g: weights of the bell
     - count: encoder resolution, rad | m
-    - period: s
+    - period: sample period, s
     """
 
     plain: Matrix
@@ -96,7 +96,7 @@ class ReversalRows:
 def reversals(
     records: list[MotionRecord], bench: Bench, confidence: float
 ) -> tuple[Interval | UnusableLogs, Interval | UnusableLogs]:
-    """Return the full width of the backlash [rad | m] and the delay [s], or why there is none.
+    """Return the full width of the backlash [rad | m] and the delay [s], or an error for either.
 
     Raises UnusableLogs if nothing moves.
     """
@@ -127,7 +127,7 @@ def reversals(
 def _over_windows(
     estimate: Callable[[int], Interval], windows: list[int]
 ) -> Interval | UnusableLogs:
-    """Return the estimate with the first window; its interval covers those with all windows.
+    """Return the estimate with the first window; its interval covers the intervals of all windows.
 
     The windows are lengths in samples. The effect of the encoder's noise differs between them.
     """

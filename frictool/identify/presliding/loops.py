@@ -27,13 +27,13 @@ FEWEST_ROWS = 10  # least number of counts in the longest branch of a record
 class PreslidingLoops:
     """Rows (n,) of loops, one for each stay of the encoder within a count.
 
-    - position: rad | m, from the first count of the record
-    - speed: rad/s | m/s
-    - force: N m | N
+    - position: distance from the first count of the record, rad | m
+    - speed: mean speed at the count, rad/s | m/s
+    - force: mean friction at the count, N m | N
     - branch: number of the branch between two reversals of the effort
-    - used: rows that lie in one branch
-    - starts: first row of each record, at which the contact is assumed to be relaxed
-    - breakaway: N m | N
+    - used: True for rows whose samples all lie in one branch
+    - starts: True for the first row of each record; the contact is assumed to be relaxed there
+    - breakaway: breakaway friction, N m | N
     - count: encoder resolution, rad | m
     """
 
@@ -109,8 +109,8 @@ def _counts(
 ) -> tuple[NDArray[Any], ...]:
     """Return one row for each stay within a count.
 
-    The columns are middle of the count, speed, mean effort, branch, True if it lies in one branch,
-    and True for the record's first row.
+    The columns are middle of the count, speed, mean effort, branch, True if the stay lies in one
+    branch, and True for the record's first row.
     """
     starts = np.flatnonzero(np.diff(record.position, prepend=np.inf) != 0.0)
     lengths = np.diff(np.append(starts, record.position.size))

@@ -32,8 +32,8 @@ ENOUGH = 0.5  # least force of the loops relative to the breakaway
 class MaxwellFit:
     """Virgin curve of Maxwell-slip elements.
 
-    - displacement: (ELEMENTS,), rad | m
-    - force: at each displacement, N m | N
+    - displacement: yield displacements d_i, (ELEMENTS,), rad | m
+    - force: friction at each displacement, N m | N
     - stiffness: slope at 0
     - limit: z_max, rad | m
     - force_error, held_out: as `PreslidingFit`

@@ -37,7 +37,7 @@ Path = Callable[[PreslidingLoops, Vector], Vector]
 class PreslidingFit:
     """Fit of a presliding law.
 
-    - parameters: in the order of the law
+    - parameters: intervals of the parameters, in the order of the law
     - force_error: rms residual on the fitted branches, relative to the breakaway
     - held_out: rms residual on unseen branches, relative to the breakaway
     """

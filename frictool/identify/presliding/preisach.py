@@ -1,6 +1,6 @@
 """Preisach distribution from centred cycles (outlook in 7.2): Everett's table and its scatter.
 
-The falling branches from +a to -a are used for each amplitude a = k z/K, k = 1 .. K
+For each amplitude a = k z/K, k = 1 .. K, the falling branches from +a to -a are used
 (friction/preisach_cycles.py). The r-th branches of all amplitudes give one table. Value and
 interval are the mean and Student's interval of the tables.
 """
@@ -34,9 +34,9 @@ Branch = tuple[Vector, Vector]  # positions and forces
 class EverettTable:
     """Everett's table of a Preisach operator.
 
-    - everett: (n + 1, n + 1), relative to `saturation`
-    - half_width: (n + 1, n + 1), of its elements
-    - saturation: N m | N
+    - everett: table relative to `saturation`, (n + 1, n + 1)
+    - half_width: half widths of the intervals of its elements, (n + 1, n + 1)
+    - saturation: half the fall of the force from +limit to -limit, N m | N
     - limit: largest amplitude, rad | m
     """
 
@@ -47,7 +47,7 @@ class EverettTable:
 
 
 def preisach(loops: PreslidingLoops, confidence: float) -> EverettTable:
-    """Return the table for as many amplitudes as the loops hold at least twice.
+    """Return the table with the most amplitudes of which each occurs at least twice in the loops.
 
     Raises UnusableLogs if there are not even two.
     """

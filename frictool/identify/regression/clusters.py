@@ -21,8 +21,8 @@ SAME_ROWS = 2  # largest difference of rows between strokes that repeat each oth
 def clusters(stroke: IntVector, sign: Vector, counts: Vector, shortest: int) -> IntVector:
     """Return the cluster number (n,) of each row, from 0.
 
-    - stroke: (n,), ascending number of the stroke
-    - counts: (n,), encoder counts per row
+    - stroke: ascending number of the stroke, (n,)
+    - counts: encoder counts per row, (n,)
     - shortest: rows over which residuals are correlated; a part of a stroke is longer
     """
     starts = np.flatnonzero(np.concatenate(([True], np.diff(stroke) != 0)))

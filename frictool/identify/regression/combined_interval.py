@@ -23,8 +23,8 @@ TAIL = 9.0  # upper limit of the integral, in units of 1/deviation; e^(-TAIL^2/2
 def half_width(confidence: float, deviation: float, ranges: Sequence[float]) -> float:
     """Return the half width of the central interval of the sum.
 
-    The sum is a normal variable with standard `deviation` plus uniform ones within +- each of
-    `ranges`, all in one unit.
+    The sum is a normal variable with standard deviation `deviation`, plus one uniform variable
+    within +-r for each r in `ranges`, all in one unit.
     """
     halves = np.array([abs(r) for r in ranges if r != 0.0])
     total = float(np.sqrt(deviation**2 + np.sum(halves**2) / 3.0))

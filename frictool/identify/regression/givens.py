@@ -14,7 +14,7 @@ from frictool.typing import Matrix
 def givens_path(rows: Matrix, root: float, path: Matrix) -> None:
     """Fill path (n, p) with the least-squares solution after each row; NaN until determined.
 
-    - rows: (n, p + 1), [regressors, target]
+    - rows: [regressors, target], (n, p + 1)
     - root: square root of the forgetting factor of one row
     """
     n, q = rows.shape

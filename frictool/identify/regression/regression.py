@@ -29,7 +29,7 @@ class SingularRegressors(UnusableLogs):
 class LeastSquaresSolution:
     """Solution of a least-squares problem with p parameters.
 
-    - value, deviation, freedom: (p,), estimates, standard deviations and degrees of freedom
+    - value, deviation, freedom: estimates, standard deviations and degrees of freedom, (p,)
     - condition: condition number of the weighted regressors with unit columns, the square root of
       the ratio of eigenvalues in (4.14)
     """
@@ -63,8 +63,8 @@ def solve(
 def solve_triangles(parts: Tensor, cluster: IntVector) -> LeastSquaresSolution:
     """Return the solution of `solve` from triangles of runs of weighted rows.
 
-    - parts: (g, p + 1, p + 1), of the rows [regressors, target]
-    - cluster: (g,), number of the cluster
+    - parts: triangles of the rows [regressors, target], (g, p + 1, p + 1)
+    - cluster: number of each triangle's cluster, (g,)
 
     Raises SingularRegressors if the regressors do not determine the parameters.
     """

@@ -2,8 +2,9 @@
 
 A sliding parameter is dropped if its interval contains 0 and the held-out error is no larger
 without it. Its value is then 0, and the other parameters are fitted again without its column. Its
-interval is kept, since 0 is known no better than that. Load terms are never dropped: the bench
-declares them, or a search has shown that they help (`load_search`, `structure_selection`).
+interval is kept, since the data do not show that the parameter is exactly 0. Load terms are never
+dropped: the bench declares them, or a search has shown that they help (`load_search`,
+`structure_selection`).
 """
 
 from __future__ import annotations
@@ -23,8 +24,8 @@ def held_out_squares(
 ) -> Vector | None:
     """Return the squared prediction error (g,) of each run of rows, by a fit to the other half.
 
-    - plain, weighted: (g, q, q), triangles of runs of rows with q - 1 regressors and the target
-    - half: (g,), 0 or 1, the half to which each run belongs
+    - plain, weighted: triangles of g runs of rows with q - 1 regressors and the target, (g, q, q)
+    - half: half to which each run belongs, 0 or 1, (g,)
     - columns: indices of the regressors used
 
     The result is None if a half does not determine the fit.
@@ -91,8 +92,8 @@ def needless(
 
     The columns are tried one at a time, the least significant first.
 
-    - low, high: (p,), intervals of all columns
-    - stroke: (g,), stroke of each run
+    - low, high: ends of the intervals of all columns, (p,)
+    - stroke: stroke of each run, (g,)
     """
     half = halved(stroke)
     columns = list(range(low.size))

@@ -43,9 +43,9 @@ SPEED_SHARE = 0.3
 class FrictionRows:
     """Rows (m,) of one record, and the signals of its n samples behind them.
 
-    - sign: (n,), direction of the stroke
-    - speed: (n,), |v|, rad/s | m/s
-    - kept: (m,), indices of the samples that are rows
+    - sign: direction of the stroke, (n,)
+    - speed: |v|, (n,), rad/s | m/s
+    - kept: indices of the samples that are rows, (m,)
     - bell: weights of the window
     """
 

@@ -71,8 +71,8 @@ def _smoothed(values: Vector, window: int, period: float) -> Vector:
 def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str, str]:
     """Return the harmonics' parameters that the travel cannot separate from others, with reasons.
 
-    `plain` (g, q, q) holds the triangles of `rows` rows in all, with the columns `names` and the
-    target.
+    `plain` (g, q, q) holds the triangles of g runs, with the columns `names` and the target; `rows`
+    is the number of rows in all runs.
     """
     whole = merged(plain)[:, :-1]
     out = {}

@@ -1,11 +1,11 @@
 """Widen intervals by the effect of parameters that a regression leaves out although they act.
 
-- fixed: a parameter held at the bench's value. The others are widened by the bench's interval of
-  it.
+- fixed: a parameter held at the bench's value. The other intervals are widened by the effect of the
+  bench's interval of the fixed parameter.
 - hidden: a declared load that the travel cannot separate (`load_columns.indistinct_terms`). The
-  model holds 0, and the others are widened by its possible effect. With `load.most` of the bench,
-  this is any load of at most that effort. Without it, the others are as uncertain as in a fit with
-  the load.
+  model holds 0 for it, and the other intervals are widened by the possible effect of the load. If
+  the bench declares `load.most`, this is the effect of any load of at most that effort. Otherwise
+  the other parameters are as uncertain as in a fit with the load.
 """
 
 from __future__ import annotations
@@ -65,11 +65,11 @@ class OmittedParameters:
     def add_loads(
         self, loads: Mapping[str, Vector], most: float | None, cluster: IntVector, confidence: float
     ) -> None:
-        """Add the effect of the hidden loads; it is infinite without a bound.
+        """Add the effect of the hidden loads; each has an effort up to `most`, if `most` is set.
 
         - loads: column (n,) of each load
         - most: largest effort of a load, N m | N
-        - cluster: (g,), cluster of each run
+        - cluster: number of the cluster of each run, (g,)
         """
         if not self._hidden:
             return
@@ -89,7 +89,7 @@ class OmittedParameters:
         self._add(np.minimum(total, effects))
 
     def widened(self, names: Sequence[str], half: Vector) -> Vector:
-        """Return half widths (p,) that include the added ones, for the names of `by_direction`."""
+        """Return `half` (p,) with the half widths of the omitted parameters added as squares."""
         added = dict(zip(self.free, self._added.tolist(), strict=True))
         if "viscous_backward" in names:
             added["viscous_backward"] += added.get("viscous", 0.0)

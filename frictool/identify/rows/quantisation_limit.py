@@ -27,7 +27,7 @@ def unresolved_inertia(
 
     - response: impulse response from the position (1/s^2) or the measured velocity (1/s) to the
       acceleration, one value per sample
-    - acceleration: (n,), of the samples used
+    - acceleration: acceleration of the samples used, (n,)
     - smoothing: description of the filter for the message
     """
     prior = bench.mechanics.inertia

@@ -44,10 +44,10 @@ ROW_SIGNALS = ("acceleration", "velocity", "effort", "stroke", "sign", "counts")
 class RegressionSamples:
     """Rows of the equation effort = inertia a + viscous v + coulomb s + offset.
 
-    - acceleration, velocity, effort: (n,), SI units, filtered alike
-    - stroke: (n,), ascending number of the stroke
-    - sign: (n,), s, the direction, filtered like the rest
-    - counts: (n,), encoder counts per row
+    - acceleration, velocity, effort: signals in SI units, filtered alike, (n,)
+    - stroke: ascending number of the stroke, (n,)
+    - sign: direction s, filtered like the other signals, (n,)
+    - counts: encoder counts per row, (n,)
     - known_offset: the bench's offset, N m | N; it separates Coulomb friction from the offset if
       the motion is in one direction only
     - loads: column (n,) of each parameter of the bench's other loads

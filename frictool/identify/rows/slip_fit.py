@@ -125,7 +125,7 @@ def _own_share(samples: RegressionSamples) -> float:
 
 
 def known_inertia(bench: Bench) -> Interval:
-    """Return the bench's inertia; from 0 to twice its value if the bench gives no interval."""
+    """Return the bench's inertia; without an interval of the bench, from 0 to twice the value."""
     known = bench.mechanics.inertia
     return Interval(
         known.value, *(known.interval if known.low is not None else (0.0, 2.0 * known.value))

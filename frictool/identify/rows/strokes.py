@@ -60,8 +60,8 @@ def fill_strokes(
 ) -> None:
     """Fill `number`, `sign` and `advance` (n,) of `Strokes`.
 
-    - starts: (m,), first sample of each stroke
-    - fresh: (m,), True for a stroke after a break of the clock
+    - starts: first sample of each stroke, (m,)
+    - fresh: True for a stroke after a break of the clock, (m,)
     """
     n, strokes = position.shape[0], starts.shape[0]
     for stroke in range(strokes):
@@ -82,9 +82,9 @@ def fill_strokes(
 class Strokes:
     """Stroke of each sample of a record.
 
-    - number: (n,), number of the stroke, from 0
-    - sign: (n,), direction +-1, 0 without motion
-    - advance: (n,), distance from the stroke's beginning along the stroke, rad | m
+    - number: number of the stroke, from 0, (n,)
+    - sign: direction +-1, or 0 without motion, (n,)
+    - advance: distance moved since the stroke's beginning, (n,), rad | m
     """
 
     number: NDArray[np.int64]

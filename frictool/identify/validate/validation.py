@@ -48,12 +48,12 @@ class Validation:
 
     - loop: `open` or `closed`
     - skip: samples left out at the start of each piece
-    - time: (n,), s
-    - measured, simulated: name -> (n,), SI units; NaN if the force is unknown
+    - time: time of each sample, (n,), s
+    - measured, simulated: name -> signal (n,), SI units; NaN if the force is unknown
     - position_rmse: rms position error, rad | m
     - largest: largest position error, rad | m
     - errors: name -> relative error, None if it is undefined
-    - reference: (n,), rad | m, of a closed loop
+    - reference: reference of a closed loop, (n,), rad | m, or None
     """
 
     loop: str
