@@ -65,27 +65,16 @@ class CampaignResult:
 class CampaignRequest:
     """Choices of a campaign.
 
-    Attributes
-    ----------
-    trials : int or None
-        Number of draws. By default 1000, or all vertices, at most 4096.
-    method : {"random", "latin", "vertices"}
-        Choice of the draws.
-    seed : int or None
-        Seed of draws and noise; by default that of the scenario.
-    at_least : float or None
-        Pass rate to show, 0 to 1. By default every trial must pass.
-    confidence : float
-        Confidence of intervals and bounds, 0 to 1.
-    evaluations : int
-        Number of plants that the worst-case search of each requirement may try; 0 for no search.
-    number : {"double", "float", "q31", "q15"}
-        Number format of the controller.
-    cores : int or None
-        Number of processes; None uses as many as save time. With more than one, the work of the
-        calling script must be below `if __name__ == "__main__":`.
-    cluster : str or None
-        Address of a Dask scheduler whose workers run the trials.
+    Attributes ---------- trials : int or None Number of draws. By default 1000; for vertices all of
+    them, at most 4096. method : {"random", "latin", "vertices"} Method that chooses the draws. seed
+    : int or None Seed of draws and noise; by default that of the scenario. at_least : float or None
+    Pass rate that the campaign must show, 0 to 1. By default every trial must pass. confidence :
+    float Confidence of intervals and bounds, 0 to 1. evaluations : int Number of plants that the
+    worst-case search of each requirement may try; 0 for no search. number : {"double", "float",
+    "q31", "q15"} Number format of the controller. cores : int or None Number of processes; None
+    uses as many as save time. With more than one, the work of the calling script must be below `if
+    __name__ == "__main__":`. cluster : str or None Address of a Dask scheduler whose workers run
+    the trials.
     """
 
     trials: int | None = None
@@ -100,7 +89,7 @@ class CampaignRequest:
 
     @property
     def count(self) -> int | None:
-        """Number of draws; None for as many vertices as there are."""
+        """Number of draws; None for all vertices."""
         return TRIALS if self.trials is None and self.method != "vertices" else self.trials
 
     def check(self) -> None:
@@ -214,7 +203,7 @@ def conduct(
     """Run all trials, and search for the worst cases if `evaluations` is not 0.
 
     Trials in `store` are not repeated. `shared` maps the expected duration of the work [s] to a
-    function that distributes it. `commands` returns the command that replays a worst case's
+    function that distributes the work. `commands` returns the command that replays a worst case's
     scenario. Raises NoSolutionError if the nominal run decides no requirement.
     """
     nominal = check_nominal(trial.nominal(), trial.setting.names)
@@ -232,7 +221,7 @@ def conduct(
 
 
 def sharing(cores: int | None, cluster: str | None) -> Callable[[float], JobSharing]:
-    """Return a function from the expected duration of work [s] to its distribution.
+    """Return a function that maps the expected duration of work [s] to a JobSharing.
 
     If `cores` is None, work goes to several processes only if that saves time.
     """

@@ -1,4 +1,4 @@
 """Checks of an installation: versions, compiled kernels, solver, C compiler and machine.
 
-Each part is run, not only looked for.
+Each part is run; its presence alone does not pass a check.
 """

@@ -18,7 +18,10 @@ LONGEST_S = 60.0  # s, timeout of each command
 
 
 def check_c_compiler(names: tuple[str, ...] = NAMES) -> InstallationFinding:
-    """Compile a program that calls sqrt with the first of `names` on the PATH, and run it."""
+    """Compile and run a program that calls sqrt.
+
+    The compiler is the first of `names` that is on the PATH.
+    """
     path = next((compiler for compiler in map(shutil.which, names) if compiler), None)
     if path is None:
         return InstallationFinding(

@@ -1,4 +1,4 @@
-"""Check of compiled kernels: one is compiled and run, those on disk are counted."""
+"""Check of compiled kernels: compile and run one, and count the kernels on disk."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from frictool.runtime.kernel_sources import PACKAGE, Sources, UnknownSourcesErro
 class OldKernelFolder:
     """Folder of a former toolchain, or of a former state of a module.
 
-    kept_by: reason why it cannot be removed; "" if there is none.
+    kept_by: reason why the folder cannot be removed; "" if it can.
     """
 
     folder: KernelFolder
@@ -145,7 +145,7 @@ def _is_current(state: Path, sources: Sources) -> bool:
 
 
 def check_old_kernels(left: list[OldKernelFolder]) -> InstallationFinding:
-    """Return the number and size of old folders; they do no harm but take space."""
+    """Return the number and size of old folders, which only take space."""
     size = sum(one.folder.size for one in left)
     facts: dict[str, Any] = {
         "folders": [
@@ -173,7 +173,7 @@ def check_old_kernels(left: list[OldKernelFolder]) -> InstallationFinding:
 
 
 def remove_old_kernels() -> tuple[list[Path], list[OldKernelFolder]]:
-    """Remove the folders that no process uses; return (removed, left)."""
+    """Remove the old folders that no process uses; return (removed folders, remaining folders)."""
     gone, kept = [], []
     for one in old_kernel_folders():
         is_state = one.folder.path.parent == kernels.FOLDER

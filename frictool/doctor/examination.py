@@ -37,7 +37,7 @@ def examine() -> list[InstallationFinding]:
 
 
 def _tried(name: str, check: Callable[[], InstallationFinding]) -> InstallationFinding:
-    """Run a check; a broken part may raise any exception, even on import."""
+    """Run a check; return a finding also if it raises, as a broken part may raise any exception."""
     try:
         return check()
     except Exception as error:

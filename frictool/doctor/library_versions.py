@@ -25,8 +25,8 @@ REQUIREMENT = re.compile(
 class RequiredLibrary:
     """Required library.
 
-    least: minimum version. extra: extra that requires it; None: every installation. installed:
-    version; None: not installed.
+    least: minimum version. extra: extra that requires the library; None if every installation
+    requires it. installed: installed version; None if the library is missing.
     """
 
     name: str

@@ -1,8 +1,8 @@
 """Compilation of all kernels before their first use, for the types in `kernels.json`.
 
-The list has the argument types of all calls by the tests; the types of a law's kernels follow from
-its kind. The command `python -m frictool.doctor.precompilation` prints the list of the kernels in
-the present cache.
+The list contains the argument types of all kernel calls in the tests. The types of a friction law's
+kernels follow from the kind of the law. The command `python -m frictool.doctor.precompilation`
+prints the list of the kernels in the present cache.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ LIST = Path(__file__).with_name("kernels.json")
 class Compilation:
     """Result of a compilation of many kernels.
 
-    prepared: number of kernels, one per tuple of argument types. compiled: those that were not in
-    the cache. failures: messages.
+    prepared: number of kernels, counted once per tuple of argument types. compiled: number of
+    kernels that were not in the cache. failures: messages of failed compilations.
     """
 
     prepared: int = 0
@@ -58,8 +58,8 @@ def compile_all(
 ) -> Compilation:
     """Compile and store every kernel of `rows` (module, name, kind, types), by default all.
 
-    Callers come first, so that each kernel is compiled once. progress: is called with the completed
-    fraction (0 to 1).
+    Callers come first, so that each kernel is compiled once. `progress` is called with the
+    completed fraction (0 to 1).
     """
     rows = all_rows() if rows is None else rows
     done, count = Compilation(), _Count()
@@ -76,7 +76,7 @@ def compile_all(
 
 
 def all_rows() -> list[list[Any]]:
-    """Return the rows of the list, and those of the laws whose kernels are not in it."""
+    """Return the rows of the list, and rows for law kernels that are not in the list."""
     listed: list[list[Any]] = json.loads(LIST.read_bytes())
     known = {(module, name) for module, name, *_ in listed}
     added = []
@@ -149,12 +149,12 @@ def decode(encoded: Any) -> Any:
 
 
 def _uniform(kind: Any) -> list[Any]:
-    """Return the element types of a uniform tuple, of which numba keeps one and their number."""
+    """Return the types of all elements of a uniform tuple, for which numba keeps type and count."""
     return [kind.dtype] * kind.count
 
 
 def kept(folder: Path) -> Iterator[list[Any]]:
-    """Yield the rows of the package's kernels in the folder of a toolchain, callers first."""
+    """Yield the rows of the kernels of frictool in the folder of a toolchain, callers first."""
     sources = Sources(PACKAGE.parent, folder)
     rows = []
     for state in kernel_cache.states(folder):
@@ -174,7 +174,7 @@ def kept(folder: Path) -> Iterator[list[Any]]:
 
 
 def rows_of(module: str, name: str, signatures: Any) -> Iterator[list[Any]]:
-    """Yield the rows of one function that Python can call or point to."""
+    """Yield one row for each signature with which Python can call or point to a function."""
     kernel: Any = getattr(importlib.import_module(module), name, None)
     for signature, *_ in signatures if kernel is not None else ():
         is_pointer = hasattr(signature, "return_type")

@@ -1,4 +1,4 @@
-"""Check of the solver of matrix inequalities, on one with a known solution."""
+"""Check of the solver of matrix inequalities on a problem with a known solution."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""Metrics of a step test, one per file: response time, overshoot, reversals, energy and others.
+"""Metrics of a step test, one per file, such as response time, overshoot and energy.
 
 Each function takes the samples of one hold of the reference (`reference_holds.py`) as arrays in SI.
 `origin` and `target` are the reference before and after the step. `resolution` is the step of the
-position sensor, 0 if it is not known. docs/metrics.md has the definitions.
+position sensor, 0 if unknown. docs/metrics.md has the definitions.
 """

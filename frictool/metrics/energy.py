@@ -11,9 +11,9 @@ from frictool.typing import Vector
 def energy(time: Vector, drive: Vector, energy_window: float) -> float | str:
     """Return the mean square of the drive (n,) [A^2 | V^2] over the first `energy_window` [s].
 
-    This is (T_e/t_int) sum i^2 with t_int = `energy_window`, from the step on. Each sample holds
-    until the next, so that an uneven sample rate does not matter. The result is a reason if the
-    hold is shorter than the window.
+    The result is (T_e/t_int) sum i^2 with sample period T_e and t_int = `energy_window`, from the
+    step on. Each sample holds until the next one, so that an uneven sample rate does not matter. If
+    the hold is shorter than the window, the result is the reason as text.
     """
     period = median(np.diff(time))
     if float(time[-1] - time[0]) + 1.5 * period < energy_window:

@@ -2,8 +2,8 @@
 
 With dry friction the integrator may wait for seconds before the axis jumps, so that a hold of one
 second may show no motion of an existing limit cycle. The first third of the hold is ignored, since
-it contains the response to the step. A turn counts if the return is larger than one sensor step,
-between two of which a resting axis may flicker, and larger than the noise from peak to peak.
+it contains the response to the step. A turn counts if the axis returns by more than one sensor step
+and by more than the noise from peak to peak. A resting axis may flicker by one sensor step.
 
     sustained      at least two turns; the last swings are at least 0.8 of the first; the time since
                    the last turn is at most twice the longest time between two turns
@@ -106,7 +106,10 @@ def _has_ended(time: Vector, position: Vector, turns: list[int], threshold: floa
 
 
 def _period(times: Vector) -> float:
-    """Return the mean time between turns of one side; of two turns, twice the time between them."""
+    """Return the mean time between turns of one side.
+
+    For two turns, it is twice the time between them.
+    """
     if times.size == 2:
         return 2.0 * float(times[1] - times[0])
     return float(np.mean(times[2:] - times[:-2]))

@@ -2,10 +2,10 @@
 
 |motor - load| <= backlash/2, and inside the gap the load stays at rest (2.2.4, (4.45)). The load
 position is therefore the play operator of the motor position. The operator increases with the motor
-position and with the unknown initial position in the gap, and changes by no more than they do. The
-ends of the unknown intervals therefore bound the load position. A stroke longer than the backlash
-carries the load along. After it, only the sensor's step and the interval of the backlash separate
-the bounds.
+position and with the unknown initial position in the gap. It changes by no more than these
+positions change. The ends of the intervals of both positions therefore bound the load position. A
+stroke longer than the backlash carries the load along. After such a stroke, only the sensor's step
+and the interval of the backlash separate the bounds.
 """
 
 from __future__ import annotations

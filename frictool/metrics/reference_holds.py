@@ -25,9 +25,9 @@ TRANSITION_SAMPLES = 3  # most samples between two holds of a step
 
 @dataclass(frozen=True)
 class Hold:
-    """Samples start <= k < stop with the reference at `target` [rad or m].
+    """Hold: the samples start <= k < stop, in which the reference is `target` [rad or m].
 
-    origin: the reference before the step [rad or m]; None if no step precedes the hold.
+    origin: reference before the step [rad or m]; None if no step leads to the hold.
     """
 
     start: int
@@ -43,8 +43,8 @@ class Hold:
 def find_holds(reference: Vector, position: Vector, resolution: float = 0.0) -> tuple[Hold, ...]:
     """Return the holds of `reference` (n,) in order of time.
 
-    `position` (n,) decides if the first hold is a step. `resolution` is the sensor's step
-    [rad or m], 0 if it is not known.
+    `position` (n,) decides if the first hold is a step. `resolution` is the sensor's step [rad or
+    m], 0 if unknown.
     """
     if reference.size < MIN_SAMPLES:
         return ()

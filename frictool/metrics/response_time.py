@@ -22,9 +22,9 @@ def response_time_95(
 ) -> float:
     """Return the time [s] after which `position` stays within 5 % of the step at its final value.
 
-    `time` and `position` (n,) are the hold, from the step's sample on. The result is infinite if
-    the position still leaves the zone in the last tenth of the hold, or stops short of half of the
-    step.
+    `time` and `position` (n,) are the samples of the hold, from the step on. The result is infinite
+    if the position still leaves the zone in the last tenth of the hold, or stops short of half of
+    the step.
     """
     final = final_value(position)
     if abs(target - final) > 0.5 * abs(target - origin):

@@ -1,6 +1,6 @@
 """Motion at the end of a long hold.
 
-Thesis 5.4.1 requires neither motion nor current there; a limit cycle may appear late.
+Thesis 5.4.1 allows neither motion nor current at rest; a limit cycle may appear late.
 """
 
 from __future__ import annotations
@@ -19,6 +19,6 @@ def late_samples(time: Vector, after: float) -> slice | None:
 def peak_to_peak(rest_position: Vector) -> float:
     """Return the peak-to-peak value of the position (n,) [rad or m].
 
-    A resting axis may flicker between two sensor steps: at most one step counts as rest.
+    A resting axis may flicker by one sensor step, which still counts as rest.
     """
     return float(np.ptp(rest_position))

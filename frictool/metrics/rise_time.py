@@ -16,10 +16,10 @@ LEAST_WAY = 0.01  # least distance relative to the step; an axis that moves less
 def rise_time(time: Vector, position: Vector, origin: float, target: float) -> float:
     """Return the time [s] between the first passages through 10 and 90 % of the distance moved.
 
-    The distance is that from the position at the step to the final value. `time` and `position`
-    (n,) are the hold, from the step's sample on; passages are interpolated between samples. The
-    result is infinite if the axis stops short of half of the step, 0 if it was at its final value
-    before.
+    The distance moved is measured from the position at the step to the final value. `time` and
+    `position` (n,) are the samples of the hold, from the step on; passages are interpolated between
+    samples. The result is infinite if the axis stops short of half of the step, and 0 if it moves
+    by less than 1 % of the step.
     """
     final = final_value(position)
     start = float(position[0])

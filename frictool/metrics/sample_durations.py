@@ -1,4 +1,4 @@
-"""Durations of samples, each of which holds until the next."""
+"""Duration of each sample of a signal, from the sample to the next one."""
 
 from __future__ import annotations
 

@@ -17,8 +17,8 @@ MARGIN = 2.0
 def noise_deviation(signal: Vector) -> float:
     """Return the standard deviation of the white noise on `signal` (n,); 0 for n < 3.
 
-    It is the median of |second difference|/(0.6745 sqrt 6). A signal that is smooth from sample to
-    sample, or quantised and still, does not change it.
+    The estimate is the median of |second difference|/(0.6745 sqrt 6). A signal that is smooth from
+    sample to sample, or quantised and still, does not change the estimate.
     """
     if signal.size < 3:
         return 0.0
@@ -26,5 +26,5 @@ def noise_deviation(signal: Vector) -> float:
 
 
 def noise_floor(signal: Vector) -> float:
-    """Return the value that n samples of this noise alone reach: deviation (sqrt(2 ln n) + 2)."""
+    """Return the peak of n samples of the white noise alone: deviation (sqrt(2 ln n) + 2)."""
     return noise_deviation(signal) * (math.sqrt(2.0 * math.log(max(signal.size, 2))) + MARGIN)

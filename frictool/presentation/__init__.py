@@ -1,1 +1,1 @@
-"""Page frame, figures, decimation and ties of printed figures, for every stage."""
+"""Page frame, figures, tables, decimation and the rule for ties, common to all stages."""

@@ -20,8 +20,8 @@ def finite_or_nan(values: Vector) -> Vector:
 def decimated_indices(*signals: Vector) -> NDArray[np.intp]:
     """Return increasing indices at which signals (n,) of equal length are plotted.
 
-    In each of 500 columns they keep the first and last sample, and the smallest and largest sample
-    of each signal. Up to 1000 samples are all kept.
+    Of each of 500 columns, the first and last samples and each signal's smallest and largest ones
+    are kept. A signal of at most 1000 samples is kept as a whole.
     """
     count = signals[0].size
     if count <= 2 * COLUMNS:

@@ -14,7 +14,7 @@ from markupsafe import Markup
 
 @dataclass(frozen=True)
 class PageFigure:
-    """Figure with title and caption as plain text, and the text of its `<svg>` element."""
+    """Figure: title and caption as plain text, and the text of the `<svg>` element."""
 
     title: str
     svg: str
@@ -30,9 +30,9 @@ class PageFigure:
 class TextTable:
     """Table of texts, one tuple per row.
 
-    title: for the page. headings: one per column, or none. names: number of first columns that name
-    the row; the others hold values, which are aligned on the right. None: all columns are aligned
-    on the left. left_out: number of rows not shown.
+    title: title on the page. headings: one per column, or none. names: number of first columns that
+    name the row; the other columns contain values, aligned on the right. If `names` is None, all
+    columns are aligned on the left. left_out: number of rows not shown.
     """
 
     title: str

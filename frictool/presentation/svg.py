@@ -114,9 +114,9 @@ def render(figure: Figure, label: str) -> str:
 
 
 def render_compact(figure: Figure, label: str) -> str:
-    """Return the text as `render` does, with path coordinates cut to 0.01 point.
+    """Return the text of the `<svg>` element with path coordinates cut to 0.01 point.
 
-    For a page of many figures.
+    This is for a page with many figures.
     """
     return re.sub(
         r' d="[^"]*"',

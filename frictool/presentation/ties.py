@@ -1,8 +1,8 @@
 """Rule for ties: among values that agree within a relative tolerance, the first one is named.
 
-Vertices often have the same value: two that differ only in friction have the same modulus margin.
-The last digits of such values differ between processors, so that the strict maximum would name
-different vertices.
+Vertices often have the same value: two vertices that differ only in friction have the same modulus
+margin. The last digits of such values differ between processors, so that the strict maximum would
+name different vertices.
 """
 
 from __future__ import annotations
@@ -16,12 +16,8 @@ TOLERANCE = 1e-5  # relative tolerance, ten times that of an H-infinity norm (ve
 def largest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[float, int]:
     """Return the largest value, and the index of the first value that agrees with it.
 
-    Parameters
-    ----------
-    values
-        At least one number; NaN is never the largest unless all are NaN.
-    tolerance
-        Relative to the largest value. Infinite values agree with each other only.
+    Parameters ---------- values At least one number; NaN is never the largest unless all are NaN.
+    tolerance Tolerance relative to the largest value. Infinite values agree with each other only.
 
     Raises
     ------

@@ -39,7 +39,7 @@ def draw(
 ) -> None:
     """Draw one curve, strong for a nominal stream and faint for a variant.
 
-    `over_time`: the abscissa is time, which allows a simpler decimation.
+    `over_time`: True if the abscissa is time, which allows a simpler decimation.
     """
     kept = decimated_indices(ordinate) if over_time else decimated_path_indices(abscissa, ordinate)
     alpha, width, order = (1.0, 1.4, 3.0) if item.nominal else (0.35, 0.8, 2.0)
@@ -54,7 +54,7 @@ def nominal_last(evidence: list[StreamEvidence]) -> list[StreamEvidence]:
 
 
 def draw_references(axes: Axes, evidence: Sequence[StreamEvidence]) -> None:
-    """Draw the reference of each nominal stream, or else of the first one with a reference."""
+    """Draw the reference of each nominal stream, or else of the first stream with a reference."""
     with_reference = [item for item in evidence if item.has("reference")]
     for item in [i for i in with_reference if i.nominal] or with_reference[:1]:
         reference = item.plotted("reference")
@@ -114,8 +114,8 @@ def _over_time(
 ) -> PageFigure:
     """Return the figure `name` of one curve per stream over time, the nominal streams on top.
 
-    ordinate: its label. texts: title, text for screen readers, caption. references: streams whose
-    references are drawn too.
+    ordinate: label of the ordinate. texts: title, text for screen readers, caption. references:
+    streams whose references are drawn too.
     """
     title, label, caption = texts
     colours = log_colours([item for item, _ in curves])

@@ -21,15 +21,15 @@ from frictool.report.worst_hold import (
 
 
 def _undecided(spec: Spec, evidence: JudgedStreams) -> str:
-    """Return the reason why no stream has a drive; an empty text if the first one has it."""
+    """Return the reason why the first stream has no drive; an empty text if it has one."""
     first = evidence[0][0]
     return f"{first.name}: {no_drive(spec, first)}" if first.drive is None else ""
 
 
 def judge_peak(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
-    """Judge the peak drive: of the command, or of the measured drive less its noise floor.
+    """Judge the peak of the command and of the measured drive minus its noise floor.
 
-    The larger one counts.
+    The larger of the two counts.
     """
     measured = f"of the measured {spec.drive}, less its noise floor"
     peaks: list[JudgedValue] = []
@@ -47,7 +47,7 @@ def judge_saturation(
 ) -> Requirement:
     """Judge the longest saturation time in one hold.
 
-    A stream without a hold counts as a whole.
+    A stream without a hold is judged as a whole.
     """
     metric = REQUIREMENTS["saturation_time_s"]
     durations = []

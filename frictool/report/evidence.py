@@ -36,17 +36,18 @@ NO_CONTROLLER = "a log alone does not contain it; give --controller"
 class StreamEvidence:
     """Stream of a log with everything that its judgement needs.
 
-    `resolution`: step of the position sensor [rad | m], 0 if unknown. `gaps`: missing signal ->
-    reason. `load`: lowest and highest mechanical position behind the backlash, (n,) each; the same
-    array twice if the log contains it. `drive_limit`: in A | V.
+    `resolution`: step of the position sensor [rad | m], 0 if unknown. `gaps`: reason for each
+    missing signal. `load`: lowest and highest mechanical position behind the backlash, (n,) each;
+    the same array twice if the log contains this position. `drive_limit`: limit of the drive [A |
+    V].
 
-    `nominal`: the stream belongs to the nominal plant and not to a variant (`/axis`, or the only
-    stream of its log). `simulated`: the log is a simulation, in which each topic is a plant. A
-    measured log may hold several streams of one rig.
+    `nominal`: True if the stream belongs to the nominal plant (`/axis`, or the only stream of its
+    log) and not to a variant. `simulated`: True for a simulated log, in which each topic is a
+    plant. A measured log may contain several streams of one rig.
 
-    `modulus_margin`: of the controller's loop with the stream's plant, None if unknown.
-    `margin_gap`: the reason. `beyond`: difference between the rig and the rig for which the
-    controller was verified, or empty.
+    `modulus_margin`: modulus margin of the controller's loop with the stream's plant, None if
+    unknown. `margin_gap`: reason why the margin is unknown. `beyond`: difference between the rig
+    and the rig for which the controller was verified, or empty.
     """
 
     source: str
@@ -104,7 +105,7 @@ class StreamEvidence:
     def sensor_error(self) -> Vector | None:
         """Return sensor position - true position (n,).
 
-        None if the log lacks one of them, or if the difference is within the resolution.
+        Return None if the log lacks a position, or if the difference is within the resolution.
         """
         if not (self.has("position") and self.has("position_true")):
             return None
@@ -127,9 +128,9 @@ def gather_evidence(
 ) -> list[StreamEvidence]:
     """Return the evidence of every axis of every log, in order.
 
-    `rig`: facts that no log contains, and the sensor's step for logs whose positions do not show
-    it. `loop`: the controller's loop, for the margins. Raises LogError if a log has no stream or an
-    empty one, or if a position is not in the unit of the specification's kind of axis.
+    `rig`: facts that no log contains, and the step of the sensor for logs whose positions do not
+    show the step. `loop`: loop of the controller, for the margins. Raises LogError if a log has no
+    stream or an empty one, or if a position is not in the unit of the specification's kind of axis.
     """
     gathered: list[StreamEvidence] = []
     for log, label in zip(logs, log_labels(logs), strict=True):

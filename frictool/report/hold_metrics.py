@@ -19,8 +19,9 @@ from frictool.report.measured_part import MeasuredPart, measure
 class HoldMetrics:
     """Metrics of one hold.
 
-    `values`: metric -> value in SI (overshoot in %). `bounds`: metric -> (low, high). `missing`:
-    metric -> reason. `number` counts holds from 1.
+    `values`: value of each metric in SI (overshoot in %). `bounds`: (low, high) of each metric
+    known within bounds only. `missing`: reason for each missing metric. `number`: number of the
+    hold, from 1.
     """
 
     hold: Hold
@@ -39,7 +40,7 @@ class HoldMetrics:
 def measure_holds(spec: Spec, evidence: StreamEvidence, whole: bool = True) -> list[HoldMetrics]:
     """Return the metrics of every hold.
 
-    `whole`: include all metrics; else only those that the specification needs.
+    `whole`: True for all metrics, False for only the metrics that the specification needs.
     """
     wanted = [
         metric
@@ -67,7 +68,7 @@ def measure_holds(spec: Spec, evidence: StreamEvidence, whole: bool = True) -> l
 def stream_metrics(spec: Spec, evidence: StreamEvidence) -> tuple[dict[str, float], dict[str, str]]:
     """Return the values of STREAM_METRICS in SI, and reasons for missing ones, by name.
 
-    They are the only metrics of a smooth reference without holds.
+    A smooth reference, which has no holds, has no other metrics.
     """
     values: dict[str, float] = {}
     missing: dict[str, str] = {}

@@ -24,9 +24,9 @@ def as_json(
     """Return the verdict as JSON values.
 
     `verdict` is `pass`, `fail` or `undecided`; `undecided` lists the undecided requirements. A
-    metric without a value is null, with its reason in `missing`. A metric between two bounds is
-    null, with `bounds`. `sensitivity` is null without a controller. `meets_all` is true for a
-    stream that meets every requirement of the logs by itself.
+    metric without a value is null, with its reason in `missing`. A metric that is known within
+    bounds only is null, with the bounds in `bounds`. `sensitivity` is null without a controller.
+    `meets_all` is true for a stream that by itself meets every requirement.
     """
     return {
         "format": FORMAT,
@@ -90,7 +90,7 @@ def _hold(measured: HoldMetrics) -> dict[str, Any]:
 
 
 def _sensitivity(checked: VertexTransfers | None) -> dict[str, Any] | None:
-    """Return the largest gain of each transfer, and its largest ratio to the template."""
+    """Return the largest gain of each transfer, and the largest ratio of gain to template."""
     if checked is None:
         return None
     transfers = {

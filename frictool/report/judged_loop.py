@@ -28,7 +28,7 @@ RECORDED = "the plant of a recorded axis is not known"
 class JudgedLoop:
     """Margins of one controller with the plants that logs describe.
 
-    `bench`: bench of recorded logs, if it is not the controller's.
+    `bench`: bench of recorded logs; None if it is the controller's bench.
     """
 
     def __init__(self, controller: Controller, bench: Bench | None = None) -> None:
@@ -42,7 +42,7 @@ class JudgedLoop:
         self._beyond: dict[tuple[tuple[str, str], ...], str] = {}
 
     def margin(self, log: Log, topic: str) -> tuple[float | None, str]:
-        """Return the modulus margin at the plant of a stream, or None and the reason.
+        """Return (modulus margin with the plant of a stream, ""), or (None, reason).
 
         The margin of an unstable loop is 0.
         """
@@ -55,9 +55,9 @@ class JudgedLoop:
         return (None, unstated) if unstated else (self._margins(plant), "")
 
     def beyond(self, log: Log) -> str:
-        """Return how a log's rig differs from the controller's verification; empty if it does not.
+        """Return how a log's rig differs from the rig for which the controller was verified.
 
-        It is also empty if nothing is known about the rig.
+        The text is empty if the rigs do not differ, or if nothing is known about the log's rig.
         """
         if not _simulated(log):
             return self._bench
@@ -71,7 +71,7 @@ class JudgedLoop:
     def played_beyond(self, log: Log) -> str:
         """Return which simulated plant parameters lie outside the controller's verification.
 
-        Empty if none do. Such values come from `given` or from a drift.
+        The text is empty if no parameter does. Such values come from `given` or from a drift.
         """
         texts = log.metadata.get(RECORD, {}).values() if _simulated(log) else ()
         plants = [plant for plant in map(LoggedPlant.of_text, texts) if plant is not None]
@@ -94,7 +94,7 @@ def _simulated(log: Log) -> bool:
 
 
 def _unstated(log: Log) -> str:
-    """Return which numbers of rig and model a simulated log lacks; empty if none.
+    """Return which numbers of rig and model a simulated log lacks; empty if it has all.
 
     The message names the command that writes the log again.
     """

@@ -1,7 +1,7 @@
 """Judge of the modulus margin.
 
-It takes the margin of each simulated plant. The plant of a recorded axis is unknown, so that the
-controller's vertices are judged instead.
+The judge uses the margin of each simulated plant. The plant of a recorded axis is unknown, so that
+the controller's vertices are judged instead.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ def _margins(streams: list[StreamEvidence]) -> list[tuple[float, ValueLocation]]
 
 
 def _weakest(controller: Controller) -> tuple[float, ValueLocation] | None:
-    """Return the smallest margin of the controller's vertices; an unstable one has margin 0."""
+    """Return the smallest margin of the controller's vertices; an unstable vertex has margin 0."""
     vertices = controller.verified.vertices
     if not vertices:
         return None

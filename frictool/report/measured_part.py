@@ -130,7 +130,7 @@ NEEDS: dict[str, Callable[[MeasuredPart], str]] = {
 
 
 def measure(metric: Metric, part: MeasuredPart) -> MetricResult:
-    """Return a metric's value in SI (a ratio in %), its two bounds, or the reason for neither."""
+    """Return a metric's value in SI (a ratio in %), or its two bounds, or why it has neither."""
     function, parameters = function_of(metric)
     for need in metric.needs:
         if reason := NEEDS[need](part):
@@ -157,7 +157,7 @@ def function_of(metric: Metric) -> tuple[Callable[..., Any], tuple[str, ...]]:
 
 
 def energy_window(spec: Spec) -> float | None:
-    """Return t_int of table 5.3 [s], as specified or else the allowed response time."""
+    """Return t_int of table 5.3 [s]: the specified one, or else the allowed response time."""
     window: float | None = spec.response_time_95_s if spec.energy is None else spec.energy.window_s
     return window
 

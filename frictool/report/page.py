@@ -1,6 +1,6 @@
 """Report as one HTML file without scripts and requests.
 
-It contains verdict, reasons, figures, controller and provenance.
+The report contains verdict, reasons, figures, controller and provenance.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ def page(
 ) -> str:
     """Return the HTML text; the same inputs give the same bytes.
 
-    The template escapes every text from a file. `transfers`: those of the controller, or the reason
-    why there are none.
+    The template escapes every text from a file. `transfers`: transfers of the controller's
+    vertices, or the reason why there are none.
     """
     streams = select_streams(verdict)
     evidence = [item for item, _ in streams]

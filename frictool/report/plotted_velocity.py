@@ -35,7 +35,7 @@ def shown_velocity(stream: Stream, resolution: float) -> tuple[Vector, str] | No
 
 
 def used_velocity(stream: Stream, simulated: bool) -> tuple[Vector, Vector] | str:
-    """Return the controller's speed estimate and the true speed, (n,) each, or a reason."""
+    """Return the controller's speed estimate and the true speed (n,), or why one is missing."""
     if not simulated:
         return "only a simulated log knows the true velocity"
     missing = [name for name in ("velocity_estimated", "velocity") if name not in stream.signals]
@@ -45,9 +45,10 @@ def used_velocity(stream: Stream, simulated: bool) -> tuple[Vector, Vector] | st
 
 
 def _samples(position: Vector, resolution: float) -> int:
-    """Return the distance of the difference in samples.
+    """Return the number of samples over which the position difference is taken.
 
-    It is the smallest one that shows 40 sensor steps at top speed, at most MOST_SAMPLES.
+    This is the smallest number over which the position changes by 40 sensor steps at top speed, or
+    MOST_SAMPLES if that is less.
     """
     for samples in range(1, min(MOST_SAMPLES, position.size - 1)):
         if (

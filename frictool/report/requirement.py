@@ -70,7 +70,7 @@ class Requirement:
 class Verdict:
     """Requirements in the specification's order, and the evidence with hold metrics.
 
-    `meets`: True for each stream that meets every requirement by itself. `remarks`: warnings.
+    `meets`: for each stream, True if it by itself meets every requirement. `remarks`: warnings.
     """
 
     name: str
@@ -86,9 +86,10 @@ class Verdict:
 
     @property
     def state(self) -> State:
-        """Return `fail` if a requirement is broken, else `undecided` if any is, else `pass`.
+        """Return the state: `fail`, `undecided` or `pass`.
 
-        A verdict without requirements is undecided.
+        The state is `fail` if a requirement is broken, else `undecided` if a requirement is
+        undecided or the verdict has no requirement, else `pass`.
         """
         if any(r.met is False for r in self.requirements):
             return "fail"
@@ -102,7 +103,7 @@ class Verdict:
     def acceptable(self, allow_undecided: bool) -> bool:
         """Return True if the verdict is `pass`.
 
-        With `allow_undecided` it is also acceptable if no requirement is broken and at least one is
+        With `allow_undecided`, also return True if no requirement is broken and at least one is
         met.
         """
         return self.passed or (

@@ -14,9 +14,9 @@ from frictool.verify.rig_facts import RECORD, facts_of_text
 class RigFacts:
     """Facts from a bench, as far as one is known.
 
-    `resolution`: the sensor's step [rad | m], 0 if unknown. `drive_limit`: in A | V. `backlash`:
-    full width [rad | m]. `backlash_unsure`: its largest deviation in either direction. `known`:
-    there is a bench.
+    `resolution`: step of the sensor [rad | m], 0 if unknown. `drive_limit`: limit of the drive [A |
+    V]. `backlash`: full width [rad | m]. `backlash_unsure`: largest deviation of the width in
+    either direction [rad | m]. `known`: True if there is a bench.
     """
 
     resolution: float = 0.0
@@ -40,9 +40,9 @@ class RigFacts:
         return RigFacts(bench.encoder.resolution, bench.actuator.limit.value, width, unsure, True)
 
     def played(self, log: Log) -> RigFacts:
-        """Return the rig with the encoder and the limit of a log's simulation.
+        """Return the facts with the encoder step and the drive limit of a log's simulation.
 
-        The lower of two limits applies.
+        Of the limits of bench and simulation, the lower one applies.
         """
         facts = facts_of_text(log.metadata.get(RECORD, {}))
         limits = [

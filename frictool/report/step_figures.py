@@ -57,7 +57,7 @@ def same_steps(judged: Judged) -> list[list[tuple[StreamEvidence, HoldMetrics]]]
 def _same(one: HoldMetrics, other: HoldMetrics) -> bool:
     """Return True if both steps have the same target and nearly the same origin.
 
-    A record's first step begins at the measured position.
+    The origins may differ slightly, because a record's first step begins at the measured position.
     """
     assert one.hold.origin is not None
     assert other.hold.origin is not None
@@ -69,10 +69,10 @@ def _same(one: HoldMetrics, other: HoldMetrics) -> bool:
 
 
 def window(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> float:
-    """Return the duration of the step to show [s].
+    """Return the duration [s] for which the step is shown.
 
-    It exceeds the slowest response and the allowed response time. A step that never settles is
-    shown completely.
+    This exceeds the slowest response and the allowed response time, if the hold is that long. A
+    step that never settles is shown completely.
     """
     longest_hold = max(float(e.stream.time[m.hold.stop - 1]) - m.start_s for e, m in plays)
     responses = [m.values.get("response_time_95", math.inf) for _, m in plays]
@@ -83,7 +83,7 @@ def window(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> float
 def _view(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> PageFigure:
     """Return a figure with position, load, velocity and drive, as far as they are known.
 
-    Time counts from the step.
+    The abscissa is the time since the step.
     """
     plays = sorted(plays, key=lambda play: play[0].nominal)
     colours = log_colours([evidence for evidence, _ in plays])

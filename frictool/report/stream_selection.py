@@ -11,8 +11,8 @@ MOST_SHOWN = 40
 def select_streams(verdict: Verdict) -> JudgedStreams:
     """Return the streams to draw and to list, in order: all, or at most forty.
 
-    The forty contain the nominal streams, the worst ones and those that fail. The rest are spread
-    evenly over the other streams. The judgement and `--json` always cover all streams.
+    The forty contain the nominal streams, the worst ones and those that fail. The remaining places
+    go to other streams, spread evenly. The judgement and `--json` always cover all streams.
     """
     streams = verdict.evidence
     if len(streams) <= MOST_SHOWN:

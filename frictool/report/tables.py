@@ -47,7 +47,7 @@ def hold_tables(spec: Spec, streams: JudgedStreams) -> list[TextTable]:
 
 
 def heading(metric: Metric, spec: Spec) -> str:
-    """Return title and unit of a metric; for the energy also t_int."""
+    """Return the title and unit of a metric, and t_int for the energy."""
     unit = metric.unit(spec)
     window = energy_window(spec)
     title = (
@@ -72,7 +72,7 @@ def _hold(evidence: StreamEvidence, measured: HoldMetrics) -> tuple[str, ...]:
 def cell(measured: HoldMetrics, name: str) -> str:
     """Return a metric of a hold as text.
 
-    It is the value, both bounds, `never` if infinite, or a dash if missing.
+    The text is the value, both bounds, `never` for an infinite value, or a dash for a missing one.
     """
     if name in measured.bounds:
         return " to ".join(dict.fromkeys(number(bound) for bound in measured.bounds[name]))
@@ -113,7 +113,7 @@ def stream_table(spec: Spec, streams: JudgedStreams) -> TextTable:
 def side_by_side(spec: Spec, verdict: Verdict) -> list[TextTable]:
     """Return the worst value of each metric in each log (table 5.3).
 
-    One table covers the nominal streams, one all streams. Empty for a single log.
+    One table covers the nominal streams, and one all streams. The list is empty for a single log.
     """
     sources = tuple(dict.fromkeys(evidence.source for evidence, _ in verdict.evidence))
     if len(sources) < 2:
@@ -140,7 +140,7 @@ def side_by_side(spec: Spec, verdict: Verdict) -> list[TextTable]:
 def _speeds(spec: Spec, sources: tuple[str, ...], streams: JudgedStreams) -> list[tuple[str, ...]]:
     """Return rows with the worst error of the controller's speed estimate in each log.
 
-    Empty if no log knows it.
+    The list is empty if no log contains the estimate and the true speed.
     """
     cells = []
     for name, metric in STREAM_METRICS.items():

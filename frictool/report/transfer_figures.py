@@ -28,7 +28,7 @@ TEMPLATES: dict[Name, str] = {"error": "γ/|W₂|", "drive": "γ/W₃", "disturb
 def transfer_views(controller: Controller, curves: VertexTransfers) -> list[PageFigure]:
     """Return one figure for each transfer, with a curve for each vertex.
 
-    The worst vertex is drawn strong, the template dashed.
+    The curve of the worst vertex is strong, and the template is dashed.
     """
     return [_view(controller, curves, transfer) for transfer in curves.transfers]
 

@@ -91,7 +91,8 @@ def log_requirements(
 ) -> tuple[Requirement, ...]:
     """Judge one simulated log by itself.
 
-    The modulus margin is that of its plant only; the controller's vertices do not count.
+    The modulus margin is evaluated with the plant of the log only, not with the controller's
+    vertices.
     """
     evidence = _measured(spec, [log], bench, loop, whole=False)
     return tuple(make(spec, evidence, None) for make in _specified_judges(spec).values())
@@ -148,7 +149,7 @@ def _specified_judges(spec: Spec) -> dict[str, Judge]:
 
 
 def _meets(spec: Spec, stream: tuple[StreamEvidence, tuple[HoldMetrics, ...]]) -> bool:
-    """Return True if one stream by itself meets every requirement; a recorded one has no margin."""
+    """Return True if one stream meets every requirement, except the margin of a recorded one."""
     judges = [
         make for key, make in _specified_judges(spec).items() if REQUIREMENTS[key].scope != "loop"
     ]

@@ -21,7 +21,7 @@ NEVER = "does not settle within the hold, or stops short of half of the step"
 
 
 class JudgedValue(NamedTuple):
-    """Value of a stream, or of a hold of it, with a remark for the verdict."""
+    """Value of a stream, or of one of its holds, with a remark for the verdict."""
 
     value: float
     item: StreamEvidence
@@ -49,7 +49,7 @@ def largest_value(
 ) -> Requirement:
     """Return the requirement on the largest of the judged values.
 
-    `undecided`: reason if there are none. An infinite value breaks the requirement.
+    `undecided`: reason if there are no values. An infinite value breaks the requirement.
     """
     limit = limit_of(spec, metric.key)
     unit = metric.unit(spec)
@@ -70,7 +70,7 @@ def worst_hold(
 ) -> Requirement:
     """Return the requirement on the largest value of a hold metric.
 
-    `with_reasons`: a decided requirement also names the holds without a value.
+    `with_reasons`: True if a decided requirement also names the holds without a value.
     """
     name = metric.name
     reason = "; ".join(reasons(metric.name, evidence))

@@ -3,9 +3,10 @@
 kernel_store.py saves and loads the code in these folders.
 
 A folder belongs to one toolchain (numba, llvmlite, numpy, Python, processor), so that an upgrade
-starts a new one. In it, each state of a module's sources has its own folder (kernel_store.py): two
-versions of frictool never read each other's code. Folders of former toolchains and states are
-removed when a new one is made, unless a process holds them or used them within the hour.
+starts a new one. In this folder, each state of a module's sources has a subfolder
+(kernel_store.py), so that two versions of frictool never read each other's code. Folders of former
+toolchains and states are removed when a new folder is made, unless a process uses them or used them
+within the last hour.
 
 numba itself locks nothing: if two processes write different signatures of one function at the same
 time, the index may name the wrong code. Therefore a process that writes holds a lock. An unreadable
@@ -47,8 +48,8 @@ _held: list[int] = []
 class KernelFolder:
     """Folder of compiled kernels.
 
-    size in bytes; used: last start of a process that uses it [s since 1970]; busy: a process uses
-    it now.
+    size: total size of the files [bytes]. used: last start of a process that uses the folder [s
+    since 1970]. busy: True if a process uses the folder now.
     """
 
     path: Path
@@ -86,7 +87,7 @@ def untrusted_reason(folder: Path, sources: Path) -> str:
 
 @contextmanager
 def restricted_umask() -> Iterator[None]:
-    """Keep other users from writing files made in the block, whatever the process's umask."""
+    """Make files created in the block writable for this user only, whatever the process's umask."""
     before = os.umask(0o022)
     os.umask(before | 0o022)
     try:
@@ -113,7 +114,7 @@ def _size(folder: Path) -> int:
 
 
 def _last_used(folder: Path) -> float:
-    """Return the date of the lock file [s since 1970], or of the newest entry without one."""
+    """Return the date of the lock file [s since 1970]; without a lock file, of the newest entry."""
     with suppress(OSError):
         return (folder / USED).stat().st_mtime
     return max(path.stat().st_mtime for path in (folder, *folder.iterdir()))
@@ -136,7 +137,7 @@ def mark_used(folder: Path) -> None:
 
 
 def _is_still(path: Path, handle: int) -> bool:
-    """Return True if `path` still is the file behind `handle`, and its folder was not removed."""
+    """Return True if `path` still is the open file `handle`, so that its folder was not removed."""
     try:
         return os.path.samestat(path.stat(), os.fstat(handle))
     except OSError:
@@ -169,7 +170,7 @@ def _take(folder: Path) -> int | None:
 
 
 def remove(folder: Path, now: float | None = None) -> bool:
-    """Remove a kernel folder not in use now or in the last hour; return False if it is kept."""
+    """Remove a kernel folder unless it is in use or was in the last hour; return False if kept."""
     now = time.time() if now is None else now
     try:
         rested = now - _last_used(folder) > REST_S
@@ -252,7 +253,7 @@ def sized(state: KernelFolder) -> KernelFolder:
 
 
 def remove_state(state: Path, now: float | None = None) -> bool:
-    """Remove the folder of a state that was unused for the last hour; return False if it stays."""
+    """Remove a state's folder unless it was used in the last hour; return False if it stays."""
     away = state.parent / f"{REMOVED}{state.name}-{os.getpid()}"
     with writing(state.parent) as mine:
         try:

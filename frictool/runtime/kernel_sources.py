@@ -50,10 +50,10 @@ class State:
 
 @dataclass(eq=False)
 class Sources:
-    """Modules of frictool in `package`, and further modules in the folder `root`.
+    """Sources of the modules of frictool in `package`, and of further modules in the folder `root`.
 
-    only: name of the single package that is followed in `root`; "" follows all. memo: folder that
-    keeps the analysed sources, keyed by the digest of their bytes.
+    only: name of the single package whose modules are followed in `root`; "" for all packages.
+    memo: folder with the results of source analyses, keyed by the digest of the sources' bytes.
     """
 
     root: Path

@@ -3,10 +3,10 @@
 Each state of a module's sources has its own folder. kernel_cache.py manages these folders: names,
 use, locks and removal.
 
-numba's own cache checks only the file of a function, names the entry by line number, and lets two
-processes compile the same function at once. Here the folder is named after the module and the
-digest of all sources that it imports (kernel_sources.py). A process that finds no code takes a
-lock; another process that needs the same code waits for it.
+numba's cache checks only the file of a function, names the entry by line number, and lets two
+processes compile the same function at once. KernelStore names the folder after the module and the
+digest of all sources that the module imports (kernel_sources.py). A process that finds no code
+takes a lock; another process that needs the same code waits for it.
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ class _Entry:
 
 
 class _Form(CompileResultCacheImpl):
-    """numba's serialization of compiled code, with folder and file name set here."""
+    """numba's serialization of compiled code, with folder and file names of KernelStore."""
 
     def __init__(self, entry: _Entry, name: str, line: int) -> None:
         self._locator, self._filename_base, self._lineno = entry, name, line
@@ -84,7 +84,7 @@ class KernelStore(FunctionCache):
         return str(self._folder)
 
     def load_overload(self, signature: Any, context: Any) -> Any:
-        """Return the kept code; None if the caller must compile while other processes wait."""
+        """Return the stored code; None if the caller must compile, while other processes wait."""
         context.refresh()
         if not self._place(signature):
             return None

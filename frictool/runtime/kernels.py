@@ -1,9 +1,9 @@
 """Decorators that compile kernels with numba, once per installation, and keep the code on disk.
 
-Each toolchain has its own folder of compiled code (kernel_cache.py); in it, code is looked up by
-the sources that it depends on (kernel_store.py). The folder is in NUMBA_CACHE_DIR if that is set,
-else in the package. If that folder is not writable, or others can write in it, the user's cache
-folder is used. If that fails too, nothing is kept.
+Each toolchain has its own folder of compiled code (kernel_cache.py). In this folder, code is looked
+up by the sources on which it depends (kernel_store.py). The folder is in NUMBA_CACHE_DIR if this
+variable is set, else in the package. If this place is not writable, or if other users can write in
+it, the user's cache folder is used. If the cache folder cannot be used either, no code is kept.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ def cache_places() -> list[Path]:
 
 
 def _cache_folder() -> Path | None:
-    """Return the folder of compiled kernels, marked as used by this process; None if there is none.
+    """Return the folder of compiled kernels and mark it as used; None if no place can be used.
 
     If the folder is new, folders of former toolchains are removed. A folder that others can write
     in is recorded in `UNTRUSTED` and not loaded.
@@ -102,7 +102,7 @@ class _Wait(event.Listener):
         notifications.compiling()
 
     def on_end(self, event: Any) -> None:
-        """Release the lock after a failure; after a success `save_overload` does."""
+        """Release the lock after a failure; after a success `save_overload` releases it."""
         store = event.data["dispatcher"]._cache
         # the exception decides: numba 0.68 has is_failed the wrong way round
         if event._exc_details is not None and isinstance(store, KernelStore):
@@ -116,9 +116,9 @@ def kernel(function: F) -> F:
     """Compile a function of floats and arrays on its first call.
 
     Arithmetic is IEEE, in the order written. The function uses no Python objects and releases the
-    global interpreter lock. References are counted, and nothing is inlined into callers. These two
-    options are set explicitly: otherwise a kernel that is first called from an `inner_kernel` or a
-    `bare_kernel` would inherit the caller's.
+    global interpreter lock. References are counted, and the function is not inlined into callers.
+    The options for both are set explicitly: otherwise a kernel that is first called from an
+    `inner_kernel` or a `bare_kernel` would inherit the caller's options.
     """
     return cast(
         F,

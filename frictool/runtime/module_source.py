@@ -22,8 +22,8 @@ ANALYSIS = (
 class ModuleSource:
     """Digest of a module's syntax tree, its imports, and the names that it binds.
 
-    table: lazy exports, name -> module relative to the package. is_open: the module imports by a
-    computed name.
+    table: module of each lazily exported name, relative to the package. is_open: True if the module
+    imports another one by a computed name.
     """
 
     digest: str

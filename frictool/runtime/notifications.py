@@ -1,8 +1,8 @@
-"""Notifications to the caller: a wait for the compiler, a remark, values that nobody measured.
+"""Notifications to the caller: compilation, remarks, and values that were not measured.
 
-A notification goes to the receiver of the current context (`contextvars`), and nowhere without
-one, so that frictool is silent as a library. A thread inherits no context: whoever starts one runs
-its work in a copy.
+A notification goes to the receiver of the current context (`contextvars`). Without a receiver it is
+dropped, so that frictool is silent as a library. A thread inherits no context: code that starts a
+thread must run its work in a copy of the context.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def receiving(**receivers: Unpack[Receivers]) -> Iterator[None]:
 
 
 def compiling() -> None:
-    """Notify that a kernel is compiled, at its first use in an installation."""
+    """Notify that a kernel is being compiled for its first use in an installation."""
     if receiver := _current().get("compiling"):
         receiver()
 
@@ -54,7 +54,7 @@ def example_values(path: str, keys: tuple[str, ...]) -> None:
 
 
 def bench_values(path: str, reason: str) -> None:
-    """Notify that the model at `path` holds values of the bench only, and why."""
+    """Notify that the model at `path` contains values of the bench only; `reason` says why."""
     if receiver := _current().get("bench_values"):
         receiver(path, reason)
 

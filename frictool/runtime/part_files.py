@@ -107,9 +107,9 @@ def _clean_once(folder: Path) -> None:
 
 
 def _locked_file(target: Path) -> tuple[int, Path]:
-    """Return the open handle and the path of a new, locked part file.
+    """Return the open handle and the path of a new part file, which is locked.
 
-    Another process may remove the file before it is locked; then a new one is made.
+    If another process removes the file before it is locked, a new file is made.
     """
     while True:
         handle, name = tempfile.mkstemp(dir=target.parent, prefix=f".{target.name}.", suffix=SUFFIX)
@@ -136,7 +136,7 @@ def _locked_folder(target: Path) -> tuple[int | None, Path]:
 
 
 def _lock(part: Path, wait: bool = False) -> int | None:
-    """Return a handle that holds the lock; None if it is taken or there are no locks."""
+    """Return a handle that holds the lock; None if the lock is taken or the system has no locks."""
     if fcntl is None:
         return None
     try:

@@ -1,22 +1,22 @@
-"""Log stream of a closed-loop record: channels of a bench, and those that only a simulation knows.
+"""Log stream of a closed-loop record: channels of a bench, and channels that only a simulation has.
 
 ============================  ====================================================================
 channel                       meaning
 ============================  ====================================================================
-position                      the encoder's report, with its faults
+position                      output of the encoder, with its faults
 reference                     reference of the position
-current | voltage             the drive as its sensor reports it, with its faults and noise
-effort                        the bench's constant times that, as a bench computes it, also for
-                              variants with another constant
-velocity_estimated            the speed that the controller used, from the encoder's difference
-                              or an observer
-velocity_measured             the sensor's speed, which is the true one, if the controller uses it
+current | voltage             output of the drive's sensor, with its faults and noise
+effort                        constant of the bench times the measured drive, also for variants
+                              with another constant
+velocity_estimated            speed that the controller used, from the encoder's difference or an
+                              observer
+velocity_measured             output of an exact velocity sensor, if the controller uses one
 command                       output of the controller at the sample; it acts `delay_samples` later
-position_true, velocity       of the motor
-load_position                 behind the backlash
+position_true, velocity       true position and velocity of the motor
+load_position                 true position behind the backlash
 current_true | voltage_true   the drive that acts from the sample on (without lag), or at it
 disturbance                   mean external effort over the sample, if there is any
-..._factor                    factor on friction, viscous friction or constant, if it drifts
+..._factor                    drift factor on friction, viscous friction or constant
 ============================  ====================================================================
 """
 
@@ -76,8 +76,8 @@ class AxisChannels:
     ) -> Stream:
         """Return the stream of variant number `index` from its record (n, 7).
 
-        Its noise is drawn from (seed, index). `used_speed` (n,) is the speed that the controller
-        used, None if it uses none.
+        The noise of the drive is drawn from (seed, index). `used_speed` (n,): speed that the
+        controller used; None if it uses no speed.
         """
         drive = self.rig.drive
         noise = np.random.Generator(np.random.PCG64([self.seed, index])).normal(
@@ -159,7 +159,7 @@ def fault_warning(stream: Stream, hold_samples: int) -> list[str]:
 
 
 def _happening(scenario: Scenario, conditions: Vector) -> dict[str, tuple[Vector, str]]:
-    """Return the channels (n,) that are equal in every stream, with their dimensions."""
+    """Return the disturbance and drift channels (n,), equal in every stream, with dimensions."""
     channels: dict[str, tuple[Vector, str]] = {}
     if on_axis(scenario):
         channels["disturbance"] = (np.ascontiguousarray(conditions[:, DISTURBANCE]), "effort")

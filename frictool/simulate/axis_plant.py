@@ -120,7 +120,7 @@ class AxisPlant:
         )
 
     def _against_stops(self, variant: AxisVariant, record: Vector) -> Iterator[str]:
-        """Yield a warning for each end stop that the axis reaches; no rig should."""
+        """Yield a warning for each end stop that the axis reaches."""
         travel = self.rig.travel
         if travel is None:
             return

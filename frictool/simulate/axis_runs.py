@@ -1,7 +1,8 @@
 """Closed loops of all variants of an axis.
 
-A controller in a number format runs on all cores, in batches that limit the memory for records.
-Compiled controller code runs engine/closed_loop.py sample by sample, one variant after the other.
+Runs of a simulated controller use all cores, in batches that limit the memory for records. With
+compiled controller code, engine/closed_loop.py simulates one sample at a time, and the variants run
+one after the other.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Variants of an axis in a simulation: the model, vertices of its ranges, random or set values.
 
 The ranges of inertia, viscous and Coulomb friction and constant are `ranges` of plant/polytope.py,
-the same as for `synth`. A vertex has one end of each range; a random plant is drawn from them
-independently and uniformly. Plant number i of a seed is the same for any number of plants. A vertex
-or a random plant is four numbers; plant/friction_levels.py applies them to models with further
-friction parameters.
+the same as for `synth`. A vertex has one end of each range. Each parameter of a random plant is
+drawn uniformly from its range, independently of the others. Plant number i of a seed is the same
+for any number of plants. A vertex or a random plant is four numbers; plant/friction_levels.py
+applies them to models with further friction parameters.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ PLANTS_STREAM = 1 << 32  # stream number of the random plants of a seed; noise u
 class AxisVariant:
     """One plant, with the values that differ from the nominal plant.
 
-    `name` is empty for the nominal plant, `topic` is that of its stream.
+    `name` is empty for the nominal plant. `topic` names the stream of this plant.
     """
 
     name: str
@@ -83,9 +83,9 @@ def variants_of(
 ) -> list[AxisVariant]:
     """Return the nominal plant and its vertices or random plants, or the plant of `given` values.
 
-    `owner` is the name of the model in messages, `parameters` the result of `parameters_of`, if
-    known. Raises FrictoolError if a plant's parameters are out of range, or if there is no range to
-    draw from.
+    `owner` is the name of the model in messages. `parameters` is the result of `parameters_of`;
+    None computes it. Raises FrictoolError if a plant's parameters are out of range, or if there is
+    no range to draw from.
     """
     if scenario.variants == GIVEN:
         values = given_values(scenario, parameters or parameters_of(model))
@@ -111,13 +111,13 @@ def variants_of(
 def scheduled_values(model: Model, variant: AxisVariant) -> dict[str, float]:
     """Return PARAMETERS of a variant's plant [SI] for a scheduled controller.
 
-    A parameter that the variant does not set has the middle of the model's level.
+    A parameter that the variant does not set has the nominal value of the model (`_levels`).
     """
     return {name: variant.values.get(name, value) for name, value in _levels(model).items()}
 
 
 def _levels(model: Model) -> dict[str, float]:
-    """Return PARAMETERS of the model itself."""
+    """Return the nominal PARAMETERS of the model, with the middle of each friction level."""
     coulomb, viscous = coulomb_level(model), viscous_level(model)
     values = (
         model.parameters.inertia.value,

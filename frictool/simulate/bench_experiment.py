@@ -1,11 +1,11 @@
 """Simulation of a test of `frictool excite` as its bench would run and log it.
 
-    a reference    under the bench's own position loop (engine/servo.py)
-    ramps          by the rule that the test contains (figure 4.6)
+    a reference    is followed under the bench's position loop (engine/servo.py)
+    ramps          follow the rule that the test contains (figure 4.6)
 
 The log has only the channels of a bench. Position is the encoder's report; the drive is measured
-with noise. The offset of the encoder's zero within one count is random. It is drawn, like the
-noise, from PCG64 seeded with `seed`.
+with noise. The offset of the encoder's zero within one count is random. This offset and the noise
+are drawn from PCG64 seeded with `seed`.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ class RampRows(NamedTuple):
 
 
 def read_excitation(path: Path) -> Log:
-    """Return the test at `path`; raise LogError if it is not one of `frictool excite`."""
+    """Return the test at `path`; raise LogError if `frictool excite` did not write it."""
     log = read_mcap(path) if is_canonical(path) else None
     if log is None or EXCITATION not in log.metadata:
         raise LogError(

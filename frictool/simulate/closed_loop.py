@@ -5,7 +5,7 @@
 
 Position is the encoder's report. The drive is measured with white noise of standard deviation
 `drive_noise`, drawn for each variant from PCG64 seeded with (seed, index of the variant). The log
-also has the signals that only a simulation knows.
+also contains the true signals, which a bench cannot measure (simulate/axis_channels.py).
 """
 
 from __future__ import annotations
@@ -105,7 +105,7 @@ def simulate_closed_loop(
 class StepTest(Generic[V]):
     """Closed loop of one plant and one controller, prepared once and run with several scenarios.
 
-    The arguments are those of `simulate_closed_loop` and fields of its request.
+    The arguments are arguments of `simulate_closed_loop` and fields of SimulationRequest.
     """
 
     def __init__(
@@ -134,7 +134,7 @@ class StepTest(Generic[V]):
     ) -> Log:
         """Return the log of a scenario, as `simulate_closed_loop` does.
 
-        `with_speed` adds the speed that the controller used, for which its program runs again.
+        With `with_speed`, the controller's program runs again to record the speed that it used.
         """
         plant = self.plant
         controller = self.controller
@@ -214,7 +214,7 @@ class StepTest(Generic[V]):
         return reference, start
 
     def _linear(self, variants: Sequence[V], conditions: Vector) -> dict[str, dict[str, str]]:
-        """Return the log records from which `frictool report` computes the stability margins."""
+        """Return the metadata from which `frictool report` computes the stability margins."""
         linear = {
             variant.topic: system.to_text()
             for variant in variants
@@ -232,7 +232,7 @@ class StepTest(Generic[V]):
 
     @cached_property
     def _outside(self) -> list[str]:
-        """List of one warning if plant or rig differ from those the controller was verified for."""
+        """Warning if the controller was verified for another plant or rig, else an empty list."""
         deviations = differences(self.controller, self.plant.rig.facts, self.plant.intervals())
         return (
             [f"{self.names.model} {outside_message(self.names.controller, deviations)}"]
@@ -272,7 +272,7 @@ class StepTest(Generic[V]):
 def _known_values(
     plant: SimulatedPlant[V], variants: Sequence[V], places: Mapping[str, int]
 ) -> list[dict[int, float]]:
-    """Return, for each variant, the values of scheduled parameters by index of their state.
+    """Return the scheduled parameters of each variant: value by state index.
 
     The list is empty if no value is known. `places` maps names of parameters to state indices.
     """
@@ -322,7 +322,7 @@ def _reference(
 
 
 def _of_log(scenario: Scenario, recorded: Log | None) -> list[str]:
-    """Return the warnings about the log that is replayed."""
+    """Return the warnings about the replayed log."""
     return (
         []
         if scenario.reference is None or recorded is None

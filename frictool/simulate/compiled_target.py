@@ -3,9 +3,9 @@
     DIR/NAME.c, NAME.h  ──cc──▶ shared library ──ctypes──▶ step(reference, position,
                                                           velocity) -> drive
 
-A few lines of C convert to and from the number format in the same way as the simulation, so that
-every channel of the loop is equal, bit by bit. The SHA-256 in the sources' header proves that they
-belong to the simulated controller.
+A few lines of C convert to and from the number format as the simulation does, so that a run with
+this code equals the simulated run bit by bit. The header of the sources contains the SHA-256 of
+their controller document, which must be that of the simulated controller.
 """
 
 from __future__ import annotations
@@ -81,8 +81,8 @@ void target_tell(int which, double value)
 class CompiledTarget:
     """Compiled code of one controller, for one axis at a time.
 
-    `number` is its number format, `sources` are the compiled files, `scheduled` the values of
-    the scheduled parameters.
+    `number`: number format of the code. `sources`: compiled files. `scheduled`: values of the
+    scheduled parameters.
     """
 
     def __init__(self, library: ctypes.CDLL, number: Number, sources: tuple[Path, ...]) -> None:
@@ -117,9 +117,9 @@ def compiled_target(
 ) -> CompiledTarget:
     """Compile the code in `folder` for the controller document of the digest `sha256`.
 
-    `controller` is the document's path in messages, `inputs` are the inputs at every sample,
-    `scheduled` the scheduled parameters. Raises InputFileError if the folder has no sources of this
-    controller, if no compiler is on the PATH, or if the compilation fails.
+    `controller`: path of the document in messages. `inputs`: names of the inputs at every sample.
+    `scheduled`: names of the scheduled parameters. Raises InputFileError if the folder has no
+    sources of this controller, if no compiler is on the PATH, or if the compilation fails.
     """
     header, name, number = _header(folder, sha256, controller)
     source = header.with_suffix(".c")

@@ -1,8 +1,8 @@
 """Speed that a controller used at each sample of a run, from a second run of its program.
 
-A program is deterministic: the same references and positions give the same values. Recording a
-value during the loop would slow down every loop. The second run has the number format of the first,
-also for exported code, so that its values are equal bit by bit.
+The first run does not record the speed, because this would slow down every loop. A program is
+deterministic. The second run has the same number format, references and positions as the first,
+also for exported code, so that both have the same speeds bit by bit.
 """
 
 from __future__ import annotations
@@ -27,9 +27,8 @@ def controller_speed(
 ) -> Vector:
     """Return the speed [rad/s | m/s] (n,) that a controller used in a run.
 
-    `place` is the index of that value in the program, `reference` (n,) and `record` (n, 7) are
-    those of the run, `step` is that of the encoder [rad | m]; `known` has the scheduled parameters
-    by state index.
+    `place`: index of the speed in the program. `reference` (n,), `record` (n, 7): reference and
+    record of the run. `step`: encoder step [rad | m]. `known`: scheduled parameters by state index.
     """
     again = copy_program(running)
     for parameter, value in known.items():

@@ -26,16 +26,16 @@ DOCUMENTS = DocumentNames()
 
 
 def refuse(name: str, key: str, message: str) -> NoReturn:
-    """Raise DocumentError for `key` of the document `name`, with its line if that is a file."""
+    """Raise DocumentError for `key` of the document `name`, with the line if `name` is a file."""
     raise document_error(name, key, message)
 
 
 def check_agreement(
     rig: Rig, controller: Controller, scenario: Scenario, names: DocumentNames
 ) -> None:
-    """Raise DocumentError for the first fact on which the three disagree.
+    """Raise DocumentError for the first fact on which rig, controller and scenario disagree.
 
-    The message has both values and the remedy.
+    The message contains both values and the remedy.
     """
     owner = rig.owner.format(names.model)
     lag = controller.bench.actuator.loop_time_constant_s

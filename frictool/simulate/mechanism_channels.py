@@ -6,7 +6,7 @@ channel                         meaning at each sample; names of elements are in
 BLOCK_position, BLOCK_velocity  rad or m, rad/s or m/s
 BLOCK_stuck                     1 while friction holds a block, for blocks that it can hold
 LINK_contact                    link with play: -1 or 1 for the flank in contact, 0 between;
-                                stop: -1 or 1 at its low or high end
+                                end stop: -1 or 1 at the low or high end
 SOURCE_current, .. _effort      value from the sample on
 SENSOR_position, .. _velocity   output of each sensor, without the faults of a scenario
 BLOCK_disturbance               mean external effort over the sample, if a scenario names the block
@@ -36,7 +36,7 @@ Modes = NDArray[np.int8]
 def field_names(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
     """Return the prefix of the signals for each element name.
 
-    Prefixes are lower case, without double underscores, unique and none of `taken`.
+    Prefixes are lower case, without double underscores, unique, and not in `taken`.
 
     >>> field_names(("m6", "Rack", "rack"), ("m6",))
     {'m6': 'm6_2', 'Rack': 'rack', 'rack': 'rack_2'}
@@ -67,7 +67,7 @@ class MechanismChannels:
     def stream(self, variant: MechanismVariant, motion: Vector, modes: Modes) -> Stream:
         """Return the stream of a variant.
 
-        `motion` (samples, 2 n + u) has positions, speeds and drives, `modes` (samples, m) those of
+        `motion` (samples, 2 n + u): positions, speeds and drives. `modes` (samples, m): modes of
         engine/mechanism/state.py.
         """
         columns: dict[str, tuple[Vector, str]] = {}
@@ -149,7 +149,7 @@ class MechanismChannels:
 def held_blocks(variant: MechanismVariant) -> set[int]:
     """Return the blocks that friction can hold.
 
-    The friction may be that of a rigidly connected block.
+    Friction on a rigidly connected block counts too.
     """
     packed = variant.assembled.packed
     dry = set(packed.frictions.block.tolist()) | set(packed.pressings.block.tolist())

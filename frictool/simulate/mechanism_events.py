@@ -11,8 +11,8 @@ HEAD = "time_s,plant,element,event,speed\n"
 class EventCsv:
     """Builder of the table of events, run by run.
 
-    time_s is in s; plant is empty for the nominal one; speed is that before the event in rad/s or
-    m/s, 0 if the event has none.
+    Columns: time_s: instant [s]; plant: name of the variant, empty for the nominal one; speed:
+    speed before the event [rad/s | m/s], 0 if the event has no speed.
     """
 
     def __init__(self) -> None:

@@ -4,8 +4,8 @@
     |-- part --|-- part ----|-- part --------
 
 A sample is divided into parts at every instant at which a signal jumps or bends, so that steps
-occur exactly at their instants. In each part a signal is held at its mean: its impulse is exact,
-and so is the effect of a step. For a sine or a ramp the error in the motion is of second order in
+occur exactly at their instants. In each part a signal is held at its mean, so that its impulse and
+the effect of a step are exact. For a sine or a ramp the error in the motion is of second order in
 the length of the part.
 """
 
@@ -32,7 +32,8 @@ def inputs_of(
 ) -> MechanismInputs:
     """Return the inputs of a scenario with `samples` samples of a `period` [s].
 
-    `signals` are by index of the source; `disturbances` are pairs with the index of the block.
+    `signals`: signals of each source, by source index. `disturbances`: pairs (block index,
+    disturbance).
     """
     courses = [course for of in signals.values() for course in of] + [
         one for _, one in disturbances
@@ -97,7 +98,7 @@ def mean_over(course: Signal | Disturbance, level: float, edges: Vector) -> Vect
 
 
 def mean_efforts(inputs: MechanismInputs) -> dict[int, Vector]:
-    """Return the mean effort over each sample (n,) for each block that has one."""
+    """Return the mean effort over each sample (n,) of each disturbed block, by block index."""
     period = np.add.reduceat(inputs.durations, inputs.first[:-1])
     pushed = (
         np.add.reduceat(inputs.efforts * inputs.durations[:, None], inputs.first[:-1], axis=0)

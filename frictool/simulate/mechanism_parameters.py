@@ -43,9 +43,9 @@ def _walk(one: Any, key: str) -> Iterator[tuple[str, Quantity]]:
 
 
 def _leasts(one: Any, key: str) -> Iterator[tuple[str, tuple[str, float]]]:
-    """Yield each friction parameter with a lower limit: its key, the limit's key, the factor.
+    """Yield (key, (key of the limit, factor)) of each friction parameter with a lower limit.
 
-    The factor converts the limit's unit.
+    The factor converts the unit of the limit to that of the parameter.
     """
     if isinstance(one, FrictionOf):
         for name, other in _pairs(one):
@@ -57,7 +57,7 @@ def _leasts(one: Any, key: str) -> Iterator[tuple[str, tuple[str, float]]]:
 
 
 def _pairs(friction: FrictionOf) -> list[tuple[str, str]]:
-    """Return the existing parameters that must not be below another one, with that one."""
+    """Return (parameter, lower limit) for each present parameter that another one limits."""
     law = LAWS.get(friction.law)
     there = friction.parameters
     named = (
@@ -95,8 +95,8 @@ def _changed(one: Any, values: Mapping[str, float], key: str) -> Any:
 def _ordered(document: FrictionOf, made: FrictionOf, provided: set[str]) -> FrictionOf:
     """Return `made` with consistent friction parameters.
 
-    If `provided` has only the lower limit of a parameter, the parameter keeps its ratio to the
-    limit. Rounding does not put a parameter below its limit.
+    If `provided` contains the lower limit of a parameter but not the parameter, the parameter keeps
+    its ratio to the limit. Rounding does not put a parameter below its limit.
     """
     parameters = dict(made.parameters)
     for name, other in _pairs(made):

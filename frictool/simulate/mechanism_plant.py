@@ -36,8 +36,8 @@ MOST_TURNS = 1e8
 class MechanismPlant:
     """Mechanism as a `SimulatedPlant`, whose protocol documents the methods.
 
-    `watch` is called with each variant after its run. Raises ElementError if no source or no sensor
-    can be a controller's.
+    `watch` is called with the outcome of each variant after its run. Raises ElementError if the
+    mechanism has no source or no sensor for a controller.
     """
 
     def __init__(
@@ -149,7 +149,7 @@ class MechanismPlant:
     def intervals(self) -> Mapping[str, tuple[float, float]]:
         """Return the interval of the drive's constant.
 
-        The other parameters are those of a single axis.
+        The other parameters of a synthesis exist for a single axis only.
         """
         constant = self.document.sources[self.assembled.sources[self.controlled.source]].constant
         return {} if constant is None else {"constant": constant.interval}
@@ -167,9 +167,9 @@ class MechanismPlant:
 
 
 def width_of(assembled: AssembledMechanism) -> float:
-    """Return the logged data of a mechanism relative to one axis.
+    """Return the size of a mechanism's logged data relative to that of one axis.
 
-    A block has three channels, an axis has nine.
+    A block has three channels, and an axis has nine.
     """
     return 1.0 + len(assembled.blocks) / 3.0
 

@@ -1,9 +1,9 @@
-"""Report of a mechanism's run besides its signals: energy balance, events by element, warnings.
+"""Report of a mechanism's run: energy balance, events by element, warnings.
 
     work of sources and external efforts = gain of kinetic and stored energy
                                            + losses in friction, links and impacts + residual
 
-The records `energy/TOPIC` [J] and `events/TOPIC` (counts) of a log hold them.
+The records `energy/TOPIC` [J] and `events/TOPIC` (counts) of a log contain energies and events.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Rig of a mechanism for a controller, and the chain of links that starts at its sensor's block.
 
-Along the chain, without play and compliance, the position of a block follows that of the sensor by
-the product of the ratios:
+If the play and compliance of the links are neglected, the position of a block in the chain follows
+from the sensor's position and the product of the ratios:
 
     q_block - start_block = ratio (q_sensor - start_sensor)
 
@@ -34,7 +34,7 @@ SAME_PLACE = 1e-12  # relative tolerance of a stop's position
 class ControlledAxis(NamedTuple):
     """Indices of the controlled source, its block, the sensor's block and the load.
 
-    The speed of the load is `load_ratio` times that of the sensor.
+    The speed of the load is `load_ratio` times the speed of the sensor's block.
     """
 
     source: int
@@ -58,7 +58,7 @@ def resolution_of(sensor: Sensor) -> float:
 def rig_of_mechanism(
     document: Mechanism, assembled: AssembledMechanism
 ) -> tuple[Rig, ControlledAxis]:
-    """Return the rig for a controller, and its axis.
+    """Return the rig for a controller, and the controlled axis.
 
     Raises ElementError if source or sensor are not determined, or if the sensor does not measure a
     position.
@@ -90,9 +90,9 @@ def rig_of_mechanism(
 
 
 def _facts(document: Mechanism, source: Source, sensor: Sensor) -> dict[str, float]:
-    """Return the facts of verify/rig_facts.py, without a spring on the axis.
+    """Return the facts of verify/rig_facts.py, except the spring on the axis.
 
-    A mechanism models its springs itself.
+    The springs of a mechanism are part of its model.
     """
     winding = source.winding
     return {
@@ -155,8 +155,8 @@ def block_positions(
 ) -> Vector:
     """Return positions (n,) [rad | m] of all blocks with the block `root` at `position`.
 
-    Connected blocks move along, the others stay. Raises ValueError with the name of a block that is
-    then beyond its end stop.
+    Blocks that links connect to `root` move with it; all others stay at the start. Raises
+    ValueError if this moves a block beyond its end stop.
     """
     placed = assembled.start.copy()
     for block, tied in chain_from(document, assembled, root).items():

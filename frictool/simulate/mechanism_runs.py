@@ -58,7 +58,7 @@ ROOM_FOR_EVENTS = 200_000  # stored events of one run; further ones are counted 
 class MechanismOutcome(NamedTuple):
     """Result of one variant.
 
-    `machine` and `state` are those at the end, `before` is the initial energy balance.
+    `machine`, `state`: compiled mechanism and state at the end. `before`: initial energy balance.
     """
 
     variant: MechanismVariant
@@ -217,7 +217,8 @@ def _drifting(
 ) -> DriftedNumbers:
     """Return the numbers of the compiled mechanism that the scenario's drifts scale.
 
-    If a sensor may fail, the drive's limit is applied by the loop, and the mechanism has none.
+    If the scenario has conditions, the loop applies the drive's limit, and the limit in the
+    mechanism becomes infinite.
     """
     whole, numbers = machine.whole, machine.numbers
     places: list[int] = []

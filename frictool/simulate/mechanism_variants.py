@@ -1,8 +1,8 @@
 """Random mechanisms: every quantity with `low` and `high` is drawn uniformly and independently.
 
 Mechanism number i of a seed is the same for any number of plants. A breakaway is never below its
-Coulomb friction: it is drawn from the part of its range above that. A breakaway without a range
-keeps its ratio to the Coulomb friction.
+Coulomb friction: it is drawn from the part of its range above the drawn Coulomb friction. A
+breakaway without a range keeps its ratio to the Coulomb friction.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from frictool.typing import Vector
 class MechanismVariant:
     """One mechanism, with the drawn values by key [SI] and their units.
 
-    `name` is empty for the nominal one.
+    `name` is empty for the nominal mechanism.
     """
 
     name: str
@@ -110,7 +110,7 @@ def mechanism_variants(
 def _values(
     every: Mapping[str, VariedParameter], ranged: Mapping[str, VariedParameter], parts: Vector
 ) -> Vector:
-    """Return values (n, d) at shares (n, d) of the ranges.
+    """Return parameter values (n, d) for shares `parts` (n, d), 0 to 1, of the ranges.
 
     A range with a lower limit begins at that limit.
     """
@@ -147,7 +147,7 @@ def _variant(
 
 
 def _check_signs(made: Mechanism, owner: str, remedy: str) -> None:
-    """Raise FrictoolError if a value is below the limit that its key has in a document."""
+    """Raise FrictoolError if a value is below the limit that documents set for its key."""
     try:
         DocumentReader(Path()).read(compose(to_yaml(made), Path()), Mechanism, "")
     except DocumentError as error:

@@ -33,8 +33,8 @@ def check_least(
 ) -> None:
     """Raise DocumentError if a parameter is below its lower limit, which another parameter sets.
 
-    `spans` and `provided` replace ranges of the document, in compatible units. If `drawn`, plants
-    are drawn from the ranges; else the provided or the nominal values are simulated.
+    `spans` and `provided` replace ranges of the document, in compatible units. `drawn`: True if
+    plants are drawn from the ranges, False if the provided or nominal values are simulated.
     """
     for name, parameter in ranges.items():
         if parameter.least is None:

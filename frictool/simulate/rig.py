@@ -14,12 +14,12 @@ from frictool.verify.rig_facts import facts_of
 
 @dataclass(frozen=True)
 class Rig:
-    """Actuator and encoder in SI units; those of the controlled axis for a mechanism.
+    """Actuator and encoder of an axis, or of the controlled axis of a mechanism, in SI units.
 
-    `owner` is the document in messages ({} is its name), `constant` the effort per unit of the
-    drive, `effort_axis` the kind of axis on which the drive acts. `facts` are those of
-    verify/rig_facts.py. `examples` are keys of example values in the bench. `bench_values_only` is
-    the reason why nothing of the model was identified, or empty.
+    `owner`: text for the document in messages, with {} for its name. `constant`: effort per unit of
+    the drive. `effort_axis`: kind of axis on which the drive acts. `facts`: facts of
+    verify/rig_facts.py. `examples`: keys of example values in the bench. `bench_values_only`:
+    reason why no parameter of the model was identified, or empty.
     """
 
     owner: str
@@ -54,7 +54,7 @@ class Rig:
 
 
 def rig_of(bench: Bench, model: Model | None = None) -> Rig:
-    """Return the rig of a bench, and with its model also the spring on its axis."""
+    """Return the rig of a bench; with `model`, also with the spring on the axis."""
     return Rig(
         owner="the bench of {}",
         axis=bench.axis,

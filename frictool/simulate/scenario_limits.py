@@ -1,4 +1,4 @@
-"""Limits of a scenario: its length, the travel, and all events before its end."""
+"""Checks of a scenario: its length, the travel, and the instants of all events."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def check_path(places: Mapping[str, Vector], travel: Span | None, name: str) -> 
 
 
 def check_instants(scenario: Scenario, seconds: float, period: float, name: str) -> None:
-    """Raise DocumentError if an event is after the end [s], shorter than a sample, or too fast."""
+    """Raise DocumentError if an event is not within `seconds` [s], too short, or too fast."""
     limit = seconds * (1.0 + SAME_INSTANT)
     for key, begin, end in _spans(scenario):
         if begin[1] >= seconds:
@@ -114,9 +114,9 @@ Instant = tuple[str, float]  # key, s
 
 
 def _spans(scenario: Scenario) -> Iterator[tuple[str, Instant, Instant | None]]:
-    """Yield (key, begin, end) of every event; a drift has its first point only.
+    """Yield (key, begin, end) of every event; the begin of a drift is its first point.
 
-    A drift may continue after the end.
+    The end is None for an event without one and for a drift, which may outlast the scenario.
     """
     for index, disturbance in enumerate(scenario.disturbances):
         lasts = disturbance.duration_s

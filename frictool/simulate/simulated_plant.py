@@ -1,4 +1,4 @@
-"""Interface of a plant that scenarios are simulated with: one axis or a mechanism.
+"""Interface of a simulated plant: one axis or a mechanism.
 
 scenario ──▶ variants ──▶ play: the loop of each ──▶ VariantRun: record of the axis, further
 streams, warnings ──▶ log
@@ -35,7 +35,7 @@ class PlantVariant(Protocol):
 
     @property
     def topic(self) -> str:
-        """Topic of its stream."""
+        """Topic of the variant's stream."""
 
 
 V = TypeVar("V", bound=PlantVariant)
@@ -44,9 +44,10 @@ V = TypeVar("V", bound=PlantVariant)
 class VariedParameter(NamedTuple):
     """Range and document value of a plant's parameter, SI; low == high if it is known exactly.
 
-    `label` is its name in messages. `least` is (parameter that limits it from below, factor between
-    their units); a breakaway is limited by its Coulomb friction. A parameter with a range is drawn
-    from the part above the limit; one without a range keeps its ratio to the limit in the document.
+    `label`: name of the parameter in messages. `least`: (parameter that is its lower limit, factor
+    between their units); the Coulomb friction is the lower limit of a breakaway. A parameter with a
+    range is drawn from the part of its range above the limit. A parameter without a range keeps the
+    ratio to the limit that the document has.
     """
 
     low: float
@@ -60,8 +61,8 @@ class VariedParameter(NamedTuple):
 class VariantRun(NamedTuple):
     """Result of one run.
 
-    `record` (n, 7) is that of the controlled axis (engine/closed_loop.py), `streams` and `metadata`
-    have further data of the plant.
+    `record` (n, 7): record of the controlled axis (engine/closed_loop.py). `streams`, `metadata`:
+    further data of the plant.
     """
 
     record: Vector
@@ -71,10 +72,10 @@ class VariantRun(NamedTuple):
 
 
 class SimulatedLoop(NamedTuple):
-    """Controller and conditions that every plant is simulated with.
+    """Controller, reference and conditions, common to the runs of all plants.
 
     The controller is `running` in the simulation's number format, or compiled code (`target`).
-    `start` is in rad | m, `reference` (n,) too; `conditions` (n, 8) are those that act on the loop
+    `start` and `reference` (n,) are in rad | m. `conditions` (n, 8) act on the loop
     (engine/conditions.py). `scheduled` has the scheduled parameters of each variant by state index.
     `progress(done, total)` is called before the first variants and after each batch.
     """
@@ -103,7 +104,7 @@ class SimulatedPlant(Protocol[V]):
 
     @property
     def width(self) -> float:
-        """Size of its logged data relative to that of one axis."""
+        """Size of the plant's logged data relative to that of one axis."""
 
     def check(
         self, controller: Controller | None, scenario: Scenario, names: DocumentNames
@@ -130,7 +131,7 @@ class SimulatedPlant(Protocol[V]):
         """Yield each variant and its run; raise NoSolutionError if one cannot be simulated."""
 
     def linear(self, variant: V, conditions: Vector) -> LoggedPlant | None:
-        """Return the linear plant of a variant under conditions (n, 8); None without margins."""
+        """Return the variant's linear plant under conditions (n, 8); None if it has no margins."""
 
     def intervals(self) -> Mapping[str, tuple[float, float]]:
         """Return the known intervals [SI] of the parameters of a synthesis.

@@ -1,8 +1,8 @@
 """Check that every draw of a scenario's `spread` can be simulated.
 
-Its parameters must exist and have their units, and its events must lie within the travel and the
-time. A range of a parameter is checked by the plants at its two ends: if one of them is impossible,
-so are draws near it.
+The parameters of `spread` must exist and have suitable units. Its events must lie within the travel
+and the duration. The plants at both ends of each parameter range must be possible, because
+otherwise draws near that end would fail.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def check_spread(
 ) -> None:
     """Raise DocumentError for the first key of `spread` that does not fit.
 
-    It must fit the plant and a scenario of `seconds` [s].
+    The key must fit the plant and a scenario that lasts for `seconds` [s].
     """
     spread = scenario.spread or Spread()
     rig = plant.rig
@@ -104,7 +104,7 @@ def _check_ends(
     spread: Spread,
     names: DocumentNames,
 ) -> None:
-    """Raise DocumentError if no plant can have the end of a parameter's range."""
+    """Raise DocumentError if a plant at an end of a parameter's range is impossible."""
     for parameter, span in spread.parameters.items():
         least = plant.ranges()[parameter].least
         for end, value in (("low", span.low), ("high", span.high)):

@@ -31,7 +31,7 @@ def scenario_of(
 ) -> Scenario:
     """Return the scenario of one draw with factor values (d,) in SI.
 
-    `noise`: seed and index of the draw whose noise sequence is used. `step`: of the encoder [rad |
+    `noise`: seed and index of the draw whose noise sequence is used. `step`: encoder step [rad |
     m].
     """
     spread = base.spread or Spread()

@@ -32,7 +32,7 @@ class UnitDraws(NamedTuple):
 def draws_of(method: Method, count: int | None, factors: int, seed: int) -> UnitDraws:
     """Return `count` draws of the factors.
 
-    If count is None for vertices, return all of them, at most MOST_VERTICES.
+    For vertices, a `count` of None gives all of them, at most MOST_VERTICES.
     """
     if method == "vertices":
         corners = 2**factors

@@ -25,13 +25,13 @@ Kind = Literal["plant", "wear", "temperature", "drive", "start", "sensor", "load
 class Factor:
     """Quantity drawn uniformly from [low, high], in the SI unit `unit` ("1" for a pure number).
 
-    `name`: its key, such as `coulomb`, `links.screw.backlash` or `spread.wear`. `label`: name for
-    users. `nominal`: value without variation. `whole`: the factor takes whole numbers only, all
-    equally likely.
+    `name`: key of the quantity, such as `coulomb`, `links.screw.backlash` or `spread.wear`.
+    `label`: name for users. `nominal`: value without variation. `whole`: the factor takes whole
+    numbers only, all equally likely.
 
     `least`: (other factor, scale), a lower limit at scale times the other factor. The factor is
-    drawn from the part of its range above this limit. The two are therefore independent in the unit
-    cube, but not in SI.
+    drawn from the part of its range above this limit. The two factors are therefore independent in
+    the unit cube, but not in SI.
     """
 
     name: str

@@ -1,10 +1,10 @@
 """Distribution of a metric over the trials: quantiles with intervals, tolerance bound, histogram.
 
 All statistics are order statistics, so that no form of the distribution is assumed. The r-th of n
-sorted values lies above at least the share beta of all plants with confidence gamma if
+sorted values is an upper bound for at least the share beta of all plants, with confidence gamma, if
 P(Binomial(n, beta) <= r - 1) >= gamma (Wilks, Annals of Mathematical Statistics 12, 1941). This
-share is the Clopper-Pearson lower bound of the count r (clopper_pearson.py). At least 59 draws are
-needed for their maximum to be such a bound for 95 % of the plants with 95 % confidence.
+share is the Clopper-Pearson lower bound of the count r (clopper_pearson.py). The maximum of at
+least 59 draws is such a bound for 95 % of the plants with 95 % confidence.
 """
 
 from __future__ import annotations
@@ -34,7 +34,8 @@ FAR = 1.5
 class Quantile:
     """Quantile of a metric: the share `level` of the plants has at most the value `value`.
 
-    The value is infinite if the metric is. `low`, `high`: confidence interval, infinite if unknown.
+    The value is infinite if the metric is infinite there. `low`, `high`: confidence interval;
+    infinite if too few draws bound it, None if nothing is random.
     """
 
     level: float
@@ -47,8 +48,8 @@ class Quantile:
 class Histogram:
     """Histogram of finite values: edges (k + 1,) and counts (k,); both are empty without values.
 
-    One edge is the limit if it lies among the values. `outside`: number of finite values too far
-    from the others for a bin.
+    If the metric's limit lies among the values, it is an edge. `outside`: number of finite values
+    too far from the others for a bin.
     """
 
     edges: Vector
@@ -63,11 +64,12 @@ class Distribution:
     `met`, `broken`, `undecided`: numbers of trials. `beyond`: number of trials with an infinite
     value. `missing`: number of trials without a value, including those not simulated.
 
-    `bound`: limit within which the share COVERED of all plants lies with the confidence. It is None
-    for too few trials, or if it is not finite. `trials_for_bound`: smallest number of trials with a
-    bound.
+    `bound`: tolerance bound, within which the metric of at least the share COVERED of all plants
+    lies with the confidence; None for too few trials, or if it is not finite. `trials_for_bound`:
+    smallest number of trials for which a bound exists.
 
-    `worst`: worst value, infinite if any is. `worst_trial`: first draw with this value.
+    `worst`: worst value, infinite if any value is infinite. `worst_trial`: first draw with the
+    worst value.
     """
 
     metric: MetricLimit
@@ -131,9 +133,9 @@ def fewest(method: Method, confidence: float = CONFIDENCE) -> int:
 
 
 def rank(draws: int, level: float, confidence: float, method: Method) -> int | None:
-    """Return the smallest rank r whose value is above the share `level` of all plants.
+    """Return the smallest rank r whose value bounds the share `level` of all plants from above.
 
-    The rank counts from the smallest draw. None for too few draws.
+    The smallest value has rank 1. Return None for too few draws.
     """
     if draws == 0 or lower(draws, draws, confidence, method) < level:
         return None
@@ -181,8 +183,8 @@ def _quantile(ordered: Vector, level: float, method: Method | None, confidence: 
 def _histogram(values: Vector, metric: MetricLimit) -> Histogram:
     """Return a histogram with equal bins.
 
-    If the limit is near the values, it is an edge. A value equal to the limit is then on the side
-    that meets the requirement.
+    If the limit is near the values, it is an edge, and values equal to it are counted in the bin on
+    the side that meets the requirement.
     """
     if values.size == 0:
         return Histogram(np.empty(0), np.empty(0, dtype=np.int64))
@@ -208,8 +210,8 @@ def _histogram(values: Vector, metric: MetricLimit) -> Histogram:
 def _reach(values: Vector, limit: float) -> tuple[float, float]:
     """Return the range of the histogram.
 
-    It leaves out far outliers, which would compress all other values into one bar. It includes the
-    limit if the limit lies among the values.
+    The range leaves out far outliers, which would compress all other values into one bar. It
+    includes the limit if the limit lies among the values.
     """
     low, high = float(values.min()), float(values.max())
     fifth, last = (float(q) for q in np.quantile(values, (0.05, 0.95)))

@@ -47,8 +47,8 @@ class Findings:
     def outcome(self) -> Outcome:
         """Return the outcome: PASS, FAIL, UNDECIDED or NOT SHOWN.
 
-        UNDECIDED: no trial fails, but some are undecided. NOT SHOWN: more draws might show the
-        rate.
+        UNDECIDED: a requirement is undecided in all trials, or no trial fails and some are
+        undecided. NOT SHOWN: the trials do not show the required rate, but more draws might.
         """
         if self.reached:
             return "UNDECIDED" if self.undecided_requirements else "PASS"
@@ -76,7 +76,8 @@ class Findings:
     def acceptable(self, allow_undecided: bool) -> bool:
         """Return True if the campaign passes.
 
-        With `allow_undecided` it also passes if nothing fails and some requirement is met.
+        With `allow_undecided` the campaign also passes if nothing fails and some requirement is
+        met.
         """
         return self.passed or (
             allow_undecided
@@ -95,7 +96,7 @@ class Findings:
     def draws_needed(self) -> int | None:
         """Return the number of draws that would show the requested rate at the present pass share.
 
-        None unless the outcome is NOT SHOWN.
+        Return None unless the outcome is NOT SHOWN.
         """
         if self.outcome != "NOT SHOWN" or self.required is None:
             return None

@@ -1,8 +1,8 @@
 """Pass rate of the trials with its confidence interval.
 
-If all vertices were played, there are plain counts without an interval. An undecided trial counts
-as failed in the lower bound and as passed in the upper bound. A trial that could not be simulated
-has not passed.
+If all vertices were played, the counts are exact and have no interval. An undecided trial counts as
+failed in the lower bound and as passed in the upper bound. A trial that could not be simulated has
+not passed.
 """
 
 from __future__ import annotations
@@ -24,8 +24,9 @@ class PassRate:
     played.
 
     `low`, `high`: two-sided interval of the pass rate with `confidence`. `at_least`: one-sided
-    lower bound. All three are None if all vertices were played, because these are not random draws.
-    For a subset of the vertices they refer to the share of all 2^d vertices.
+    lower bound. `low`, `high` and `at_least` are None if all vertices were played, because these
+    are not random draws. For a subset of the vertices they bound the share of passing vertices
+    among all 2^d.
     """
 
     count: int
@@ -57,7 +58,7 @@ class PassRate:
     def reaches(self, required: float) -> bool:
         """Return True if the pass rate is at least `required` with the confidence.
 
-        If all vertices were played, their share is compared.
+        If all vertices were played, the share of passing vertices is compared.
         """
         return (self.share if self.at_least is None else self.at_least) >= required
 

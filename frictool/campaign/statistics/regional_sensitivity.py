@@ -1,10 +1,10 @@
 """Regional sensitivity: differences between failing and passing trials along each factor.
 
-The method is that of Hornberger and Spear (Journal of Environmental Management 12, 1981). It takes
-the Kolmogorov-Smirnov distance between the factor's distributions over failing and over passing
-trials, with its p-value. If the factor has no influence, every assignment of the failures to the
-draws is equally likely. This holds for random draws and for a Latin hypercube, so that the test is
-valid for both.
+The method is that of Hornberger and Spear (Journal of Environmental Management 12, 1981). It
+computes the Kolmogorov-Smirnov distance between the factor's distributions over failing and over
+passing trials, and the p-value of this distance. If the factor has no influence, every assignment
+of the failures to the draws is equally likely. This is true of random draws and of a Latin
+hypercube, so that the test is valid for both.
 """
 
 from __future__ import annotations
@@ -26,15 +26,15 @@ EXACT = 4_000_000
 class FailureRegion:
     """Comparison of failing and passing trials along one factor.
 
-    `distance`: between the two distributions, 0 to 1. `chance`: its p-value; None if nothing is
-    random.
+    `distance`: Kolmogorov-Smirnov distance of the two distributions, 0 to 1. `chance`: p-value of
+    the distance; None if nothing is random.
 
     `leans`: P(failing above passing) - P(failing below passing), -1 to 1. `spread`: the same for
-    the distance from the middle of the range. `noise`: standard deviation of both without
-    influence.
+    the distance from the middle of the range. `noise`: standard deviation of `leans` and `spread`
+    for a factor without influence.
 
-    `failing` (k,): share of failing trials in each slice of the range. `sizes` (k,): trials in each
-    slice. `places` (k,): mean factor value in each slice, in SI.
+    `failing` (k,): share of failing trials in each slice of the range. `sizes` (k,): number of
+    trials in each slice. `places` (k,): mean factor value in each slice, in SI.
     """
 
     distance: float
@@ -62,8 +62,8 @@ def region(
 ) -> FailureRegion:
     """Compare failing and passing trials along a factor.
 
-    `units` (n,): draws in 0 to 1. `values` (n,): the same in SI. `failing` (n,): mask of failing
-    trials. Raises ValueError if none or all fail.
+    `units` (n,): draws in 0 to 1. `values` (n,): the draws in SI. `failing` (n,): mask of failing
+    trials. Raises ValueError if no trial fails, or if all fail.
     """
     bad = units[failing]
     good = units[~failing]
@@ -86,7 +86,8 @@ def region(
 def _smirnov(bad: Vector, good: Vector) -> tuple[float, float]:
     """Return the Kolmogorov-Smirnov distance and its p-value.
 
-    The p-value is exact for few trials. For many it is that of one sample of n m/(n + m) draws.
+    The p-value is exact for few trials. For many trials it is the p-value of one sample of n m/(n +
+    m) draws.
     """
     method = "exact" if bad.size * good.size <= EXACT else "asymp"
     if method == "exact":

@@ -46,7 +46,8 @@ class FailureComparison:
     """Comparison of failing with passing trials.
 
     `name`: the broken requirement, "" for any, "not simulated" for trials that failed to run.
-    `regions` (d,): one for each factor, with p-values corrected for all comparisons of the table.
+    `regions` (d,): comparison for each factor, with p-values corrected for all comparisons of the
+    table.
     """
 
     name: str
@@ -56,7 +57,7 @@ class FailureComparison:
 
     @property
     def order(self) -> tuple[int, ...]:
-        """Return the indices of the factors, the clearest first."""
+        """Return the indices of the factors, the one with the clearest influence first."""
         return tuple(
             sorted(
                 range(len(self.regions)),
@@ -66,7 +67,7 @@ class FailureComparison:
 
     @property
     def named(self) -> tuple[int, ...]:
-        """Return the indices of the factors that cause failures, the clearest first."""
+        """Return the indices of the factors that cause failures, the clearest cause first."""
         return tuple(
             i
             for i in self.order
@@ -78,8 +79,8 @@ class FailureComparison:
 class MetricInfluence:
     """Influence of the factors on one metric.
 
-    `used`: number of trials with a finite value. `shares` (d,): one for each factor. `reason`: why
-    there are no shares.
+    `used`: number of trials with a finite value. `shares` (d,): variance share of each factor.
+    `reason`: why there are no shares.
     """
 
     used: int
@@ -90,7 +91,7 @@ class MetricInfluence:
     def rest(self) -> float | None:
         """Return the share of the variance that no named factor explains alone.
 
-        It contains interactions, noise and effects finer than the slices.
+        The rest contains interactions, noise and effects finer than the slices.
         """
         return (
             max(0.0, 1.0 - sum(max(0.0, self.shares[i].share) for i in self.named))
@@ -131,8 +132,9 @@ class MetricInfluence:
 class FactorPair:
     """The two factors that together explain the failures best.
 
-    `joint`: their share of the variance of pass or fail. `beyond`: the part of it that neither
-    factor explains alone. `error`: standard deviation of `beyond` without an interaction.
+    `joint`: share of the variance of pass or fail that both factors together explain. `beyond`:
+    part of `joint` that neither factor explains alone. `error`: standard deviation of `beyond`
+    without an interaction.
     """
 
     first: int
@@ -146,8 +148,9 @@ class FactorPair:
 class Sensitivity:
     """Sensitivity of failures and metrics.
 
-    `questions`: comparison for any failure, then for each requirement. `influences` (m,): one for
-    each metric. `pair`: None without failures or without a second factor.
+    `questions`: comparison for any failure, then for each requirement. `influences` (m,): influence
+    of the factors on each metric. `pair`: pair of factors that explains failures best; None without
+    failures or without a second factor.
     """
 
     questions: tuple[FailureComparison, ...]

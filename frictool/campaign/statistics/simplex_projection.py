@@ -7,8 +7,8 @@ errors:
 
     min sum (s_i - S_i)^2 / e_i^2,    s_i >= 0, sum s_i <= 1
 
-It reduces the least certain shares most. In this norm no point of the set, the true shares among
-them, is farther from the projection than from the estimates, because the set is convex.
+It reduces the least certain shares most. The set is convex, so that in this norm no point of it is
+farther from the projection than from the estimates. This holds for the true shares too.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from frictool.typing import Vector
 
 
 def within_whole(shares: Vector, errors: Vector) -> Vector:
-    """Return the shares (k,), projected with errors (k,) if the positive ones exceed 1 in sum.
+    """Return the shares (k,); project them with `errors` (k,) if positive shares add up to above 1.
 
     Negative shares stay unchanged.
     """

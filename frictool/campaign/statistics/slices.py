@@ -44,8 +44,8 @@ def slices_for(draws: int) -> int:
 def few_slices_for(draws: int) -> int:
     """Return the number of slices for a test of influence.
 
-    Each has at least 12 draws if possible. The number is small because an effect that is spread
-    over many slices is hard to detect.
+    Each slice has at least 12 draws if possible. The number is small because an effect that is
+    spread over many slices is hard to detect.
     """
     return int(np.clip(draws // 12, FEWEST, TENTHS))
 

@@ -4,12 +4,14 @@
 
 E[Y | X_i] is the mean of Y in slices of X_i with equal counts (the correlation ratio; Plischke,
 Borgonovo, Smith, European Journal of Operational Research 226, 2013). The expected random variation
-of the means of k slices is (k - 1)/(n - k) of the variance inside the slices. It is subtracted, so
-that a factor without influence has 0 on average (Kelley's epsilon squared, PNAS 21, 1935).
+of the means of k slices is (k - 1)/(n - k) of the variance inside the slices. This variation is
+subtracted, so that the estimate for a factor without influence is 0 on average (Kelley's epsilon
+squared, PNAS 21, 1935).
 
-The error is that of the efficient estimator, whose influence function is 2 Y m - m^2 - S Y^2 with m
-= E[Y | X_i] and zero-mean Y (Da Veiga and Gamboa, Journal of Nonparametric Statistics 25, 2013).
-The random error of the means without influence, sqrt(2 (k - 1))/n, is added in quadrature.
+The error is the standard deviation of the efficient estimator, whose influence function is 2 Y m -
+m^2 - S Y^2 with m = E[Y | X_i] and zero-mean Y (Da Veiga and Gamboa, Journal of Nonparametric
+Statistics 25, 2013). The random error of the means without influence, sqrt(2 (k - 1))/n, is added
+in quadrature.
 
 The test of influence uses ranks, so that enormous or infinite values do not upset it (a step that
 never settles has the worst rank). It gives the p-value of two differences between the slices: of
@@ -36,7 +38,7 @@ SLOPE = 0.1  # smallest rank correlation that counts as rising or falling
 class VarianceShare:
     """Share of one factor in the variance of a metric.
 
-    `share`: S_i. `error`: its standard deviation. `of_ranks`, `error_of_ranks`: the same for the
+    `share`: S_i. `error`: standard deviation of S_i. `of_ranks`, `error_of_ranks`: the same for the
     ranks of the values, including infinite ones. `chance`: p-value of the rank test; None if
     nothing is random. `rises`: rank correlation of metric and factor, -1 to 1.
     """
@@ -114,8 +116,8 @@ def chance_of_ranks(slices: Slices, scores: tuple[Vector, ...]) -> float:
 def rank_correlation(units: Vector, scores: tuple[Vector, ...]) -> float:
     """Return the rank correlation (-1 to 1) of draws (n,) with the values of these scores.
 
-    The draws are uniform in 0 to 1, so that they replace their ranks. Return 0 if either does not
-    vary.
+    The draws are uniform in 0 to 1, so that they are used in place of their ranks. Return 0 if the
+    draws or the values do not vary.
     """
     if not scores:
         return 0.0

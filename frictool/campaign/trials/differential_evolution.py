@@ -3,12 +3,13 @@
 worst draws ──▶ vertices: one factor after the other to an end, as long as the metric gets worse ──▶
 differential evolution ──▶ worst point
 
-The metric can jump if a stop or a breakaway more or less occurs. It is usually worst at an end of
-some factors and between the ends of others. The search therefore uses no gradients. The algorithm
-is JADE (Zhang and Sanderson 2009: mutation towards one of the best points, with step and crossover
-adapted to successful values). Points beyond the cube are clipped to its faces. The search starts
-from the worst draws, so that its result is at least as bad as these. The result is the worst point
-of the search, which is not proved to be the worst of the space.
+The metric can jump where a change of the factors adds or removes a stop or a breakaway. It is
+usually worst at an end of some factors and between the ends of others. The search therefore uses no
+gradients. The algorithm is JADE (Zhang and Sanderson 2009: mutation towards one of the best points,
+with step and crossover adapted to successful values). Points beyond the cube are clipped to its
+faces. The search starts from the worst draws, so that its result is at least as bad as these. The
+result is the worst point that the search tried. It is not proved to be the worst point of the
+space.
 """
 
 from __future__ import annotations
@@ -33,9 +34,10 @@ BEST, LEARNING = 0.2, 0.1  # p and c of the paper
 class SearchResult(NamedTuple):
     """Result of a worst-case search.
 
-    `name`: the metric. `value`: its worst value. `drawn`: its worst value over the draws. `unit`
-    (d,): worst point in the cube. `noise`: index of the draw whose noise was used. `evaluations`:
-    number of plants tried. `unplayed`: number of these that could not be simulated.
+    `name`: name of the metric. `value`: worst value of the metric in the search. `drawn`: its worst
+    value over the draws. `unit` (d,): worst point in the cube. `noise`: index of the draw whose
+    noise was used. `evaluations`: number of plants tried. `unplayed`: number of tried plants that
+    could not be simulated.
     """
 
     name: str
@@ -63,7 +65,7 @@ class SearchState:
         return self.left <= 0 or self.worst == math.inf
 
     def at_point(self, unit: Vector) -> float:
-        """Return the badness at `unit` (d,), and remember it if it is the worst."""
+        """Return the badness at `unit` (d,); remember the point if it is the worst so far."""
         self.left = self.left - 1
         self.tried = self.tried + 1
         badness = self._badness(unit)

@@ -1,4 +1,4 @@
-"""Player of one trial: it simulates a draw and judges it as `simulate` and `report` do."""
+"""Player of one trial: it simulates a draw and judges the log by the specification."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ from frictool.typing import Vector
 class CampaignSetting(NamedTuple):
     """Data that all trials share; it is sent to the worker processes.
 
-    `recorded`: log of a scenario that replays one.
+    `recorded`: log that the scenario replays; None if it replays no log.
     """
 
     plant: Model | Mechanism
@@ -59,13 +59,13 @@ class TrialPlayer:
         }  # the cached objects are built again in each process
 
     def __call__(self, job: tuple[int, tuple[float, ...]]) -> TrialResult:
-        """Return the judged trial of a draw's index and point (d,)."""
+        """Return the judged trial of `job`, a draw's (index, point (d,) in the unit cube)."""
         draw, unit = job
         return self.played(np.array(unit), draw)
 
     @cached_property
     def test(self) -> StepTest[Any]:
-        """The plant with its controller."""
+        """Closed loop of plant and controller, prepared for all trials."""
         return StepTest(
             plant_of(self.setting.plant),
             self.setting.controller,
@@ -75,7 +75,7 @@ class TrialPlayer:
 
     @cached_property
     def _loop(self) -> JudgedLoop:
-        """Margins of the controller; each trial evaluates them with its drawn plant."""
+        """Loop of the controller, whose margins each trial evaluates with its drawn plant."""
         return JudgedLoop(self.setting.controller)
 
     def scenario(self, unit: Vector, noise: int) -> Scenario:
@@ -90,7 +90,7 @@ class TrialPlayer:
         )
 
     def played(self, unit: Vector, draw: int) -> TrialResult:
-        """Return the trial at `unit` (d,), with the reason if it could not be simulated.
+        """Return the result at `unit` (d,); it contains a reason if the simulation failed.
 
         Unexpected errors are caught too, so that one trial does not stop the others.
         """
@@ -104,7 +104,7 @@ class TrialPlayer:
     def nominal(self) -> tuple[Requirement, ...]:
         """Return the requirements of the nominal run.
 
-        Raises FrictoolError if it cannot be simulated or the documents do not fit together.
+        Raises FrictoolError if the run cannot be simulated or the documents do not fit together.
         """
         return self.judged(nominal_of(self.setting.scenario))
 
@@ -128,14 +128,14 @@ def plant_of(document: Model | Mechanism) -> SimulatedPlant[Any]:
 
 
 def metrics_of(requirements: tuple[Requirement, ...]) -> tuple[MetricLimit, ...]:
-    """Return the metrics with their limits."""
+    """Return the metric and the limit of each requirement."""
     return tuple(
         MetricLimit(one.name, one.key, one.unit, one.limit, one.relation) for one in requirements
     )
 
 
 def trial_of(draw: int, requirements: tuple[Requirement, ...]) -> TrialResult:
-    """Return the trial of draw `draw` with these outcomes."""
+    """Return the trial of draw `draw` with the values and outcomes of its requirements."""
     met = tuple(
         UNDECIDED if one.met is None else MET if one.met else BROKEN for one in requirements
     )

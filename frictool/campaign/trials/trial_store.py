@@ -2,7 +2,7 @@
 
 The file has one JSON value per line. The first is the header, which identifies the campaign. A
 trial is [draw, metric values, met] or [draw, reason why it could not be simulated]. A completed
-search is {"worst": ..}. A trial with an incomplete line is run again.
+search is {"worst": ..}. A trial whose line is incomplete is run again.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ SearchKey = tuple[
 class TrialStore:
     """Stored trials and searches of one campaign, in the file `path` or in memory only (None).
 
-    `header`: JSON values that identify the campaign. `trials`: by draw. `worst`: searches by key.
-    Raises InputFileError if the file belongs to another campaign or is damaged, and OutputError if
-    it cannot be written.
+    `header`: JSON values that identify the campaign. `trials`: results by index of the draw.
+    `worst`: search results by key. Raises InputFileError if the file belongs to another campaign or
+    is damaged, and OutputError if it cannot be written.
     """
 
     def __init__(self, path: Path | None, header: Header) -> None:
@@ -200,9 +200,9 @@ def _float(value: Any) -> float:
 
 
 def _lock(file: TextIO, path: Path) -> None:
-    """Lock the file, as far as the system has locks.
+    """Lock the file; do nothing on a system without file locks.
 
-    Raises OutputError if another campaign writes it.
+    Raises OutputError if another campaign writes to the file.
     """
     with contextlib.suppress(ImportError):
         import fcntl

@@ -18,7 +18,7 @@ MET, BROKEN, UNDECIDED = 1, 0, -1
 
 @dataclass(frozen=True)
 class MetricLimit:
-    """Requirement of the specification: its name in `report`, its key, and its limit in SI."""
+    """Requirement of the specification: name in `report`, key, and limit in SI."""
 
     name: str
     key: str
@@ -30,7 +30,7 @@ class MetricLimit:
 class TrialResult(NamedTuple):
     """Result of one draw: `metric_values` and `met` for each metric, as in Trials.
 
-    `failed`: reason why it could not be simulated, or empty.
+    `failed`: reason why the draw could not be simulated, or empty.
     """
 
     draw: int
@@ -43,14 +43,14 @@ class TrialResult(NamedTuple):
 class Trials:
     """Results of n trials of d factors, judged by m metrics.
 
-    `units` (n, d): the draws in the unit cube. `values` (n, d): the same in SI (space.py).
+    `units` (n, d): draws in the unit cube. `values` (n, d): the same draws in SI (space.py).
 
-    `metric_values` (n, m): worst value over a trial's run. It is infinite for a failure without
-    a number (an axis that never settles), and NaN if the metric does not exist or nothing was
-    simulated.
+    `metric_values` (n, m): worst value of each metric over each trial's run. It is infinite for a
+    failure without a number (an axis that never settles), and NaN if the metric is undefined or the
+    trial was not simulated.
 
-    `met` (n, m): MET 1, BROKEN 0 or UNDECIDED -1, as `report` decides. `passed` (n,): the same for
-    the whole trial (`trial_outcomes`).
+    `met` (n, m): outcome of each requirement as `report` decides: MET 1, BROKEN 0 or UNDECIDED -1.
+    `passed` (n,): outcome of the whole trial (`trial_outcomes`).
 
     `failed`: index -> reason why a trial could not be simulated. Such a trial is BROKEN, and each
     of its metrics is UNDECIDED.
@@ -76,7 +76,7 @@ def collect_trials(
 ) -> Trials:
     """Return the trials of the draws `units` (n, d), whose results come in any order.
 
-    Raises ValueError if one is missing.
+    Raises ValueError if the result of a draw is missing.
     """
     n = units.shape[0]
     m = len(metrics)

@@ -1,4 +1,4 @@
-"""Worst case of a requirement: its data, its scenario file, and the command that replays it."""
+"""Worst case of a requirement: data, scenario file, and the command that replays this scenario."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ Commands = Callable[
 class WorstCase:
     """Worst case of one requirement.
 
-    `values`: factor values by name. `scenario`: base name of the file. `command`: command that
-    replays it, with base names. `typed`: the same with the paths of the command line, for the
-    terminal only. `played`: the scenario.
+    `values`: factor values by name. `scenario`: base name of the scenario file. `command`: command
+    that replays the scenario, with base names of files. `typed`: the same command with the paths of
+    the command line, for the terminal only. `played`: the scenario.
     """
 
     requirement: str
@@ -79,7 +79,7 @@ def replay_command(
 def text_of(case: WorstCase, folder: Path, origin: Path) -> str:
     """Return the text of the scenario's file in `folder`, with a description above it.
 
-    `origin`: the scenario from which the campaign was made.
+    `origin`: file of the campaign's scenario.
     """
     searched, played = case.searched, case.played
     name = f"worst {case.requirement.replace('_', ' ')}"

@@ -1,4 +1,4 @@
-"""Worst-case searches of all requirements; each worst case is run again for its scenario."""
+"""Worst-case searches of all requirements; each worst case is run again to get its scenario."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ ProgressContext = Callable[[str], AbstractContextManager[ProgressCallback]]
 class SearchTask(NamedTuple):
     """Search for the worst case of the metric `name` with index `metric`.
 
-    `drawn`: value of the worst draw. `noise`: index of this draw. `starts` (k, d): worst draws.
-    `draws`: number of draws.
+    `drawn`: value of the worst draw. `noise`: index of the worst draw. `starts` (k, d): worst
+    draws. `draws`: number of draws.
     """
 
     name: str
@@ -149,7 +149,7 @@ def _task(trial: TrialPlayer, trials: Trials, index: int, evaluations: int) -> S
 def _kept(
     trial: TrialPlayer, trials: Trials, index: int, worst: SearchResult, commands: Commands
 ) -> WorstCase:
-    """Run the worst point again and return it, so that its values are those of its scenario."""
+    """Run the scenario of the worst point and return the worst case with the values of this run."""
     metric = trials.metrics[index]
     unit = np.array(worst.unit)
     again = trial.played(unit, worst.noise)

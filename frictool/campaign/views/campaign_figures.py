@@ -44,7 +44,7 @@ ROW = 0.3  # inches, height of a row of rates
 
 
 def rates(findings: Findings) -> PageFigure:
-    """Return the figure of the pass rate as a whole and for each requirement, with intervals."""
+    """Return the figure of pass rates: of the campaign and of each requirement, with intervals."""
     rate = findings.rate
     rows = [("all of them", rate.passed, rate.undecided)]
     rows += [
@@ -145,7 +145,7 @@ def causes(findings: Findings) -> list[PageFigure]:
 def failing_plane(findings: Findings) -> PageFigure | None:
     """Return the figure of failures in the plane of the two leading factors.
 
-    None without failures or without a second factor.
+    Return None without failures or without a second factor.
     """
     pair = findings.sensitivity.pair
     if pair is None:

@@ -38,8 +38,8 @@ def new_figure(
 def axis_label(name: str, unit: str, number: int) -> str:
     """Return an axis label with the factor's name, or with its number.
 
-    The number replaces a name that is long or that the figures' font may not have the letters for.
-    The headings of the page show the full name.
+    The number replaces a name that is long, or whose letters the figures' font may lack. The
+    headings of the page show the full name.
     """
     shown = (
         name

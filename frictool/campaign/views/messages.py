@@ -30,7 +30,7 @@ def quantity(value: float | None, unit: str) -> str:
 
 
 def percent(share: float, toward: Literal["nearest", "down", "up"] = "nearest") -> str:
-    """Return a share in % with one decimal, or more near 0 and 100 %.
+    """Return a share in % with one decimal, or with more decimals near 0 and 100 %.
 
     A difference from 0 or 100 % below 1 % is shown with two digits. `toward` is the direction of
     rounding, so that a bound stays a bound.
@@ -83,7 +83,7 @@ def _counted(rate: PassRate) -> str:
 
 
 def _rated(rate: PassRate) -> str:
-    """Return the conclusion on all plants; empty without an interval."""
+    """Return the conclusion about all plants as text; empty if the pass rate has no interval."""
     if rate.at_least is None or rate.low is None or rate.high is None:
         return ""
     population = "of all vertices " if rate.method == "vertices" else ""

@@ -101,9 +101,9 @@ def _rows(findings: Findings, question: FailureComparison) -> list[tuple[str, st
 
 
 def _columns(findings: Findings) -> list[int]:
-    """Return the factors of the table of shares, in order.
+    """Return the indices of the factors in the table of shares, in order.
 
-    They are the named factors with the largest shares in any metric.
+    These are the named factors with the largest shares in any metric.
     """
     influences = findings.sensitivity.influences
     named = {i for one in influences for i in one.named}
@@ -117,7 +117,7 @@ def _columns(findings: Findings) -> list[int]:
 def _table(findings: Findings) -> list[tuple[str, str, list[ShareCell], float | None]]:
     """Return rows (name, reason without shares, shares, rest), one for each metric.
 
-    A second row shows the shares of the ranks if these reveal more.
+    A second row shows the shares of the ranks if these reveal an influence that the values hide.
     """
     rows = []
     for one, influence in zip(findings.distributions, findings.sensitivity.influences, strict=True):

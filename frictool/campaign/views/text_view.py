@@ -47,7 +47,7 @@ def lines(findings: Findings, colour: bool = False) -> list[str]:
 
 
 def fails_where(findings: Findings, factor: int, place: FailureRegion) -> str:
-    """Return the factor values with the largest and the smallest failing share.
+    """Return text with the factor values of the largest and the smallest failing share.
 
     Example: "fails 40 % around 0.14 N m, 0 % around 0.11 N m".
     """
@@ -66,7 +66,7 @@ def fails_where(findings: Findings, factor: int, place: FailureRegion) -> str:
 def influence_lines(findings: Findings, influence: MetricInfluence) -> list[str]:
     """Return a line with the named factors and their shares of the variance.
 
-    A second line shows the shares of the ranks if these reveal more.
+    A second line shows the shares of the ranks if these reveal an influence that the values hide.
     """
     if influence.reason:
         return [influence.reason]
@@ -184,7 +184,7 @@ def _failures(findings: Findings) -> list[str]:
 
 
 def pair_lines(findings: Findings) -> list[str]:
-    """Return a line on the interaction of the two leading factors; none if it is within noise."""
+    """Return a line on the interaction of the leading pair; an empty list if it is within noise."""
     pair = findings.sensitivity.pair
     if pair is None or pair.beyond <= max(0.01, 3.0 * pair.error):
         return []
