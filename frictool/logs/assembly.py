@@ -265,8 +265,8 @@ def write(
     """Write all streams within the window, and return their headers and time bases.
 
     notes: further metadata records.
-    period_ns: sample period in ns to which all streams are resampled, as one; None keeps the
-        streams.
+    period_ns: sample period in ns of the one stream into which all streams are resampled; None
+        keeps the streams as they are.
     tick: callback that receives the fraction done, 0 to 1.
 
     Raises LogError if a sample cannot be read, or if no sample is left.

@@ -24,7 +24,7 @@ class DayClock:
         self._days = 0
 
     def onward(self, stamps: Nanoseconds) -> Nanoseconds:
-        """Return the stamps (n,) in ns plus the days that have passed since the first stamp."""
+        """Return the stamps (n,) in ns, plus one day for each midnight since the first stamp."""
         if not stamps.size or (self._last is None and not 0 <= stamps[0] < DAY):
             return stamps
         steps = np.diff(stamps, prepend=stamps[0] if self._last is None else self._last)

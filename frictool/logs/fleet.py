@@ -40,8 +40,8 @@ def members(logs: Iterable[Path]) -> list[FleetLog]:
     """Return the listed logs and those in the listed folders.
 
     Hidden files are left out. Tables about logs are left out, too, because an earlier run may have
-    written one into the folder. The name of a log in the only listed folder is relative to that
-    folder; with several folders it begins with the folder's name.
+    written such a table into the folder. If one folder is listed, the name of a log is relative to
+    this folder. If several folders are listed, the name begins with the name of the folder.
 
     Raises LogError if a folder holds no log.
     """
@@ -93,8 +93,8 @@ def _logs(folder: Path) -> Iterator[Path]:
 def is_table(path: Path) -> bool:
     """Return whether a file is a CSV or Parquet table about logs that frictool has written.
 
-    The columns decide and not the name, so that a log is never mistaken for a table. Returns False
-    if the file cannot be read.
+    The test uses the columns and not the name, so that a log is never mistaken for a table. Returns
+    False if the file cannot be read.
     """
     if not path.is_file():
         return False
@@ -120,10 +120,10 @@ def _footer(stream: BinaryIO) -> bytes:
 
 
 def _opens_with(footer: bytes, names: Sequence[str]) -> bool:
-    """Return whether the first columns have these names, in a file that frictool wrote.
+    """Return whether frictool wrote the file and the first columns have these names.
 
-    The footer holds the names in the order of the columns, each after its length, and the word
-    "frictool" with the version.
+    The footer contains the names in the order of the columns, each after its length. If frictool
+    wrote the file, the footer contains "frictool" with the version.
     """
     positions = [footer.find(bytes([len(name)]) + name.encode()) for name in names]
     return positions[0] >= 0 and positions == sorted(positions) and b"frictool" in footer

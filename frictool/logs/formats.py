@@ -2,7 +2,7 @@
 
 A new format needs its modules, a row in FORMATS, a test and a row in docs/log_formats.md. The
 modules are imported when a file of the format is read or written. A reader has the functions of
-FormatReader, a writer that of FormatWriter in conversion.py.
+FormatReader, a writer has the function of FormatWriter in conversion.py.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Format(NamedTuple):
     suffixes: suffixes of its files, the first for a file to be written.
     reader: module that reads it.
     writer: module that writes it; "" if no command writes it.
-    written: name of a written file in the help.
+    written: name that the help gives to a written file.
     several: True if a written file can hold several streams.
     library: required library and the extra of frictool that installs it, if any.
     other_suffixes: further suffixes, only of files that are read.
@@ -116,7 +116,7 @@ SUFFIXES = tuple(
     dict.fromkeys(end for one in FORMATS for end in (*one.suffixes, *one.other_suffixes))
 )
 
-# files that are not logs but may hold one: first bytes -> message
+# first bytes -> message, for files that are not logs but may contain a log
 PACKED = {
     b"\x1f\x8b": "is packed with gzip; unpack it first (gunzip)",
     b"BZh": "is packed with bzip2; unpack it first (bunzip2)",
@@ -189,7 +189,7 @@ def refuse_swapped(document: Path, log: Path) -> None:
 
 
 def tables_of(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return the tables of a raw file; raise LogError if it cannot be read or breaks its format."""
+    """Return the tables of a raw file; raise LogError if it is unreadable or breaks its format."""
     log_format = format_of(path)
     require(log_format, path)
     return _reader(log_format).tables(path, layout)

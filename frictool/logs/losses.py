@@ -19,7 +19,7 @@ MOST = 1000
 
 
 class LossList(list[DataLoss]):
-    """List of losses whose length is bounded, because every row of a long log may be damaged."""
+    """List of losses with a bounded length, because every row of a long log may be damaged."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -57,7 +57,7 @@ def losses_of(
 ) -> list[DataLoss]:
     """Return the losses recorded in a log's metadata.
 
-    Raises LogError about `source` if frictool did not write the record in this form.
+    Raises LogError about `source` if the record is not in the form that frictool writes.
     """
     try:
         return [

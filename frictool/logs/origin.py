@@ -27,7 +27,8 @@ DIGITS = {8: "%Y%m%d", 10: "%Y%m%d%H", 12: "%Y%m%d%H%M", 14: "%Y%m%d%H%M%S"}
 class NamePatterns:
     """Regular expressions for the path of a log; None extracts nothing.
 
-    The extracted text is the groups of the match joined by "-", or the whole match without groups.
+    The extracted text consists of the groups of the match, joined by "-". It is the whole match if
+    the pattern has no groups.
     """
 
     unit: str | None = None
@@ -48,9 +49,9 @@ class LogOrigin:
 
 @dataclass(frozen=True)
 class LogName:
-    """Path of a log as it is shown, and its last folder below a listed folder.
+    """Path of a log, as shown to the user, and the folder of the log below a listed folder.
 
-    folder: "" if there is no such folder.
+    folder: name of the last folder in the path below the listed folder; "" if there is none.
     """
 
     file: str
@@ -66,9 +67,9 @@ def origin_of(
 ) -> LogOrigin:
     """Return the origin of a log that has been read.
 
-    noted: its metadata record `log`.
+    noted: metadata record `log` of the log.
     clock_ns: clock time at 0 of the log, in ns; None without a clock.
-    first: time of its first sample, in s.
+    first: time of the first sample, in s.
     """
     called = origin_by_name(name, patterns)
     return LogOrigin(
@@ -92,9 +93,9 @@ def origin_by_name(name: LogName, patterns: NamePatterns) -> LogOrigin:
 
 
 def unmatched_patterns(patterns: NamePatterns, names: Sequence[LogName]) -> list[str]:
-    """Return a message for each pattern that yields nothing usable for any log.
+    """Return a message for each pattern that extracts nothing usable from any name.
 
-    The option may be misspelt.
+    Such a pattern is probably misspelt.
     """
     messages = []
     for option, pattern in (("--unit", patterns.unit), ("--date", patterns.date)):

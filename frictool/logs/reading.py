@@ -14,8 +14,7 @@ from frictool.logs.log import Log
 def read_log(path: Path | str, bench: Bench | None = None) -> Log:
     """Read a log into memory.
 
-    A canonical MCAP is read as it is. The columns of a raw file are mapped to channels by the
-    bench.
+    A canonical MCAP is read without changes. The bench maps the columns of a raw file to channels.
 
     Parameters
     ----------

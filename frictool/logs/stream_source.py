@@ -36,8 +36,8 @@ class StreamSource(Protocol):
 
     source: file name for messages.
     head: topic, fields and units.
-    columns: field -> raw column from which it was made, for fields that come from one column.
-    clock: clock that dates the samples; None if the samples already carry the log's time.
+    columns: field -> raw column from which the field was made; without fields of several columns.
+    clock: clock of the samples; None if the samples already have the log's time.
     size: bytes to process.
     done: bytes processed so far.
     losses: data that could not be read; filled while `samples` runs.

@@ -4,8 +4,8 @@ A file holds one table for each of its time bases: the rows of a CSV, a channel 
 file, a topic of a recording. Tables are read block after block, so that a log of several hours
 needs little memory. Mapping (mapping.py) and the canonical writer work block by block, too.
 
-    Table ──blocks──▶ Block, Block, ... ──mapping──▶ samples in SI ──▶ canonical log
-       └─ damage: LogError, or one DataLoss each with `--salvage`
+    RawTable ──blocks──▶ RowBlock, RowBlock, ... ──mapping──▶ samples in SI ──▶ canonical log
+       └─ damage raises LogError; with `--salvage`, each loss is a DataLoss
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ class DataLoss:
     start_s, end_s: span in s of the log's time; None if unknown.
     samples: number of lost samples; None if unknown.
 
-    A table may leave the span open. The mapper then sets it to the times of the samples before and
-    after the loss. For this, a table has to append the loss before it yields the next block.
+    If a table leaves the span unknown, the mapper sets it to the times of the samples before and
+    after the loss. Therefore a table must append the loss before it yields the next block.
     """
 
     channels: tuple[str, ...]
@@ -49,7 +49,7 @@ class DataLoss:
 
 
 class LostColumnError(LogError):
-    """A requested column is missing, and the damaged part of the file may have held it.
+    """Error: a requested column is missing, and may be in the damaged part of the file.
 
     reason: the message without the name of the file.
     """
@@ -65,10 +65,10 @@ class RowBlock:
 
     first_row: index of the first row in the table, from 0.
     columns: the requested columns, name -> (n,) numbers as in the file; NaN for an empty cell.
-    time_ns: (n,) exact times in ns of any epoch if the file itself dates its rows (messages of a
+    time_ns: (n,) exact times in ns since any epoch if the file contains such times (messages of a
         recording, ISO 8601); None if time is an ordinary column or missing.
-    recorded_ns: (n,) times in ns at which the recorder stored the rows if `time_ns` is of another
-        clock.
+    recorded_ns: (n,) times in ns at which the recorder stored the rows; None unless `time_ns` is
+        from another clock.
     """
 
     first_row: int
@@ -84,7 +84,7 @@ class RawTable(Protocol):
     topic: name of the table in the file; "" if the file has only one table.
     names: columns in the order of the file, so that a column can be requested by number.
     units: column -> unit in the file, or None.
-    clock: clock that dates the rows (`header.stamp`, `log time`, ...); None if a column does.
+    clock: clock of the rows (`header.stamp`, `log time`, ...); None if the time is a column.
     size: bytes that `blocks` processes, for progress.
     """
 
@@ -98,8 +98,8 @@ class RawTable(Protocol):
     def find(self, wanted: str | int) -> str | None:
         """Return the name of the column with this name or number (from 1); None if there is none.
 
-        Raises LogError if the column exists and holds no numbers. A table whose columns are named
-        as in the file calls the module's function `find`.
+        Raises LogError if the column exists and holds no numbers. If the columns are named as in
+        the file, the method only calls the function `find` of this module.
         """
         ...
 
@@ -122,7 +122,7 @@ class RawTable(Protocol):
 class DerivedTable:
     """Table (a RawTable) with the source, columns and lines of `table`; a subclass has `blocks`.
 
-    names, units: may have further columns in a subclass.
+    names, units: columns and their units; a subclass may add columns.
     """
 
     def __init__(self, table: RawTable) -> None:
@@ -158,7 +158,7 @@ SALVAGE = "`frictool ingest --salvage` keeps what is whole"
 
 
 def fail_at(table: RawTable, row: int, message: str) -> LogError:
-    """Return the error about one row, naming its line, or its sample if the file has no lines."""
+    """Return an error that names the line of a row, or its number if the file has no lines."""
     line = table.line(row)
     return LogError(
         table.source, message if line is not None else f"sample {row + 1}, {message}", line=line

@@ -22,9 +22,9 @@ class UnpackedBudget:
         self._left = self._allowed
 
     def take(self, count: int) -> str | None:
-        """Subtract `count` bytes from the budget and return None, or return why it cannot.
+        """Subtract `count` bytes from the budget and return None.
 
-        A count above the budget leaves it unchanged.
+        If `count` exceeds the budget, return a message and leave the budget unchanged.
         """
         if count <= self._left:
             self._left -= count
@@ -33,7 +33,7 @@ class UnpackedBudget:
 
 
 def refusal(size: int, rows: int, columns: int) -> str | None:
-    """Return why a file of `size` bytes may not hold so many rows of 8-byte numbers, or None."""
+    """Return why a file of `size` bytes cannot hold `rows` x `columns` 8-byte numbers, or None."""
     if 8 * rows * columns <= allowed_bytes(size):
         return None
     return (

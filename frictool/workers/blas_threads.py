@@ -1,7 +1,7 @@
 """Limit of linear algebra to one thread, because another order of sums gives other bytes.
 
-A library that is not loaded yet reads the environment; a loaded one needs a call. A worker of a
-cluster has loaded numpy before its first task.
+A library reads the environment when it is loaded; afterwards only a call changes the limit. A
+worker of a cluster has already loaded numpy before its first task.
 """
 
 from __future__ import annotations

@@ -2,12 +2,12 @@
 
     here                          scheduler             worker, one of many
     task ──submit──▶ future ──▶  queue  ──────────────▶ dask_worker.py
-         ◀── results, or that all its workers died ◀──┘
+         ◀── results, or "its workers died" ◀─────────┘
 
-The scheduler gives the task of a dead worker to another. It gives a task up after several of its
-workers have died (setting `allowed-failures`), although another task may have caused that. These
-tasks are repeated at the end, one job at a time with no other job running. Only a job that ends its
-workers by itself is then lost.
+If a worker dies, the scheduler gives its task to another worker. After several workers have died
+during a task (setting `allowed-failures`), the scheduler gives the task up, although another task
+may have caused the deaths. Tasks that were given up are repeated at the end, one job at a time with
+no other job running. A job is lost only if it also ends its workers then.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ LIMIT = "`dask worker --memory-limit`"
 MODULE = "'frictool"  # in the message of a failed import of this package or a module of it
 # s without a result, after which workers are checked for a pause due to low memory
 LONG_S = 20.0
-# relative to the tasks in progress: if so many are given up before any is done, the run fails
+# number of tasks given up without any result after which the run fails, per task in progress
 HOPELESS = 2
 ALONE = 3  # jobs given up while running alone, before any is done, after which the run fails
 AHEAD = 3  # tasks in progress per worker, so that none is idle
@@ -52,8 +52,9 @@ def run_on_cluster(
 ) -> Iterator[tuple[Task, list[Any]]]:
     """Yield tasks with their results, in the order of completion.
 
-    Raises ClusterError if the scheduler is not reachable, has no workers, or if their installation
-    differs. Raises WorkerLost if a job ends every worker and `instead` is None.
+    Raises ClusterError if the scheduler cannot be reached, if it has no workers, or if the
+    installation of a worker differs from the one here. Raises WorkerLost if a job ends every worker
+    and `instead` is None.
     """
     with connect(address) as client:
         _check(client, address)
@@ -65,9 +66,9 @@ def run_on_cluster(
 
 
 def _check(client: Any, address: str) -> None:
-    """Raise ClusterError if there is no worker or one has another installation.
+    """Raise ClusterError if there is no worker, or if a worker has another installation.
 
-    Other processors, and several threads of a worker, lead to a remark.
+    If a worker has another processor or several threads, the user gets a remark.
     """
     try:
         client.wait_for_workers(1, timeout=FIRST_S)
@@ -101,7 +102,7 @@ def _check(client: Any, address: str) -> None:
 def _answers(client: Any, address: str) -> Any:
     """Return the installation or the exception of each worker.
 
-    A worker without an answer is waited for until the scheduler removes it.
+    The function waits for a silent worker until the scheduler removes that worker.
     """
     text = (
         f"{address}: a worker does not answer; it is waited for, "
@@ -121,7 +122,7 @@ def _answers(client: Any, address: str) -> Any:
 
 
 def _unlike(here: Installation, there: Any) -> str:
-    """Return the differences in a worker's answer; empty if there are none."""
+    """Return the differences of a worker's installation `there` as text; "" if there are none."""
     if isinstance(there, Exception):
         # for some errors, Dask transfers only the text
         missing = isinstance(there, ImportError | AttributeError) or MODULE in str(there)
@@ -171,7 +172,7 @@ class ClusterRun:
                 self._look()
 
     def close(self) -> None:
-        """Cancel what has not begun; running tasks end in their workers."""
+        """Cancel the tasks that have not begun; the workers complete the running tasks."""
         with contextlib.suppress(Exception):  # a lost scheduler has no tasks
             self._client.unsubscribe_topic(self._topic)
             self._client.cancel([future for future, _ in self._under_way.values()], force=True)
@@ -191,7 +192,7 @@ class ClusterRun:
             self._completed.add(future)
 
     def _look(self) -> None:
-        """Count the workers; raise ClusterError if there has been none for NO_WORKER_S."""
+        """Count the workers; raise ClusterError if none has been usable for NO_WORKER_S seconds."""
         now = time.monotonic()
         if now - self._looked < LOOK_S:
             return
@@ -225,14 +226,14 @@ class ClusterRun:
         )
 
     def _ready(self) -> list[Any]:
-        """Return the completed futures; wait for one until the next check of the workers."""
+        """Wait at most LOOK_S seconds for a completed future; return all completed futures."""
         until = time.monotonic() + LOOK_S
         while not self._completed.has_ready() and time.monotonic() < until:
             time.sleep(POLL_S)
         return list(self._completed.next_batch(block=False))
 
     def _answer(self, future: Any) -> Iterator[tuple[Task, list[Any]]]:
-        """Yield the results; if the task was given up, put its jobs aside for the end."""
+        """Yield a task with its results; keep the jobs of a given-up task for repetition."""
         results = self._results(future)
         task = self._under_way.pop(future.key)[1]
         if results is None:
@@ -260,7 +261,7 @@ class ClusterRun:
     def _give_up(self, most: int) -> None:
         """Count a task that was given up.
 
-        Raises ClusterError after `most` of them if there has been no result.
+        Raises ClusterError if `most` tasks were given up and no task has had a result.
         """
         self._given_up += 1
         if self._given_up >= most and not self._answered:
@@ -270,7 +271,7 @@ class ClusterRun:
             )
 
     def _results(self, future: Any) -> list[Any] | None:
-        """Return the results, None if the scheduler gave the task up.
+        """Return the results of a task; None if the scheduler gave the task up.
 
         Raises ClusterError if the worker has another installation.
         """
@@ -290,10 +291,10 @@ class ClusterRun:
         return list(results)
 
     def _fetched(self, future: Any) -> bytes | None:
-        """Return the worker's pickled results, None if the scheduler gave the task up.
+        """Return the worker's pickled results; None if the scheduler gave the task up.
 
-        If a worker ends meanwhile, the scheduler repeats its task. Raises ClusterError if the
-        worker cannot run the task or the scheduler is lost.
+        If the worker ends during the wait, the scheduler repeats the task. Raises ClusterError if
+        the worker cannot run the task or the scheduler is lost.
         """
         while True:
             self._look()

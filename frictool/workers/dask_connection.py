@@ -4,8 +4,8 @@
                 certificates missing         refused, other certificates, no answer,
                 or not for the key           or no scheduler
 
-A client that fails during its creation raises an exception from inside Dask, in some cases after
-30 s; a greeting fails at once, with the reason. On TLS, see
+If the creation of a client fails, Dask raises one of its internal exceptions, in some cases after
+30 s. A greeting therefore comes first: it fails at once and gives the reason. On TLS, see
 https://distributed.dask.org/en/latest/tls.html.
 """
 
@@ -146,7 +146,7 @@ def _greet(distributed: Any, address: str, certificates: dict[str, Any]) -> None
 
 
 def _finish(work: Callable[[], Coroutine[Any, Any, None]]) -> None:
-    """Run to the end, in another thread if this one has an event loop, as in a notebook."""
+    """Run `work` to its end; use another thread if this thread has an event loop (notebook)."""
     try:
         asyncio.get_running_loop()
     except RuntimeError:
@@ -182,9 +182,9 @@ def _barred(address: str, error: BaseException, certificates: dict[str, Any]) ->
 
 
 def _failure_of_tls(address: str, context: ssl.SSLContext) -> ssl.SSLError | None:
-    """Return the error of a TLS handshake, None if it succeeds.
+    """Return the error of a TLS handshake with the scheduler; None if it succeeds.
 
-    Nothing is written after the handshake: an answer to it could overtake the scheduler's alert.
+    Nothing is sent after the handshake, because an answer could overtake the scheduler's alert.
     """
     host, _, port = address.partition("://")[2].rpartition(":")
     try:
@@ -215,7 +215,7 @@ def _nobody(address: str) -> str:
 
 
 def _words(reason: str) -> str:
-    """Return OpenSSL's reason, such as KEY_VALUES_MISMATCH, as words without source lines."""
+    """Return OpenSSL's reason (KEY_VALUES_MISMATCH) as words, without its source line."""
     return re.sub(
         r" *\(_ssl\.c:\d+\)", "", reason.replace("_", " ").lower() if reason.isupper() else reason
     )

@@ -23,7 +23,7 @@ _TURN = threading.Lock()
 
 @dataclass(frozen=True)
 class DifferentInstallation:
-    """Answer of a worker with another installation, instead of results."""
+    """Answer that a worker with another installation gives instead of results."""
 
     there: Installation
     host: str
@@ -31,7 +31,7 @@ class DifferentInstallation:
 
 @dataclass(frozen=True)
 class TransferFailure:
-    """Answer if a function, a job or a result cannot be pickled, instead of results."""
+    """Answer instead of results if a function, a job or a result cannot be pickled."""
 
     error: Exception
 
@@ -44,7 +44,7 @@ def worker_installation() -> Installation:
 def run(topic: str, expected: Installation, function: bytes, task: bytes) -> bytes:
     """Run a task and return its results, pickled.
 
-    topic: Dask topic for messages that the worker waits for the compiler.
+    topic: Dask topic of the messages that the worker is compiling kernels.
     """
     with _TURN:
         return pickle.dumps(_run(topic, expected, function, task))
@@ -66,7 +66,7 @@ def _run(topic: str, expected: Installation, function: bytes, task: bytes) -> An
 
 @functools.lru_cache(maxsize=4)
 def _loaded(function: bytes) -> Callable[[Any], Any]:
-    """Return the unpickled function; every task carries it, for workers that join later."""
+    """Return the unpickled function, which every task carries, since workers may join late."""
     loaded: Callable[[Any], Any] = pickle.loads(function)
     return loaded
 

@@ -30,8 +30,10 @@ JOURNAL = "-wal"  # ending of a database's journal, a file of the same folder
 class FileDescription:
     """File, or folder of files, on this machine.
 
-    parts: relative name and SHA-256 of each file. size: bytes. content: bytes of each file if they
-    are sent.
+    path: absolute path.
+    parts: relative name and SHA-256 of each file.
+    size: total size of the files in bytes.
+    content: bytes of each file if they are sent, else empty.
     """
 
     path: Path
@@ -42,12 +44,12 @@ class FileDescription:
 
 @dataclass(frozen=True)
 class FilesMissing:
-    """Answer of a worker that does not have the same files, instead of a result."""
+    """Answer that a worker without the same files gives instead of a result."""
 
 
 @dataclass(frozen=True)
 class _RemoteFunction(Generic[Job, Result]):
-    """Function in a worker, which uses the files at their paths or copies of sent bytes."""
+    """Function that uses the files at their paths on the worker, or copies of the sent bytes."""
 
     function: Callable[[Paths, Job], Result]
 
@@ -63,7 +65,7 @@ class _RemoteFunction(Generic[Job, Result]):
 
 @dataclass(frozen=True)
 class _LocalFunction(Generic[Job, Result]):
-    """Function on this machine, which uses the files at their paths."""
+    """Function that uses the files at their paths on this machine."""
 
     function: Callable[[Paths, Job], Result]
 
@@ -79,11 +81,14 @@ def share_files(
     cores: int | None = None,
     cluster: str | None = None,
 ) -> Iterator[tuple[int, Result]]:
-    """Yield results as `share` does, for jobs that read files; function: of (paths, job).
+    """Yield results as `share` does, for jobs that read files.
 
-    instead: gives the result of a job that ended every process, or whose files can neither be read
-    by the workers nor sent. Raises ClusterError if the cluster cannot be used, OSError if a
-    readable file fails to be read.
+    function: function of the paths of a job's files and of the job.
+    jobs: (paths, job).
+    instead: function of a job and the reason of its failure. It gives the result of a job that
+        ended several processes, or whose files the workers cannot read and are too large to send.
+
+    Raises ClusterError if the cluster cannot be used. Raises OSError if a file cannot be read.
     """
     if cluster is None:
         yield from share(
@@ -102,7 +107,7 @@ def _by_description(
     instead: Callable[[Job, str], Result],
     cluster: str,
 ) -> Iterator[tuple[int, Result]]:
-    """Send descriptions of the files first, then the bytes of those that a worker does not have."""
+    """Send descriptions of the files first, then the bytes of files that a worker lacks."""
     places: list[int] = []
     described: list[tuple[FileDescription, ...]] = []
 
@@ -135,7 +140,7 @@ def _by_description(
             yield places[sendable[turn]], result
     for number in sorted(set(missing) - set(sendable)):
         yield places[number], instead(jobs[places[number]][1], _too_large(_size(described[number])))
-    # the function itself reports best why a file cannot be read
+    # the function raises the most specific error about an unreadable file
     for index in sorted(set(range(len(jobs))) - set(places)):
         yield index, function(*jobs[index])
 
@@ -153,7 +158,7 @@ def _too_large(size: int) -> str:
 
 
 def described_file(path: Path) -> FileDescription:
-    """Return the description by which another machine compares; raise OSError if unreadable."""
+    """Return the description of a file or folder; raise OSError if it cannot be read."""
     at = path.absolute()
     names = _names(at)
     parts = tuple((name, _digest(at.parent / name)) for name in names)
@@ -161,7 +166,7 @@ def described_file(path: Path) -> FileDescription:
 
 
 def with_content(sent: FileDescription) -> FileDescription:
-    """Return the description with the present bytes."""
+    """Return the description with the present bytes of its files."""
     return FileDescription(
         sent.path,
         sent.parts,
@@ -171,7 +176,7 @@ def with_content(sent: FileDescription) -> FileDescription:
 
 
 def is_here(sent: FileDescription) -> bool:
-    """Return True if the same bytes are at the path on this machine."""
+    """Return True if this machine has the same files at the same path."""
     try:
         return described_file(sent.path) == sent
     except OSError:
@@ -179,7 +184,7 @@ def is_here(sent: FileDescription) -> bool:
 
 
 def _names(path: Path) -> list[str]:
-    """Return the file and its journal, or a folder's files, relative to the path's folder."""
+    """Return the names of a file and its journal, or of a folder's files, from the parent on."""
     if path.is_dir():
         return sorted(
             one.relative_to(path.parent).as_posix() for one in path.rglob("*") if one.is_file()
@@ -194,7 +199,7 @@ def _digest(path: Path) -> str:
 
 @contextmanager
 def _copies(sent: tuple[FileDescription, ...]) -> Iterator[Paths]:
-    """Yield the paths of temporary copies with the same names."""
+    """Write temporary copies with the same names; yield their paths."""
     with tempfile.TemporaryDirectory(prefix="frictool-") as folder:
         for number, one in enumerate(sent):
             for (name, _), content in zip(one.parts, one.content, strict=True):

@@ -15,9 +15,9 @@ LIBRARIES = ("numpy", "scipy", "numba", "llvmlite", "clarabel")
 
 @dataclass(frozen=True)
 class Installation:
-    """Versions by name, and the processor.
+    """Versions of frictool, Python and the numerical libraries by name, and the processor.
 
-    processor: CPU that code is compiled for; the last digits of results may depend on it.
+    processor: CPU for which code is compiled; the last digits of results may depend on the CPU.
     """
 
     versions: tuple[tuple[str, str], ...]
@@ -28,7 +28,7 @@ class Installation:
 def installation() -> Installation:
     """Return the installation of this process.
 
-    The package's version includes a digest of its sources, because these change during development.
+    The version of frictool includes a digest of the sources, which change during development.
     """
     package = f"{_version('frictool')} (sources {_sources()})"
     versions = {
@@ -40,7 +40,7 @@ def installation() -> Installation:
 
 
 def differences(here: Installation, there: Installation) -> str:
-    """Return the differences as text, with both sides; empty if there are none."""
+    """Return the differing versions as text, with both values; "" if there are none."""
     local, remote = dict(here.versions), dict(there.versions)
     names = [name for name in {**local, **remote} if local.get(name) != remote.get(name)]
     return ", ".join(

@@ -2,11 +2,11 @@
 
     here                                  process, one per core
     task ──pipe──▶ jobs in turn
-         ◀──pipe── results, or a message that it compiles; end of the pipe: the process has ended
+         ◀──pipe── results, or "compiling"; the pipe closes if the process ends
 
-The jobs of an ended process are repeated by another. Each process has one task and one pipe, so
-that exactly its jobs are lost; a pool of `concurrent.futures` gives up all tasks when one process
-dies. Processes end with the pipe, so that none outlives this one.
+If a process ends, another process repeats its jobs. Each process has one task and one pipe, so that
+only the jobs of this task are lost; a pool of `concurrent.futures` gives up all tasks when one
+process dies. A process ends when its pipe closes, so that no process outlives its parent.
 """
 
 from __future__ import annotations
@@ -38,7 +38,10 @@ FallbackResult = Callable[[Any, str], Any] | None
 
 @dataclass
 class PendingTask:
-    """Task; deaths: number of processes that ended while they ran it, if it is a single job."""
+    """Task that is to be run or is running.
+
+    deaths: number of processes that ended while they ran the task; counted for a single job only.
+    """
 
     task: Task
     deaths: int = 0
@@ -47,13 +50,13 @@ class PendingTask:
 def start_method() -> str:
     """Return the start method of worker processes.
 
-    A fork would copy locked locks of threads; Windows has no fork server.
+    "fork" would copy the locks that other threads hold. Windows has no fork server.
     """
     return "forkserver" if "forkserver" in multiprocessing.get_all_start_methods() else "spawn"
 
 
 class WorkerProcess:
-    """One process, with the task that it has."""
+    """One process and its current task."""
 
     def __init__(self, function: bytes) -> None:
         context: Any = get_context(start_method())
@@ -75,9 +78,9 @@ class WorkerProcess:
         return True
 
     def hear(self) -> list[Any] | None:
-        """Return the results, None for another message.
+        """Return the results; None if the message has another kind.
 
-        Raises EOFError if the process has ended, or the error that it has sent.
+        Raises EOFError if the process has ended. Raises the error that the process has sent.
         """
         try:
             kind, content = self.connection.recv()
@@ -103,7 +106,7 @@ class WorkerProcess:
         )
 
     def end(self) -> None:
-        """End the process in any state."""
+        """End the process, whatever it is doing."""
         self.connection.close()
         self.process.join(PATIENCE_S)
         if self.process.is_alive():
@@ -115,7 +118,7 @@ class WorkerProcess:
 class ProcessPool:
     """Pool of `size` processes, each replaced if it ends.
 
-    instead: gives the result of a job that ended ATTEMPTS processes.
+    instead: function that gives the result of a job that ended ATTEMPTS processes.
     """
 
     def __init__(
@@ -132,11 +135,11 @@ class ProcessPool:
 
     @property
     def busy(self) -> bool:
-        """True if an answer is expected."""
+        """Return True if a process has a task."""
         return any(one.pending is not None for one in self._members)
 
     def feed(self, source: Iterator[Task]) -> None:
-        """Give each idle process a task: lost ones first, then new ones."""
+        """Give each idle process a task; lost tasks come before new ones."""
         for place in range(len(self._members)):
             while self._members[place].pending is None:
                 pending = self._next(source)
@@ -153,7 +156,7 @@ class ProcessPool:
         return None if task is None else PendingTask(task)
 
     def heard(self) -> list[Answer]:
-        """Wait for at least one process and return the answers.
+        """Wait for a message of at least one process; return the answers.
 
         Raises WorkerLost if a job ends every process that runs it and `instead` is None.
         """
@@ -173,9 +176,9 @@ class ProcessPool:
         return answers
 
     def _lost(self, place: int) -> list[Answer]:
-        """Put the jobs of an ended process back, one by one.
+        """Replace an ended process and put its jobs back as tasks of one job each.
 
-        A job that ends its processes is thus given up alone.
+        Only a job that itself ends processes is therefore given up.
         """
         dead = self._members[place]
         cause = dead.cause()
@@ -214,7 +217,7 @@ class ProcessPool:
 
 
 def _end(members: list[WorkerProcess]) -> None:
-    """End the processes: idle ones end with their pipe, working ones are terminated."""
+    """End the processes: close the pipes of idle ones, terminate the others."""
     for one in members:
         if one.pending is not None or not one.ready:
             one.process.terminate()
@@ -225,9 +228,9 @@ def _end(members: list[WorkerProcess]) -> None:
 
 
 def _serve(theirs: Connection, function: bytes) -> None:
-    """Run tasks until the pipe ends.
+    """Run tasks until the pipe is closed.
 
-    Ctrl-C is ignored, because the parent process handles it and ends this one.
+    Ctrl-C is ignored, because the parent process handles it and ends this process.
     """
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     # before numpy is loaded: another order of sums gives other bytes

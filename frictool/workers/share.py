@@ -5,8 +5,8 @@
                                     └── dask_cluster.py   workers of a Dask scheduler
          (index, result), ... ◀─────┘   in the order of completion
 
-A function that depends on its job alone gives the same results in all three, whatever the number of
-processes. Jobs of a worker that ends are repeated by another.
+If the result of a function depends only on the job, it is the same in all three cases, for any
+number of processes. If a worker ends, another worker repeats its jobs.
 """
 
 from __future__ import annotations
@@ -38,18 +38,18 @@ def share(
     Parameters
     ----------
     function : Callable
-        function of a job, defined in a module; pickled, as jobs and results are
+        function of a job, defined in a module; function, jobs and results are pickled
     jobs : Iterable
-        jobs, taken as they are needed
+        jobs; each is taken when it is needed
     cores : int, optional
         number of processes; 1: this process; None: all cores of this machine
     cluster : str, optional
         address of a Dask scheduler, whose workers are used instead
     batch : int, optional
-        jobs that are sent together; they should take some tenths of a second
+        number of jobs that are sent together; they should take some tenths of a second
     instead : Callable, optional
-        function of a job that ended several processes, and of the reason; its value becomes the
-        result
+        function of a job that ended several processes, and of the reason; it returns the result
+        of the job
 
     Yields
     ------

@@ -2,7 +2,7 @@
 
     (index, job), (index, job), ... ──run_task──▶ result | JobFailure, ...
 
-An error thus reaches the caller without the loss of the other results.
+An error of one job therefore does not lose the results of the others.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class JobFailure:
 
 
 def split_tasks(jobs: Iterable[Any], batch: int) -> Iterator[Task]:
-    """Yield tasks of `batch` jobs in order; jobs are taken only as tasks are."""
+    """Yield tasks of `batch` jobs in order; take jobs only when the next task is requested."""
     numbered = enumerate(jobs)
     while task := tuple(islice(numbered, batch)):
         yield task
@@ -52,7 +52,10 @@ def _one(function: Callable[[Any], Any], job: Any) -> Any:
 
 
 def picklable_error(error: Exception) -> Exception:
-    """Return the error with its traceback as a note; as text if it cannot be pickled."""
+    """Return the error with its traceback as a note.
+
+    If the error cannot be pickled, the result is a RuntimeError with its text.
+    """
     error.add_note("".join(traceback.format_exception(error)))
     try:
         pickle.loads(pickle.dumps(error))

@@ -85,7 +85,7 @@ class ArrayTable:
     """Columns of one file (a RawTable).
 
     others: name -> description of each variable that is not a column.
-    damage: description of damage elsewhere in the file; None if there is none.
+    damage: description of damage outside the columns; None if there is none.
     dated: datetime64 column with the times of the rows, or None.
     """
 
@@ -185,8 +185,8 @@ class ArrayTable:
     ) -> None:
         """Report each stream that ended early.
 
-        If all rows were read, the rest of each stream is read first, since its checksum is at the
-        end.
+        If all rows were read, the rest of each stream is read first, because the checksum of a
+        stream is at its end.
         """
         if read == rows:
             for stream in streams.values():
@@ -212,13 +212,13 @@ def check_rows(source: str, size: int, rows: int, columns: int) -> None:
 
 
 def find_array(names: Sequence[str], wanted: str | int) -> str | None:
-    """Return the element of `names` with this name, number (from 1) or matrix notation, or None."""
+    """Return the column in `names` with this name, number (from 1) or matrix notation, or None."""
     name = find(names, wanted)
     return other_notation(names, str(wanted)) if name is None else name
 
 
 def other_notation(names: Sequence[str], wanted: str) -> str | None:
-    """Return the name of a matrix's column or row that is requested in another notation, or None.
+    """Return the name of a matrix column or row that `wanted` writes in another notation, or None.
 
     Blanks are ignored, and both MATLAB's and NumPy's notations are accepted.
     """

@@ -50,7 +50,7 @@ class ByteStream:
             size -= len(self.read(min(size, PIECE)))
 
     def check(self) -> None:
-        """Read the rest if only the end of the stream verifies its bytes.
+        """Read the rest of the stream if its checksum is at the end.
 
         Sets `damage` if the bytes are wrong.
         """
@@ -70,7 +70,7 @@ class FileBytes(ByteStream):
     """Bytes as in the file; skipping takes no time."""
 
     def skip(self, size: int) -> None:
-        """Skip `size` bytes; record the damage if the file ends before."""
+        """Skip `size` bytes; record the damage if the file ends earlier."""
         step = max(0, min(size, self._left))
         self._file.seek(step, 1)
         self._left -= step

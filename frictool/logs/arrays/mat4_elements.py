@@ -105,7 +105,7 @@ def _array(path: Path, head: Mat4Header, name: str, start: int, size: int) -> Ma
 
 
 def _head(data: bytes) -> Mat4Header | None:
-    """Return the head in 20 bytes, or None if they are no head.
+    """Return the head decoded from 20 bytes, or None if the bytes are not a head.
 
     The first number is 1000 order + 10 number + kind.
     """

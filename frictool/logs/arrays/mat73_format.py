@@ -178,7 +178,7 @@ class HdfTable(LibraryTable):
             n = min(BLOCK_ROWS, rows - first)
             try:
                 columns = {name: line.read(first, n) for name, line in chosen.items()}
-            # h5py raises these for HDF5's errors
+            # h5py raises these exceptions for errors of HDF5
             except (OSError, ValueError, RuntimeError) as error:
                 reason = f"is damaged after {first} of {rows} samples: {error}"
                 if losses is None:

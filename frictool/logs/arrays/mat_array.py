@@ -35,7 +35,7 @@ class MatArray:
 
     name: name with its path, such as `data.signals.values`.
     kind: MATLAB class.
-    place: its numbers in column order; None unless they are real.
+    place: location of the numbers in the file, in column order; None unless they are real.
     text: content of a char array, else None.
     """
 
@@ -68,7 +68,7 @@ class MatArray:
 def lines(name: str, shape: tuple[int, ...]) -> Iterator[MatrixLine]:
     """Yield the array itself if it is a vector, else the columns of a matrix as `name(:,1)`.
 
-    For a matrix that is wider than high (Simulink's To File), these are the rows.
+    A matrix that is wider than high (Simulink's To File) is divided into rows instead.
 
     >>> [line.name for line in lines("x", (9, 2))], [line.name for line in lines("x", (1, 1, 9))]
     (['x(:,1)', 'x(:,2)'], ['x'])

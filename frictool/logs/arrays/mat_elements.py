@@ -6,8 +6,8 @@ of a compressed variable is verified.
 
 A file is a head of 128 bytes, then elements: type (4), bytes (4), content, padded to 8. A variable
 is an element of type MATRIX, alone or inside one of type COMPRESSED. Its content consists of
-elements: flags, shape, name, real part, imaginary part. The fields of a structure and the cells of
-a cell array are MATRIX elements without a name inside it.
+elements: flags, shape, name, real part, imaginary part. The content of a structure or cell array
+consists of its fields or cells, which are MATRIX elements without a name.
 """
 
 from __future__ import annotations

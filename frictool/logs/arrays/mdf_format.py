@@ -1,9 +1,9 @@
 r"""Reader of ASAM MDF (2 to 4) with asammdf (extra `mdf`).
 
-Each channel group is a table that its master channel dates. Channels are named as in the file,
-`nAct\ETKC:1`; a name that occurs in several groups is `GROUP/NAME`. Values are physical; a channel
-whose conversion gives texts keeps its raw numbers. A sample that is marked invalid is an empty cell
-in a salvage, and damage otherwise.
+Each channel group is a table; its master channel gives the times of the rows. Channels are named as
+in the file, `nAct\ETKC:1`; a name that occurs in several groups is `GROUP/NAME`. Values are
+physical; a channel whose conversion gives texts keeps its raw numbers. In a salvage, a sample that
+is marked as invalid becomes an empty cell; otherwise it is an error.
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ def _open(path: Path) -> Sequence[LibraryTable]:
 
 
 def _unreadable(path: Path) -> str:
-    """Return why asammdf cannot open the file."""
+    """Return the reason why asammdf cannot open the file."""
     behind = described_at(path)
     if behind is None:
         return (
@@ -176,7 +176,7 @@ def _group(path: Path, file: Any, index: int, topic: str, start: int, end: int |
 
 @dataclass(frozen=True)
 class MdfChannel:
-    """Channel by its number in the group, and whether its raw numbers are used."""
+    """Number of a channel in its group; a flag tells whether the raw numbers are used."""
 
     index: int
     raw: bool

@@ -26,7 +26,7 @@ class MemoryTable:
     columns: name -> (n,) numbers.
     units: name -> unit in the file, or None.
     source, topic, clock: as in RawTable.
-    time_ns: (n,) times of the rows in ns; None if the file does not date them.
+    time_ns: (n,) times of the rows in ns; None if the file gives no times.
     first_line: line of the first row in the file; None if the rows have no lines.
     """
 
@@ -72,7 +72,7 @@ class MemoryTable:
 
 
 def in_memory(table: RawTable, wanted: Sequence[str], most: int) -> MemoryTable:
-    """Return the columns `wanted` of the blocks that hold the first `most` rows of a table.
+    """Return the columns `wanted` of a table, in the blocks that contain the first `most` rows.
 
     Raises LogError as the table's blocks do.
     """

@@ -207,7 +207,7 @@ def _inside(batch: Any, path: str) -> Any:
 
 
 def _first(names: Sequence[str], path: str) -> str:
-    """Return the longest of `names` with which a path begins."""
+    """Return the longest element of `names` that `path` begins with."""
     return max((name for name in names if path == name or path.startswith(f"{name}.")), key=len)
 
 

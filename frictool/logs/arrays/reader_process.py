@@ -6,9 +6,9 @@ On a damaged file HDF5, Arrow and asammdf may crash, hang, or use all memory.
     tables(path)  ── open ──▶ the library's tables ──▶ their descriptions
     blocks(...)   ── open ──▶ the library's blocks ──▶ block, block, ... loss, ... end
 
-The child is killed if it uses more processor time for an answer than a file of that size can need.
-Any crash becomes a message of one line. The limit is processor time, because it does not depend on
-other programs of the computer.
+The child is killed if it uses more processor time for an answer than a file of this size can need.
+Processor time, unlike elapsed time, does not depend on the load of the computer. Any crash becomes
+a message of one line.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ TEXT = 300  # maximum characters of a library's message
 
 @dataclass(kw_only=True)
 class LibraryTable:
-    """Table of a file that a library has opened (a RawTable); a format adds `blocks`.
+    """Table of a file that a library has opened (a RawTable); each subclass defines `blocks`.
 
     columns: name -> column, in the library's terms.
     others: name -> description of each item that is no column of numbers.
@@ -83,7 +83,7 @@ class GuardedTable:
     """Table whose rows are read in a child process.
 
     opened: function that opens the file in the child.
-    index: index of the table in its result.
+    index: index of the table in the result of `opened`.
     """
 
     source: str
@@ -237,7 +237,8 @@ def _child(
 def _answers(ours: Connection, pid: int | None, patience: float) -> bool:
     """Return whether an answer comes in time.
 
-    patience: allowed processor time in s; the elapsed time may be LONGEST_WAIT times as long.
+    patience: limit of the processor time in s; the limit of the elapsed time is LONGEST_WAIT times
+        as long.
     """
     begun = time.monotonic()
     used = _processor_time(pid)

@@ -141,7 +141,7 @@ class CanonicalReader:
             self._channel(channel)
 
     def _channel(self, channel: Channel) -> None:
-        """Declare a stream; raise LogError if a canonical log has no such channel."""
+        """Declare the stream of a channel; raise LogError if the channel is not canonical."""
         schema = self._declarations.schemas.get(channel.schema_id)
         fields = axis_fields(channel, schema)
         if fields is None:
@@ -161,9 +161,9 @@ class CanonicalReader:
             )
 
     def _of_one_channel(self, part: FileSection) -> ChannelSamples | None:
-        """Return the samples of chunks that hold only valid messages of one channel, else None.
+        """Return the samples of a section with only valid messages of one channel, else None.
 
-        This is the fast path, which nearly all chunks take.
+        Nearly all chunks are read in this fast way.
         """
         data = part.data
         if len(data) <= RECORD_HEAD + 2 or data[0] != MESSAGE_OPCODE:
@@ -183,8 +183,8 @@ class CanonicalReader:
     def _mixed(self, part: FileSection) -> Iterator[ChannelSamples]:
         """Yield the samples of a section with several channels, other layouts or invalid messages.
 
-        A wrong message in a whole chunk raises ValueError. Outside of a whole chunk it is recorded
-        as damage.
+        A wrong message in a whole chunk raises ValueError. In any other section, it is
+        recorded as damage.
         """
         data = part.data
         bounds = record_bounds(data) if part.whole else whole_records(data)[0]
@@ -304,5 +304,5 @@ class CanonicalReader:
 
 
 def _columns(records: Records) -> tuple[Nanoseconds, NDArray[np.float64]]:
-    """Return time (n,) in ns, and the values (fields, n)."""
+    """Return the times (n,) of the records in ns, and the values (fields, n)."""
     return records["log_time"].astype(np.int64), np.ascontiguousarray(records["values"].T)

@@ -36,7 +36,7 @@ class RecordBounds(NamedTuple):
 def record_bounds(data: bytes) -> RecordBounds:
     """Return the bounds of each record of a chunk; raise ValueError at a broken record.
 
-    `whole_records` returns those before it.
+    `whole_records` returns the bounds of the records before a broken one.
     """
     bounds, end = whole_records(data)
     if end != len(data):

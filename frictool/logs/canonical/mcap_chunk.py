@@ -29,7 +29,7 @@ def chunk_data(body: bytes) -> bytes:
     """Return the plain records of the chunk with content `body`.
 
     Raises ValueError if sizes disagree, decompression fails, or the CRC is wrong. A CRC of 0 means
-    that the writer left it out.
+    that the writer computed none.
     """
     _, _, size, crc, name_length = _FIXED.unpack_from(body)
     name_end = _FIXED.size + name_length

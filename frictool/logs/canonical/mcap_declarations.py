@@ -31,7 +31,7 @@ class McapDeclarations:
     counts: dict[int, int] | None = None
 
     def take(self, opcode: int, body: bytes) -> Channel | None:
-        """Read a record and return its channel, if it is a channel record.
+        """Read a record; return the channel if the record declares one, else None.
 
         Records that declare nothing are skipped. A damaged record raises one of UNREADABLE.
         """

@@ -10,8 +10,8 @@
     DataEnd                CRC of everything before it
     summary                schemas, channels, statistics, chunk and metadata indexes, offsets
 
-A message holds the time in ns (log time = publish time) and the values of all fields. It has one
-dtype, with 35 bytes of framing and 8 bytes per field.
+A message holds the time in ns (log time = publish time) and the values of all fields. All messages
+of a stream have the same dtype, with 35 bytes of framing and 8 bytes per field.
 """
 
 from __future__ import annotations

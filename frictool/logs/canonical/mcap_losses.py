@@ -8,7 +8,7 @@ from frictool.logs.canonical.mcap_sections import FileSection
 
 
 class CanonicalLoss(NamedTuple):
-    """Samples that cannot be read; None means unknown.
+    """Loss of samples that cannot be read; None means unknown.
 
     channel: the channel; None for all channels.
     first, last: bounds of the loss in ns, as stored.
@@ -34,11 +34,11 @@ class MissingSamples:
     def unread(self, part: FileSection, last: int | None, size: int) -> None:
         """Record a section that cannot be read.
 
-        The indexes of its chunk, if there are any, give the number and the times of its samples.
+        If message indexes follow the chunk, they give the number and the times of the samples.
 
         part: the section.
-        last: time of the last sample before it, in ns; None before any sample.
-        size: bytes of the file.
+        last: time of the last sample before the section, in ns; None if there is none.
+        size: size of the file in bytes.
         """
         if (
             self.lost and "CRC of the" in part.reason
@@ -66,8 +66,8 @@ class MissingSamples:
     def check(self, counts: dict[int, int], samples_read: dict[int, int]) -> None:
         """Complete the counts of the losses from the statistics.
 
-        If exactly one loss has no count, it gets the missing samples. Otherwise they are added as
-        further losses.
+        If exactly one loss has no count, this loss gets the missing samples. Otherwise the missing
+        samples become further losses.
 
         counts: channel -> number of samples in the statistics.
         samples_read: channel -> number of samples read.

@@ -51,7 +51,7 @@ def heads(path: Path, metadata: Metadata, channels: Iterable[DeclaredStream]) ->
 
 
 def shift_ns(path: Path, metadata: Metadata) -> int:
-    """Return the time in ns that was added to every time; raise LogError if it is no number."""
+    """Return the shift in ns that was added to every time; raise LogError if it is no number."""
     return _nanoseconds(path, metadata, SHIFT_KEY) or 0
 
 

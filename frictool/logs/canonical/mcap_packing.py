@@ -36,7 +36,7 @@ _INDEX_ENTRY = np.dtype([("time", "<u8"), ("offset", "<u8")])
 
 
 class ChunkSamples(NamedTuple):
-    """Samples of a chunk to be packed; `before` is the number of earlier samples of the stream."""
+    """Samples to be packed as a chunk; `before` is the number of earlier samples of the stream."""
 
     stream: int
     before: int
@@ -49,7 +49,7 @@ class PackedChunk(NamedTuple):
 
     span: first and last time in ns.
     record: bytes of the chunk record.
-    behind: bytes of the message index after it.
+    behind: bytes of the message index record after the chunk.
     sizes: compressed and plain size of the content in bytes.
     """
 
@@ -68,7 +68,7 @@ class PackedChunk(NamedTuple):
 
 
 class ChunkPacker:
-    """Packer of the samples of the streams `heads`, one chunk at a time."""
+    """Packer of samples into chunks; `heads` are the headers of the streams."""
 
     def __init__(self, heads: tuple[StreamHeader, ...]) -> None:
         self._blanks = [_blank(number, head) for number, head in enumerate(heads)]

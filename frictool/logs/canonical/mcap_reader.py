@@ -27,8 +27,8 @@ def open_mcap(
 ) -> tuple[list[CanonicalStream], dict[str, dict[str, str]], list[DataLoss]]:
     """Return the streams of a canonical log, its metadata records and its losses.
 
-    The whole file is read once and checked. Raises LogError as `read_mcap` does; with `salvage`,
-    only if nothing can be read.
+    The whole file is read once and checked. Raises LogError as `read_mcap` does. With
+    `salvage`, raises LogError only if nothing can be read.
     """
     lost: list[CanonicalLoss] | None = [] if salvage else None
     chunks: dict[int, set[int]] = {}
@@ -75,7 +75,7 @@ class CanonicalStream:
     number: channel number.
     chunks: byte offsets of the chunks that hold its samples.
     shift: time in ns that the writer added to every time.
-    epoch: clock time in ns at 0 of the log; None if no clock dates it.
+    epoch: clock time in ns at 0 of the log; None without a clock.
     """
 
     source: str
@@ -107,7 +107,7 @@ class CanonicalStream:
 def is_canonical(path: Path) -> bool:
     """Return whether a file is an MCAP log written by frictool, judged by its first channel.
 
-    An MCAP file counts as canonical, too, if it has no channel or is damaged before the first one.
+    An MCAP file without channels, or with damage before the first one, counts as canonical, too.
     Raises LogError if the file cannot be read.
     """
     if not head_of(path).startswith(MAGIC[:5]):

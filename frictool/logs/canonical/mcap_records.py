@@ -2,9 +2,9 @@
 
     file ──▶ FileRecord, FileRecord, DamagedBytes, FileRecord, LooseMessages, ...
 
-`DamagedBytes` is yielded if bytes cannot be records, a CRC is wrong, or the file ends too early.
-Reading resumes at the next plausible record. A caller that salvages continues after `DamagedBytes`;
-any other caller raises an error.
+The reader yields `DamagedBytes` if bytes cannot be records, a CRC is wrong, or the file ends too
+early. Reading resumes at the next plausible record. Callers that salvage a file continue after
+`DamagedBytes`; other callers raise an error.
 """
 
 from __future__ import annotations
@@ -60,7 +60,7 @@ class DamagedBytes(NamedTuple):
     """Bytes `start` to `end` of the file that are lost, and the reason.
 
     rest: available part of a chunk that the end of the file truncates.
-    bare: True if only the head of a chunk is lost and its records follow one by one.
+    bare: True if only the head of a chunk is lost, so that the records of the chunk follow singly.
     """
 
     start: int
@@ -127,7 +127,7 @@ class FileRecords:
             )
 
     def _following(self) -> bytes:
-        """Return the messages that follow directly, up to PIECE bytes."""
+        """Return the bytes of the messages at the read position, at most PIECE bytes."""
         bounds, end = whole_records(self._bytes.peek(PIECE))
         others = np.flatnonzero((bounds.opcode != Opcode.MESSAGE) | (bounds.length < MESSAGE_HEAD))
         if others.size:
@@ -152,7 +152,7 @@ class FileRecords:
         return known and fits
 
     def _is_last(self, length: int) -> bool:
-        """Return whether a footer of this length ends the file, but for the closing magic."""
+        """Return whether only the closing magic follows a footer of `length` bytes."""
         after = self._bytes.peek(FOOTER_LENGTH + len(MAGIC))[FOOTER_LENGTH:]
         return length == FOOTER_LENGTH and after == MAGIC[: len(after)]
 
@@ -217,9 +217,9 @@ class FileRecords:
         return None
 
     def _begins(self, at: int) -> bool:
-        """Return whether a record begins here.
+        """Return whether a record begins at byte `at`.
 
-        Its lengths have to agree, and another record or the end of the file has to follow.
+        The lengths in the record must agree, and another record or the end of the file must follow.
         """
         self._stream.seek(at)
         data = self._stream.read(RECORD_HEAD + PEEKED)
@@ -239,7 +239,7 @@ class FileRecords:
 
 
 def _is_header(body: bytes) -> bool:
-    """Return whether two strings, profile and library, fill the body of a header."""
+    """Return whether a body consists of two strings, as that of a header (profile, library)."""
     profile = int.from_bytes(body[:4], "little")
     library = int.from_bytes(body[4 + profile : 8 + profile], "little")
     return len(body) == 8 + profile + library
@@ -248,7 +248,7 @@ def _is_header(body: bytes) -> bool:
 def _coherent(opcode: int, length: int, body: bytes) -> bool:
     """Return whether the lengths inside a body agree with the record's length.
 
-    Returns False for kinds without such lengths: reading does not resume at them.
+    Returns False for a kind without such lengths, because reading does not resume at such a record.
     """
     if opcode == Opcode.CHUNK and len(body) >= _CHUNK.size + 12:
         start, end, _, _, name = _CHUNK.unpack_from(body)

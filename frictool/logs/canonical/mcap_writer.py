@@ -53,8 +53,8 @@ Notes = dict[str, dict[str, str]]  # metadata records: name -> key -> text
 class CanonicalWriter:
     """Writer of the head of a log, its chunks and its summary.
 
-    stream: output, only written to, so that it may be a pipe.
-    heads: headers of the streams; `chunk` identifies a stream by its index here.
+    stream: binary output, which may be a pipe.
+    heads: headers of the streams; `chunk` identifies a stream by its index in `heads`.
     metadata: further metadata records, name -> key -> text.
     shift_ns: time in ns added to every time to make it positive; the reader subtracts it.
     """
@@ -188,7 +188,7 @@ def write_streams(
 
     The times of the streams are in ns, without the writer's shift.
 
-    last: returns metadata records that are known only after all samples have been read.
+    last: function that returns the metadata records known only after all samples have been read.
     """
     for place, piece in merged(streams):
         writer.chunk(place, piece.time + writer.shift_ns, piece.values)

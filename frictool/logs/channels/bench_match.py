@@ -1,8 +1,8 @@
 """Check that a canonical log fits a bench, which may have changed since the log was made.
 
-A raw file is mapped by the bench in use and always fits it. A canonical log carries units, a clock
-and often an effort computed with the constant of its own bench. They are compared with the bench,
-and such an effort is recomputed from the drive.
+A raw file is mapped with the bench in use and therefore fits it. A canonical log contains units, a
+clock and often an effort that was computed with the constant of an earlier bench. The units and the
+clock are compared with the bench in use, and a computed effort is recomputed from the drive.
 """
 
 from __future__ import annotations
@@ -96,9 +96,10 @@ def _check_wraps(log: Log, stream: Stream, bench: Bench) -> tuple[str, ...]:
 
 
 def _is_measured(log: Log, stream: Stream, bench: Bench) -> bool:
-    """Return whether the effort is absent or not a multiple of the drive.
+    """Return whether the effort was measured, and not computed from the drive; True without effort.
 
-    The metadata record `columns`, which `ingest` writes, decides; without it, the numbers do.
+    The metadata record `columns`, which `ingest` writes, decides. Without this record, the effort
+    counts as measured if it is not a multiple of the drive.
     """
     if EFFORT not in stream.signals:
         return True

@@ -113,7 +113,7 @@ def _home(tables: Sequence[RawTable], channel: str, column: Column) -> tuple[int
 
 
 def _time(table: RawTable, bench: Bench) -> ChannelColumns:
-    """Return the column that dates a table, if the bench names one and the table has it."""
+    """Return the time column of a table, if the bench names one and the table contains it."""
     column = bench.columns.get("time")
     if column is None:
         return {}

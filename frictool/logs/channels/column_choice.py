@@ -1,9 +1,11 @@
 """Choice of the column and the unit of each channel, with questions if the file does not decide.
 
-    fit       a column fits a channel if its unit has the channel's dimension and its name is that
-              of the quantity; if no name decides, the unit suffices
-    choice    the fitting column with the clearest name; a question if several are equally clear
-    unit      from the file, else from the end of the name; a question if there is neither
+    fit       a column fits a channel if its unit has the channel's dimension and its name denotes
+              the quantity; if no name denotes the quantity, the unit suffices
+    choice    the fitting column with the clearest name; a question if several names are equally
+              clear
+    unit      the unit in the file, else the unit at the end of the name; a question if both are
+              missing
 
 Three kinds of units are inferred. ROS recordings give joint states in SI. Integers under the name
 of an encoder are counts. Times of a logger at more than 50 Hz can only be in seconds.
@@ -76,7 +78,7 @@ class OfferedColumn:
 
 @dataclass(frozen=True)
 class ColumnChoice:
-    """Column and unit chosen for a channel; each is OPEN while a question remains.
+    """Column and unit chosen for a channel; each is OPEN while there is a question about it.
 
     table: table of the first fitting column.
     columns: all fitting columns.
@@ -117,7 +119,7 @@ def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoi
     for one in offered:
         channels, rank = _channels(one, axis)
         for channel in channels:
-            # the file itself dates its rows, and more exactly
+            # the stamps in the file are more exact than a time column
             dated = channel == TIME and one.table.time_ns is not None
             if not dated:
                 fitting.setdefault(channel, []).append((rank, one))
@@ -144,7 +146,7 @@ def _label(name: str) -> str:
 def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
     """Return the channels that a column fits, and the rank of its clarity, 0 for the clearest.
 
-    Several channels are returned if its name is ambiguous.
+    Several channels are returned if the name of the column is ambiguous.
     """
     compatible = [
         name
@@ -198,7 +200,7 @@ def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> Co
 
 
 def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQuestion | None]:
-    """Return the unit of a column and None, or OPEN and the question."""
+    """Return (unit, None), or (OPEN, question) if the unit of the column is unknown."""
     if one.unit is not None:
         return (COUNT if is_count(one.unit) else one.unit), None
     dimension = dimension_of(channel)

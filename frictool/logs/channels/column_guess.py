@@ -1,6 +1,6 @@
 """Guess of a rig from a bench file: columns, units, sample period and encoder step.
 
-A unit takes precedence over a name. Somebody who knows the rig has to check the guess. A column
+A unit takes precedence over a name. A person who knows the rig has to check the guess. A column
 that fits no channel is left out. Missing units, and the choice among several columns that fit,
 become questions (column_choice.py).
 """
@@ -55,7 +55,7 @@ MOST_ROWS = 1 << 18  # maximum number of rows read
 class ColumnGuess:
     """Channels, sample period and encoder step guessed from a file.
 
-    columns: channel -> (column, unit), each OPEN while one of `questions` remains.
+    columns: channel -> (column, unit), each OPEN while one of `questions` concerns it.
     left: columns that fit no channel, or only a channel with a better column.
     period: sample period in s; None if unknown.
     step: encoder step in rad or m; None if unknown.
@@ -133,7 +133,7 @@ def read_start(tables: Sequence[RawTable]) -> list[MemoryTable]:
         first, _ = (
             next(iter(table.blocks(table.names, [])), (None, 0)) if table.names else (None, 0)
         )
-        # text columns and columns that date the rows have no finite numbers
+        # text columns and columns of time stamps have no finite numbers
         names = (
             []
             if first is None
@@ -185,7 +185,7 @@ def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGues
 
 
 def _liveliest_first(table: MemoryTable) -> list[str]:
-    """Return the column names; the joint with most changing columns comes first."""
+    """Return the column names, those of the joint with the most changing columns first."""
     label = {name: match[1] if (match := LABEL.search(name)) else "" for name in table.columns}
     moving = Counter(label[name] for name, values in table.columns.items() if np.ptp(values) > 0.0)
     return sorted(table.columns, key=lambda name: -moving[label[name]])
@@ -212,7 +212,7 @@ def kind_of_axis(tables: Sequence[MemoryTable]) -> Axis | None:
 def _tells(unit: str, axis: Axis) -> bool:
     """Return whether the unit of a position or velocity identifies this kind of axis.
 
-    A percentage or a frequency must not pass for an angle or its rate.
+    A rotary axis needs an angle in the unit, so that percentages and frequencies do not count.
     """
     named = axis == "linear" or _ANGLE.search(unit) is not None
     return named and any(fits(unit, kind, axis) for kind in ("position", "velocity"))
@@ -229,10 +229,10 @@ def _si(
 
 
 def _period(table: MemoryTable, columns: dict[str, tuple[str, str]], axis: Axis) -> float | None:
-    """Return the sample period in s, the mean interval of a log without gaps, else the median.
+    """Return the sample period in s: the mean interval if the log has no gaps, else the median.
 
-    It has 3 digits if that changes it by less than 0.1 %, else 6. Returns None if no bench could
-    have this period, because the unit of time is then probably wrong.
+    The period is rounded to 3 digits if this changes it by less than 0.1 %, else to 6. Returns None
+    if no bench could have this period, because the unit of time is then probably wrong.
     """
     time = _si(table, columns, TIME, axis)
     if time is None and table.time_ns is not None and table.time_ns.size:

@@ -3,12 +3,12 @@
     n        value of the counter, modulo 2^b if it has b bits, signed or unsigned
     wrap     d[k] = n[k] - n[k-1],  d <- d - 2^b round(d / 2^b): a real step is less than half the
              range
-    index    a pulse sets the counter to one value once per revolution: counts = n + start. From one
-             pulse to the next, `start` changes by a whole number of revolutions, which restores
-             counts lost in between.
+    index    a pulse sets the counter to a fixed value once per revolution: counts = n + start. From
+             one pulse to the next, `start` changes by a whole number of revolutions, which restores
+             the counts lost between the pulses.
 
-Any remaining step that the top speed does not allow consists of skipped counts. They are counted
-and not repaired, because their sign is unknown.
+If a remaining step is too long for the top speed, counts were skipped. Such steps are counted and
+not repaired, because the sign of the skipped counts is unknown.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ EXTENDED = (16, 24, 32)
 
 
 def outside(raw: Vector, bits: int) -> int | None:
-    """Return the index of the first of `raw` (n,) that no counter of `bits` bits shows, or None.
+    """Return the index of the first value in `raw` (n,) outside a counter of `bits` bits, or None.
 
     Signed, unsigned and sign-extended values are allowed.
     """
@@ -49,7 +49,7 @@ def folded(raw: Vector, bits: int, signed: bool) -> Vector:
 class EncoderCounter:
     """State of an encoder's counter during a reading.
 
-    jumps: steps that are too long for the axis and neither a wrap nor a reset.
+    jumps: steps that are too long for the axis and are neither wraps nor resets.
     resets: number of resets by index pulses.
     lost: number of counts that the index pulses restored.
     """

@@ -36,8 +36,7 @@ class GuessedLog:
 def guess_log(path: Path) -> GuessedLog:
     """Return the first rows of the table with the position, in the units of the file.
 
-    Raises LogError if the file cannot be read, does not date its rows, or has no recognisable
-    channel.
+    Raises LogError if the file cannot be read, gives no times, or has no recognisable channel.
     """
     (parts,) = sources([path])
     tables = read_start(open_tables(parts))
@@ -84,9 +83,9 @@ def guess_log(path: Path) -> GuessedLog:
 def _lost(
     time: Vector, rows: NDArray[np.bool_], finite: dict[str, NDArray[np.bool_]]
 ) -> list[DataLoss]:
-    """Return the runs of omitted rows (n,).
+    """Return a loss for each run of omitted rows; `rows` (n,) is True for the rows kept.
 
-    Each has the columns without numbers, and the times of the rows before and after it.
+    A loss names the columns without numbers, and the times of the rows before and after the run.
     """
     lost = LossList()
     edges = np.flatnonzero(np.diff(rows.astype(np.int8), prepend=1, append=1))

@@ -17,7 +17,7 @@ from frictool.logs.canonical.mcap_layout import NS
 class InstrumentBench:
     """Bench of one file.
 
-    name: name of the instrument; None if the file is of no instrument.
+    name: name of the instrument; None if no instrument of the bench recorded the file.
     bench: the adapted bench.
     ahead_ns: known lead of the instrument's clock in ns.
     estimate: how to estimate the lead from the samples; None if it is known.

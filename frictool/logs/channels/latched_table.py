@@ -1,7 +1,7 @@
 """Table sampled at the bench's period: each column holds its last value, as input registers do.
 
-An oscilloscope samples far faster than the bench, and a logic analyser writes changes only. From
-both, the log keeps the values that a controller with the bench's period would have read.
+An oscilloscope samples far faster than the bench, and a logic analyser writes changes only. In both
+cases, the log keeps the values that a controller with the bench's period would have read.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ NS = 1e9  # ns per s
 class LatchedTable(DerivedTable):
     """Table whose rows are `period_ns` apart, from its first row on.
 
-    time: column that dates the rows, and its unit in s; None if the table itself dates them.
+    time: time column, and its unit in s; None if the blocks of the table have `time_ns`.
     """
 
     def __init__(self, table: RawTable, period_ns: int, time: tuple[str, float] | None) -> None:
@@ -86,7 +86,7 @@ class LatchedTable(DerivedTable):
 def row_times(block: RowBlock, time: tuple[str, float] | None) -> Nanoseconds:
     """Return the times of the rows of a block in ns, from the time column or from the table.
 
-    time: time column and its unit in s; None if the table dates the rows.
+    time: time column and its unit in s; None if the block has `time_ns`.
     """
     if time is None:
         assert block.time_ns is not None

@@ -37,7 +37,7 @@ class LossLedger:
         self._open: list[DataLoss] = []  # losses whose end is still unknown
 
     def take(self, inbox: list[DataLoss] | None, before: int | None) -> None:
-        """Move the losses that a table appended before its next block into the ledger.
+        """Move the losses that a table appended to `inbox` before its next block into the ledger.
 
         before: time of the last sample in ns; None before the first.
         """
@@ -60,8 +60,8 @@ class LossLedger:
     ) -> None:
         """Record omitted rows of a block.
 
-        kept: indices of the other rows.
-        time: their times in ns.
+        kept: indices of the rows that are kept.
+        time: times of the kept rows in ns.
         before: time in ns of the last sample before the block; None before the first.
         """
         for reason, rows in dropped:

@@ -49,7 +49,7 @@ RATE_REFUSED = 0.2  # relative difference that is an error
 
 
 class ChannelSource(NamedTuple):
-    """Column of a channel with its name in the file, entry in the bench and factor to SI."""
+    """Raw column of a channel: name in the file, entry in the bench and factor to SI."""
 
     channel: str
     name: str
@@ -67,13 +67,13 @@ class ChannelMapper:
 
     table: the table.
     bench: the rig.
-    columns: channel -> column of the bench, and its name in the table; includes `time` if a column
-        dates the rows.
+    columns: channel -> column of the bench, and its name in the table; includes `time` if the
+        table has a time column.
     topic: topic of the stream.
     derive: True if `effort` is to be computed from the drive.
     period: expected sample period in s; None disables the check.
 
-    Raises LogError if a unit contradicts that of the file.
+    Raises LogError if a unit in the bench contradicts the unit in the file.
     """
 
     def __init__(
@@ -243,7 +243,7 @@ class ChannelMapper:
     def _in_order(
         self, block: RowBlock, rows: Rows, time: Nanoseconds, salvage: bool
     ) -> tuple[Rows, Nanoseconds, list[DroppedRows]]:
-        """Return the rows whose times increase, these times, and the dropped rows."""
+        """Return the rows whose times increase, the times of these rows, and the dropped rows."""
         back = np.flatnonzero(time[1:] <= time[:-1]) + 1
         if time.size and self._last is not None and time[0] <= self._last:
             back = np.insert(back, 0, 0)

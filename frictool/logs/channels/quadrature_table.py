@@ -37,7 +37,7 @@ class QuadratureTable(DerivedTable):
         return super().find(wanted)
 
     def findings(self) -> tuple[str, ...]:
-        """Return a message about the illegal transitions of each encoder that had any."""
+        """Return a message for each encoder with illegal transitions."""
         return tuple(
             f"quadrature {name!r}: {bad} of {moves} transitions are illegal, "
             "each two counts of unknown sign: is the sample rate above"

@@ -1,4 +1,4 @@
-"""Questions that a guess of a log's columns leaves to somebody who knows the rig."""
+"""Questions about a log's columns that only a person who knows the rig can answer."""
 
 from __future__ import annotations
 

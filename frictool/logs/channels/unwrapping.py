@@ -1,6 +1,6 @@
 """Unwrapping of positions and references that a sensor shows modulo a period, block by block.
 
-Each step is taken as the shorter of the two possible ones:
+Of the two steps that are possible modulo the period P, the shorter one is taken:
 
     x[k] = y[k] - P n[k],   n[k] = n[k-1] + round((y[k] - y[k-1]) / P)
 
@@ -36,10 +36,10 @@ class PeriodicSignal:
         self._high = -math.inf
 
     def follow(self, shown: Vector) -> Vector:
-        """Return the next samples (n,) without the jumps of the period.
+        """Return the next samples (n,) without the jumps by one period.
 
         Raises ValueError if a step is longer than half a period although the numbers cover more
-        than one period: they do not wrap at this period.
+        than one period, because such numbers do not wrap at this period.
         """
         if not shown.size:
             return shown
@@ -83,9 +83,9 @@ class Unwrapping:
         )
 
     def follow(self, channel: str, shown: Vector) -> Vector:
-        """Return the next samples (n,) of a channel without the jumps of its period.
+        """Return the next samples (n,) of a channel without the jumps by one period.
 
-        shown: raw numbers of a position in counts, else rad or m.
+        shown: (n,) raw values: counts if the position is in counts, else rad or m.
 
         Raises LogError if the numbers cover more than the period of the bench.
         """

@@ -1,6 +1,6 @@
-"""Columns whose zero is the mean of their first samples.
+"""Subtraction of a zero from columns; the zero is the mean of the first samples.
 
-An example is the offset of an amplifier, taken while nothing moves.
+An example is the offset of an amplifier, measured while nothing moves.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from frictool.logs.table import DataLoss, DerivedTable, LostColumnError, RawTabl
 
 
 class ZeroedTable(DerivedTable):
-    """Table whose columns in `counts` have their zero subtracted.
+    """Table with the zeros subtracted from the columns in `counts`.
 
     counts: column -> number of first finite values whose mean is the zero.
     """
@@ -41,8 +41,8 @@ class ZeroedTable(DerivedTable):
     def _zero(self, name: str, losses: list[DataLoss] | None) -> float:
         """Return the mean of the first values, from a separate reading that stops early.
 
-        If the table is shorter, all values are averaged, and a note is appended to `losses`.
-        Without `losses`, or without any value, this raises LogError.
+        If the table has fewer values, all of them are averaged, and a note is appended to
+        `losses`. Raises LogError if `losses` is None or if there is no value.
         """
         wanted = self._counts[name]
         samples = np.empty(0)
@@ -70,7 +70,7 @@ class ZeroedTable(DerivedTable):
 
 
 def zeroed(table: RawTable, columns: Mapping[Channel, Column]) -> RawTable:
-    """Return the table with the zeros that the bench's columns request.
+    """Return the table with the zeros subtracted that the bench's columns request.
 
     A column that may lie in damaged data is left to `bind`.
     """

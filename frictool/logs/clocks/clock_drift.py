@@ -1,16 +1,16 @@
 """Offset and drift between the clocks of two instruments.
 
-    both clocks date the same messages    received time = sent time + offset + drift + delay, with a
-                                          delay that is never negative. Offset and drift are those
-                                          of the line below all points that is closest to them, an
-                                          edge of their lower convex hull.
-    both instruments measure one signal   in each of several windows, the lag with the highest
+    both clocks date the same messages    received time = sent time + offset + drift + delay; the
+                                          delay is never negative. The closest line below all points
+                                          gives offset and drift. It is an edge of the lower convex
+                                          hull of the points.
+    both instruments measure one signal   Each of several windows gives the lag with the highest
                                           cross-correlation, refined by least squares of y(t) - x(t)
                                           = -lag x'(t). A Theil-Sen line through the lags gives
                                           offset and drift.
 
-clock_offset.py estimates one offset of two whole records, with its confidence interval. Here a
-window needs its lag only, which takes a fraction of the time.
+clock_offset.py estimates one offset of two whole records, with its confidence interval. Here only
+the lag of each window is computed, which takes a fraction of the time.
 
 With an offset of x s, the second clock shows t + x when the first shows t. With a drift of d s/s,
 the second clock gains d s per second.
@@ -108,8 +108,8 @@ class ClockPair:
     def finding(self, clock: str | None, period: float) -> str | None:
         """Return a warning if the clocks drift apart, else None.
 
-        The drift over all messages has to exceed one period in s, and to be too large to be caused
-        by delays.
+        A warning requires that the drift over all messages exceeds one `period` in s, and that
+        delays cannot explain it.
         """
         sent = np.concatenate(self._sent) if self._sent else np.empty(0, np.int64)
         drift = (
@@ -159,7 +159,7 @@ def _line(
 ) -> ClockDrift | None:
     """Return offset and drift of the line through the lags of the windows.
 
-    `theirs` (n,) was sampled `ahead` (n,) s after the times `grid` (n,) of `ours` (n,).
+    `ours` (n,) was sampled at the times `grid` (n,) in s, `theirs` (n,) at `grid` + `ahead` (n,).
     """
     period = float(grid[1] - grid[0])
     rows = max(FEWEST_SAMPLES, grid.size // WINDOWS)
@@ -182,7 +182,7 @@ def _line(
 
 
 def _lag(one: Vector, other: Vector) -> tuple[float, float]:
-    """Return by how many samples `other` (n,) lags `one` (n,), and the correlation at that lag."""
+    """Return the lag of `other` (n,) behind `one` (n,) in samples, and their correlation at it."""
     one, other = one - one.mean(), other - other.mean()
     scale = float(np.linalg.norm(one) * np.linalg.norm(other))
     if scale == 0.0:

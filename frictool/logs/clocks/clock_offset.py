@@ -3,13 +3,13 @@
     y(u) = a + b x(u - tau) + e        u: times of the clock that leads by tau; x by linear
                                        interpolation
 
-Both signals get the same smoothing first. Linear interpolation reduces the noise of x between its
-samples. Without smoothing, the estimate of tau would be biased towards these times.
+Both signals get the same smoothing first. Linear interpolation reduces the noise of x between the
+samples. Without smoothing, the estimate of tau would be biased towards such times.
 
 tau minimises the sum of squares of e, with |tau| <= most. Its variance follows from two quantities.
 The first is the slope s = b x' without the part that a and b can compensate. The second is the
-autocovariance of s e (W. K. Newey, K. D. West, Econometrica 55, 1987), since the residual of a fit
-of two instruments is not white:
+autocovariance of s e (W. K. Newey, K. D. West, Econometrica 55, 1987), because the residual e is
+not white:
 
     var tau = sum_k w_k sum_i (s e)_i (s e)_{i+k} / (sum_i s_i^2)^2
 """
@@ -126,7 +126,7 @@ def _deviation(t: Vector, x: Vector, u: Vector, y: Vector, tau: float, width: fl
 
 
 def _refuse_others(lags: Vector, misfit: Vector, best: int, near: float) -> None:
-    """Raise ValueError if another minimum fits as well, as with periodic motion."""
+    """Raise ValueError if another minimum of `misfit` is as good, as in periodic motion."""
     inner = misfit[1:-1]
     minima = 1 + np.flatnonzero((inner <= misfit[:-2]) & (inner <= misfit[2:]))
     others = [

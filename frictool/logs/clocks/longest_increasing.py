@@ -1,7 +1,7 @@
-"""Longest strictly increasing subsequence of sample times, kept if a clock has jumped back.
+"""Longest strictly increasing subsequence of sample times, used if a clock has jumped back.
 
-The algorithm is Fredman's (1975). It keeps the last elements of the best subsequences of each
-length in order. Each new element replaces the first of them that is not smaller.
+The algorithm is Fredman's (1975). For each length, it keeps the smallest last element of all
+subsequences of this length. Each new element replaces the first kept element that is not smaller.
 """
 
 from __future__ import annotations

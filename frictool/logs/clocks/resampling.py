@@ -1,8 +1,8 @@
 """Resampling of streams with different time bases to one grid, without extrapolation.
 
-    held      a command or a drive at the control period keeps its value until the next one: the
-              last sample at or before each time
-    linear    everything else, between the samples around each time
+    held      a command, or a drive that changes once per control period, keeps its value until the
+              next sample: the resampled value is the last sample at or before each time
+    linear    every other signal is interpolated between the samples around each time
 
 The grid begins, to the ns, at the first time at which every stream has a sample. It ends when the
 first stream ends.
@@ -34,7 +34,7 @@ class GridField:
     """One field of the resampled stream.
 
     stream: index of the stream that provides it.
-    place: index of the field in that stream.
+    place: index of the field within this stream.
     is_held: True if the value is held, False if it is interpolated.
     """
 
@@ -47,7 +47,7 @@ class GridField:
 class ResamplingGrid:
     """Resampled stream `/axis`.
 
-    head: its header.
+    head: header of the resampled stream.
     parts: origin of each field.
     period_ns: sample period in ns.
     note: entries of the metadata record RESAMPLED.
@@ -62,7 +62,7 @@ class ResamplingGrid:
 def grid(heads: Sequence[StreamHeader], derived: Sequence[str], period_ns: int) -> ResamplingGrid:
     """Return the fields of all streams as one stream.
 
-    derived: topics whose effort is computed from the drive and therefore held as the drive is.
+    derived: topics whose effort is computed from the drive; such an effort is held, too.
     """
     fields: list[str] = []
     units: list[str] = []
@@ -105,7 +105,7 @@ def resampled(
 ) -> Iterator[SampleBlock]:
     """Yield the resampled stream in blocks.
 
-    Of each stream, only the samples that later grid times need are kept.
+    Only those samples of each stream are kept in memory that later grid times need.
     """
     kept: list[SampleBlock | None] = [None] * len(streams)
     start: int | None = None
@@ -134,7 +134,7 @@ def resampled(
 
 
 def _at(samples: SampleBlock, part: GridField, time: Nanoseconds) -> Vector:
-    """Return a signal at times (n,) in ns within its own time range."""
+    """Return a signal at times (n,) in ns, all within the time range of its samples."""
     values = samples.values[part.place]
     before = np.searchsorted(samples.time, time, side="right") - 1
     if part.is_held:

@@ -1,8 +1,8 @@
 """Time base of a stream that is read block by block, without keeping its times.
 
-The intervals are counted in classes that are 0.1 % wide. Each class holds the sum of the intervals'
-excess over the first interval, and of its square. The period is the mean of the class that contains
-the median. If all intervals are equal, this is exact.
+The intervals are counted in classes that are 0.1 % wide. Each class holds two sums: the excess of
+its intervals over the first interval of the stream, and the square of this excess. The period is
+the mean of the class that contains the median. If all intervals are equal, the period is exact.
 """
 
 from __future__ import annotations

@@ -2,15 +2,15 @@
 
     text = digits [mark digits] [e exponent]  ->  w * 10^q,  w: the digits as an integer
 
-Two methods are fast. Python converts a text that neither decides.
+Two fast methods are tried. Python converts a text for which both are undecided.
 
 - w < 2^53 and |q| <= 22: both factors are doubles, so that one multiplication or division rounds
   once (W. D. Clinger, 1990).
 - Otherwise, the leading 64 bits of w * 5^q are computed from a table of the leading 64 bits of the
   powers. Truncation of the table changes the product by less than 2 units of its last bit. The
-  rounding is therefore unknown only if the product is that close to half-way between two doubles,
-  about once in 500 (D. Lemire, Number parsing at a gigabyte per second, 2021, decides those from
-  128 bits).
+  rounding is therefore undecided only if the product is within 2 units of the middle between two
+  doubles, about once in 500 (D. Lemire, Number parsing at a gigabyte per second, 2021, decides
+  these cases with 128 bits).
 """
 
 from __future__ import annotations
@@ -137,7 +137,7 @@ def _exponent(text: NDArray[np.uint8], at: int) -> tuple[int, int]:
 def scan_number(text: NDArray[np.uint8], at: int, mark: int) -> tuple[float, int, int]:
     """Return (value, end, status) of the number that begins at `text[at]`.
 
-    `mark` is the byte before the decimals. The text has to end in a byte that no number contains.
+    `mark` is the byte before the decimals. The text must end with a byte that no number contains.
     """
     negative = text[at] == MINUS
     if negative or text[at] == PLUS:

@@ -61,7 +61,7 @@ def days_of(year: int, month: int, day: int) -> int:
 def scan_stamp(text: NDArray[np.uint8], at: int, comma: bool) -> tuple[int, int, int]:
     """Return (ns, end, NUMBER or NO_NUMBER) of the time stamp that begins at `text[at]`.
 
-    The text has to end in a byte that no stamp contains.
+    The text must end with a byte that no stamp contains.
 
     comma: True if a comma may precede the fraction of a second; False if a comma ends a cell.
     """

@@ -35,8 +35,8 @@ def count_quadrature(
     A level is high from `high` on, and low again from `low` down; low <= high. A sample that is not
     finite leaves its level unchanged.
 
-    state: (4,) carried from block to block, first (UNKNOWN, UNKNOWN, 0, 0). Its last two fields are
-        the count and the number of illegal transitions.
+    state: (4,) levels of A and B, count, and number of illegal transitions; passed from block to
+        block, (UNKNOWN, UNKNOWN, 0, 0) at the start.
     """
     for k in range(a.size):
         before = (

@@ -1,9 +1,9 @@
 """Jumps of a position that no motion explains: lost counts, a wrapping counter, an index reset.
 
-A step is a jump if it exceeds twice the distance that the top speed covers in its interval, plus
-two counts. The factor two is needed because a servo may be faster than its specification. If no top
-speed is known, a step is a jump if it is ten times as long as its neighbours and three times as
-long as the 99 % quantile of the steps in the block.
+A step is a jump if it exceeds two counts plus twice the distance that an axis at top speed covers
+between the two samples. The factor two is needed because a servo may be faster than its
+specification. If no top speed is known, a step is a jump if it is ten times as long as its
+neighbours and three times as long as the 99 % quantile of the steps in the block.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def lone(steps: Vector) -> NDArray[np.bool_]:
 
 @dataclass
 class PositionJumps:
-    """Jumps of one position, collected block after block; in counts, `first_s` in s.
+    """Jumps of one position, collected block after block; lengths in counts, `first_s` in s.
 
     shortest, longest: bounds of the jumps' lengths.
     lowest_landing, highest_landing: bounds of the counter's value after a jump.
@@ -94,7 +94,8 @@ class PositionJumps:
     def wrap_bits(self) -> int | None:
         """Return the bits of a counter that wraps, or None.
 
-        Several jumps are as long as the counter's range and land within it, up to the slack.
+        A counter wraps if several jumps are as long as its range and land within this range, both
+        up to the slack.
         """
         if (
             self.count < FEWEST_WRAPS

@@ -3,12 +3,12 @@
 The kind decides which parameters can be identified.
 
     rest    the position does not move
-    steps   the reference is constant but for a few jumps; without a reference, the axis rests at
-            one position after the other
+    steps   the reference is constant except for a few jumps; if there is no reference, the axis
+            rests at one position after the other
     ramp    the axis rests for most of the time; during each rest the effort rises from a low level
             along a line until the axis starts (`ramps`)
-    sines   few spectral lines hold nearly all power of the reference's acceleration; without a
-            reference, of the drive; without a drive, of the position
+    sines   few spectral lines hold nearly all power of the reference's acceleration; if there is no
+            reference, the drive is examined instead, or else the position
     stroke  the axis moves in one direction, or in one direction and back
     free    any other motion
 """
@@ -93,9 +93,9 @@ def _rests(position: Vector, still: float) -> list[tuple[int, int]]:
 
 
 def _is_lines(values: Vector) -> bool:
-    """Return whether LINES spectral lines hold the share PURE of the power.
+    """Return whether LINES spectral lines hold at least the share PURE of the power.
 
-    A spectrum that is too coarse gives False.
+    Returns False if the spectrum is too coarse.
     """
     window = np.hanning(values.size)
     power = np.abs(np.fft.rfft((values - values.mean()) * window)) ** 2
@@ -114,6 +114,6 @@ def _is_lines(values: Vector) -> bool:
 def _path(position: Vector) -> float:
     """Return the length of the path of the axis.
 
-    The position is sampled PLACES times only, to leave out noise and alternation between counts.
+    Only about PLACES samples are used, so that noise and alternation between counts do not count.
     """
     return float(np.abs(np.diff(position[:: max(1, position.size // PLACES)])).sum())

@@ -24,7 +24,7 @@ class DistinctValues:
 
     @property
     def count(self) -> int:
-        """Return the least number of distinct values of the signal."""
+        """Return a lower bound of the number of distinct values of the signal."""
         return levels(self._values) if self._values.size else 0
 
     @property

@@ -3,11 +3,11 @@
 In each ramp the drive rises along a line while the axis rests, the axis starts, and the drive falls
 back. A log has several ramps.
 
-A creeping axis also rests between two counts of its encoder. There the drive of its servo rises
-along a line, by the servo's gain times one count. The height of the rise distinguishes the two. In
-a ramp the drive starts low, rises by most of the friction, and starts the axis in its own
-direction. In a creeping motion, or a motion that follows a load such as gravity, the drive changes
-by a small share of its level, or it brakes the load.
+A creeping axis also rests between two counts of its encoder. During such a rest the drive of the
+servo rises along a line, too, by the servo's gain times one count. The height of the rise
+distinguishes a ramp from creep. In a ramp the drive starts low, rises by most of the friction, and
+the axis starts in the direction of the drive. In a creeping motion, or a motion that follows a load
+such as gravity, the drive changes by a small share of its level, or it brakes the load.
 """
 
 from __future__ import annotations
@@ -61,9 +61,9 @@ def ramps_among(
     position: (n,) in any unit.
     drive: (n,) effort, current or voltage in any unit.
 
-    If the axis starts in both directions, the zero of the drive is midway between its levels at the
-    starts in either direction, so that a constant load or a sensor's offset has no effect. If it
-    starts in one direction only, the drive has no offset removed.
+    If the axis starts in both directions, the zero of the drive is midway between the levels of the
+    drive at the starts in either direction, so that a constant load or a sensor's offset has no
+    effect. If the axis starts in one direction only, no offset is removed from the drive.
     """
     direction = np.array([_direction(position, end) for _, end in rests])
     lines = [
@@ -96,7 +96,10 @@ def _line(drive: Vector) -> tuple[float, float, float]:
 
 
 def _zero(level: Vector, direction: Vector) -> float:
-    """Return the drive midway between the starts of both directions; 0 with one direction."""
+    """Return the drive midway between its levels at the starts in both directions.
+
+    Returns 0 if all starts have one direction.
+    """
     forward = level[direction > 0.0]
     backward = level[direction < 0.0]
     return (

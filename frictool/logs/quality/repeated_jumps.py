@@ -1,23 +1,24 @@
 """Repeated jumps of one size in a position: detection of a wrap with any period.
 
-A step s is long if it exceeds half of the position's range. The range excludes single samples that
-leave it and come back. If the sensor wraps, the axis moves by u against the direction of s, and the
+A step s is long if it exceeds half of the position's range. The range leaves out outliers of one
+sample. If the sensor wraps, the axis moves by u against the direction of s, and the
 period is P = |s| + u. The four steps around s bound u, so that each long step gives an interval of
 P. The search takes the period that lies in most of these intervals. Then it classifies the motion
 around the steps:
 
     forward     the axis moves against s both before and after the step, as it does if it continues
                 across the end of the period
-    backward    the axis moves along s before or after the step, as after a dropout; no wrap
-    at rest     neither of them: noise, or an axis at rest
+    backward    the axis moves along s before or after the step, as after a dropout; the step is no
+                wrap
+    at rest     the motion is neither forward nor backward: there is only noise, or the axis rests
 
 The motion on one side is the sum of 2, 8, 32 or 128 steps. It counts if it exceeds 4 times the mean
 difference of neighbouring steps, which is a measure of noise, and 3 times the smallest of these
-steps, which is one count. Noise at the end of the period causes several alternating steps. The
-first of them counts if their number is odd.
+steps, which is one count. Noise at the end of the period causes several long steps of alternating
+signs. If the number of these steps is odd, the first of them is used.
 
-A sawtooth whose return takes one sample looks like a wrap. `RepeatedJump.movable` therefore states
-if the drive can move the axis that far in one sample.
+A sawtooth motion that returns within one sample looks like a wrap. `RepeatedJump.movable` therefore
+states whether the drive can move the axis by such a jump in one sample.
 """
 
 from __future__ import annotations
@@ -65,9 +66,9 @@ class RepeatedJump:
     count: number of jumps.
     first: time in s, and positions before and after the first jump.
     forward: number of jumps across which the axis moves forward.
-    slow: True if the axis moves by less than P / 100 in the neighbouring steps.
+    slow: True if the axis moves by less than P / 100 in the steps before and after a jump.
     centred: True if all jumps lead from one end of plus and minus half a period to the other.
-    movable: True if the drive can move the axis that far in one sample.
+    movable: True if the drive can move the axis by a jump in one sample.
     """
 
     low: float
@@ -116,7 +117,7 @@ class RepeatedJumps:
         self._judge(self._position.size - 1)
 
     def result(self) -> RepeatedJump | None:
-        """Return the repeated jump found so far; None if no jump repeats as a wrap does."""
+        """Return the repeated jump in the samples so far; None if no jump repeats like a wrap."""
         crossing = self._crossings()
         steps = (self._ends[:, 3] - self._ends[:, 2])[crossing]
         size = np.abs(steps)
@@ -169,7 +170,7 @@ class RepeatedJumps:
         """Return the index of the first long step of each group with an odd number of them.
 
         Long steps of alternating signs that follow each other closely form a group. A group with an
-        even number of steps returns to where it began, as a glitch does, and is left out.
+        even number of steps is left out, because it returns to its start, as a glitch does.
         """
         sign = np.sign(self._ends[:, 3] - self._ends[:, 2])
         place = self._ends[:, 4]
@@ -216,8 +217,8 @@ class RepeatedJumps:
     def _extend(self, steps: Vector, start: int, end: int) -> None:
         """Extend the position's range by the samples at the ends of steps start to end - 1.
 
-        steps[k] leads from sample k to sample k + 1. Sample k + 1 is an outlier, and left out, if
-        the next step returns nearly to sample k.
+        steps[k] leads from sample k to sample k + 1. If the next step returns nearly to sample k,
+        sample k + 1 is an outlier and is left out.
         """
         after = np.append(steps[start + 1 :], 0.0)[: end - start]
         back = np.abs(steps[start:end] + after) < BACK * np.abs(steps[start:end])
@@ -230,7 +231,7 @@ class RepeatedJumps:
     def _can_move(self, ends: Matrix) -> bool:
         """Return whether the drive can move the axis by any of these jumps in one sample.
 
-        ends: (m, 5), as in `_ends`. The speed is the same before and after the jump.
+        ends: (m, 5), as in `_ends`. The speed is assumed to be the same before and after a jump.
         """
         interval = ends[:, 1] - ends[:, 0]
         size = np.abs(ends[:, 3] - ends[:, 2])
@@ -244,7 +245,7 @@ class RepeatedJumps:
 def _directions(around: Matrix) -> tuple[int, int]:
     """Return the numbers of long steps with forward and with backward motion around them.
 
-    around: (m, 2 WINDOW) steps around each long step, positive against its direction.
+    around: (m, 2 WINDOW) steps around each long step, positive if opposite to the long step.
     """
     change = np.abs(np.diff(around, axis=1))
     noise = np.nansum(change, axis=1) / np.maximum(np.isfinite(change).sum(axis=1), 1)

@@ -1,4 +1,4 @@
-"""Flat tops: a signal stays at its extreme because an amplifier, sensor or converter saturates.
+"""Detection of flat tops, where an amplifier, sensor or converter saturates.
 
 Around a maximum a smooth signal is a parabola. If its values are sorted into classes of equal
 width, the topmost class holds at most 1/(sqrt(2) - 1) = 2.4 times the samples of the next class,
@@ -27,7 +27,7 @@ REPEATING = 0.5
 
 @dataclass(frozen=True)
 class FlatTop:
-    """Flat top at the value `at`: number of its samples, and of its longest run."""
+    """Flat top at the value `at`: number of its samples, and of samples in its longest run."""
 
     at: float
     samples: int

@@ -8,9 +8,9 @@ returns its work. Other signals show which sensor is reversed:
     correlation of position and its reference              negative: position is reversed;
                                                            positive: effort is reversed
 
-On a slow axis with a coarse encoder W misleads, because a controller's derivative term brakes at
-each count, in the sample in which the count appears. The sign therefore counts as reversed only if
-the mean effort from the first to the last count of the strokes is negative as well.
+On a slow axis with a coarse encoder, W alone misleads: a controller's derivative term brakes in
+each sample in which a new count appears. A sign therefore counts as reversed only if the mean
+effort from the first to the last count of the strokes is negative as well.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class SignCheck:
     """Result of the check.
 
     work: net over absolute work, -1 to 1; None if it is undetermined.
-    reversed: signals with the wrong sign, as far as known.
+    reversed: names of the signals with the wrong sign; both candidates if it is undecided.
     """
 
     work: float | None
@@ -91,7 +91,7 @@ def sign_of(stream: Stream) -> SignCheck:
 
 
 def _culprit(effort: str, signals: dict[str, Vector]) -> str:
-    """Return the reversed signal, position or effort; both if the reference does not decide."""
+    """Return the name of the reversed signal; both names if the reference does not decide."""
     reference = signals.get("reference")
     together = 0.0 if reference is None else _correlation(reference, signals["position"])
     if together > AGREES:

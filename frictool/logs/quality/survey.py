@@ -3,7 +3,7 @@
     pass 1   times, range, distinct values (quantisation), changes (hold), first samples
     pass 2   flat tops, samples at a limit, velocities and jumps, which need range and quantisation
 
-The first samples stay in memory, for the kind of test and the signs of effort and motion.
+The first samples stay in memory. They show the kind of test, and the signs of effort and motion.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ class SignalSurvey:
     """Survey of one signal; values in `unit`.
 
     low, high: range.
-    levels: least number of distinct values.
+    levels: lower bound of the number of distinct values.
     step: quantisation step; None if the values lie on no lattice.
     hold: number of samples for which a value is held; None if it is not held.
     flat: flat tops.
@@ -66,7 +66,7 @@ class StreamSurvey:
     base: time base.
     opening: first samples.
     velocity: lowest and highest velocity of the position in rad/s or m/s.
-    window: samples over which the velocity is taken.
+    window: number of samples between the positions whose difference gives the velocity.
     jumps: jumps of the position.
     """
 
@@ -82,7 +82,7 @@ class StreamSurvey:
 def survey(head: StreamHeader, pieces: Pieces, limits: Mapping[str, float]) -> StreamSurvey:
     """Return the survey of one stream; raise LogError as `pieces` does.
 
-    pieces: returns the samples from the start; called twice.
+    pieces: function that returns the samples from the start; called twice.
     limits: signal -> largest absolute value that the bench allows.
     """
     signals = {

@@ -1,20 +1,21 @@
 """Detection of positions that wrap: the sensor shows the position modulo a period.
 
 The period is one turn or the range of a counter. At a wrap the position goes from one end of the
-period to the other while the axis continues at constant speed. Repeated jumps of one size with
-forward motion, and a range of the position within that size, reveal the period
+period to the other while the axis continues at constant speed. The period P is recognised if jumps
+of one size repeat during forward motion and the range of the position is within this size
 (`repeated_jumps.py`).
 
 A natural period is 2^b counts of the encoder and, on a rotary axis, half a turn or 2^b turns. A
 wrap is certain in these cases:
 
-    natural period    it occurs three times; once on a slow axis; once if it is one turn
-    other period      the drive cannot move the axis that far in one sample, and it occurs three
-                      times; on a slow axis twice, or once if all jumps lead from one end of the
-                      range -P/2 to P/2 to the other
+    natural period    the jump occurs three times; once is enough on a slow axis, or if the period
+                      is one turn
+    other period      the drive cannot move the axis by the jump in one sample, and the jump occurs
+                      three times; on a slow axis twice is enough, or once if all jumps lead from
+                      one end of the range -P/2 to P/2 to the other
 
-An axis is slow if it moves by less than a hundredth of the period in the neighbouring steps. Other
-causes look different: a glitch goes there and back, lost counts have another length, and a fast
+An axis is slow if it moves by less than P/100 in the steps before and after the jump. Other
+causes look different: a glitch returns to its start, lost counts have another length, and a fast
 axis leaves the range.
 """
 

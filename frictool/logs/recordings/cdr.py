@@ -5,11 +5,11 @@ it. One message is therefore parsed field by field. All other messages of its si
 lengths at the same offsets (`MessageLayout.guards`) have the same layout, and their numbers are
 extracted from all of them at once. A recording of one publisher has one layout, or a few.
 
-In CDR, the first 4 bytes give the byte order. Each number is aligned to its own size after them (to
-at most 4 bytes in version 2). A text is preceded by its length, which includes the closing NUL. A
-sequence is preceded by its length, a fixed array is not.
+In CDR, the first 4 bytes give the byte order. Counted from their end, each number is aligned to its
+own size (in version 2 to at most 4 bytes). The length of a text, with the closing NUL, precedes the
+text. The length of a sequence precedes the sequence. A fixed array has no such length.
 
-ROS 1 is little-endian, without alignment, and its texts have no closing NUL.
+In ROS 1, numbers are little-endian and not aligned, and texts have no closing NUL.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ LARGEST_ALIGNMENT = {0: 8, 1: 8, 6: 4, 7: 4}
 class NumberField:
     """Number, or array of numbers, in a message.
 
-    offset: byte at which it begins.
+    offset: index of the first byte in the message.
     dtype: type of a number, such as `<f8`.
     count: length of the array; None for a single number.
     labels: names of the elements; empty without names.
@@ -52,7 +52,7 @@ class NumberField:
     labels: tuple[str, ...] = ()
 
     def paths(self) -> Iterator[str]:
-        """Yield the paths of its numbers, by label and by index."""
+        """Yield the paths of the numbers in the field, by label and by index."""
         if self.count is None:
             yield self.path
         elif self.count <= MOST_LISTED:
@@ -84,7 +84,7 @@ class NumberField:
 class MessageLayout:
     """Offsets of the numbers in a message of `size` bytes.
 
-    leaves: the numbers.
+    leaves: fields of numbers.
     guards: (offset, bytes) of the lengths that determine the layout.
     """
 
@@ -158,7 +158,7 @@ class _CdrReader:
         return start
 
     def length(self) -> int:
-        """Return a length and record it as a guard, since it determines the following offsets."""
+        """Return the next length and record it as a guard, because later offsets depend on it."""
         start = self.take(4, 4)
         raw = self.data[start : start + 4]
         self.guards.append((start, raw))

@@ -17,7 +17,7 @@ from frictool.logs.recordings.ros_message import parse_message, short_name
 def topic_of(
     path: Path, name: str, kind: str, encoding: str, form: str, definition: bytes
 ) -> Topic:
-    """Return a topic of messages of the type `kind`.
+    """Return a topic whose messages have the type `kind`.
 
     encoding: encoding of the messages (`cdr`, `ros1`, `json`, `protobuf`).
     form: language of the definition (`ros2msg`, ...).

@@ -34,6 +34,7 @@ MessagesByChannel = dict[int, Messages]  # channel -> messages
 class McapLoss:
     """Loss in an MCAP file.
 
+    reason: reason of the loss.
     of: channel -> number of lost messages; None if unknown.
     """
 
@@ -112,7 +113,7 @@ class _McapPass:
         }
 
     def take(self, opcode: int, body: bytes) -> None:
-        """Read a declaration; a damaged one is reported later, at its messages."""
+        """Read a declaration; ignore a damaged one, which is reported later with its messages."""
         with suppress(*UNREADABLE):
             self.declarations.take(opcode, body)
 

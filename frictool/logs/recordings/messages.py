@@ -24,7 +24,7 @@ class Messages:
     log_time: (n,) recording times in ns.
     data: bytes that contain all payloads.
     start: (n,) index of the first byte of each payload.
-    length: (n,) bytes of each payload.
+    length: (n,) length of each payload in bytes.
     """
 
     log_time: IntVector
@@ -54,7 +54,7 @@ def pack_messages(log_time: list[int], payloads: list[bytes]) -> Messages:
 
 
 def gather(data: Bytes, start: IntVector, width: int) -> Bytes:
-    """Return (n, width) bytes of `data` from each start on; all must be inside `data`."""
+    """Return (n, width): the `width` bytes of `data` from each `start` on, all inside `data`."""
     if not start.size:
         return np.empty((0, width), np.uint8)
     windows = as_strided(data, (data.size - width + 1, width), (1, 1), writeable=False)

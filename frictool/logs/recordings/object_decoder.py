@@ -22,8 +22,8 @@ def numbers(
 ) -> Iterator[tuple[str, float]]:
     """Yield path and value of each number in nested mappings and sequences.
 
-    An element of a sequence has a path with its label, if any, and one with its index. Raises
-    ValueError if a mapping has more than MOST_VALUES keys.
+    An element of a sequence has one path with its index; an element with a label has another path
+    with the label. Raises ValueError if a mapping has more than MOST_VALUES keys.
     """
     if isinstance(message, bool | int | float):
         try:

@@ -36,7 +36,7 @@ HOUSEKEEPING = ("rcl_interfaces/", "rosgraph_msgs/", "bond/", "diagnostic_msgs/"
 
 
 class MessageGap(NamedTuple):
-    """Messages of a topic that could not be read; `samples` is their number, None if unknown."""
+    """Gap of unreadable messages of a topic; `samples` is their number, None if unknown."""
 
     reason: str
     samples: int | None = None
@@ -65,14 +65,14 @@ class Decoder(Protocol):
 class Topic:
     """Topic of a recording.
 
-    kind: type of its messages.
-    decoder: their decoder; None if there is none.
-    refused: why they cannot be decoded; "" if they can.
-    paths: numbers of its first messages, as keys.
-    stamp: name of the stamp of these messages and the paths of its parts; None without a stamp.
-    apart_s: largest difference of stamp and log time in s. A large one shows clocks that were never
-        synchronised.
-    sampled: number of messages read for these fields.
+    kind: type of the messages.
+    decoder: decoder of the messages; None if there is none.
+    refused: reason why the messages cannot be decoded; "" if they can.
+    paths: paths of the numbers in the first messages, as keys.
+    stamp: name of the time stamp in the messages and the paths of its parts; None without a stamp.
+    apart_s: largest difference of stamp and log time in s. A large difference shows that the clocks
+        were never synchronised.
+    sampled: number of messages from which paths, stamp and apart_s were read.
     """
 
     name: str
@@ -115,7 +115,7 @@ class RecordingFile(Protocol):
     def messages(self, topic: str) -> Iterator[tuple[Messages | MessageGap, int]]:
         """Yield the messages of a topic and the gaps between them, in the order of the file.
 
-        Each comes with the number of bytes processed so far.
+        The second element of each pair is the number of bytes processed so far.
         """
         ...
 
@@ -123,7 +123,7 @@ class RecordingFile(Protocol):
 class TopicTable:
     """Numbers of one topic (a RawTable).
 
-    clock: name of the stamp that dates its rows, or the log time.
+    clock: name of the stamp that gives the times of the rows, or `log time`.
     """
 
     def __init__(self, container: RecordingFile, topic: Topic, clock: str | None) -> None:
@@ -136,7 +136,7 @@ class TopicTable:
         self._topic = topic
         self._stamp = stamp[1]
         self.source, self.size, self.topic = container.source, container.size, topic.name
-        # these date the rows and are not signals
+        # stamps give the times of the rows and are not signals
         parts = topic.stamp[1] if topic.stamp is not None else ()
         self.names = tuple(
             f"{topic.name}.{path}" for path in _listed(topic.paths) if path not in parts
@@ -149,7 +149,9 @@ class TopicTable:
         return None
 
     def find(self, wanted: str | int) -> str | None:
-        """Return a column by name, number (from 1), or index of an element that also has a label.
+        """Return the name of a column with this name or number (from 1); None if there is none.
+
+        A path by index is accepted for an array element that also has a label.
 
         Raises LogError if the topic has no numbers.
         """
@@ -223,13 +225,13 @@ class TopicTable:
 def tables_of(container: RecordingFile, clock: str | None = None) -> tuple[TopicTable, ...]:
     """Return a table for each topic; topics without numbers have no columns.
 
-    clock: `log time`, or the path of a stamp in the messages. None selects the stamp of each topic
-        that has one, and the log time otherwise. If some topic has no stamp and the stamps differ
-        from the log time by more than FARTHEST_APART, None selects the log time for all topics,
-        since the streams of one log need one clock.
+    clock: `log time`, or the path of a stamp in the messages. None selects the stamp for each topic
+        with a stamp, and the log time for the others. If some topic has no stamp and the stamps
+        differ from the log time by more than FARTHEST_APART, None selects the log time for all
+        topics, because the streams of one log need one clock.
 
-    Raises LogError, with a list of the topics, if none carries numbers. Raises LogError if no topic
-    has the requested clock.
+    Raises LogError, with a list of the topics, if no topic carries numbers. Raises LogError if no
+    topic has the requested clock.
     """
     carrying = [
         topic

@@ -27,9 +27,9 @@ _NUMBERED = re.compile(r"(.+_)(\d+)")
 def sources(paths: Sequence[Path]) -> list[tuple[Path, ...]]:
     """Return the recordings among files and folders, each as its parts in order.
 
-    Consecutive files with the names `run_0.mcap`, `run_1.mcap`, ... from 0 on, in any order, are
-    parts of one recording. Any other file is a recording of one part. Raises LogError as `parts_of`
-    does.
+    Neighbouring files with the names `run_0.mcap`, `run_1.mcap`, ... (in any order, numbered from 0
+    on) are parts of one recording. Any other file is a recording of one part. Raises LogError as
+    `parts_of` does.
     """
     recordings: list[tuple[Path, ...]] = []
     left = list(paths)
@@ -79,7 +79,7 @@ def parts_of(folder: Path) -> list[Path]:
 
 
 def are_parts(paths: Sequence[Path]) -> bool:
-    """Return whether files are, by their names, the parts of one split recording."""
+    """Return whether the names of files are those of the parts of one split recording."""
     matches = [_NUMBERED.fullmatch(path.stem) for path in paths]
     alike = (
         len(

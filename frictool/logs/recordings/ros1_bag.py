@@ -34,7 +34,7 @@ TopicMessages = dict[str, tuple[list[int], list[bytes]]]  # topic -> log times a
 
 @dataclass
 class BagLoss:
-    """Loss in a bag, with the readable messages of the damaged part in `rest`."""
+    """Loss in a bag; `rest` holds the readable messages of the damaged part."""
 
     reason: str
     rest: TopicMessages
@@ -79,9 +79,9 @@ class BagRecording:
                 raise LogError(self._path, f"cannot be read: {error.strerror or error}") from None
 
     def _list(self, stream: BinaryIO) -> set[str]:
-        """Return the topics with messages in the index at the end of the bag; may raise OSError.
+        """Return the topics that have messages, from the index of the bag; may raise OSError.
 
-        The result is empty if there is no such index.
+        The result is empty if the bag has no index at its end.
         """
         topics: set[str] = set()
         try:
@@ -267,7 +267,7 @@ def _number(fields: Fields, name: bytes) -> int:
 
 
 def _plain(fields: Fields, data: bytes, budget: UnpackedBudget) -> bytes:
-    """Return the decompressed records of a chunk as far as possible.
+    """Return the records of a chunk, decompressed as far as possible.
 
     Raises ValueError if the chunk is too large or cannot be decompressed.
     """

@@ -42,9 +42,9 @@ class Db3Recording:
             raise LogError(path, f"is not a ROS 2 bag, or is damaged: {error}") from None
 
     def _connection(self) -> sqlite3.Connection:
-        """Return a read-only connection that takes no lock.
+        """Return a read-only connection, which takes no lock.
 
-        It neither reads nor leaves a journal.
+        The connection neither reads nor writes a journal.
         """
         bag = sqlite3.connect(f"{self._path.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
         bag.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_MESSAGE)
@@ -55,7 +55,7 @@ class Db3Recording:
         return bag
 
     def _missing(self) -> int:
-        """Return how many bytes the head of the file declares beyond its end."""
+        """Return the number of bytes that the file lacks according to its head."""
         with open_log(self._path) as stream:
             head = stream.read(100)
         page = int.from_bytes(head[16:18], "big")
@@ -160,7 +160,7 @@ class Db3Recording:
 
 
 def _batches(rows: Iterator[tuple[int, int, bytes]]) -> Iterator[list[tuple[int, int, bytes]]]:
-    """Yield rows in batches; an error is raised after all rows before it."""
+    """Yield rows in batches; if `rows` raises an error, yield all rows before it first."""
     part: list[tuple[int, int, bytes]] = []
     size = 0
     try:

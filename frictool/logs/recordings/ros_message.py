@@ -1,9 +1,9 @@
 """Parser of ROS message definitions (`ros2msg`, `ros1msg`) into a tree of fields.
 
-A definition is one text with the type and all types that it contains.
+A definition is one text that defines a type and all types nested in it.
 
-    float64[] position        # a sequence; float64[6] has a fixed length; the bound of
-                              # float64[<=6] does not affect the bytes
+    float64[] position        # a sequence; float64[6] is an array of fixed length; float64[<=6] has
+                              # the same bytes as float64[]
     std_msgs/Header header    # a nested message, defined after a line of ===
 """
 

@@ -1,4 +1,4 @@
-"""Split recording: the parts of one recording in order, read as one."""
+"""Split recording: the parts of one recording, read in order as one file."""
 
 from __future__ import annotations
 

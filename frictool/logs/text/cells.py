@@ -1,6 +1,6 @@
 """Cells of a line of text, the numbers in them, and detection of delimiter and decimal mark.
 
-The first lines of the file decide: of all candidates, those that yield the most numbers are used.
+The delimiter and the mark that yield the most numbers in the first lines of the file are used.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
     bytes ──▶ layout, from the first lines (layout.py)
           ──▶ rows ──▶ RowBlock, RowBlock, ...
-                └─ the cells that the scanner rejects are examined here: a number in another
-                   notation, blank, or no number
+                └─ cells that the scanner rejects are examined here; they are blank, contain a
+                   number in another notation, or contain no number
 
 Without salvage, a cell without a number ends the reading. With salvage, the cell is NaN, and a row
 with the wrong number of cells is left out.
@@ -165,7 +165,7 @@ class CsvTable:
     def _judged(
         self, batch: RowBatch, slots: NDArray[np.int64], losses: list[DataLoss] | None
     ) -> Iterator[tuple[int, DataLoss]]:
-        """Yield the rows of a batch that are left out, with the reason.
+        """Yield (row, loss) for each row of a batch that is left out.
 
         Numbers in another notation are filled into the batch. Raises LogError at the first issue if
         losses are not allowed.

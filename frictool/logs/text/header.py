@@ -4,8 +4,8 @@ metadata lines       may contain a sample interval. The lines of TwinCAT repeat 
                      `Name,a,Name,b` holds the names, `Unit` the units.
 header               the nearest line above the numbers that is a line of labels
 units                part of the header's names, or in a separate line below
-rows of numbers      begin at the first line with numbers in the columns that have numbers in
-                     most lines
+rows of numbers      begin at the first line that has numbers in most of the columns in which most
+                     lines have numbers
 """
 
 from __future__ import annotations
@@ -66,8 +66,8 @@ def trimmed(row: Sequence[str]) -> Sequence[str]:
 def first_row(rows: Rows, is_number: IsNumber) -> int | None:
     """Return the index of the first row of numbers, or None.
 
-    It has the most frequent number of cells, and numbers in most of the columns that usually have
-    them.
+    This row has the most frequent number of cells. It has numbers in most of the columns in which
+    most lines have numbers.
     """
     numeric = [(index, row) for index, row in enumerate(rows) if any(map(is_number, row))]
     if not numeric:
@@ -207,7 +207,7 @@ def _label(
 def _steps_beneath(
     names: Sequence[str], beneath: Sequence[str], number: Callable[[str], float | None]
 ) -> tuple[str | None, float | None, float] | None:
-    """Return clock, increment and start in ns from columns of these names.
+    """Return clock, increment and start in ns from columns named after the increment and the start.
 
     The numbers are in the line below the names.
     """

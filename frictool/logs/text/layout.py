@@ -31,10 +31,10 @@ MOST_LINES = 200  # maximum number of lines examined
 class TextLayout:
     """Layout of a text file; lines count from 1, 0 means none.
 
-    names, units: of the columns.
+    names, units: names and units of the columns.
     first_line: line of the first row of numbers.
-    clock: words that name the source of the times; None if a number column or nothing dates the
-        rows.
+    clock: words that name the source of the times; None if times are missing or in a column of
+        numbers.
     stamps: index of the column with times in ISO 8601, or None.
     period_ns, start_ns: interval and start of the rows in ns, from a line above the numbers or from
         the bench.

@@ -30,7 +30,7 @@ class RowIssue:
 
     kind: kind of issue in kernels/row_scanner.py.
     line: line in the file.
-    what: index of the column, or number of cells.
+    what: index of the column for CELL, number of cells for ROW.
     text: bytes of the cell or row.
     """
 
@@ -61,7 +61,7 @@ class RowBatch:
 
 
 class TextWindow:
-    """Window of the text for the scanner: used bytes are dropped, and the next ones appended."""
+    """Window of the text for the scanner; bytes are dropped once used, and new ones appended."""
 
     def __init__(self, pieces: Pieces, skipped: int) -> None:
         self._pieces, self._skip = pieces, skipped
@@ -116,7 +116,7 @@ def batches(
 
     source: name of the file for messages.
     feed: the text; its first byte is in line `first_line`.
-    dialect: bytes between cells and before decimals.
+    dialect: byte between cells and byte before decimals.
     slots: destination of each column, see `read_rows`.
     width: number of value slots.
     until: index of the last row to read; None reads all.

@@ -22,7 +22,7 @@ class TextEncoding:
     """Encoding of a text file.
 
     name: name in Python.
-    mark: bytes of the byte-order mark before the text.
+    mark: length of the byte-order mark before the text, in bytes.
     """
 
     name: str
@@ -42,8 +42,8 @@ class TextEncoding:
 def encoding_of(head: bytes, requested: str | None = None) -> TextEncoding:
     """Return the encoding of a text that begins with `head`.
 
-    The byte-order mark decides; without one, `requested`, else UTF-8 if valid, else Latin-1. UTF-16
-    without a mark is recognised by its NUL bytes.
+    The byte-order mark decides. Without a mark, the encoding is `requested`. If this is None,
+    UTF-16 is recognised by its NUL bytes; other texts are UTF-8 if it is valid, else Latin-1.
     """
     for mark, name in MARKS.items():
         if head.startswith(mark):
