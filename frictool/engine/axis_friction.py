@@ -19,7 +19,7 @@ from frictool.typing import Vector
 # parameters of an axis with laws, None if it has none; numba compiles both cases separately
 Laws = Vector | None
 
-# speeds at which a slowing slip enters the lower piece, relative to that of knee or layer
+# speeds at which a slowing slip enters the lower piece, relative to the speed of knee or layer
 BELOW_KNEE = 1.0 - 2.0**-40
 BELOW_LAYER = 0.98
 NOWHERE, MAP_EDGE, END_STOP = 0, 1, 2
@@ -60,9 +60,9 @@ def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
 
 @kernel
 def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
-    """Return F_s of an extended axis after a long rest [N m | N], and its share just after a stop.
+    """Return F_s after a long rest [N m | N] at x, and the fraction of F_s just after a stop.
 
-    The share is large enough for F_s to be at least F_c.
+    The axis is extended. The fraction is limited from below so that the breakaway is at least F_c.
     """
     full = _rested_breakaway(p, direction, x)
     fresh = max(p[al.FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0
@@ -125,7 +125,7 @@ def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
 def is_curved(state: Vector, p: Vector, direction: float) -> bool:
     """Return True if the friction varies with position, or nonlinearly with speed.
 
-    The axis is extended and its motor carries the load.
+    Call this function only for an extended axis whose motor carries the load.
     """
     if abs(state[ax.VELOCITY]) < p[al.LAYER]:
         return True

@@ -65,7 +65,7 @@ SHORTEST_FLIGHT = 1e-6  # s, shortest flight of a rebound; a shorter one ends at
 
 @inner_kernel
 def _opposing(p: Vector, laws: Laws, x: float) -> float:
-    """Return the offset, with laws plus the load, at x [N m | N]."""
+    """Return the effort that opposes the drive at x [N m | N]: offset, plus load with `laws`."""
     return float(p[ax.OFFSET]) if laws is None else opposing_effort(laws, x)
 
 
@@ -76,8 +76,8 @@ def _rest(
     """Keep the axis at rest for up to `remaining` [s] and advance the drive.
 
     Returns the duration, and the direction of the breakaway at its end or 0. refused: direction in
-    which a slip has just failed to start; its effort is on the threshold to rounding and does not
-    rise.
+    which a slip has just failed to start, because the effort equals the threshold to rounding and
+    does not rise.
     """
     lag = p[ax.LAG]
     drive = state[ax.DRIVE]
@@ -118,8 +118,9 @@ def _phase(
 ) -> Phase:
     """Return the coming phase of slip.
 
-    If the breakaway equals the Coulomb friction, slip begins without acceleration. Its rounding
-    error is removed; otherwise the axis would stop and break away again at the same instant.
+    If the breakaway equals the Coulomb friction, slip begins without acceleration. The rounding
+    error of the acceleration is removed; otherwise the axis would stop and break away again at the
+    same instant.
     """
     settled = direction * (p[ax.CONSTANT] * command - p[ax.OFFSET]) - slip_force(
         0.0, 1.0, coulomb, viscous
@@ -201,8 +202,8 @@ def _straight_slip(
 def _arrive(state: Vector, p: Vector, direction: float, start: float) -> float:
     """Pass the map edge or hit the end stop ahead of `start`; return the new direction.
 
-    If the effort pushes the motor against the stop, it rebounds infinitely often in finite time;
-    the last rebounds are left out.
+    If the effort pushes the motor against the stop, the motor rebounds infinitely often in finite
+    time; the last rebounds are left out.
     """
     _, place = next_place(p, start, direction)
     if place == MAP_EDGE:
@@ -319,8 +320,8 @@ def advance(state: Vector, command: float, parameters: Vector, duration: float) 
     """Advance `state` (7,), in place, by `duration` [s] under a held `command` [A | V].
 
     parameters: (14,), or (EXTENDED_SIZE,) with laws, or more with a load (plant/position_load.py
-    `with_load`). The winding's limit is that of the speed at the beginning. Returns a status of
-    engine/status.py.
+    `with_load`). The limit of the winding is computed for the speed at the beginning. Returns a
+    status of engine/status.py.
     """
     total = command * 0.0 + duration
     for index in range(ax.STATE_SIZE):

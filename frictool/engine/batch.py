@@ -30,8 +30,8 @@ def replay_axes(
 ) -> None:
     """Simulate many axes (m, a) with states (m, 7), in place, under commands (m, n).
 
-    Each command is held for a `period` [s]. positions (m, n) [m | rad]: filled with those at the
-    beginning of each period. statuses (m,): engine/status.py; a run that fails stops there.
+    Each command is held for a `period` [s]. positions (m, n) [m | rad]: filled with the positions
+    at the beginning of each period. statuses (m,): engine/status.py; a run that fails stops there.
     """
     for i in prange(axes.shape[0]):
         for k in range(commands.shape[1]):

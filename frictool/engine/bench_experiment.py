@@ -1,8 +1,8 @@
 """Simulation of a bench test: a reference under the bench's position loop, or breakaway ramps.
 
     reference   position --[encoder]--> servo (engine/servo.py) --[delay]--> drive --> axis
-    ramps       rows of the drive; the encoder decides when a segment ends, and when the direction
-                changes (figure 4.6)
+    ramps       rows of drive values; the encoder reading decides when a segment ends, and when the
+                direction changes (figure 4.6)
 
 The servo's rates are differences of encoder counts over a period, as on a bench. An effort computed
 at sample k acts `delay` samples later; before, the drive is 0. The record holds the measured
@@ -97,8 +97,8 @@ def play_reference(
 ) -> int:
     """Follow `reference` (n,) from `state` (7,), in place, and fill position and drive (n,).
 
-    axis: plant/axis.py. load: plant/position_load.py. servo (5,): `PositionServo` in effort; its
-    limit is that of the axis's drive. Returns a status of engine/status.py.
+    axis: plant/axis.py. load: plant/position_load.py. servo (5,): `PositionServo` in effort. The
+    effort is limited by the axis's drive only. Returns a status of engine/status.py.
     """
     p = with_load(axis, load)
     waiting = np.zeros(delay + 1)

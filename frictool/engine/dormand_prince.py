@@ -170,7 +170,7 @@ def dense_output(y: Vector, slopes: Vector, h: float, piece: Vector) -> None:
 
 @bare_kernel
 def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) -> None:
-    """Fill `point` (n,) with the point of a stage, for a system of n states; slopes (7, n)."""
+    """Fill `point` (n,) with the n states at which a stage is evaluated; slopes (7, n)."""
     for row in range(y.shape[0]):
         total = 0.0
         for j in range(stage):

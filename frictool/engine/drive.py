@@ -6,7 +6,7 @@
 
 held, ramped    offset and slope
 sine            amplitude, frequency, phase
-spring          proportional = stiffness, r = its free end (3.7.2)
+spring          proportional = stiffness, r = free end of the spring (3.7.2)
 PID             all three gains (3.40)
 
 The form is linear in time and state. With a fixed sign of the friction, the motion therefore has a

@@ -62,9 +62,10 @@ def outgrowing_time(
     The drive's effort is settled - losing e^{-t/lag}, the breakaway is full dwell_factor(rested +
     t). The effort is below the breakaway at t = 0; losing > 0 and lag > 0.
 
-    The difference, full - lost/(age + t) - settled + losing e^{-t/lag}, falls while (age + t)^2
-    e^{-t/lag} > lost lag/losing. It therefore rises, falls and rises again at most, and its first
-    zero is on the falling part.
+    With age = rise + rested and lost = (1 - fresh) full rise, the breakaway exceeds the effort by
+    full - lost/(age + t) - settled + losing e^{-t/lag}. This difference falls while (age + t)^2
+    e^{-t/lag} > lost lag/losing. At most it rises, falls and rises again, so that its first zero is
+    on the falling part.
     """
     lost = (1.0 - fresh) * full * rise
     age = rise + rested

@@ -6,10 +6,10 @@ These laws are reference models for the exact engine. They have no modes: in sti
 zero. The integrator is a Rosenbrock method (engine/rosenbrock.py) with error control on v and z,
 because the contact relaxes in microseconds in slip and is as soft as the drive in stick.
 
-The memory of a law is updated after accepted steps only. It must register each reversal, so that a
-step ends at a reversal. An extension (friction/extension.py) provides the levels for the current
-position and direction, and adds its knees. The derivatives neglect the change of friction with
-position, which is small compared with the contact stiffness.
+The memory of a law is updated after accepted steps only. The memory must register each reversal;
+therefore a step ends at each reversal. An extension (friction/extension.py) provides the levels for
+the current position and direction, and adds its knees. The derivatives neglect the change of
+friction with position, which is small compared with the contact stiffness.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ AT_REVERSAL = 1e-3  # speed below which a step may pass v = 0, relative to the s
 
 @kernel
 def _hold(laws: Laws, y: Vector) -> float:
-    """Write the current parameters at y into the workspace; return the friction of the knees."""
+    """Write the parameters at y into the workspace; return the friction of the speed regimes."""
     forward, backward, table, p = laws
     if table.shape[0] == 0:
         return 0.0
@@ -147,7 +147,7 @@ def _try_step(
     stages: Vector,
     end: Vector,
 ) -> float:
-    """Try one step of length h from y to `end`; return its error in tolerances, inf on failure.
+    """Try one step of length h from y to `end`; return error/tolerance, inf on failure.
 
     slope: field at y. stages (6, n).
     """
@@ -274,9 +274,10 @@ def run_dynamic(
 
     The segments end at `ends` (s,) and have the `drives` (s, 10). laws: parameters forward and
     backward and table of friction/extension.py, then a workspace for the current parameters;
-    without an extension it holds the parameters of the law. moving: number of leading z with a
-    rate; the others are memory. scales (n,): tolerance, speed [m/s] that it is relative to, 0, and
-    a size for each z. times (n,): ascending, within the run; samples (n, 5) are filled.
+    without an extension the workspace holds the parameters of the law. moving: number of leading z
+    with a rate; the other z are memory. scales (n,): relative tolerance, reference speed [m/s], 0,
+    and a reference size for each z. times (n,): ascending, within the run; samples (n, 5) are
+    filled.
 
     Returns a status of engine/status.py and the time reached.
     """

@@ -4,12 +4,12 @@
 
 The effort is held for a period, or moves to effort[k+1] with the drive's lag.
 
-Most samples contain no event. While the axis slips in one direction under linear friction, a period
-is that of a linear system with coefficients computed once. An exact test excludes events: under the
-lower of the two efforts of a period the axis is slower throughout, so that a slip that lasts under
-the lower effort lasts under the real one. All other samples go to engine/axis_motion.py. A load
-that depends on position (plant/position_load.py) is held over a period at its value half a period
-ahead, an error of second order in the period.
+Most samples contain no event. While the axis slips in one direction under linear friction, the
+motion over a period is that of a linear system with coefficients computed once. An exact test
+excludes events: under the lower of the two efforts of a period the axis is slower throughout, so
+that a slip that lasts under the lower effort lasts under the real one. All other samples go to
+engine/axis_motion.py. A load that depends on position (plant/position_load.py) is held over a
+period at its value half a period ahead, an error of second order in the period.
 
 The correction is that of a stationary observer: before each period, `gains` times (measured -
 position) is added to position and velocity. With zero gains the replay is an open-loop simulation.
@@ -124,10 +124,11 @@ def replay(
 ) -> int:
     """Replay `effort` (n,) [N m | N] from `state` (7,), in place.
 
-    p: `replay_parameters`. load: plant/position_load.py. measured (n,) and gains (2,) [-, 1/s]:
-    those of the correction; measured is ignored if both gains are zero. Fills positions and
-    velocities (n,) at the samples. With a lag in p, the effort moves from each sample's value to
-    the next one's; without, it is held. Returns a status of engine/status.py.
+    p: `replay_parameters`. load: plant/position_load.py. measured (n,): measured positions [rad |
+    m]. gains (2,): gains of the correction [-, 1/s]; `measured` is ignored if both are zero. Fills
+    positions and velocities (n,) at the samples. With a lag in p, the effort moves from each
+    sample's value to the next value; without a lag, each value is held. Returns a status of
+    engine/status.py.
     """
     coefficients = np.empty((2, 6))
     period_coefficients(p, period, coefficients)

@@ -1,13 +1,13 @@
 """Motion of a body with extended friction (friction/extension.py), one piece per call.
 
     at rest    the threshold grows with the time at rest and as the film decays; since it never
-               falls, an interval can be proven to hold no breakaway
+               falls, an interval can be proven to contain no breakaway
     in slip    Dormand-Prince with error control on speed and film, everywhere: levels that vary
                with position have no closed form
 
-Within a slip the integrand is smooth, because these are constant: the direction, the speed regime
-between two knees, the side of the Stribeck layer, and the time at rest before the slip. The latter
-sets the breakaway from which the Stribeck curve falls.
+Within a slip the integrand is smooth, because four quantities are constant: the direction, the
+speed regime between two knees, the side of the Stribeck layer, and the time at rest before the
+slip. The time at rest sets the breakaway from which the Stribeck curve falls.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def slip_friction(
 ) -> float:
     """Return the friction of a slip at position x, velocity v and lagged velocity w.
 
-    Direction, regime, side of the layer and time at rest are those of the state.
+    Direction, regime, side of the layer and time at rest are taken from `state`.
     """
     forward, backward, table, p = laws
     direction = state[fb.DIRECTION]
@@ -79,8 +79,8 @@ def threshold(
 ) -> float:
     """Return the effort that a body at rest withstands in a direction.
 
-    It is the breakaway, reduced as long as a film lasts: by the amount by which the film lowers the
-    friction at the start of a slip.
+    This effort is the breakaway, less the amount by which a remaining film lowers the friction at
+    the start of a slip.
     """
     force, body = driven.force, driven.body
     forward, backward, table, p = laws
@@ -111,9 +111,10 @@ def sampled_friction(
     y: tuple[float, float, float],
     u: float,
 ) -> float:
-    """Return the friction a time `ahead` [s] into a piece; at rest the effort u up to its limits.
+    """Return the friction `ahead` [s] after the start of a piece.
 
-    y: position, velocity and lagged velocity then.
+    At rest this is the effort u, limited by the thresholds of both directions. y: position,
+    velocity and lagged velocity at that time.
     """
     force = driven.force
     x, v, w = y
@@ -129,9 +130,10 @@ def sampled_friction(
 
 @kernel
 def pass_time(laws: ExtendedLaws, state: Vector, film: Vector, spent: float) -> None:
-    """Set film and time at rest to the end of a piece of `spent` [s]; the velocity is set before.
+    """Set film velocity and time at rest to their values after a piece of `spent` [s].
 
-    film: coefficients of the lagged velocity during slip. At rest the film decays.
+    The velocity in `state` must be set before. film: polynomial coefficients of the lagged velocity
+    during slip; at rest the film decays.
     """
     lag = laws[2][LAG]
     if state[fb.DIRECTION] == 0.0:
@@ -190,9 +192,9 @@ def _first_breakaway(
 ) -> tuple[float, bool]:
     """Return the time [s] up to which rest is proven, and True if the body breaks away then.
 
-    more: amount by which the threshold is raised. size: sum of the magnitudes of the terms. The
-    threshold never falls. Therefore the body stays at rest on [a, b] if the largest effort there is
-    below the threshold at a.
+    more: amount by which the threshold is raised. size: sum of the magnitudes of the effort's
+    terms. The threshold never falls. Therefore the body stays at rest on [a, b] if the largest
+    effort there is below the threshold at a.
     """
     bound = curvature_bound(u, h)
     low = 0.0
@@ -240,7 +242,7 @@ def rest_piece(
 ) -> tuple[float, float]:
     """Return length [s] of a piece at rest, and direction of the breakaway at its end, or 0.
 
-    As `motion_pieces.rest_piece`.
+    The parameters are those of `motion_pieces.rest_piece`.
     """
     body, drive = driven.body, driven.drive
     motion(state, t, drive, body[fb.MASS], 0.0, False, 0.0, piece)
@@ -283,7 +285,7 @@ def _field(
 
 @inner_kernel
 def _step_error(h: float, slopes: Vector) -> float:
-    """Return the error of a step [m/s | rad/s]: the largest of those of v, w, and x/h."""
+    """Return the error of a step [m/s | rad/s]: the largest of the errors of v, w and x/h."""
     return max(
         local_error(1, h, slopes), max(local_error(3, h, slopes), local_error(0, h, slopes) / h)
     )

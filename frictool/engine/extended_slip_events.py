@@ -6,9 +6,9 @@ It works as slip_events.py, with more state:
                  number of knees passed
 
 The time at rest counts from the stop, or from the start of a run that begins at rest; during slip
-it is that of the last rest. A pure delay of the film is not supported: the motion after an event
-would depend on all pieces within the preceding delay, and each of their kinks would return as an
-event. The fixed-step laws support it (engine/fixed_step.py).
+it is the duration of the last rest. A pure delay of the film is not supported: the motion after an
+event would depend on all pieces within the preceding delay, and each of their kinks would return as
+an event. The fixed-step laws support it (engine/fixed_step.py).
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def locate(laws: ExtendedLaws, body: Vector, state: Vector) -> None:
 def _layer_event(
     laws: ExtendedLaws, body: Vector, state: Vector, piece: Vector, spent: float, probe: Vector
 ) -> tuple[float, int]:
-    """Return when the film's velocity leaves or enters the layer, and which of the two."""
+    """Return time and kind of the event at which the film's velocity leaves or enters the layer."""
     row = 3 if laws[2][LAG] > 0.0 else 1
     if state[fb.REGION] == fb.IN_LAYER:
         if body[fb.LAYER] == math.inf:
@@ -105,7 +105,7 @@ def extended_slip_event(
 
 @kernel
 def _pass_knee(laws: ExtendedLaws, state: Vector) -> None:
-    """Set the speed to that of the nearest knee, and the regime to the one on its other side."""
+    """Set the speed to the nearest knee, and the regime to that on the other side of the knee."""
     regimes = regime_table(laws[2])
     passed = int(state[KNEES_PASSED])
     speed = abs(state[fb.VELOCITY])
@@ -125,7 +125,7 @@ def extended_arrival(
     towards: float,
     span: float,
 ) -> int:
-    """Change the state by an event; return the event, which differs if a rebound comes to rest."""
+    """Update the state after an event; return the event, RESTS_AT_STOP if a rebound is too slow."""
     body = driven.body
     if kind == fb.PASSES_KNEE:
         _pass_knee(laws, state)

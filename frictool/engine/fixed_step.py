@@ -1,6 +1,6 @@
 """Laws that are printed for a fixed step: hybrid A, B, C (3.28)-(3.39), and banded (2.32), (2.35).
 
-The step T_e is a parameter of these models, not a tolerance: (3.11) ties it to their switching
+The step T_e is a parameter of these models, not a tolerance: (3.11) limits T_e by the switching
 velocity. Each step is a midpoint rule with the mode held; the mode is determined at its start. x'
 is the velocity that the law reports (Karnopp's v_m is 0 in the band), and so is the velocity in the
 drive's derivative term.
@@ -67,7 +67,7 @@ def _put(row: Vector, x: float, v: float, u: float, friction: float, stuck: bool
 
 @kernel
 def _hold(laws: Laws, x: float, v: float, u: float, stuck: bool, rested: float) -> None:
-    """Write the law's parameters for the direction of motion; at rest, for that of the effort."""
+    """Write the law's parameters for the direction of v, or at rest for the direction of u."""
     forward, backward, table, p = laws
     if table.shape[0] > 0:
         direction = math.copysign(1.0, u if stuck or v == 0.0 else v)
@@ -76,7 +76,7 @@ def _hold(laws: Laws, x: float, v: float, u: float, stuck: bool, rested: float) 
 
 @kernel
 def _film(laws: Laws, v: float, u: float, w: float) -> float:
-    """Return the velocity, in the slip's direction, at which its dry friction is evaluated."""
+    """Return the film velocity at which dry friction is evaluated, with the sign of the slip."""
     return math.copysign(max(DRY, abs(boundary_film(w, laws[2][BOUNDARY]))), v if v != 0.0 else u)
 
 
@@ -84,7 +84,7 @@ def _film(laws: Laws, v: float, u: float, w: float) -> float:
 def _hybrid_friction(
     force: Valued, mode: int, v: float, u: float, z: Vector, laws: Laws, w: float
 ) -> float:
-    """Return the friction including the changes that an extension makes in slip."""
+    """Return the friction; in slip, with the film and the speed regimes of an extension."""
     table, p = laws[2], laws[3]
     if mode == STUCK or table.shape[0] == 0:
         return force(mode, v, u, z, p)
@@ -155,10 +155,9 @@ def run_hybrid(
 ) -> tuple[int, float, int]:
     """Simulate state = (x, v, q) and z, in place, from stick at `start` [s] to ends[-1].
 
-    step [s]: length of a step. ends (s,), drives (s, 10): a step has the drive that holds at its
-    middle. times (n,): ascending; samples (n, 5) are those of the step with the nearest start.
-    events (m, 4). laws: as in `dynamic_law.run_dynamic`. past (n + 1,): workspace for a delay of n
-    steps.
+    step [s]: length of a step. ends (s,), drives (s, 10): each step uses the drive at its middle.
+    times (n,): ascending; samples (n, 5) are those of the step with the nearest start. events (m,
+    4). laws: as in `dynamic_law.run_dynamic`. past (n + 1,): workspace for a delay of n steps.
 
     Returns a status of engine/status.py, the time reached, and the number of events.
     """

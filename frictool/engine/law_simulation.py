@@ -1,9 +1,9 @@
 """Simulation of any law of friction/law_registry.py through successive drives.
 
     static    without a band of rest    exact engine with events, `tolerance`
-              with a band of rest       as printed, in a fixed step
+              with a band of rest       as printed in the thesis, in a fixed step
     dynamic                             Rosenbrock method with error control, `tolerance`
-    hybrid                              as printed, in a fixed step
+    hybrid                              as printed in the thesis, in a fixed step
 
 There is one driver per kind of law. It is compiled once and calls the law's kernels through
 pointers.
@@ -65,7 +65,7 @@ def body_of(
 
 
 def _pointers(parts: Sequence[Any], types: Sequence[Any]) -> Any:
-    """Return kernels as values of these function types, for a driver."""
+    """Return the kernels `parts` as pointers of the function types `types`, for a driver."""
     return tuple(function_pointer(part, kind) for part, kind in zip(parts, types, strict=True))
 
 

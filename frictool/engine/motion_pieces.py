@@ -112,8 +112,8 @@ def rest_piece(
 ) -> tuple[float, float]:
     """Return length [s] of a piece at rest, and direction of the breakaway at its end, or 0.
 
-    refused: direction in which the body has just stopped at the instant of its breakaway; there a
-    breakaway takes slightly more effort.
+    refused: direction in which the body has just stopped at the instant of its breakaway; in this
+    direction a breakaway takes slightly more effort.
     """
     body, drive = driven.body, driven.drive
     motion(state, t, drive, body[fb.MASS], 0.0, False, 0.0, piece)
@@ -158,7 +158,7 @@ def _acceleration(driven: DrivenBody, state: Vector, t: float) -> float:
 
 @bare_kernel
 def lengthen(pace: Vector, h: float, least: float, error: float) -> None:
-    """Set the next step length after an accepted step of length h; error in tolerances."""
+    """Set the next step length after an accepted step of length h; `error` is in tolerances."""
     size = math.log(max(error, LEAST_ERROR))
     pace[0] = max(least, h * min(GROWTH, SAFETY * math.exp(BEFORE * pace[1] - NOW * size)))
     pace[1] = size
@@ -184,7 +184,7 @@ def layer_piece(
 
     pace (3,): step length to try, 0 at first; logarithm of the last error; time at which the layer
     was entered. The tolerance limits the error in time: an error of v shifts the motion by
-    error/acceleration, which may be `tolerance` of the time spent in the layer.
+    error/acceleration, which may be at most `tolerance` times the time spent in the layer.
     """
     force, law, body, drive = driven
     # the last stage of a step is the first of the next

@@ -49,7 +49,7 @@ def curvature_bound(c: Vector, h: float) -> float:
 
 @kernel
 def _root(c: Vector, low: float, high: float, start: float, end: float) -> float:
-    """Return the zero in [low, high], with p falling from start to end.
+    """Return the zero of p in [low, high]; p falls from `start` at low to `end` at high.
 
     Newton's method starts from the chord and is kept inside a bracket.
     """

@@ -1,10 +1,10 @@
-"""One step of a Rosenbrock method of order 4, with an error of order 3 and dense output.
+"""One step of a Rosenbrock method of order 4, with an error estimate of order 3 and dense output.
 
     W k_i = f(t + c_i h, y + sum_j A_ij k_j) + sum_j C_ij k_j/h + h d_i f_t
     W = I/(gamma h) - J
 
-For contacts that relax in microseconds: the method is L-stable, so that after the relaxation the
-motion alone limits the step. Coefficients: RODAS, Hairer, Wanner, Solving Ordinary Differential
+The method suits contacts that relax in microseconds: it is L-stable, so that after the relaxation
+the motion alone limits the step. Coefficients: RODAS, Hairer, Wanner, Solving Ordinary Differential
 Equations II, VI.4. In y = (x, v, q, z...), z_i' depends on z_i and v alone, so that J has the shape
 of an arrow:
 

@@ -40,7 +40,7 @@ from frictool.typing import Vector
 # end of a piece of slip
 HELD, SLOWER, FASTER, PLACE, FAILED, CONTACT = 0, 1, 2, 3, 4, 5
 
-TOLERANCE = 1e-12  # tolerance of the speed, relative to it or to its change within a step
+TOLERANCE = 1e-12  # tolerance of the speed, relative to the speed or its change within a step
 FLOOR = 2.0**-5  # least reference speed of the tolerance inside the layer, relative to v_s
 FIRST_STEP = 2.0  # first step, relative to the time in which all efforts together would reach v_s
 # largest effort that counts as zero at the start of a slip, relative to its terms
@@ -120,7 +120,7 @@ def _step(slip: _Slip, t: float, h: float, start: float, at: Vector, slopes: Vec
 def _end_of(
     piece: Vector, h: float, lower: float, upper: float, length: float, probe: Vector
 ) -> tuple[float, int]:
-    """Return the time and kind of the first end of a step."""
+    """Return the time and kind of the first event within a step; (h, HELD) if there is none."""
     spent, kind = h, HELD
     crossing = sooner(piece, TERMS, SPEED, 1.0, lower, spent, probe)
     if crossing != NEVER:

@@ -1,6 +1,6 @@
 """Event-driven simulation of a body with dry friction under successive drives.
 
-It is exact except for one tolerance, that of the steps in the layer.
+The simulation is exact to rounding, except for the error of the steps in the layer (`tolerance`).
 
     at rest            x and v stay; the effort is a power series; breakaway at its crossing of
                        the threshold, solved to rounding
@@ -11,7 +11,7 @@ It is exact except for one tolerance, that of the steps in the layer.
 The direction of slip is fixed within a piece: no integrator ever evaluates sign(v). Rules prevent
 endless cycles (3.5):
 
-- An effort on the breakaway threshold to rounding counts as on it, and breaks away only if it
+- An effort that equals the breakaway threshold to rounding breaks the body away only if the effort
   rises.
 - A slip that starts with an acceleration of zero to rounding starts with exactly zero.
 - After a slip that ends at the instant at which it began, breaking away again in that direction

@@ -56,7 +56,7 @@ class Trajectory:
 
     @property
     def friction(self) -> Vector:
-        """Friction force (n,) [N | N m]; at rest the force that it holds."""
+        """Friction force (n,) [N | N m]; at rest, the force with which friction holds the body."""
         return self.samples[:, fb.SAMPLE_FRICTION]
 
     @property
@@ -91,7 +91,10 @@ def segment_arrays(
 
 
 def _extended(state: Vector) -> Vector:
-    """Return a state of an extended body (8,); a plain state (5,) gets an empty past."""
+    """Return a state (8,) of an extended body, made from a state (5,) if necessary.
+
+    The added film velocity is settled; the added time at rest is 0 at rest and inf in slip.
+    """
     if state.size == EXTENDED_SIZE:
         return state
     rested = 0.0 if state[fb.DIRECTION] == 0.0 else np.inf
@@ -119,8 +122,8 @@ def simulate(
         Ascending times [s] within the run.
     state
         State (5,) at the start, not changed; by default at rest at 0. A body with an extension has
-        a state (8,), see engine/extended_slip_events.py. From (5,) it starts with 0 s at rest, or
-        in slip as after a long rest with a film that has settled.
+        a state (8,), see engine/extended_slip_events.py. If the state is (5,), such a body starts
+        with 0 s at rest, or, in slip, with a settled film and as after a long rest.
     start
         Start of the run [s].
     room

@@ -3,8 +3,8 @@
     slipping   F = coulomb d + viscous v      d = +-1, direction of the motion
     at rest    F = effort                     as long as |effort| <= breakaway
 
-The mode fixes d; an integrator never evaluates sign(v). Properties (table 2.1): dissipates, sticks
-exactly, does not drift, has no presliding and no memory.
+The mode fixes d; an integrator never evaluates sign(v). The law dissipates, sticks exactly and does
+not drift; it has no presliding and no memory (table 2.1).
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def slip_force(velocity: float, direction: float, coulomb: float, viscous: float
 
 @kernel
 def breakaway_direction(effort: float, forward: float, backward: float) -> float:
-    """Return +1 or -1 if an effort moves a body at rest in that direction, 0 if the body sticks.
+    """Return the direction, +1 or -1, in which an effort moves a body at rest; 0 if it sticks.
 
     `forward`, `backward`: breakaway in each direction, >= 0.
     """

@@ -38,8 +38,8 @@ BACKWARD_START, KNEES_START, COEFFICIENTS = range(9, 12)
 class PackedExtension(NamedTuple):
     """An extension of a law as arrays for the kernels.
 
-    `forward` and `backward` are the parameter arrays p of the law for each direction. `table` has
-    the indices defined above; it is empty if there is no extension.
+    `forward` and `backward` are the parameter arrays p of the law for each direction. `table` is
+    empty if there is no extension; its indices are constants of this module.
     """
 
     forward: Vector
@@ -53,9 +53,11 @@ class FrictionExtension:
 
     backward_values: parameters of the law that differ in the negative direction. forward, backward:
     coefficients of the position factors, lowest power first, over travel = (low, high) [m | rad],
-    as returned by `position_polynomial.normalised_coefficients`. fresh in (0, 1], rise_time [s]:
-    friction/rising_breakaway.py. regimes: (knee, slope) pairs of friction/speed_regimes.py. lag or
-    delay [s], boundary [m/s | rad/s]: friction/lubricant_film.py.
+    as returned by `position_polynomial.normalised_coefficients`. fresh: breakaway just after a
+    stop, relative to the one after a long rest, in (0, 1]. rise_time: time tau of
+    friction/rising_breakaway.py [s]. regimes: (knee, slope) pairs of friction/speed_regimes.py.
+    lag, delay: lag or pure delay of the film velocity [s]. boundary: speed below which no film
+    forms [m/s | rad/s].
     """
 
     backward_values: Mapping[str, float] = field(default_factory=dict)

@@ -5,8 +5,8 @@
 
 The state is z = [t_0], the time since the body stuck, counted up to T_0. (3.30) prints t_0 > T_0.
 As (3.28) stops t_0 at T_0, that condition would never hold; the code uses >=. T_0 = 0 is the
-simplified C_{0->1} of 3.6. The law dissipates (3.42) with the storage m v^2/2 and the supply
-(u - F_sec) v.
+simplified C_{0->1} of 3.6. The law is dissipative (3.42) with the storage function m v^2/2 and the
+supply rate (u - F_sec) v.
 """
 
 from __future__ import annotations

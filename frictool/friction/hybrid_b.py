@@ -65,8 +65,8 @@ def mode_after(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
 def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
     """Set z to its limit in the direction of motion, |z| = z_max (3.33).
 
-    The direction is that of u on entering slip, and that of v on entering stick; z stays as it is
-    if v = 0. Returns a code of friction/status.py.
+    The motion has the direction of u at the start of slip, and of v at the start of stick. In
+    stick, z is unchanged if v = 0. Returns a code of friction/status.py.
     """
     if mode == SLIPPING:
         z[0] = math.copysign(p[LIMIT], u)

@@ -9,8 +9,8 @@ mode  name      motion
 
 C_{1->0} is (u < F_c and 0 < v < Sigma) or (u > -F_c and -Sigma < v < 0), (3.2), valid for Sigma > 3
 v_s. At v = 0 the body slips in the direction of the effort that broke the contact. If F_c or F_s
-differ by direction, the driver passes the parameters p for the direction of the velocity in slip,
-and for that of the effort at rest.
+differ by direction, the driver passes the parameters p of one direction: the direction of the
+velocity in slip, the direction of the effort at rest.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Inequalities that the simulation parameters of the hybrid versions must meet on a bench.
 
-They are, with the thesis's equation or section:
+The inequalities, each with its equation or section in the thesis:
 
-    (3.8)   p0 >= 5/T_s                sticks within one sample of the controller
+    (3.8)   p0 >= 5/T_s                the body sticks within one sample of the controller
     (3.10)  Sigma < delta_x p0         a capture moves the body by less than one encoder step
     (3.11)  m Sigma > u_max T_e        no integration step jumps over the capture
     (3.31)  T_0 >= T_e_min

@@ -50,7 +50,7 @@ class StaticKernels(NamedTuple):
     slip_force: Kernel  # (v, direction, p) -> force [N | N m]
     breakaway: Kernel  # (direction, p) -> largest friction on a body at rest, in that direction
     band: Kernel  # (p) -> half width of the velocities that count as rest; 0 for exact laws
-    seen_velocity: Kernel  # (v, p) -> velocity that moves the position: v, or v_m of (2.35)
+    seen_velocity: Kernel  # (v, p) -> rate of the position: v, or v_m of (2.35)
 
 
 class DynamicKernels(NamedTuple):
@@ -89,11 +89,12 @@ class Law:
     approximation: True for a regularised law, which never sticks.
     slip_terms: terms of the slip force in `frictool equations`; without them the law appears there
         by its name.
-    slip_scales: of a static law, p -> two speeds [m/s | rad/s]. Above the first the slip force is
-        the line p[0] + viscous |v|; tolerances are relative to the second.
-    tail: values of a friction.yaml, or an empty mapping -> values behind the fixed parameters in
-        p; None if p holds the fixed parameters only.
-    tail_parameters: size of a tail -> number of its parameters to identify.
+    slip_scales: function of a static law that returns two speeds [m/s | rad/s] from p. Above the
+        first, the slip force is the line p[0] + viscous |v|; tolerances are relative to the second.
+    tail: function that returns the values after the fixed parameters in p from the values of a
+        friction.yaml or an empty mapping; None if p holds the fixed parameters only.
+    tail_parameters: function that returns the number of parameters to identify in a tail from the
+        size of the tail.
     """
 
     name: str

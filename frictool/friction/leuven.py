@@ -46,7 +46,7 @@ def hysteresis_force(z: Vector, p: Vector) -> float:
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
     """Write z' [m/s | rad/s] to out[0] and 0 to the rest; return a code of friction/status.py.
 
-    The memory moves in `commit`.
+    `commit` updates the memory.
     """
     slipped = presliding_rate(hysteresis_force(z, p), v, p)
     if not math.isfinite(slipped):

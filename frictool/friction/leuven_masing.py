@@ -27,7 +27,7 @@ Z, MEMORY = 0, 1
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
     """Write z' [m/s | rad/s] to out[0] and 0 to the rest; return a code of friction/status.py.
 
-    The memory moves in `commit`.
+    `commit` updates the memory.
     """
     slipped = presliding_rate(masing_force(z[MEMORY:], z[Z], p[BREAKAWAY], p[LIMIT]), v, p)
     if not math.isfinite(slipped):

@@ -2,8 +2,9 @@
 
     z' = v - sigma_0 |v| z/g(v)        F = sigma_0 z + sigma_1 z' + sigma_v v
 
-g is the curve of friction/stribeck.py: steady slip follows Stribeck's law. The law dissipates with
-the storage sigma_0 z^2/2 as long as sigma_1 |v| <= 4 g(v). It drifts under any effort (table 3.2).
+g is the curve of friction/stribeck.py: steady slip follows Stribeck's law. The law is dissipative
+with the storage function sigma_0 z^2/2 as long as sigma_1 |v| <= 4 g(v). The body drifts under any
+effort (table 3.2).
 """
 
 from __future__ import annotations

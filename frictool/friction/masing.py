@@ -30,6 +30,6 @@ def masing_force(memory: Vector, z: float, breakaway: float, limit: float) -> fl
 def masing_move(memory: Vector, z: float, breakaway: float, limit: float) -> int:
     """Move monotonically to z and update the memory; return a code of friction/status.py.
 
-    The force is then memory[1].
+    Afterwards memory[1] is the force.
     """
     return remember(memory, z, masing_force(memory, z, breakaway, limit))

@@ -1,4 +1,4 @@
-"""Parameters of friction laws with their units and bounds, and those that several laws share.
+"""Parameters of friction laws: type with unit and bounds, and parameters that several laws share.
 
 All values are in SI. Friction is a force on a linear axis and a torque on a rotary one.
 """
@@ -22,12 +22,12 @@ ROTARY = {"N": "N m", "m": "rad", "kg": "kg m^2"}  # unit on a linear axis -> on
 class LawParameter:
     """Name, unit and bounds of one parameter.
 
-    `linear_unit`: SI unit on a linear axis; empty if the parameter has none. `exclusive`: the
-    minimum itself is not allowed. `at_least`: name of another parameter that is a lower bound of
-    this one. `letters`: symbol in text and in LaTeX; by default the name. `simulation_only`: the
-    parameter belongs to the simulation and is not identified with the friction.
-    `comparison_value`: returns the value in `frictool compare` from those of a friction.yaml; by
-    default it is the value with the parameter's name, else `default`.
+    `linear_unit`: SI unit on a linear axis; empty if the parameter has none. `exclusive`: True if
+    the minimum itself is not allowed. `at_least`: name of another parameter that is a lower bound
+    of this one. `letters`: symbol in text and in LaTeX; by default the name. `simulation_only`:
+    True if the parameter belongs to the simulation and is not identified. `comparison_value`:
+    function that returns the value for `frictool compare` from the values of a friction.yaml; by
+    default, the value with the parameter's name, else `default`.
     """
 
     name: str
@@ -66,7 +66,7 @@ STRIBECK_VELOCITY = LawParameter("stribeck_velocity", "m/s", exclusive=True, let
 STRIBECK_EXPONENT = LawParameter(
     "stribeck_exponent", "", 0.0, 100.0, exclusive=True, default=2.0, letters=("delta", r"\delta")
 )
-POSITIVE_COULOMB = replace(COULOMB, exclusive=True)  # of laws that divide by it
+POSITIVE_COULOMB = replace(COULOMB, exclusive=True)  # of laws that divide by F_c
 # of the dynamic laws
 STIFFNESS = LawParameter("stiffness", "N/m", exclusive=True, letters=("sigma_0", r"\sigma_0"))
 DAMPING = LawParameter("damping", "N s/m", letters=("sigma_1", r"\sigma_1"))

@@ -2,9 +2,9 @@
 
 The minimum lies at an end or at a zero of the derivative. The zeros of a derivative up to the
 second degree have a closed form. A derivative of a higher degree has at most one zero between
-neighbouring zeros of its own derivative; the code finds them recursively. It uses scalars because a
-campaign evaluates it for every plant sample. The eigenvalues of a companion matrix take twenty
-times as long, and lose all digits if the highest coefficient is nearly zero.
+neighbouring zeros of its own derivative; the code finds them recursively. The code uses scalars
+because a campaign calls it for every plant sample. The eigenvalues of a companion matrix take
+twenty times as long, and lose all digits if the highest coefficient is nearly zero.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def _zeros(b: list[float]) -> list[float]:
 
 
 def _between(b: list[float], slope: list[float], first: float, last: float) -> float:
-    """Return the zero in [first, last], in which the polynomial is monotonic and changes sign."""
+    """Return the zero of the polynomial b, which is monotonic and changes sign in [first, last]."""
     below = _at(b, first) < 0.0
     x = 0.5 * (first + last)
     for _ in range(STEPS):

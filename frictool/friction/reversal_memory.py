@@ -14,10 +14,11 @@ hysteresis starts virgin at z = 0, F = 0 and follows these rules:
 The result depends on the sequence of positions only: the operator is rate independent, and larger
 movements wipe out smaller ones. The annex calls the memory a FIFO; it is a stack.
 
-The memory overflows if more reversals are nested than it holds, as in a slow ringing. Then two
-neighbouring reversals are removed, those without which the adjacent ones change least; `forgotten`
-counts these pairs. The force does not change at once. When a loop later closes on the branch of a
-removed pair, the force is wrong by the difference between the neighbours.
+The memory overflows if more reversals are nested than it holds, as in a slow ringing. Then a pair
+of neighbouring reversals is removed: the pair whose positions differ least from the positions of
+the adjacent reversals. `forgotten` counts the removed pairs. The force does not change at once.
+When a loop later closes on the branch of a removed pair, the force is wrong by the difference
+between the neighbours.
 """
 
 from __future__ import annotations
@@ -43,10 +44,10 @@ def new_memory(depth: int) -> Vector:
 
 @kernel
 def surviving(memory: Vector, z: float) -> tuple[int, bool]:
-    """Return how many stored reversals remain after a monotonic movement to z, and if it turned.
+    """Return the number of stored reversals that remain after a movement to z, and a flag.
 
-    The second value is True if the present position becomes one more reversal. The memory is not
-    changed: a solver may try any z before `remember` accepts one.
+    The movement is monotonic. The flag is True if the present position becomes one more reversal.
+    The memory is not changed: a solver may try any z before `remember` accepts one.
     """
     here = memory[POSITION]
     count = int(memory[COUNT])
@@ -69,7 +70,7 @@ def surviving(memory: Vector, z: float) -> tuple[int, bool]:
 
 @kernel
 def branch_start(memory: Vector, z: float) -> tuple[bool, float, float]:
-    """Return the reversal (virgin, position, force) from which a movement to z starts its branch.
+    """Return (virgin, position, force) of the start of the branch on which a movement to z runs.
 
     virgin: True on the virgin curve, which starts at (0, 0).
     """
@@ -84,7 +85,7 @@ def branch_start(memory: Vector, z: float) -> tuple[bool, float, float]:
 
 @kernel
 def _forget_a_pair(memory: Vector, count: int) -> None:
-    """Remove the inner pair of reversals without which the adjacent ones change least."""
+    """Remove the inner pair of reversals whose positions differ least from the adjacent ones."""
     chosen = 1
     least = math.inf
     for j in range(1, count - 2):

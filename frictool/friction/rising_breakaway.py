@@ -2,8 +2,8 @@
 
     F_s(t) = F_s (1 - (1 - fresh) tau/(tau + t))
 
-It rises from fresh F_s just after a stop to F_s after a long rest. The thesis does not specify the
-function; this is the hyperbola of Armstrong's seven-parameter law [1].
+The breakaway rises from fresh F_s just after a stop to F_s after a long rest. The thesis does not
+specify the function; this is the hyperbola of Armstrong's seven-parameter law [1].
 """
 
 from __future__ import annotations

@@ -2,9 +2,8 @@
 
     F = slope (|v| - knee) sign(v)    if |v| > knee, else 0
 
-The force is continuous; its derivative jumps at the knee.
-regimes = [knee_1, slope_1, knee_2, slope_2, ...] with rising knees; the forces add to those of any
-law.
+The force is continuous; its derivative jumps at the knee. regimes = [knee_1, slope_1, knee_2,
+slope_2, ...] with rising knees; the force of each regime is added to the force of the law.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 ======  ===========  =======================================================================
 status  name         meaning
 ======  ===========  =======================================================================
-0       OK           done
+0       OK           no error
 1       NOT_FINITE   a state, velocity or parameter is NaN or infinite; nothing was changed
 2       MEMORY_FULL  the memory of nested reversals is full and holds fewer than 4 reversals;
                      nothing was changed

@@ -40,8 +40,8 @@ class JointTree(NamedTuple):
 def evaluate(tree: JointTree, x: float, towards: float) -> None:
     """Fill VALUE and SLOPE with Lambda(x) and dLambda/dx of all members of a tree.
 
-    found (count,): positions of the members in the order of blocks. towards: direction of the root
-    if it starts from rest, 0 if it moves.
+    x: acceleration of the root. towards: direction of the root if it starts from rest, 0 if it
+    moves.
     """
     k, p, modes, members, y, w = tree
     n = k[ly.BLOCKS]
@@ -139,7 +139,7 @@ def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
 def next_piece(tree: JointTree, x: float, towards: float, going: float) -> float:
     """Return the distance from x to the next end of a piece of the graph in the direction `going`.
 
-    A piece ends if a joint's force passes its kink or a flank's force passes 0.
+    A piece ends where a joint's force passes its kink or a flank's force passes 0.
     """
     k, p, _, members, y, w = tree
     n = k[ly.BLOCKS]
@@ -179,11 +179,11 @@ def total_inertia(tree: JointTree) -> float:
 
 @inset_kernel
 def follow(tree: JointTree, start: float, towards: float, gross: float) -> tuple[bool, float]:
-    """Return True and the stable zero that x reaches from `start`; False if it diverges.
+    """Return (True, stable zero that x reaches from `start`); (False, x) if x diverges.
 
     The force of a compliant link grows while the accelerations of its ends differ. With damping, x
-    therefore moves as -Lambda(x), to a zero at which the graph rises. A zero at which it falls is
-    unstable.
+    therefore moves in the direction of -Lambda(x), to a zero at which the graph rises. A zero at
+    which the graph falls is unstable.
     """
     k, members, w = tree.k, tree.members, tree.w
     root = ly.block_at(k, members[0])

@@ -1,4 +1,4 @@
-"""Calls of kernels by their address, with wrappers that are made from the kernels' types.
+"""Calls of kernels by address, through wrappers made from the types of the kernels.
 
 A caller that knows only an address and a type compiles without the called kernel
 (docs/mechanism_kernels.md).

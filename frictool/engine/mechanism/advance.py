@@ -68,7 +68,7 @@ def _change(error: float) -> float:
 
 @inset_kernel
 def _dip(k: IntVector, p: Vector, state: MechanismState, h: float, seen: float) -> float:
-    """Return a step length shortened so that it ends where a guard may be passed temporarily."""
+    """Return h, shortened so that the step ends where a guard may be passed for a short time."""
     room = state.room
     guard, end = room.lines[st.GUARD], room.lines[st.END]
     return min(
@@ -236,9 +236,9 @@ def advance(
     """Advance the state, in place, by `duration` [s] under held commands and external efforts.
 
     command (u,): A, V or effort. external (n,): efforts on blocks [N | N m]. events: receives the
-    events. pace[1] is the total time of all calls. The winding's limit is that of the speed at the
-    beginning. Returns a status of engine/status.py; if it is not OK, the state is that of the last
-    event or step.
+    events. `state.pace[1]` is the total time of all calls. The limit of a winding is computed for
+    the speed at the beginning. Returns a status of engine/status.py; if it is not OK, the state is
+    that of the last event or step.
 
     The kernel is called by its address, in the last row of `laws`, so that callers compile without
     it.

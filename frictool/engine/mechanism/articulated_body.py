@@ -8,11 +8,11 @@ needs a force in [NEED, NEED_HIGH]. A tree stays at rest as long as the root's i
 and a contact at rest as long as its interval contains a pressing force.
 
 `guard`, in the sections of the modes (motion, contact, branch, flank, stop), is the distance of
-each mode from its end in units of the tolerance; a mode goes on while it is above -1. Guards of
-positions are the distances of open flanks and stops; guards of speeds belong to roots and are
+each mode from its end in units of the tolerance; a mode goes on while its guard is above -1. Guards
+of positions are the distances of open flanks and stops; guards of speeds belong to roots and are
 positive in the direction of motion.
 
-Stages within a step need less than the step's ends: an evaluation that is not `whole` leaves the
+Stages within a step need fewer results than its ends: an evaluation that is not `whole` leaves the
 guards of speeds and positions, and GROSS, unchanged.
 """
 
@@ -112,7 +112,7 @@ def _hand_over(
 ) -> None:
     """Add to the parent the force that a moving block needs through their joint.
 
-    It is linear in the acceleration on the current side of the joint's kink.
+    This force is linear in the acceleration on the current side of the joint's kink.
     """
     n = k[ly.BLOCKS]
     joint = ly.joint_of(k, i)
@@ -168,7 +168,7 @@ def _gather(
 def _hand_out(
     k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, guard: Vector, power: Vector
 ) -> None:
-    """Sweep from the roots to the leaves: accelerations, forces and losses of the joints."""
+    """Sweep from the roots to the leaves; fill accelerations, joint forces and joint losses."""
     n, j = k[ly.BLOCKS], k[ly.JOINTS]
     losses = k[ly.SOURCES] + n
     for joint in range(j):

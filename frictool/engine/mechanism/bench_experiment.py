@@ -38,8 +38,9 @@ def play_reference(
 ) -> int:
     """Follow `reference` (n,) under the bench's position loop, and fill position and drive (n,).
 
-    servo (5,): `PositionServo` in effort. inputs, drifting, out: engine/mechanism/closed_loop.py,
-    without signals and drifts. Returns a status of engine/status.py.
+    servo (5,): `PositionServo` in effort. inputs, drifting, out: records of
+    engine/mechanism/closed_loop.py, with neither signals in `inputs` nor drifts in `drifting`.
+    Returns a status of engine/status.py.
     """
     constant = ly.constant(machine.numbers, ly.source_row(machine.whole, sight.source))
     waiting = np.zeros(delay + 1)
@@ -76,8 +77,8 @@ def play_ramps(
 ) -> int:
     """Play `rows` (n,) of the drive by the rules of engine/bench_experiment.py.
 
-    Fills position and drive (n,), and their number in `played` (1,). Returns a status of
-    engine/status.py.
+    Fills position and drive (n,), and `played` (1,) with the number of rows played. Returns a
+    status of engine/status.py.
     """
     waiting = np.zeros(delay + 1)
     place = RampProgress(0, segment[0], measure(state.y[sight.sensor], sight.step))

@@ -46,10 +46,10 @@ NOBODY = -1  # index for no controlled source
 
 
 class ControlPorts(NamedTuple):
-    """Indices of the commanded source and of the blocks of sensor and load; source NOBODY if none.
+    """Indices of the commanded source and of the blocks of sensor and load.
 
-    step: encoder resolution [rad | m]. The load's position is recorded in the sensor's coordinate:
-    sensor_start + (q - load_start)/load_ratio.
+    source: NOBODY if no source is commanded. step: encoder resolution [rad | m]. The load's
+    position is recorded in the sensor's coordinate: sensor_start + (q - load_start)/load_ratio.
     """
 
     source: int
@@ -65,8 +65,9 @@ class MechanismInputs(NamedTuple):
     """Piecewise constant inputs of a mechanism.
 
     first (n + 1,): index of the first part of each sample, then the number of parts m. durations
-    (m,) [s]. drives (m, u): command of each source, A, V or effort; (0, u) for zero. efforts (m, d)
-    [N m | N] on the blocks (d,); (0, d) if there are none.
+    (m,) [s]. drives (m, u): command of each source, A, V or effort; (0, u) for zero. blocks (d,):
+    indices of the blocks on which `efforts` act. efforts (m, d): efforts [N m | N], or (0, d) for
+    none.
     """
 
     first: IntVector
@@ -79,9 +80,9 @@ class MechanismInputs(NamedTuple):
 class DriftedNumbers(NamedTuple):
     """Conditions at each sample, and the numbers of the mechanism that they multiply.
 
-    conditions (n, 8): engine/conditions.py, or (0, 8). At sample k, the mechanism's number
-    places[i] is values[i] times column columns[i]. limit: limit of the controlled drive, which
-    applies to the measured drive if its sensor is wrong.
+    conditions (n, 8): engine/conditions.py, or (0, 8). At sample k, the entry places[i] of the
+    mechanism's floats is values[i] times conditions[k, columns[i]]. limit: limit of the controlled
+    drive; if the drive's sensor is wrong, the limit applies to the measured drive.
     """
 
     conditions: Vector
@@ -94,8 +95,9 @@ class DriftedNumbers(NamedTuple):
 class MechanismRecord(NamedTuple):
     """Arrays that are filled at every sample.
 
-    record (n, 7): engine/closed_loop.py. motion (n, 2 b + u): positions, speeds, drives. modes (n,
-    m). events (e, 4), happened (1,): engine/mechanism/events.py.
+    record (n, 7): columns of engine/closed_loop.py. motion (n, 2 b + u): positions, speeds, drives.
+    modes (n, m): modes of engine/mechanism/state.py. events (e, 4): rows of
+    engine/mechanism/events.py. happened (1,): number of events.
     """
 
     record: Vector

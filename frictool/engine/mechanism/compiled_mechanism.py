@@ -30,8 +30,8 @@ from frictool.typing import IntVector, Vector
 class JointForest(NamedTuple):
     """Trees of the joints: `order` lists the blocks in preorder.
 
-    For each block (n,): its parent and the joint to it (-1 at a root), and 1 if that joint leads
-    from its end a at the parent to b.
+    parent, joint (n,): parent of each block and joint to the parent, -1 at a root. outward (n,): 1
+    if end a of this joint is at the parent, else 0.
     """
 
     order: list[int]
@@ -129,7 +129,7 @@ def forest_of(packed: PackedMechanism) -> JointForest:
 def _roots(
     first: int, near: list[list[tuple[int, int]]], joints: Any, stiff: NDArray[np.bool_]
 ) -> list[int]:
-    """Return candidate roots of the tree of `first`: itself, driving ends of self-locking links."""
+    """Return candidate roots of a tree: `first`, and the driving ends of self-locking links."""
     reached = {first}
     stack = [(first, -1)]
     walked = []
@@ -164,7 +164,7 @@ def _dry(packed: PackedMechanism, kinds: list[int]) -> IntVector:
 def _groups(packed: PackedMechanism, forest: JointForest) -> tuple[IntVector, Vector, Vector]:
     """Return group, speed and group mass of each block (n,).
 
-    The speed is per unit of that of the group's first block. The mass of the whole group is
+    The speed is relative to the speed of the group's first block. The mass of the whole group is
     reflected to its first block.
     """
     n = packed.inertia.size

@@ -55,8 +55,8 @@ def _flanks(
 ) -> None:
     """Change the modes of compliant flanks that have met or separated.
 
-    A flank that separates while still strained relaxes by itself: its damping takes the energy of
-    its stiffness, (1/2) k s^2.
+    A flank that separates while still strained relaxes by itself: its damping takes the elastic
+    energy (1/2) k s^2 of the strain s.
     """
     first = k[ly.BLOCKS] + 2 * k[ly.JOINTS]
     at = k[ly.SOURCES] + k[ly.BLOCKS] + k[ly.JOINTS]
@@ -95,9 +95,9 @@ def resolve(
 ) -> int:
     """Set all modes, t [s] after the command; return a status of engine/status.py.
 
-    Flanks that touch without relative speed, and blocks held by stops, must already be marked.
-    out: guards of the modes so far, and workspace. If a part jams, the last entry of the row
-    FOUND is the position in the order of its first block.
+    Flanks that touch without relative speed, and blocks held by stops, must already be marked. out:
+    guards of the present modes, and workspace. If a part jams, the last entry of the row FOUND is
+    the position in the order of its first block.
     """
     k, p, _ = machine
     y = state.y

@@ -7,7 +7,8 @@ Rows of the work array:
     HOLD_LOW <= 0 <= HOLD_HIGH   range that friction on a block at rest can hold
     DRIVEN                       effort of the sources alone
 
-`power` receives what each element does or takes, in the order of engine/mechanism/state.py.
+`power` is filled with the power that each element delivers or absorbs, in the order of
+engine/mechanism/state.py.
 """
 
 from __future__ import annotations
@@ -93,7 +94,7 @@ def _at_flank(
     guard: Vector,
     index: int,
 ) -> tuple[float, bool]:
-    """Return the strain of a compliant coupling's flank, and True if pressed; set its guard."""
+    """Return the strain of a compliant flank, and True if the flank is pressed; set its guard."""
     side = -1.0 if e < 0.0 else 1.0
     if mode != OPEN:
         side = float(mode)
@@ -113,7 +114,7 @@ def _couplings(
 ) -> None:
     """Add the efforts of compliant links.
 
-    The guard of a link with a gap is above -1 while its flanks are as their mode says.
+    The guard of a link with a gap is above -1 while the mode of its flanks is valid.
     """
     w, guard, power = out.w, out.guard, out.power
     n = k[ly.BLOCKS]

@@ -20,9 +20,10 @@ from frictool.typing import IntVector, Vector
 
 
 class EnergyBalance(NamedTuple):
-    """Energies [J]; stored: relative to unstrained couplings and to the first points of curves.
+    """Energies of a mechanism [J].
 
-    put_in: work of sources and held efforts. lost: all work that did not come back.
+    stored: energy relative to unstrained couplings and to the first points of curves. put_in: work
+    of sources and held efforts. lost: work taken by all other elements, less the work returned.
     """
 
     kinetic: float
@@ -32,7 +33,7 @@ class EnergyBalance(NamedTuple):
 
     @property
     def total(self) -> float:
-        """Sum that stays constant over a run [J]."""
+        """Sum of the energies that stays constant over a run [J]."""
         return self.kinetic + self.stored + self.lost - self.put_in
 
 

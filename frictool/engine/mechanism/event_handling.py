@@ -55,10 +55,10 @@ def _evaluate(machine: CompiledMechanism, state: MechanismState, t: float) -> in
 
 @part_kernel
 def begin(machine: CompiledMechanism, state: MechanismState, events: EventRows) -> int:
-    """Evaluate the rates under a new command, and update the modes if it changes them.
+    """Evaluate the rates under a new command, and update the modes if the command changes them.
 
-    At the first call, when the modes are not known yet, they are always determined. Returns a
-    status of engine/status.py.
+    The first call always determines the modes, because they are not known yet. Returns a status of
+    engine/status.py.
     """
     k, p, _ = machine
     pace, room = state.pace, state.room

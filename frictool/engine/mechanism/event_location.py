@@ -56,7 +56,7 @@ def _is_there(
     index: int,
     count: int,
 ) -> bool:
-    """Return True if the leading guard is at its target, and no other is passed further."""
+    """Return True if the leading guard is at its target, and no other guard is passed further."""
     if is_forced(k, modes, index):
         if not FAR <= guard[index] < BROKEN:
             return False
@@ -78,7 +78,7 @@ def _crossing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
     """Return the last time in [0, h] at which the cubic through both ends falls through 0.
 
     The cubic has values g0, g1 and rates r0, r1; the bracket starts from the latest of eight points
-    at which it is positive.
+    at which the cubic is positive.
     """
     slope = (g1 - g0) / h
     a = (r0 + r1 - 2.0 * slope) / (h * h)
@@ -109,7 +109,7 @@ def _crossing(g0: float, r0: float, g1: float, r1: float, h: float) -> float:
 def _has_rate(k: IntVector, modes: IntVector, index: int) -> bool:
     """Return True if the rate of the guard at `index` is known.
 
-    It is for guards of a speed, a position, or a flank of a compliant coupling.
+    The rates of guards of speeds, positions and flanks of compliant couplings are known.
     """
     return not is_forced(k, modes, index) or index >= k[ly.BLOCKS] + 2 * k[ly.JOINTS]
 
@@ -209,8 +209,8 @@ def locate(
     has passed a guard. The second result is True if the rates could not be evaluated. The search is
     bracketed and follows the guard that is passed first: speeds and positions by the cubic through
     both ends, efforts by regula falsi with Illinois weights, with bisection if that is slow. Each
-    instant is evaluated on the step's dense output. Afterwards END, AFTER, TRIAL and SPENT are
-    those of a step to the located instant.
+    instant is evaluated on the step's dense output. Afterwards END, AFTER, TRIAL and SPENT hold the
+    results of a step to the located instant.
     """
     k, p, _ = machine
     y, modes, room = state.y, state.modes, state.room

@@ -85,10 +85,10 @@ def write_changes(
     modes: IntVector,
     events: EventRows,
 ) -> None:
-    """Add a row for each mode that has changed, for a rigid group only for its first block.
+    """Add a row for each changed mode; for a rigid group, only the row of its first block.
 
-    speeds (n,): before the event. The branch of a joint is reported only if the joint has losses;
-    otherwise its two sides are the same.
+    before: modes before the event. speeds (n,): speeds before the event. The branch of a joint is
+    reported only if the joint has losses; otherwise its two sides are the same.
     """
     k, p, _ = machine
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]

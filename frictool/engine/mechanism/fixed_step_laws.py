@@ -3,8 +3,8 @@
 Such a law sees the effort u on its block: the effort of all other elements of the tree that moves
 with the block, reflected to the block by the joints. The mode is updated at the beginning of each
 step T_e and held within it; the motion within the step is integrated as usual. If one tree has
-several such laws, each sees the effort left by those before it. While a tree sticks by exact
-friction, these laws are inactive.
+several such laws, each law sees the effort that the preceding laws leave. While a tree sticks by
+exact friction, these laws are inactive.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ HELD, SLIPS = 0, 1  # modes of a law
 
 @inset_kernel
 def _root_of(k: IntVector, p: Vector, modes: IntVector, block: int) -> tuple[int, float]:
-    """Return the root of the tree that moves with a block, and the block's relative speed."""
+    """Return the root of the tree that moves with a block, and block speed over root speed."""
     n = k[ly.BLOCKS]
     i = block
     along = 1.0
@@ -122,7 +122,7 @@ def seen_speeds(machine: CompiledMechanism, y: Vector, modes: IntVector, rates: 
 
 @part_kernel
 def switch(machine: CompiledMechanism, state: MechanismState) -> int:
-    """Set the modes of these laws for the coming step, from the efforts that they have just seen.
+    """Set the modes of fixed-step laws for the coming step, from the last efforts on their blocks.
 
     Returns a status of friction/status.py.
     """

@@ -32,7 +32,7 @@ def slack_at(k: IntVector, p: Vector, w: Vector, block: int) -> float:
 def joint_gap(k: IntVector, p: Vector, joint: int, y: Vector) -> tuple[float, float, float]:
     """Return the position difference e of a joint's flanks, its rate e', and the tolerance of e.
 
-    e is in the coordinate of block b, and 0 in the middle of the gap.
+    e is in the coordinate of block b, and is 0 in the middle of the gap.
     """
     n = k[ly.BLOCKS]
     row = ly.joint_row(k, joint)

@@ -1,6 +1,6 @@
-"""Memory of dynamic laws: it is updated after accepted steps, and no step passes a reversal.
+"""Memory of dynamic laws, which is updated after accepted steps only.
 
-The memory has to register each reversal.
+The memory has to register each reversal; therefore no step passes a reversal.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ def first_reversal(k: IntVector, p: Vector, h: float, y: Vector, end: Vector) ->
 def remember(machine: CompiledMechanism, y: Vector, before: Vector) -> tuple[int, bool]:
     """Update the laws' memories after the step to y.
 
-    Returns a status of friction/status.py, and True if anything differs from `before`.
+    Returns a status of friction/status.py, and True if a state differs from `before`.
     """
     k, p, laws = machine
     n = k[ly.BLOCKS]

@@ -95,8 +95,8 @@ def stages(
     """Compute slopes and powers of the stages first .. end - 1 of a step of length h.
 
     t [s]: time after the command. Returns the part of the step at which one of the first `watching`
-    guards of the row WATCHED is first seen broken, 1 if none is, -1 if a law fails. Called by
-    address, as `field` is.
+    guards of the row WATCHED is first broken, 1 if none is, -1 if a law fails. The kernel is called
+    by its address, as `field` is.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.STEP_STAGES]
     y, modes, room = state.y, state.modes, state.room
@@ -117,7 +117,7 @@ def _watch(k: IntVector, modes: IntVector, guard: Vector, watched: IntVector) ->
 
 @inset_kernel
 def _error(k: IntVector, p: Vector, h: float, modes: IntVector, room: Workspace) -> float:
-    """Return the largest error of a state, relative to the state's size."""
+    """Return the largest error of all states, each relative to the size of its state."""
     n = k[ly.BLOCKS]
     worst = 0.0
     errors = room.lines[st.ERRORS]
@@ -153,11 +153,11 @@ def try_step(
 ) -> tuple[float, float]:
     """Try a step of length h from the state, t [s] after its command.
 
-    Before, the rows 0 hold y' and the powers of the state, GUARD its guards. Afterwards END holds
-    the new state, the rows AFTER its y' and powers, TRIAL its guards.
+    Before the call, the rows 0 hold y' and the powers of the state, and GUARD holds its guards.
+    Afterwards END holds the new state, the rows AFTER hold its y' and powers, and TRIAL its guards.
 
-    Returns the error in tolerances, inf if the law or the mechanism fails, and the part of the step
-    after which a force's guard was first seen broken, 1 if none was.
+    Returns error/tolerance, inf if the law or the mechanism fails, and the part of the step after
+    which a guard of a force was first broken, 1 if none was.
     """
     k, p, _ = machine
     y, modes, room = state.y, state.modes, state.room
@@ -187,7 +187,7 @@ def trace(machine: CompiledMechanism, state: MechanismState, t: float, h: float)
 def look(machine: CompiledMechanism, state: MechanismState, t: float, h: float, at: float) -> bool:
     """Evaluate the dense output at `at` in 0 .. h; return True if the rates are finite.
 
-    END, AFTER and TRIAL are then those after a step of that length.
+    Afterwards END, AFTER and TRIAL hold the results of a step of length `at`.
     """
     y, room = state.y, state.room
     end = room.lines[st.END]

@@ -4,8 +4,8 @@ The module also has the inverse of g, and the ranges of both forces at rest.
 
     g(lambda) = ratio lambda + loss = ratio kink + (lambda - kink) (ratio + c)
 
-s is the direction of motion of a. With efficiencies (2.3), (2.20) the kink is 0, and c = ±s
-drive_loss or ±s back_loss by the direction of power. In the thesis's screw (2.12)-(2.13), (2.15)
+Here s is the direction of motion of end a. With efficiencies (2.3), (2.20) the kink is 0, and c =
+±s drive_loss or ±s back_loss by the direction of power. In the thesis's screw (2.12)-(2.13), (2.15)
 the kink is at thread lambda = thesis_screw u_a, and c = ±s thread. If the load can drive the joint,
 g rises with ratio lambda.
 """

@@ -9,7 +9,7 @@ kind  name     treatment in the engine
                phase
 1     SMOOTH   regularised static law: a force that depends on the velocity
 2     DYNAMIC  its state is integrated, its memory is updated after accepted steps
-3     HYBRID   as printed, in its own fixed step, with the mode updated at each step's beginning
+3     HYBRID   in its own fixed step, with the mode updated at each step's beginning
 4     BANDED   static with a band (2.32), (2.35): as HYBRID
 ====  =======  ==================================================================================
 

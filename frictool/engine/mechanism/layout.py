@@ -6,8 +6,8 @@ fifty arrays as arguments would be slow to compile and to call. `whole` begins w
 the counts of blocks, joints and so on, and the index at which each section begins. In section X
 with WIDTH columns, row r, column c is at whole[X] + r * WIDTH + c.
 
-Joints form no loop, so that they form trees. Each tree has one root; blocks are in preorder
-(`ORDER`), a block's parent before it. Blocks that rigid joints connect form a group.
+Joints form no loop, but trees. Each tree has one root; blocks are in preorder (`ORDER`), a block's
+parent before it. Blocks that rigid joints connect form a group.
 """
 
 from __future__ import annotations
@@ -172,7 +172,7 @@ def _place(column: int) -> Callable[[IntVector, int], int]:
 block_at = _entry(ORDER)  # block at a position in the order
 parent_of = _entry(PARENT)  # parent of a block, -1 for a root
 joint_of = _entry(PARENT_JOINT)  # joint from a block to its parent, -1 for a root
-outward = _entry(OUTWARD)  # 1 if that joint leads from its end a at the parent to b
+outward = _entry(OUTWARD)  # 1 if end a of the joint to the parent is at the parent
 can_stick = _entry(DRY)  # 1 if a block can stick by its own elements
 span_of = _entry(SPAN)  # number of blocks in a block's subtree, contiguous in the order
 group_of, stop_block, source_block = _entry(GROUP), _entry(STOP_BLOCKS), _entry(SOURCE_BLOCKS)
@@ -183,7 +183,7 @@ push_block, push_curve = _entry(PUSH_PLACES, 2, 0), _entry(PUSH_PLACES, 2, 1)
 pressing_block, pressing_curve = _entry(PRESSING_PLACES, 2, 0), _entry(PRESSING_PLACES, 2, 1)
 mass_of = _number(MASS)  # kg | kg m2
 speed_scale = _number(SPEED)  # typical speed of a block [m/s | rad/s]
-group_ratio = _number(GROUP_RATIO)  # speed of a block per unit of that of its group's first block
+group_ratio = _number(GROUP_RATIO)  # speed of a block relative to the first block of its group
 group_mass, push_of, inner_size = _number(GROUP_MASS), _number(PUSH), _number(INNER_SIZE)
 joint_row, coupling_row = _row(JOINT, JOINT_WIDTH), _row(COUPLING, COUPLING_WIDTH)  # in p
 source_row, stop_row = _row(SOURCE, SOURCE_WIDTH), _row(STOP, STOP_WIDTH)  # in p

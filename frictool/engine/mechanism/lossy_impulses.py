@@ -2,10 +2,10 @@
 
 A loss is proportional to the force that a joint transmits, so that it takes part of an impulse,
 however short. The impulse grows from zero (Routh 1860), and each increment changes the motion as a
-force does, with the signs of the losses by the current motion. Finite forces have no effect
-meanwhile. Between the instants at which a motion ends, the change per unit of impulse is constant.
-It solves Lambda(x) = 0 (engine/mechanism/tree_solver.py) with the impulse as the only effort. A
-group at rest that locks by its friction stays at rest.
+force does; the losses have the signs of the current motion. Finite forces have no effect meanwhile.
+Between the instants at which a motion ends, the change per unit of impulse is constant. This change
+solves Lambda(x) = 0 (engine/mechanism/tree_solver.py) with the impulse as the only effort. A group
+at rest that locks by its friction stays at rest.
 """
 
 from __future__ import annotations
@@ -83,7 +83,7 @@ def _need(hit: Group, impulse: float, towards: float, x: float) -> None:
 
 @inset_kernel
 def _search(hit: Group, impulse: float, towards: float, start: float) -> float:
-    """Return the speed change x at which VALUE of `_need` is 0; NaN if it does not rise there."""
+    """Return the speed change x at which VALUE of `_need` rises through 0; NaN if there is none."""
     k, p, group, block, w = hit
     low = -math.inf
     high = math.inf
@@ -110,9 +110,9 @@ def _search(hit: Group, impulse: float, towards: float, start: float) -> float:
 
 @inset_kernel
 def _by_direction(hit: Group, row: int, force: float, towards: float, lossy: bool) -> float:
-    """Return the speed change of the group's first block per unit, while it moves `towards`.
+    """Return the speed change of the group's first block per unit of impulse.
 
-    The result is NaN if the group jams.
+    towards: direction in which the block moves. The result is NaN if the group jams.
     """
     k, p, group, block, _ = hit
     impulse = force
@@ -130,8 +130,9 @@ def _by_direction(hit: Group, row: int, force: float, towards: float, lossy: boo
 def yielding(hit: Group, row: int, force: float, speed: float, lossy: bool) -> float:
     """Return the speed change of the group's first block per unit of impulse, at `speed`.
 
-    force: ±1, on `block`. If `row` is a joint's, the force acts on the joint's end b, and `block`
-    is its end a. lossy: `is_group_lossy`. The result is NaN if the group jams.
+    force: ±1, sign of the impulse on `block`. If `row` is the row of a joint (>= 0), the impulse
+    acts on end b of the joint, and `block` is end a. lossy: `is_group_lossy`. The result is NaN if
+    the group jams.
     """
     if speed != 0.0:
         return _by_direction(hit, row, force, math.copysign(1.0, speed), lossy)

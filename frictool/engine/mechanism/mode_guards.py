@@ -1,4 +1,4 @@
-"""Guards of the modes: those of forces, those of speeds and positions, and dips within a step."""
+"""Guards of forces, speeds and positions, which end the modes, and dips of guards within a step."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def is_forced(k: IntVector, modes: IntVector, index: int) -> bool:
 def _flank_left(
     k: IntVector, p: Vector, coupling: int, y: Vector, rates: Vector, mode: int
 ) -> tuple[float, float]:
-    """Return force and rate of a pressed flank, or distance and rate of an open one.
+    """Return the force of a pressed flank, or the distance of an open one, and its rate.
 
     The distance is expressed as a force.
     """
@@ -81,8 +81,8 @@ def distance_to_guard(
 ) -> tuple[float, float]:
     """Return the distance of a speed, gap or end stop from its guard, and the rate of the distance.
 
-    For a speed it is the speed itself in its direction; for a compliant flank see `_flank_left`.
-    rates (y,): y'.
+    For a speed, the distance is the speed in the direction of its mode; for a compliant flank see
+    `_flank_left`. rates (y,): y'.
     """
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     if index < n:
@@ -110,8 +110,8 @@ def is_broken(
     """Return True if a guard has been passed.
 
     An open flank or stop counts if it moves in, or if it had not passed its end at the step's
-    beginning. One that begins beyond its end has just been left. begin: guards at the step's
-    beginning.
+    beginning. A flank or stop that begins beyond its end has just been left. begin: guards at the
+    step's beginning.
     """
     if guard[index] >= BROKEN:
         return False
@@ -178,7 +178,7 @@ def first_dip(
 ) -> float:
     """Return the first time in a step at which a guard may be passed and intact again later.
 
-    It applies to speeds, open flanks and stops. Without such a time, the result is h.
+    The search covers guards of speeds, open flanks and stops. Without such a time, the result is h.
     """
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     shortest = h

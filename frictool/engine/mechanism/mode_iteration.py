@@ -40,7 +40,7 @@ def stop_tree(k: IntVector, place: int, p: Vector, y: Vector, modes: IntVector) 
 def align(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
     """Give blocks that move together consistent speeds, and hold blocks at their end stops.
 
-    This keeps rounding errors from growing in the speeds between them.
+    Otherwise rounding errors would accumulate in the relative speeds of these blocks.
     """
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
@@ -62,9 +62,9 @@ def align(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
 def _jam(
     k: IntVector, p: Vector, place: int, state: MechanismState, now: float, events: EventRows
 ) -> bool:
-    """Stop a jammed part at once, as in an impact; parts that it only pushes fly on.
+    """Stop a jammed part at once, as in an impact; parts that it only pushes keep their speed.
 
-    Returns False if it is already at rest.
+    Returns False if the jammed part is already at rest.
     """
     n = k[ly.BLOCKS]
     root = ly.block_at(k, place)
@@ -117,8 +117,8 @@ _modes_at_instant = ac.call_by_address(MODES_AT_INSTANT)
 def settle(machine: CompiledMechanism, state: MechanismState, t: float, events: EventRows) -> int:
     """Determine the modes, t [s] after the command; return a status of engine/status.py.
 
-    Fills the rows 0 of slopes and powers, and GUARD, for these modes. Called by address, as `field`
-    is.
+    Fills the rows 0 of slopes and powers, and GUARD, for these modes. The kernel is called by its
+    address, as `field` is.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.SETTLE]
     status: int = _modes_at_instant(address, machine, state, t, events)

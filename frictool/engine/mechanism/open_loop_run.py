@@ -21,10 +21,10 @@ ROOM_FOR_EVENTS = 100_000
 
 @dataclass(frozen=True)
 class MechanismRun:
-    """Result of a run; columns are samples, the first one is the beginning.
+    """Result of a run; columns are samples, and the first column is the initial state.
 
     status: engine/status.py. Values after `reached` [s] are NaN. events: rows of
-    engine/mechanism/events.py; `happened` also counts those that did not fit.
+    engine/mechanism/events.py; happened: number of events, including the events that did not fit.
     """
 
     status: int

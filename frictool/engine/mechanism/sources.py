@@ -1,4 +1,4 @@
-"""Drives of the sources during a call: limited commands, and drives that lag behind them."""
+"""Drives of the sources during a call: limited commands, and drives that lag behind commands."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from frictool.typing import IntVector, Vector
 
 @inset_kernel
 def source_limits(k: IntVector, p: Vector, source: int, y: Vector) -> tuple[float, float]:
-    """Return the lowest and highest drive of a source, by its limit and its winding's.
+    """Return the lowest and highest drive of a source, by its own limit and its winding's limit.
 
-    The winding's limit depends on the speed.
+    The limit of a winding depends on the speed.
     """
     row = ly.source_row(k, source)
     speed = y[k[ly.BLOCKS] + ly.source_block(k, source)]
@@ -38,7 +38,7 @@ def take_inputs(
 ) -> None:
     """Fill `inputs` with limited commands, drives, and efforts held on blocks.
 
-    The limits are those of the speeds at the beginning.
+    The limits are computed for the speeds at the beginning.
     """
     n, u = k[ly.BLOCKS], k[ly.SOURCES]
     for s in range(u):

@@ -55,7 +55,7 @@ OPEN, RIGID = 0, 2
 LAW_STEP = 1e-5  # s, default step of hybrid and banded laws
 
 # rows of Workspace.slopes and Workspace.powers: the stages of a step, AFTER at its end
-# (dormand_prince8.py), three for its path, and the path itself
+# (dormand_prince8.py), three for the dense output, and the coefficients of the dense output
 PATH = SLOPES
 # rows of Workspace.lines
 INPUTS = 0  # (2 u + n,): commands, drives at the beginning, efforts held on blocks
@@ -74,9 +74,9 @@ PLACES = 3
 
 
 class Workspace(NamedTuple):
-    """Arrays in which the kernels work; their content is valid within one call only.
+    """Work arrays of the kernels; the content of the arrays is valid within one call only.
 
-    They are few, which is quick to compile and to pass; rows may be longer than needed.
+    A few large arrays are quick to compile and to pass; rows may be longer than needed.
     """
 
     w: Vector  # (WORK_ROWS, blocks or joints): workspace_rows.py

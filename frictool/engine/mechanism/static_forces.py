@@ -25,9 +25,9 @@ from frictool.typing import IntVector, Vector
 def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
     """Fill NEED and NEED_HIGH with Lambda(0) of all members; return False if no forces fit `sided`.
 
-    sided: self-locking joints are loaded on the side of their kinks that their branch gives. Those
-    of branch 0 are at their kinks, or loaded on the side on which they drive while the root moves
-    `towards`.
+    sided: True if each self-locking joint must be loaded on the side of its kink that its branch
+    gives. A joint with branch 0 is then at its kink, or loaded on the side on which it drives while
+    the root moves `towards`.
     """
     k, p, modes, members, _, w = tree
     n = k[ly.BLOCKS]
@@ -96,7 +96,7 @@ def force_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> tuple[float, fl
 
 @inset_kernel
 def side_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> int:
-    """Return the side of its kink, +1 or -1, on which the joint of a member at rest is loaded.
+    """Return the side of the kink, +1 or -1, on which the joint of a member at rest is loaded.
 
     The result is 0 if friction beyond the joint may take the load.
     """
@@ -110,7 +110,7 @@ def side_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> int:
 def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
     """Return the direction in which a tree at rest breaks away, 0 if it stays.
 
-    It follows from NEED and NEED_HIGH of the root.
+    The direction follows from NEED and NEED_HIGH of the root.
     """
     slack = slack_at(k, p, w, root)
     if w[rows.NEED_HIGH, root] < -slack:
@@ -120,7 +120,7 @@ def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
 
 @inset_kernel
 def unload(tree: JointTree) -> bool:
-    """Set branch 0 of the self-locking joints whose branch is not that of their load at rest.
+    """Set branch 0 for each self-locking joint whose branch is not the side of its load at rest.
 
     Returns True if there are self-locking joints.
     """
@@ -140,7 +140,7 @@ def unload(tree: JointTree) -> bool:
 
 @inset_kernel
 def stays_loaded(tree: JointTree, towards: float) -> bool:
-    """Return True if a tree can rest with its self-locking joints loaded as their branches say.
+    """Return True if a tree can rest with its self-locking joints loaded on their branches' sides.
 
     See `gather_rest`.
     """

@@ -1,10 +1,10 @@
 """Simultaneous solution of one tree of joints with all its touching contacts.
 
-Dynamic programming on Gauss's principle, as in Vereshchagin (1974); without contacts it is the
-articulated-body recursion of articulated_body.py. Each subtree is described by one function:
-Lambda(x), the effort that it needs for the acceleration x of its root. Through a rigid joint, the
-child has the acceleration ratio x. Through a flank, which can only push, the child's need counts
-only if it is a push, max(0, Lambda_child(ratio x)); otherwise the child separates.
+The method is dynamic programming on Gauss's principle, as in Vereshchagin (1974); without contacts
+it is the articulated-body recursion of articulated_body.py. Each subtree is described by one
+function: Lambda(x), the effort that it needs for the acceleration x of its root. Through a rigid
+joint, the child has the acceleration ratio x. Through a flank, which can only push, the child's
+need counts only if it is a push, max(0, Lambda_child(ratio x)); otherwise the child separates.
 
 Each step of the recursion keeps Lambda a rising, piecewise linear graph: m x rises, Coulomb
 friction at rest is a vertical piece at x = 0, and the loss of a link that its load can drive rises
@@ -17,8 +17,8 @@ A breakaway above the Coulomb friction makes the graph fall at x = 0: a tree tha
 does so, and any other starts with its friction in slip.
 
 A self-locking link also makes the graph fall, so that 0 = Lambda(x) may have several solutions, or
-none (Painleve). Then `follow` and `_leaves_unloaded` choose as a stiff compliant link with damping
-does.
+none (Painleve). Then `follow` and `_leaves_unloaded` choose the solution that a stiff compliant
+link with damping would reach.
 """
 
 from __future__ import annotations
@@ -103,12 +103,12 @@ def _spread_ratios(tree: JointTree) -> None:
 
 @inset_kernel
 def _leaves_unloaded(tree: JointTree, gross: float) -> tuple[bool, float, float]:
-    """Return (leaves, direction, acceleration) of a tree at rest with self-locking joints.
+    """Return (leaves, direction, acceleration) of a tree at rest whose self-locking joints unload.
 
     A self-locking joint holds its driver only by its load. The load at rest may be on another side
     than before, or a run may begin without load. Then the force passes 0, and any effort makes the
     driver slip. The driver rests if the load holds it on the side on which the joint then drives.
-    Otherwise it moves on, if such a motion exists.
+    Otherwise the driver keeps moving, if such a motion exists; then `leaves` is True.
     """
     k, p, _, members, _, w = tree
     if stays_loaded(tree, 0.0):
@@ -167,7 +167,7 @@ def _force_in_motion(
 
 @inset_kernel
 def _bind(tree: JointTree, i: int, x: float, towards: float, rests: bool) -> None:
-    """Set the side of its kink on which a member's joint is, and open a flank that would pull."""
+    """Set the side of the kink on which a member's joint is; open its flank if it would pull."""
     k, p, modes, _, _, w = tree
     n = k[ly.BLOCKS]
     j = k[ly.JOINTS]

@@ -70,7 +70,7 @@ def _add(
 
 @inset_kernel
 def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) -> None:
-    """Fill `point` with the point of a stage; for stage AFTER, with the step's end.
+    """Fill `point` with the state at a stage; for stage AFTER, with the state at the step's end.
 
     y (n,), point (n,) or longer, slopes (.., n).
     """
