@@ -1,11 +1,13 @@
 """Setting of a comparison on an identified actuator, from its model and bench.
 
-Parameters that model and bench do not contain follow from table 3.1 by similarity. T_s is the
-sample period and delta_x the encoder's step.
+The model and the bench do not contain all parameters of a comparison. The others are those of table
+3.1, scaled to the actuator's units of length and time. T_s is the sample period, and delta_x is the
+encoder's step. `fall` is the relative fall of the friction after breakaway: 1 with table 3.1.
 
 unit of time   (m/sigma_v)/2.5, or less to stay within the bench's travel and top speed
-v_s            1e-3 fall length/time, like the speeds of the tests; at most delta_x p0/5
-z_max          1e-5 fall length; k_1 = sigma_0 = F_s/z_max, k_2 = sigma_1 = 2 sqrt(m k_1)  (3.35)
+v_s            1e-3 fall (unit of length)/(unit of time); at most delta_x p0/5
+z_max          1e-5 fall (unit of length)
+k_1, k_2       k_1 = sigma_0 = F_s/z_max, k_2 = sigma_1 = 2 sqrt(m k_1)                  (3.35)
 p0             5/T_s                                                                      (3.8)
 Sigma          4 v_s, and thus below delta_x p0                                    (3.2), (3.10)
 dv             v_s, Karnopp's band

@@ -61,7 +61,10 @@ class IdentificationMethod:
         settings: IdentificationSettings,
         terms: tuple[str, ...],
     ) -> SlidingFit:
-        """Return the fit with these load terms; raise UnusableLogs as the method does."""
+        """Return the fit with these load terms.
+
+        Raises UnusableLogs if this identification method cannot use the records.
+        """
         if self.known_terms is not None:
             return self._function(self.known_terms)(records, bench, settings, terms)
         from frictool.identify.rows.load_terms import bench_with_terms

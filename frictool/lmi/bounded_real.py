@@ -192,7 +192,10 @@ class BoundedRealInequalities:
         return inequalities
 
     def _coupling(self, count: int, b: float | None) -> AffineConstraint:
-        """Return [R' bI; bI S']; if b is None, b is the vector's entry after R' and S'."""
+        """Return the constraint matrix [R' bI; bI S'].
+
+        If `b` is None, b is an unknown: the entry after R' and S' in the vector of unknowns.
+        """
         n, (i, j) = self.n, upper_triangle(2 * self.n)
         side = np.block([[np.zeros((n, n)), np.eye(n)], [np.eye(n), np.zeros((n, n))]])
         columns = np.zeros((len(i), count))

@@ -179,10 +179,10 @@ class GridInequalities:
     def weights(self, block: int, values: Values) -> list[tuple[Vector, Vector]]:
         """Return the weights of the basis terms of X (block 0) or Y (block 1), per distinct motion.
 
-        Each entry is a pair (w1, w2): the terms weighted with w1 add up to the v in products with
-        the plant, those weighted with w2 to the v of e v e'. In continuous time the latter is the
-        derivative of X, or minus the derivative of Y. In discrete time w1 and w2 belong to the two
-        ends of a step.
+        Each entry is a pair (w1, w2) of weights. The sum of the terms with w1 is the matrix that is
+        multiplied by matrices of the plant. The sum with w2 is the matrix v in the term e v e'. In
+        continuous time, v is the derivative of X, or minus the derivative of Y. In discrete time,
+        w1 and w2 belong to the two ends of a step.
         """
         basis = self.bases[block]
         pairs = []

@@ -6,8 +6,8 @@
     disc of poles         p = (s - c)/r        abs(p) < 1    abs(s - c) < r
 
 A norm that is bounded on the boundary of the region, with every pole inside it, is also bounded on
-the imaginary axis or the unit circle (maximum modulus). One inequality in p therefore demands both
-the region and the norm.
+the imaginary axis or the unit circle (maximum modulus). A single inequality in p therefore
+guarantees two properties: every pole is inside the region, and the norm is below its bound.
 """
 
 from __future__ import annotations

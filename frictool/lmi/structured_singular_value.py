@@ -203,7 +203,10 @@ class _ArcCover:
         return loop, np.array([angle]), performance
 
     def scalings(self, loop: Lti, angles: NDArray[np.float64], level: float) -> Vector | None:
-        """Return unknowns with Phi < 0 at all angles and D > 0 by eigenvalues, or None."""
+        """Return unknowns with Phi < 0 at all angles and D > 0, or None if the solver finds none.
+
+        The eigenvalues of Phi and D confirm both inequalities.
+        """
         m = _responses(loop, angles)
         terms = np.array(
             [

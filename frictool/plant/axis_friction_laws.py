@@ -163,8 +163,9 @@ def _lifted(side: AxisFrictionLevels) -> AxisFrictionLevels:
 def _maps(
     shape: FrictionPositionShape, sides: tuple[AxisFrictionLevels, AxisFrictionLevels]
 ) -> Vector:
-    """Return coefficients of F_c backward, forward, F_s backward, forward, MAX_TERMS each.
+    """Return the polynomial coefficients (4, MAX_TERMS) of friction over position, in N m | N.
 
+    The rows are F_c backward, F_c forward, F_s backward and F_s forward.
     Raises ValueError if 0 <= F_c <= F_s does not hold.
     """
     out, over = np.zeros((4, MAX_TERMS)), (shape.low, shape.high)

@@ -1,14 +1,16 @@
 """Test commands of the simulation check, the same for every mechanism of the chain.
 
-A run starts at rest at one of five positions of the travel, in either direction:
+A run starts at rest at one of five positions of the travel. Its first move goes forward or
+backward. The command of a run is:
 
-- a step beyond the breakaway that moves an eighth of the travel, and a rest,
+- a step beyond the breakaway that moves the axis by an eighth of the travel, and a rest,
 - a ramp until the axis breaks away and slips, and a rest,
-- the same in the other direction.
+- the same step and ramp in the opposite direction.
 
 Backlash thus opens and closes, and the friction of both directions acts. Commands are in the
-drive's unit and are held over a sample. If friction vanishes along a step, the run ends before this
-step, because the stopping position would be a quotient of two small numbers.
+drive's unit and are held over a sample. If friction almost vanishes along the path of a step, the
+command ends before this step. The stopping position would otherwise be a quotient of two small
+numbers.
 """
 
 from __future__ import annotations

@@ -47,7 +47,7 @@ class CertificateLoop:
 
     @property
     def inner(self) -> list[str]:
-        """Names of the controller's states; a section has 0 to 2 states, as its order."""
+        """Names of the controller's states; a section of order n (0 to 2) has n states."""
         if not self.sections:
             return [f"controller {k}" for k in range(len(self.controller.a))]
         return [

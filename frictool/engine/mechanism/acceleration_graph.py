@@ -99,7 +99,8 @@ def evaluate(tree: JointTree, x: float, towards: float) -> None:
 def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
     """Return (True, x) with Lambda(x) = 0, or (False, x) if Lambda does not increase at the zero.
 
-    If the root starts from rest, x is restricted to the direction `towards`: x * towards >= 0.
+    x is the acceleration of the tree's root block. If this block starts from rest, `towards` is the
+    direction of its motion, and x * towards >= 0 holds.
     """
     k, members, w = tree.k, tree.members, tree.w
     root = ly.block_at(k, members[0])

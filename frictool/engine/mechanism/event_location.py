@@ -56,7 +56,10 @@ def _is_there(
     index: int,
     count: int,
 ) -> bool:
-    """Return True if the leading guard is at its target, and no other guard is passed further."""
+    """Return True if the leading guard is at its target, and no other guard has been passed.
+
+    A guard of a force can count as passed below FAR, a guard of a speed or position below BROKEN.
+    """
     if is_forced(k, modes, index):
         if not FAR <= guard[index] < BROKEN:
             return False

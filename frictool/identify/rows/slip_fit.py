@@ -112,8 +112,9 @@ def slipping_fit(
 def _own_share(samples: RegressionSamples) -> float:
     """Return the rms share of the acceleration that the other columns do not explain.
 
-    The share is 1 if no declared load depends on the position. Such a load may take the inertia's
-    part in the fit, because its column has less noise than the acceleration.
+    The share is 1 if no declared load depends on the position. If a load depends on the position,
+    the fit may attribute effort of the inertia to this load, because the load's column has less
+    noise than the acceleration.
     """
     if not any(name in samples.loads for term in (SPRING, *HARMONICS) for name in TERMS[term]):
         return 1.0

@@ -19,7 +19,10 @@ QUANTILE = 1.96  # of a normal distribution: the bench's interval is taken as a 
 
 
 def scale_of(model: Model) -> EstimateRange | None:
-    """Return the factor on all estimates, around 1, by the bench's range; None without a range."""
+    """Return the range of a common factor of all estimates; None if the bench gives no range.
+
+    The factor follows from the bench's range of the actuator's constant, and is 1 at its value.
+    """
     known = model.bench.actuator.constant
     low, high = known.interval
     return EstimateRange(1.0, known.value / high, known.value / low) if 0.0 < low < high else None
