@@ -84,7 +84,7 @@ def test_a_kernel_that_fails_to_compile_leaves_no_lock(
     def wrong(x: Any) -> Any:
         return x.nothing
 
-    store = wrong._cache  # type: ignore[attr-defined]
+    store = wrong._cache  # type: ignore[attr-defined]  # a private field of numba
     assert isinstance(store, KernelStore)
     with pytest.raises(Exception, match="nothing"):
         wrong(1.0)

@@ -49,9 +49,9 @@ def json_format_schema(name: str) -> dict[str, Any]:
 
 def _type(title: str, kind: Any) -> Any:
     if isinstance(kind, list):
-        return list[_type(title, kind[0])]  # type: ignore[misc]
+        return list[_type(title, kind[0])]  # type: ignore[misc]  # made at run time
     if isinstance(kind, dict) and "*" in kind:
-        return dict[str, _type(title, kind["*"])]  # type: ignore[misc]
+        return dict[str, _type(title, kind["*"])]  # type: ignore[misc]  # made at run time
     if isinstance(kind, dict):
         return _record(title, kind)
     base = kind.removesuffix("~")

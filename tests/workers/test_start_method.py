@@ -66,6 +66,7 @@ def test_work_is_shared_and_lost_work_done_again_without_a_fork_server(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     expected = dict(share(series, range(12), cores=1))
+    # a private table of multiprocessing, which typeshed does not list
     monkeypatch.delitem(context._concrete_contexts, "forkserver")  # type: ignore[attr-defined]
     monkeypatch.setattr("multiprocessing.get_all_start_methods", lambda: ["spawn"])
     assert start_method() == "spawn"

@@ -23,7 +23,7 @@ INDEX_ROWS: Any = types.int64[:, ::1]
 
 def record_type(record: type, *fields: Any) -> Any:
     """Return the numba type of a NamedTuple class with fields of these numba types."""
-    return types.BaseTuple.from_types(fields, record)  # type: ignore[no-untyped-call]
+    return types.BaseTuple.from_types(fields, record)  # type: ignore[no-untyped-call]  # numba has no types
 
 
 def function_type(result: Any, *arguments: Any) -> Any:

@@ -70,7 +70,7 @@ class CountedBytes:
         self._counted = 0
         more = self._held[left : min(PIECE, left + self._size - self.offset)]
         # a buffered file has readinto, BinaryIO does not declare it
-        self._end += self._stream.readinto(more)  # type: ignore[attr-defined]
+        self._end += self._stream.readinto(more)  # type: ignore[attr-defined]  # a binary file has it
 
     def _taken_at_once(self, length: int) -> bytes:
         """Return the next `length` bytes, which are more than the buffer contains."""

@@ -1,6 +1,6 @@
 """Unwrapping of positions and references that a sensor shows modulo a period, block by block.
 
-Of the two steps that are possible modulo the period P, the shorter one is taken:
+The shorter of the two steps that are possible modulo the period P is taken:
 
     x[k] = y[k] - P n[k],   n[k] = n[k-1] + round((y[k] - y[k-1]) / P)
 
