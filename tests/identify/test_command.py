@@ -314,6 +314,7 @@ def test_a_missing_channel_is_a_wrong_file(tmp_path: Path) -> None:
     ("options", "words"),
     [
         (("--window", "20"), "even"),
+        (("--method", "recursive", "--forgetting", "1.01"), "0.0<x<=1.0"),  # would grow
         (("--cutoff-hz", "50"), "inverse-dynamic"),
         (("--method", "inverse-dynamic", "--window", "21"), "least-squares"),
         (("--confidence", "1.5"), "confidence"),

@@ -92,6 +92,14 @@ def test_what_a_constant_effort_does_say_is_kept(tmp_path: Path) -> None:
     assert constant_stretches(record(*play(LIGHT, pushes)), bench)[0] == []
 
 
+def test_an_arm_that_swings_under_three_constant_efforts_is_kept(tmp_path: Path) -> None:
+    """Each effort holds through several strokes and changes the acceleration; one level would be a
+    saturated measurement, three are steps."""
+    arm = Arm(coulomb=0.02, breakaway=0.022, viscous=0.01, gravity=3.3, counts=65536)
+    swing = record(*play(arm, np.repeat([0.5, 1.3, 0.9], 4000)), arm)
+    assert constant_stretches(swing, bench_of(tmp_path, arm))[0] == []
+
+
 @pytest.mark.parametrize("seed", range(4))
 def test_a_current_of_few_steps_against_dry_friction_is_kept(tmp_path: Path, seed: int) -> None:
     """A coarse converter shows a constant effort if friction takes nearly all of it; such a log is
