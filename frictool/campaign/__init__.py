@@ -9,6 +9,9 @@ if TYPE_CHECKING:
     from frictool.campaign.campaign_run import CampaignResult as CampaignResult
     from frictool.campaign.campaign_run import campaign as campaign
     from frictool.campaign.statistics.findings import Findings as Findings
+    from frictool.campaign.trials.controller_judge import ControllerJudge as ControllerJudge
+    from frictool.campaign.trials.controller_judge import PlayedVerdict as PlayedVerdict
+    from frictool.campaign.trials.controller_judge import plants_of_model as plants_of_model
     from frictool.campaign.trials.worst_case import WorstCase as WorstCase
 else:
     __getattr__, __dir__, __all__ = lazy_exports(
@@ -16,6 +19,7 @@ else:
         {
             "campaign_run": ["CampaignRequest", "CampaignResult", "campaign"],
             "statistics.findings": ["Findings"],
+            "trials.controller_judge": ["ControllerJudge", "PlayedVerdict", "plants_of_model"],
             "trials.worst_case": ["WorstCase"],
         },
     )

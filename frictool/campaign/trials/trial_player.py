@@ -45,11 +45,40 @@ class CampaignSetting(NamedTuple):
     number: Number
 
 
-class TrialPlayer:
+class ScenarioJudge:
+    """Judge of scenarios with the plant and the controller of one setting."""
+
+    def __init__(self, setting: CampaignSetting) -> None:
+        self.setting = setting
+
+    @cached_property
+    def test(self) -> StepTest[Any]:
+        """Closed loop of plant and controller, prepared for all scenarios."""
+        return StepTest(
+            plant_of(self.setting.plant),
+            self.setting.controller,
+            self.setting.names,
+            self.setting.number,
+        )
+
+    @cached_property
+    def _loop(self) -> JudgedLoop:
+        """Loop of the controller, whose margins each run evaluates with its plant."""
+        return JudgedLoop(self.setting.controller)
+
+    def judged(self, scenario: Scenario) -> tuple[Requirement, ...]:
+        """Return the judged requirements of a scenario, in the order of the specification."""
+        setting = self.setting
+        log = self.test.log(scenario, recorded=setting.recorded, with_speed=False)
+        return log_requirements(setting.spec, log, setting.controller.bench, self._loop)
+
+
+class TrialPlayer(ScenarioJudge):
     """Player of draws of `space` with the noise of `seed`."""
 
     def __init__(self, setting: CampaignSetting, space: FactorSpace, seed: int) -> None:
-        self.setting, self.space, self.seed = setting, space, seed
+        super().__init__(setting)
+        self.space, self.seed = space, seed
 
     def __getstate__(self) -> dict[str, Any]:
         return {
@@ -62,21 +91,6 @@ class TrialPlayer:
         """Return the judged trial of `job`, a draw's (index, point (d,) in the unit cube)."""
         draw, unit = job
         return self.played(np.array(unit), draw)
-
-    @cached_property
-    def test(self) -> StepTest[Any]:
-        """Closed loop of plant and controller, prepared for all trials."""
-        return StepTest(
-            plant_of(self.setting.plant),
-            self.setting.controller,
-            self.setting.names,
-            self.setting.number,
-        )
-
-    @cached_property
-    def _loop(self) -> JudgedLoop:
-        """Loop of the controller, whose margins each trial evaluates with its drawn plant."""
-        return JudgedLoop(self.setting.controller)
 
     def scenario(self, unit: Vector, noise: int) -> Scenario:
         """Return the scenario at `unit` (d,) with the noise of draw `noise`."""
@@ -107,12 +121,6 @@ class TrialPlayer:
         Raises FrictoolError if the run cannot be simulated or the documents do not fit together.
         """
         return self.judged(nominal_of(self.setting.scenario))
-
-    def judged(self, scenario: Scenario) -> tuple[Requirement, ...]:
-        """Return the judged requirements of a scenario, in the order of the specification."""
-        setting = self.setting
-        log = self.test.log(scenario, recorded=setting.recorded, with_speed=False)
-        return log_requirements(setting.spec, log, setting.controller.bench, self._loop)
 
 
 def plant_of(document: Model | Mechanism) -> SimulatedPlant[Any]:

@@ -1,0 +1,259 @@
+"""Judge of controllers: it plays fixed plants through one scenario and compares with the limits.
+
+    model, scenario, spec, plants ──ControllerJudge──▶ prepared once
+    controller ──────────────────────▶ called ───────▶ PlayedVerdict: figure and reserve per plant
+
+A search over controllers calls the judge once per candidate. Plants, reference, disturbances and
+noise stay the same, so that the figures of two candidates can be compared.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from msgspec.structs import replace
+
+from frictool.campaign.draws.drawn_scenario import nominal_of
+from frictool.campaign.trials.trial_player import (
+    CampaignSetting,
+    ScenarioJudge,
+    plant_of,
+    trial_of,
+)
+from frictool.campaign.trials.trials import MET, UNDECIDED, Marks, MetricLimit, TrialResult
+from frictool.documents.controller import Controller, Number
+from frictool.documents.mechanism import Mechanism
+from frictool.documents.metric_table import REQUIREMENTS
+from frictool.documents.model import Model
+from frictool.documents.quantity import Quantity
+from frictool.documents.scenario import Scenario
+from frictool.documents.spec import Spec
+from frictool.errors import FrictoolError
+from frictool.report.worst_hold import limit_of
+from frictool.simulate.axis_variants import variants_of
+from frictool.simulate.document_agreement import DocumentNames
+from frictool.typing import Vector
+
+PlantValues = Mapping[str, float]  # parameter, as under `given` of a scenario -> value [SI]
+
+
+@dataclass(frozen=True)
+class PlayedRequirement:
+    """Requirement with its worst figure over the played plants.
+
+    Attributes
+    ----------
+    metric : MetricLimit
+        Name, key, unit and limit.
+    value : float
+        Worst value in SI (a ratio in %); infinite for a failure without a number, NaN if no plant
+        has a value.
+    reserve : float
+        Smallest relative distance to the limit (`relative_reserve`), negative if it is broken.
+    plant : int
+        Index of the plant with this value; -1 if no plant has a value.
+    met : bool or None
+        True if every plant meets the limit, False if one breaks it, else None.
+    """
+
+    metric: MetricLimit
+    value: float
+    reserve: float
+    plant: int
+    met: bool | None
+
+
+@dataclass(frozen=True)
+class PlayedVerdict:
+    """Figures of one controller on p plants against r requirements.
+
+    Attributes
+    ----------
+    metrics : tuple of MetricLimit
+        The requirements of the specification that a run can decide, in its order.
+    plants : tuple of int
+        Indices of the played plants.
+    values, reserves : ndarray, shape (p, r)
+        Worst value of each run in SI, and its relative distance to the limit. NaN if undecided.
+    met : ndarray, shape (p, r)
+        MET 1, BROKEN 0 or UNDECIDED -1.
+    failed : mapping
+        Index of a plant that could not be simulated -> reason. Its figures are NaN.
+    """
+
+    metrics: tuple[MetricLimit, ...]
+    plants: tuple[int, ...]
+    values: Vector
+    reserves: Vector
+    met: Marks
+    failed: Mapping[int, str]
+
+    @property
+    def requirements(self) -> tuple[PlayedRequirement, ...]:
+        """Worst figure of each requirement, in the order of the specification."""
+        return tuple(self._worst(index) for index in range(len(self.metrics)))
+
+    @property
+    def reserve(self) -> float:
+        """Smallest reserve of all figures: 0 or more if every decided requirement is met.
+
+        -inf if a plant could not be simulated, NaN if nothing was decided.
+        """
+        if self.failed:
+            return -math.inf
+        known = self.reserves[~np.isnan(self.reserves)]
+        return float(known.min()) if known.size else math.nan
+
+    @property
+    def passed(self) -> bool:
+        """True if every plant was simulated and no figure is outside its limit."""
+        return not self.failed and not np.any(self.met == 0) and bool(np.any(self.met == MET))
+
+    def _worst(self, index: int) -> PlayedRequirement:
+        met = self.met[:, index]
+        reserves = self.reserves[:, index]
+        known = ~np.isnan(reserves)
+        decided = True if np.all(met == MET) else False if np.any(met == 0) else None
+        if not known.any():
+            return PlayedRequirement(self.metrics[index], math.nan, math.nan, -1, decided)
+        row = int(np.argmin(np.where(known, reserves, np.inf)))
+        value = float(self.values[row, index])
+        return PlayedRequirement(
+            self.metrics[index], value, float(reserves[row]), self.plants[row], decided
+        )
+
+
+class ControllerJudge:
+    """Judge of controllers on fixed plants in one scenario.
+
+    Parameters
+    ----------
+    plant : Model or Mechanism
+        The nominal plant.
+    scenario : Scenario
+        The test; its `variants`, `plants` and `spread` are not used.
+    spec : Spec
+        The requirements.
+    plants : sequence of mappings
+        Values of each plant that differ from the nominal plant, by name [SI]; an empty mapping is
+        the nominal plant. `plants_of_model` returns corners and random plants of a model.
+    number : {"double", "float", "q31", "q15"}
+        Number format of the controllers.
+    """
+
+    def __init__(
+        self,
+        plant: Model | Mechanism,
+        scenario: Scenario,
+        spec: Spec,
+        plants: Sequence[PlantValues],
+        number: Number = "double",
+    ) -> None:
+        self.plant, self.spec, self.number = plant, spec, number
+        base = nominal_of(scenario)
+        units = {name: one.unit for name, one in plant_of(plant).ranges().items()}
+        self.scenarios = tuple(
+            replace(
+                base,
+                variants="given",
+                given={
+                    **base.given,
+                    **{name: Quantity(value=v, unit=units[name]) for name, v in values.items()},
+                },
+                seed=base.seed + index,
+            )
+            for index, values in enumerate(plants)
+        )
+        self.metrics = tuple(
+            MetricLimit(
+                metric.requirement_name,
+                key,
+                metric.unit(spec),
+                limit_of(spec, key),
+                ">=" if key == "modulus_margin" else "<=",
+            )
+            for key, metric in REQUIREMENTS.items()
+            if getattr(spec, key) is not None
+        )
+
+    def __call__(self, controller: Controller, only: Sequence[int] | None = None) -> PlayedVerdict:
+        """Return the figures of a controller.
+
+        Parameters
+        ----------
+        controller : Controller
+            The candidate.
+        only : sequence of int, optional
+            Indices of the plants to play; by default all.
+
+        Raises
+        ------
+        FrictoolError
+            If plant, controller and scenario do not fit together.
+        """
+        chosen = tuple(range(len(self.scenarios)) if only is None else only)
+        setting = CampaignSetting(
+            self.plant, controller, self.scenarios[0], self.spec, None, DocumentNames(), self.number
+        )
+        judge = ScenarioJudge(setting)
+        judge.test.reference(self.scenarios[0])  # raises the errors that every plant would have
+        return self._verdict(chosen, [self._played(judge, plant) for plant in chosen])
+
+    def _played(self, judge: ScenarioJudge, plant: int) -> TrialResult:
+        try:
+            return trial_of(plant, judge.judged(self.scenarios[plant]))
+        except FrictoolError as error:
+            return TrialResult(plant, (), (), str(error))
+
+    def _verdict(self, plants: tuple[int, ...], trials: Sequence[TrialResult]) -> PlayedVerdict:
+        shape = (len(plants), len(self.metrics))
+        values = np.full(shape, math.nan)
+        met = np.full(shape, UNDECIDED, dtype=np.int8)
+        for row, trial in enumerate(trials):
+            if not trial.failed:
+                values[row], met[row] = trial.metric_values, trial.met
+        reserves = np.array(
+            [
+                [relative_reserve(one, value) for one, value in zip(self.metrics, row, strict=True)]
+                for row in values
+            ]
+        ).reshape(shape)
+        failed = {trial.draw: trial.failed for trial in trials if trial.failed}
+        return PlayedVerdict(self.metrics, plants, values, reserves, met, failed)
+
+
+def relative_reserve(metric: MetricLimit, value: float) -> float:
+    """Return the distance of a value to its limit, relative to the limit.
+
+    It is 0 at the limit, negative beyond it, and NaN if there is no value. If the limit is 0, the
+    distance is not divided.
+    """
+    inside = metric.limit - value if metric.relation == "<=" else value - metric.limit
+    return inside / metric.limit if metric.limit > 0.0 else inside
+
+
+def plants_of_model(model: Model, scenario: Scenario, random: int = 0) -> list[dict[str, float]]:
+    """Return the nominal plant, the corners of the model's ranges, and random plants.
+
+    Parameters
+    ----------
+    model : Model
+        The model with its ranges.
+    scenario : Scenario
+        The test, whose seed draws the random plants.
+    random : int
+        Number of random plants. Plant number i of a seed is the same for any number of plants.
+
+    Returns
+    -------
+    list of dict
+        Values of each plant [SI] by name; empty for the nominal plant.
+    """
+    base = replace(scenario, variants="nominal", given={}, plants=None)
+    played = variants_of(model, replace(base, variants="vertices"))
+    if random:
+        played += variants_of(model, replace(base, variants="random", plants=random))[1:]
+    return [dict(variant.values) for variant in played]
