@@ -14,7 +14,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 import msgspec
 
 from frictool.documents.bench import PositiveNumber
-from frictool.documents.quantity import SI_UNITS, NonNegativeLength, positive, si_unit
+from frictool.documents.quantity import (
+    SI_UNITS,
+    NonNegativeLength,
+    PositiveLength,
+    PositiveTime,
+    positive,
+    si_unit,
+)
 
 if TYPE_CHECKING:
     from frictool.documents.spec import Spec
@@ -57,6 +64,17 @@ class Energy(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     limit: PositiveNumber
 
 
+class Settling(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Limit of the time after a profile until the axis stays at its target.
+
+    - `within`: Largest error of a settled axis.
+    - `limit`: Longest time from the end of the profile until the error stays within `within`.
+    """
+
+    within: PositiveLength
+    limit: PositiveTime
+
+
 @dataclass(frozen=True, eq=False)
 class Metric:
     """Metric of a hold, of a whole stream or of a closed loop, and the requirement on it.
@@ -74,7 +92,7 @@ class Metric:
     - key: key of a specification that limits or needs the metric, if there is one
     - limit: type of the key's value; None if another metric has the key. The value is a number with
       its unit in the key's name (`PositiveNumber` of `rise_time_s`), a quantity
-      (`positive(dimension)`), or a record whose `limit` is either (`Energy`, which has a window)
+      (`positive(dimension)`), or a record whose `limit` is either (`Energy`, `Settling`)
     - meaning: meaning of the key, for the schema
     - requirement: name of the requirement in a verdict, from which its title follows; by default
       name and title are those of the metric
@@ -360,19 +378,45 @@ METRICS = (
         "tracking_error_peak",
         "largest error",
         "position",
-        "largest distance of the position from the reference, at rest or in motion",
+        "largest distance of the position from the reference, or from the profile towards it if "
+        "the log has one, at rest or in motion",
         scope="stream",
         compute="tracking_error.tracking_error_peak",
         needs=("tracking",),
+        key="tracking_error_peak",
+        limit=positive("position"),
+        meaning="Largest distance from a moving reference, or from the controller's profile.",
+        rank=14,
     ),
     Metric(
         "tracking_error_rms",
         "rms error",
         "position",
-        "root mean square of reference - position over the whole record",
+        "root mean square of the distance of the position from the reference, or from the profile "
+        "towards it if the log has one, over the whole record",
         scope="stream",
         compute="tracking_error.tracking_error_rms",
         needs=("tracking",),
+        key="tracking_error_rms",
+        limit=positive("position"),
+        meaning="Largest rms distance from a moving reference, or from the controller's profile.",
+        rank=15,
+    ),
+    Metric(
+        "settling_after_profile",
+        "settling after a profile",
+        "time",
+        "longest time from the end of a motion of the reference, or of the profile if the log has "
+        "one, to the first sample from which the error stays, until the reference changes again, "
+        "within settling_after_profile.within of the specification, or within one sensor step if "
+        "that is more; infinite if the last sample is outside",
+        scope="stream",
+        compute="settling_after_profile.settling_after_profile",
+        needs=("tracking", "settling"),
+        key="settling_after_profile",
+        limit=Settling,
+        meaning="Limit of the time from the end of a profile until the axis stays at its target.",
+        rank=16,
     ),
     Metric(
         "velocity_error_rms",

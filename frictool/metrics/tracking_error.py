@@ -1,4 +1,4 @@
-"""Tracking error of a moving reference."""
+"""Tracking error: distance of the position from the reference, or from the profile towards it."""
 
 from __future__ import annotations
 
@@ -7,14 +7,14 @@ import numpy as np
 from frictool.typing import Vector
 
 
-def tracking_error_peak(reference: Vector, position: Vector) -> float:
-    """Return the largest |reference - position| (n,) [rad or m]."""
-    return float(np.max(np.abs(reference - position)))
+def tracking_error_peak(tracked: Vector, position: Vector) -> float:
+    """Return the largest |tracked - position| (n,) [rad or m]."""
+    return float(np.max(np.abs(tracked - position)))
 
 
-def tracking_error_rms(reference: Vector, position: Vector) -> float:
-    """Return the root mean square of reference - position (n,) [rad or m]."""
-    return root_mean_square(reference - position)
+def tracking_error_rms(tracked: Vector, position: Vector) -> float:
+    """Return the root mean square of tracked - position (n,) [rad or m]."""
+    return root_mean_square(tracked - position)
 
 
 def root_mean_square(error: Vector) -> float:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Any
 
 from frictool.documents.metric_table import HOLD_METRICS, STREAM_METRICS
@@ -67,8 +68,8 @@ def _stream(
         "encoder_step": evidence.resolution or None,
         "modulus_margin": evidence.modulus_margin,
         "gaps": evidence.gaps,
-        **{name: values.get(name) for name in STREAM_METRICS},
-        "missing": missing,
+        **{name: finite_or_none(values.get(name, math.inf)) for name in STREAM_METRICS},
+        "missing": missing | {name: NEVER for name in values if math.isinf(values[name])},
         "holds": [_hold(measured) for measured in holds],
     }
 

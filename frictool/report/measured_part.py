@@ -60,6 +60,10 @@ ARGUMENTS: dict[str, Callable[[MeasuredPart], Any]] = {
     "time": lambda part: part.of(part.evidence.stream.time),
     "position": lambda part: part.signal("position"),
     "reference": lambda part: part.signal("reference"),
+    # reference that the loop follows: the controller's profile, or the reference itself
+    "tracked": lambda part: part.signal(tracked_signal(part.evidence)),
+    # largest error of an axis that has settled after a profile
+    "settling_band": lambda part: part.spec.settling_after_profile.within.value,
     # reference before the step; None if no step leads to the hold
     "origin": lambda part: part.hold and part.hold.origin,
     # reference of the hold; None for a whole stream
@@ -120,6 +124,12 @@ NEEDS: dict[str, Callable[[MeasuredPart], str]] = {
         ),
         "",
     ),
+    # the specification says when an axis has settled after a profile
+    "settling": lambda part: (
+        "the specification has no settling_after_profile"
+        if part.spec.settling_after_profile is None
+        else ""
+    ),
     # a simulated log has the velocity that the controller used
     "used_velocity": lambda part: (
         found
@@ -160,6 +170,11 @@ def energy_window(spec: Spec) -> float | None:
     """Return t_int of table 5.3 [s]: the specified one, or else the allowed response time."""
     window: float | None = spec.response_time_95_s if spec.energy is None else spec.energy.window_s
     return window
+
+
+def tracked_signal(evidence: StreamEvidence) -> str:
+    """Return the name of the signal from which the tracking error is measured."""
+    return "profile" if evidence.has("profile") else "reference"
 
 
 def no_drive(spec: Spec, evidence: StreamEvidence) -> str:

@@ -20,6 +20,7 @@ from frictool.report.load_judge import judge_load
 from frictool.report.margin_judge import judge_margin
 from frictool.report.requirement import Requirement, Verdict
 from frictool.report.rig_facts import RigFacts
+from frictool.report.tracking_judge import judge_tracking
 from frictool.report.worst_hold import Judge, JudgedStreams, judge_cycle, judge_of
 
 if TYPE_CHECKING:
@@ -171,6 +172,7 @@ SPECIAL: dict[str, Judge] = {
     "drive_peak": judge_peak,
     "saturation_time_s": judge_saturation,
     "rest": judge_rest,
+    **{key: judge_tracking(key) for key in ("tracking_error_peak", "tracking_error_rms")},
 }
 # specification key -> judge, in the order of the specification
 JUDGES: dict[str, Judge] = {

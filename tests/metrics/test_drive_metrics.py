@@ -14,7 +14,6 @@ from frictool.metrics.drive_rms import drive_rms
 from frictool.metrics.energy import energy
 from frictool.metrics.rest_motion import late_samples, peak_to_peak
 from frictool.metrics.saturation_time import commanded_saturation, measured_saturation
-from frictool.metrics.tracking_error import tracking_error_peak, tracking_error_rms
 from frictool.metrics.white_noise import noise_deviation, noise_floor
 
 TIME = np.arange(5000) * 1e-3
@@ -121,13 +120,3 @@ def test_a_measured_drive_at_its_limit_is_found_beside_its_noise(
 ) -> None:
     drive = np.where(TIME < 0.5 - 1e-9, 50.0, 20.0) + noise(seed, deviation)
     assert measured_saturation(TIME, drive, 50.0, deviation) == pytest.approx(0.5, rel=0.06)
-
-
-def test_tracking_error() -> None:
-    reference = np.sin(TIME)
-    assert tracking_error_peak(
-        reference, reference + 0.1 * np.cos(2 * math.pi * TIME)
-    ) == pytest.approx(0.1)
-    assert tracking_error_rms(
-        reference, reference + 0.1 * np.cos(2 * math.pi * TIME)
-    ) == pytest.approx(0.1 / math.sqrt(2.0), rel=1e-9)

@@ -10,6 +10,7 @@ import msgspec
 import numpy as np
 import pytest
 
+from frictool.documents.metric_table import Settling
 from frictool.documents.quantity import Quantity
 from frictool.documents.spec import Spec
 from frictool.logs.log import Log, Stream
@@ -228,3 +229,43 @@ def test_a_bench_that_is_given_stands_before_the_controller_s_own() -> None:
 )
 def test_a_limit_is_a_number_or_a_quantity_with_or_without_a_window(limit: object) -> None:
     assert limit_of(SimpleNamespace(key=limit), "key") == 0.5
+
+
+RAMP = np.interp(np.arange(2000) * 1e-3, [0.0, 0.5, 1.0], [0.0, 0.0, 20.0])
+
+
+def moving(error: float, *, profile: bool = False) -> Log:
+    """Return a log that follows a ramp with a constant error, which ends 0.2 s after the ramp.
+
+    With `profile` the ramp is the profile towards a step of the reference.
+    """
+    time = np.arange(RAMP.size) * 1e-3
+    position = RAMP - np.where(time < 1.2, error, 0.0)
+    target = np.where(time < 0.5, 0.0, 20.0)
+    signals = {"reference": RAMP, "position": position, "current": np.zeros(RAMP.size)}
+    if profile:
+        signals |= {"reference": target, "profile": RAMP}
+    units = {name: "A" if name == "current" else "rad" for name in signals}
+    return Log((Stream("/axis", time, signals, units),), {}, "run.mcap")
+
+
+@pytest.mark.parametrize("profile", [False, True])
+def test_tracking_is_judged_against_the_moving_reference_or_the_profile(profile: bool) -> None:
+    log = moving(0.2, profile=profile)
+    for key in ("tracking_error_peak", "tracking_error_rms"):
+        met, broken = (asked(key, rad(limit), log) for limit in (0.21, 0.1))
+        assert (met.met, broken.met) == (True, False)
+        assert met.value is not None
+    settling = Settling(rad(0.1), Quantity(value=0.25, unit="s"))
+    found = asked("settling_after_profile", settling, log)
+    assert (found.met, found.value, found.limit) == (True, pytest.approx(0.2), 0.25)
+
+
+def test_tracking_of_steps_is_undecided_and_a_moving_stream_is_not_hidden_by_them() -> None:
+    still = one()
+    found = asked("tracking_error_peak", rad(100.0), still)
+    assert (found.met, found.value) == (None, None)
+    assert "by steps only" in found.reason
+    spec = only("tracking_error_peak", rad(0.21))
+    (both,) = judge(spec, [still, moving(0.2)], controller()).requirements
+    assert (both.met, both.value) == (True, pytest.approx(0.2))
