@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,12 +19,10 @@ from frictool.cli.output_files import STDOUT, check_targets, command_line, save_
 from frictool.errors import EXIT_NO
 
 if TYPE_CHECKING:
-    from frictool.documents.bench import Bench
     from frictool.documents.controller import Controller
     from frictool.documents.provenance import Provenance
-    from frictool.documents.spec import Spec
     from frictool.logs.log import Log
-    from frictool.report.requirement import Verdict
+    from frictool.report.requirement import ReportRequest, Verdict
     from frictool.verify.vertex_transfers import VertexTransfers
 
 HELP = """\b
@@ -96,45 +93,32 @@ def command(
     as_json: bool,
 ) -> None:
     inputs = [*logs, spec, *(path for path in (controller, bench) if path is not None)]
-    targets = [path for path in (output, junit, markdown) if path is not None]
-    check_targets({"-o": output, "--junit": junit, "--markdown": markdown}, inputs)
-    documents, read = _load(logs, spec, controller, bench)
+    targets = {"-o": output, "--junit": junit, "--markdown": markdown}
+    check_targets(targets, inputs)
+    request = _load(logs, spec, controller, bench)
 
-    for log in read:
+    for log in request.logs:
         for warning in log.warnings:
             note(f"warning: {log.source}: {warning}")
 
     from frictool.documents.provenance import provenance_of_command
-    from frictool.report.verdict import judge
+    from frictool.report.verdict import verdict_of
 
-    verdict = judge(documents.spec, read, documents.controller, documents.bench)
+    verdict = verdict_of(request)
     arguments = {"logs": logs, "--spec": spec, "--controller": controller, "--bench": bench}
     provenance = provenance_of_command(command_line("report", arguments), inputs)
-    transfers = _transfers(documents.controller)
-    contents = _contents(verdict, documents, read, transfers, provenance, (output, markdown))
-    if junit is not None:
-        from frictool.report.junit_view import junit as as_junit
-
-        contents[junit] = as_junit(verdict, allow_undecided)
-    for target, text in contents.items():
+    transfers = _transfers(request.controller)
+    for target, text in _contents(verdict, transfers, provenance, targets, allow_undecided).items():
         save_text(target, text, inputs)
-    _show(verdict, documents.spec, transfers, STDOUT if STDOUT in targets else None, as_json)
+    _show(verdict, transfers, STDOUT if STDOUT in targets.values() else None, as_json)
     if not verdict.acceptable(allow_undecided):
         ctx.exit(EXIT_NO)
 
 
-@dataclass(frozen=True)
-class ReportDocuments:
-    """Documents by which the logs are judged."""
-
-    spec: Spec
-    controller: Controller | None
-    bench: Bench | None
-
-
 def _load(
     logs: tuple[Path, ...], spec: Path, controller: Path | None, bench: Path | None
-) -> tuple[ReportDocuments, list[Log]]:
+) -> ReportRequest:
+    """Return the documents and logs, which fit each other."""
     from frictool.documents.bench import Bench
     from frictool.documents.controller import Controller
     from frictool.documents.metric_table import REQUIREMENTS
@@ -142,6 +126,7 @@ def _load(
     from frictool.documents.spec import Spec
     from frictool.errors import DocumentError
     from frictool.logs.reading import read_log
+    from frictool.report.requirement import ReportRequest
 
     spec_document = load(spec, Spec)
     if all(getattr(spec_document, name) is None for name in REQUIREMENTS):
@@ -158,15 +143,15 @@ def _load(
     if bench is not None:
         documents[bench] = columns = load(bench, Bench)
     same_axis(documents)
-    read = [read_log(path, columns) for path in logs]
+    read = tuple(read_log(path, columns) for path in logs)
     if controller is None:
-        return ReportDocuments(spec_document, None, columns), read
+        return ReportRequest(spec_document, read, None, columns)
     from frictool.verify.recheck import recheck
 
     recheck(documents[controller])
     for log in read:
         _of_this_controller(log, controller, documents[controller])
-    return ReportDocuments(spec_document, documents[controller], columns), read
+    return ReportRequest(spec_document, read, documents[controller], columns)
 
 
 def _of_this_controller(log: Log, controller: Path, document: Controller) -> None:
@@ -207,31 +192,30 @@ def _transfers(controller: Controller | None) -> VertexTransfers | str | None:
 
 def _contents(
     verdict: Verdict,
-    documents: ReportDocuments,
-    logs: list[Log],
     transfers: VertexTransfers | str | None,
     provenance: Provenance,
-    targets: tuple[Path | None, Path | None],
+    targets: dict[str, Path | None],
+    allow_undecided: bool,
 ) -> dict[Path, str]:
-    """Return the page and the Markdown by target."""
-    output, markdown = targets
+    """Return the text of each output file; `targets`: option -> path or None."""
     contents: dict[Path, str] = {}
-    if output is not None:
+    if (target := targets["-o"]) is not None:
         from frictool.report.page import page
 
-        contents[output] = page(
-            verdict, documents.spec, logs, documents.controller, provenance, transfers
-        )
-    if markdown is not None:
-        from frictool.report.markdown_view import markdown as as_markdown
+        contents[target] = page(verdict, provenance, transfers)
+    if (target := targets["--markdown"]) is not None:
+        from frictool.report.markdown_view import markdown
 
-        contents[markdown] = as_markdown(verdict)
+        contents[target] = markdown(verdict)
+    if (target := targets["--junit"]) is not None:
+        from frictool.report.junit_view import junit
+
+        contents[target] = junit(verdict, allow_undecided)
     return contents
 
 
 def _show(
     verdict: Verdict,
-    spec: Spec,
     transfers: VertexTransfers | str | None,
     stdout: Path | None,
     as_json: bool,
@@ -241,7 +225,7 @@ def _show(
     from frictool.report.text_view import lines
 
     if as_json:
-        print_json(FORMAT, machine_view(verdict, spec, transfers), stdout)
+        print_json(FORMAT, machine_view(verdict, transfers), stdout)
         return
     for line in lines(verdict, use_colour(stdout is not None)):
         say(line, stdout)

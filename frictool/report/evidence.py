@@ -5,6 +5,7 @@ Log(s) ──streams──▶ StreamEvidence ──holds──▶ HoldMetrics �
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import PurePath
@@ -124,7 +125,7 @@ class StreamEvidence:
 
 
 def gather_evidence(
-    spec: Spec, logs: list[Log], rig: RigFacts = UNKNOWN, loop: JudgedLoop | None = None
+    spec: Spec, logs: Sequence[Log], rig: RigFacts = UNKNOWN, loop: JudgedLoop | None = None
 ) -> list[StreamEvidence]:
     """Return the evidence of every axis of every log, in order.
 
@@ -145,7 +146,7 @@ def gather_evidence(
     return gathered
 
 
-def log_labels(logs: list[Log]) -> list[str]:
+def log_labels(logs: Sequence[Log]) -> list[str]:
     """Return the base name of each log, with a number if several are equal."""
     names = [PurePath(log.source).name or log.source for log in logs]
     return [

@@ -19,9 +19,7 @@ if TYPE_CHECKING:
 FORMAT = "report/2"  # since version 2 the verdict has three states
 
 
-def as_json(
-    verdict: Verdict, spec: Spec, transfers: VertexTransfers | str | None = None
-) -> dict[str, Any]:
+def as_json(verdict: Verdict, transfers: VertexTransfers | str | None = None) -> dict[str, Any]:
     """Return the verdict as JSON values.
 
     `verdict` is `pass`, `fail` or `undecided`; `undecided` lists the undecided requirements. A
@@ -29,6 +27,7 @@ def as_json(
     bounds only is null, with the bounds in `bounds`. `sensitivity` is null without a controller.
     `meets_all` is true for a stream that by itself meets every requirement.
     """
+    spec = verdict.request.spec
     return {
         "format": FORMAT,
         "verdict": verdict.state,

@@ -11,8 +11,6 @@ from frictool.documents.controller import Controller
 from frictool.documents.metric_table import HOLD_METRICS, requirement_title
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import si_unit
-from frictool.documents.spec import Spec
-from frictool.logs.log import Log
 from frictool.presentation.page import render_page
 from frictool.report.controller_blocks import block_descriptions
 from frictool.report.curve_figures import log_colours, overview_figures
@@ -29,18 +27,14 @@ from frictool.verify.vertex_transfers import VertexTransfers
 
 
 def page(
-    verdict: Verdict,
-    spec: Spec,
-    logs: list[Log],
-    controller: Controller | None,
-    provenance: Provenance,
-    transfers: VertexTransfers | str | None = None,
+    verdict: Verdict, provenance: Provenance, transfers: VertexTransfers | str | None = None
 ) -> str:
     """Return the HTML text; the same inputs give the same bytes.
 
     The template escapes every text from a file. `transfers`: transfers of the controller's
     vertices, or the reason why there are none.
     """
+    spec, logs, controller = verdict.request.spec, verdict.request.logs, verdict.request.controller
     streams = select_streams(verdict)
     evidence = [item for item, _ in streams]
     bars = margin_figure(spec, controller) if controller is not None else None

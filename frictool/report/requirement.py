@@ -6,7 +6,10 @@ import math
 from dataclasses import dataclass, field
 from typing import Any, Literal, get_args
 
-from frictool.logs.log import MAIN_TOPIC
+from frictool.documents.bench import Bench
+from frictool.documents.controller import Controller
+from frictool.documents.spec import Spec
+from frictool.logs.log import MAIN_TOPIC, Log
 from frictool.report.evidence import StreamEvidence
 from frictool.report.hold_metrics import HoldMetrics
 
@@ -67,17 +70,35 @@ class Requirement:
 
 
 @dataclass(frozen=True)
+class ReportRequest:
+    """Logs to judge, and the documents by which they are judged.
+
+    `bench`: bench of recorded logs; None if it is the controller's bench.
+    """
+
+    spec: Spec
+    logs: tuple[Log, ...]
+    controller: Controller | None = None
+    bench: Bench | None = None
+
+
+@dataclass(frozen=True)
 class Verdict:
     """Requirements in the specification's order, and the evidence with hold metrics.
 
     `meets`: for each stream, True if it by itself meets every requirement. `remarks`: warnings.
     """
 
-    name: str
+    request: ReportRequest
     requirements: tuple[Requirement, ...]
     evidence: tuple[tuple[StreamEvidence, tuple[HoldMetrics, ...]], ...]
     meets: tuple[bool, ...] = ()
     remarks: tuple[str, ...] = ()
+
+    @property
+    def name(self) -> str:
+        """Return the name of the specification."""
+        return self.request.spec.name
 
     @property
     def undecided(self) -> tuple[str, ...]:

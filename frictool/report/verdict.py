@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from frictool.documents.bench import Bench
@@ -18,7 +19,7 @@ from frictool.report.evidence import StreamEvidence, gather_evidence, log_labels
 from frictool.report.hold_metrics import HoldMetrics, measure_holds
 from frictool.report.load_judge import judge_load
 from frictool.report.margin_judge import judge_margin
-from frictool.report.requirement import Requirement, Verdict
+from frictool.report.requirement import ReportRequest, Requirement, Verdict
 from frictool.report.rig_facts import RigFacts
 from frictool.report.tracking_judge import judge_tracking
 from frictool.report.worst_hold import Judge, JudgedStreams, judge_cycle, judge_of
@@ -28,7 +29,10 @@ if TYPE_CHECKING:
 
 
 def judge(
-    spec: Spec, logs: list[Log], controller: Controller | None = None, bench: Bench | None = None
+    spec: Spec,
+    logs: Sequence[Log],
+    controller: Controller | None = None,
+    bench: Bench | None = None,
 ) -> Verdict:
     """Judge logs by a specification.
 
@@ -36,7 +40,7 @@ def judge(
     ----------
     spec : Spec
         The requirements.
-    logs : list of Log
+    logs : sequence of Log
         Simulated or recorded logs, at least one.
     controller : Controller, optional
         The controller, for the modulus margin and for its bench.
@@ -55,6 +59,12 @@ def judge(
     FrictoolError
         If `logs` is empty.
     """
+    return verdict_of(ReportRequest(spec, tuple(logs), controller, bench))
+
+
+def verdict_of(request: ReportRequest) -> Verdict:
+    """Return the verdict that `judge` returns; raise its errors."""
+    spec, logs, controller, bench = request.spec, request.logs, request.controller, request.bench
     if not logs:
         raise FrictoolError("there is no log to judge; give at least one")
     loop = None if controller is None else _loop(controller, bench)
@@ -71,7 +81,7 @@ def judge(
         *_examples(spec, logs, bench),
     ]
     return Verdict(
-        spec.name,
+        request,
         requirements,
         evidence,
         tuple(_meets(spec, one) for one in evidence),
@@ -99,7 +109,7 @@ def log_requirements(
     return tuple(make(spec, evidence, None) for make in _specified_judges(spec).values())
 
 
-def _played_beyond(logs: list[Log], loop: JudgedLoop | None) -> list[str]:
+def _played_beyond(logs: Sequence[Log], loop: JudgedLoop | None) -> list[str]:
     """Return a remark on each log with plants outside the controller's verification."""
     notes = (
         [] if loop is None else zip(log_labels(logs), map(loop.played_beyond, logs), strict=True)
@@ -107,7 +117,7 @@ def _played_beyond(logs: list[Log], loop: JudgedLoop | None) -> list[str]:
     return [f"{label}: {words}" for label, words in notes if words]
 
 
-def _examples(spec: Spec, logs: list[Log], bench: Bench | None) -> list[str]:
+def _examples(spec: Spec, logs: Sequence[Log], bench: Bench | None) -> list[str]:
     """Return a remark on example values in the documents of verdict and simulations."""
     examples = {"spec": list(spec.examples), "bench": [] if bench is None else list(bench.examples)}
     for log in logs:
@@ -123,7 +133,7 @@ def _changed(controller: Controller | None) -> list[str]:
     return [f"{controller.name}: {words}"] if controller is not None and words else []
 
 
-def _bench_values(logs: list[Log]) -> list[str]:
+def _bench_values(logs: Sequence[Log]) -> list[str]:
     """Return a remark on each simulated model without identified parameters."""
     records = [log.metadata.get("log", {}) for log in logs]
     notes = [
@@ -135,7 +145,7 @@ def _bench_values(logs: list[Log]) -> list[str]:
 
 
 def _measured(
-    spec: Spec, logs: list[Log], bench: Bench | None, loop: JudgedLoop | None, whole: bool
+    spec: Spec, logs: Sequence[Log], bench: Bench | None, loop: JudgedLoop | None, whole: bool
 ) -> JudgedStreams:
     """Return the evidence with hold metrics; `whole` includes metrics that are not specified."""
     margin_loop = loop if whole or spec.modulus_margin is not None else None

@@ -77,7 +77,7 @@ def _pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
         transfers = None if controlled is None else sensitivities(controlled)
         made[name] = folder / f"{name}.html"
         made[name].write_text(
-            page(judge(spec, logs, controlled), spec, logs, controlled, MADE, transfers),
+            page(judge(spec, logs, controlled), MADE, transfers),
             encoding="utf-8",
         )
     return made

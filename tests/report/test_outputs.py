@@ -50,7 +50,7 @@ def test_colour_only_dresses_the_text(mixed: Verdict) -> None:
 
 
 def test_json_carries_each_requirement_and_each_hold(mixed: Verdict) -> None:
-    view = json.loads(json.dumps(as_json(mixed, clutch_spec())))
+    view = json.loads(json.dumps(as_json(mixed)))
     assert view["verdict"] == "fail"
     assert view["undecided"] == ["modulus_margin"]
     by_name = {r["name"]: r for r in view["requirements"]}
@@ -74,9 +74,7 @@ def test_json_has_every_metric_of_every_hold_and_stream_or_says_why_not() -> Non
     ):
         for controlled in (None, controller()):
             view = json.loads(
-                json.dumps(
-                    as_json(judge(clutch_spec(), [log], controlled), clutch_spec()), allow_nan=False
-                )
+                json.dumps(as_json(judge(clutch_spec(), [log], controlled)), allow_nan=False)
             )
             for found in view["streams"]:
                 assert all(
@@ -97,9 +95,9 @@ def test_json_tells_a_response_that_never_comes_as_null_with_the_reason() -> Non
     stalled = stream()
     stalled.signals["position"][:] = 31.0
     stalled.signals["position"][:40] = np.linspace(5.0, 31.0, 40)
-    hold = as_json(judge(clutch_spec(), [Log((stalled,), {}, "run.mcap")]), clutch_spec())[
-        "streams"
-    ][0]["holds"][1]
+    hold = as_json(judge(clutch_spec(), [Log((stalled,), {}, "run.mcap")]))["streams"][0]["holds"][
+        1
+    ]
     assert hold["response_time_95"] is None
     assert "stops short of half" in hold["missing"]["response_time_95"]
     assert hold["static_error"] == pytest.approx(26.0)
@@ -110,13 +108,13 @@ def test_json_tells_how_far_each_transfer_is_into_its_template() -> None:
         controller(), weights=CertifiedWeights(Filter(31.5, 40.0, 0.63), 0.03, 0.5)
     )
     verdict = judge(clutch_spec(), [clutch_log()], controlled)
-    view = as_json(verdict, clutch_spec(), sensitivities(controlled))["sensitivity"]
+    view = as_json(verdict, sensitivities(controlled))["sensitivity"]
     assert list(view["transfers"]) == ["error", "drive", "disturbance", "output"]
     assert view["transfers"]["error"]["worst_of_template"] > 0.0
     assert view["transfers"]["error"]["vertex"] in {"v00", "v01", "v02"}
     assert view["transfers"]["output"]["worst_of_template"] is None
-    assert as_json(verdict, clutch_spec())["sensitivity"] is None
-    assert as_json(verdict, clutch_spec(), "no vertex")["sensitivity"] == {"missing": "no vertex"}
+    assert as_json(verdict)["sensitivity"] is None
+    assert as_json(verdict, "no vertex")["sensitivity"] == {"missing": "no vertex"}
 
 
 def test_junit_has_one_case_for_each_requirement_that_can_be_asked() -> None:
@@ -169,15 +167,9 @@ def test_columns_of_the_text_never_run_together(mixed: Verdict) -> None:
 
 
 def test_json_says_pass_only_if_every_requirement_is_met() -> None:
-    assert (
-        as_json(judge(clutch_spec(), [clutch_log()], controller()), clutch_spec())["verdict"]
-        == "pass"
-    )
-    assert as_json(judge(clutch_spec(), [clutch_log()]), clutch_spec())["verdict"] == "undecided"
-    assert (
-        as_json(judge(clutch_spec(drive_peak=None), [smooth_log()]), clutch_spec())["verdict"]
-        == "undecided"
-    )
+    assert as_json(judge(clutch_spec(), [clutch_log()], controller()))["verdict"] == "pass"
+    assert as_json(judge(clutch_spec(), [clutch_log()]))["verdict"] == "undecided"
+    assert as_json(judge(clutch_spec(drive_peak=None), [smooth_log()]))["verdict"] == "undecided"
 
 
 def test_junit_counts_its_cases(mixed: Verdict) -> None:

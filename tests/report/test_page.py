@@ -30,7 +30,7 @@ from tests.support.html_page import MADE, SVG_NAMESPACES, Page
 def made(*logs: Log, controlled: Controller | None = None) -> str:
     spec = clutch_spec()
     transfers = None if controlled is None else sensitivities(controlled)
-    return page(judge(spec, list(logs), controlled), spec, list(logs), controlled, MADE, transfers)
+    return page(judge(spec, list(logs), controlled), MADE, transfers)
 
 
 @pytest.fixture(name="full", scope="module")

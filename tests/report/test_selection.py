@@ -49,7 +49,7 @@ def test_the_plants_that_meet_everything_are_counted(verdict: Verdict) -> None:
         == "FAIL: 4 of 5 requirements met, 1 broken, on 120 plants; 117 of 120 streams meet them "
         "all"
     )
-    view = json.loads(json.dumps(as_json(verdict, SPEC), allow_nan=False))
+    view = json.loads(json.dumps(as_json(verdict), allow_nan=False))
     assert view["streams_meeting_all"] == 117
     assert [found["meets_all"] for found in view["streams"]].count(False) == 3
     assert len(view["streams"]) == PLANTS
@@ -92,7 +92,7 @@ def test_more_failing_plants_than_are_shown_leave_the_nominal_one_in() -> None:
 
 
 def test_the_page_says_how_many_it_shows(verdict: Verdict) -> None:
-    html = page(verdict, SPEC, [campaign()], None, MADE)
+    html = page(verdict, MADE)
     text = " ".join(Page(html).text.split())
     assert f"{MOST_SHOWN - 1} of its {PLANTS - 1} variants" in text
     assert f"Drawn and listed: {MOST_SHOWN} of {PLANTS} streams" in text

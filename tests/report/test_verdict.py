@@ -86,9 +86,7 @@ def test_the_verdict_says_on_what_it_was_found(logs: list[Log], told: str) -> No
     verdict = judge(clutch_spec(modulus_margin=None), logs)
     assert verdict.headline == f"PASS: 6 of 6 requirements met, on {told}"
     assert lines(verdict)[-1] == verdict.headline
-    assert as_json(verdict, clutch_spec())["plants"] == (
-        int(told.partition(" ")[0]) if "plant" in told else 0
-    )
+    assert as_json(verdict)["plants"] == (int(told.partition(" ")[0]) if "plant" in told else 0)
 
 
 def test_only_what_is_asked_is_judged() -> None:
