@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,12 +14,10 @@ from frictool.cli.output_files import check_targets, command_line, save_text
 from frictool.cli.progress import note_step
 
 if TYPE_CHECKING:
-    from frictool.documents.bench import Bench
     from frictool.documents.mechanism import Mechanism
-    from frictool.documents.provenance import Provenance
     from frictool.reduce.chain import ReductionStopped
     from frictool.reduce.loop_comparison import LoopComparison
-    from frictool.reduce.reduction import Reduction
+    from frictool.reduce.reduction import Reduction, ReductionRequest
 
 HELP = """\b
 Example:
@@ -93,74 +91,75 @@ If a step is impossible, --reduced writes the mechanism of the steps before it.
 )
 @output_option(required=False, writes=("YAML",))
 @json_option
-def command(
-    mechanism: Path,
-    bandwidth: float | None,
-    controller: Path | None,
-    scenario: Path | None,
-    travel: tuple[float, float] | None,
-    bench: Path | None,
-    tolerance: float,
-    reduced: Path | None,
-    plot: Path | None,
-    output: Path | None,
-    as_json: bool,
-) -> None:
-    from frictool.documents.provenance import provenance_of_command
+def command(**values: Any) -> None:
     from frictool.documents.writing import to_yaml
     from frictool.errors import NoSolutionError
     from frictool.reduce.chain import ReductionStopped
 
-    if scenario is not None and controller is None:
+    line = ReduceCommand(**values)
+    if line.scenario is not None and line.controller is None:
         raise click.UsageError("--scenario needs --controller.")
-    if travel is not None and travel[0] >= travel[1]:
-        raise click.UsageError(
-            f"--travel: found {travel[0]:g} to {travel[1]:g}; allowed: LOW < HIGH."
-        )
-    inputs = [path for path in (mechanism, controller, scenario, bench) if path is not None]
-    check_targets({"-o": output, "--reduced": reduced, "--plot": plot}, inputs)
-    words: dict[str, Any] = {
-        "mechanism": mechanism,
-        "--bandwidth": bandwidth,
-        "--controller": controller,
-        "--scenario": scenario,
-        "--bench": bench,
-    }
-    words |= {
-        "--travel": None if travel is None else f"{travel[0]:.12g} {travel[1]:.12g}",
-        "--tolerance": tolerance if tolerance != 0.05 else None,
-    }
+    inputs = line.inputs
+    check_targets({"-o": line.output, "--reduced": line.reduced, "--plot": line.plot}, inputs)
     try:
-        result = _reduction(
-            mechanism,
-            bandwidth,
-            controller,
-            travel,
-            bench,
-            tolerance,
-            lambda: provenance_of_command(command_line("reduce", words), inputs),
-        )
+        result = _reduction(line)
     except ReductionStopped as stopped:
-        _show_unfinished(stopped, mechanism, reduced, inputs, as_json)
+        _show_unfinished(stopped, line)
         raise
-    loop = _in_loop(mechanism, result, controller, scenario)
-    _show(result, loop, output, as_json)
+    loop = _in_loop(line, result)
+    _show(result, loop, line.output, line.as_json)
     refused = result.checked.refused or (loop.refused if loop is not None else None)
     if refused is not None:
         raise NoSolutionError(f"{result.chain.whole.name}: not reduced: {refused}")
-    if output is not None:
-        save_text(output, to_yaml(result.model), inputs)
-    if reduced is not None:
-        save_text(reduced, to_yaml(result.chain.last), inputs)
-    if plot is not None:
+    if line.output is not None:
+        save_text(line.output, to_yaml(result.model), inputs)
+    if line.reduced is not None:
+        save_text(line.reduced, to_yaml(result.chain.last), inputs)
+    if line.plot is not None:
         from frictool.reduce.resistance_plot import picture
 
-        save_text(plot, picture(result.chain, result.model) + "\n", inputs)
+        save_text(line.plot, picture(result.chain, result.model) + "\n", inputs)
 
 
-def _show_unfinished(
-    stopped: ReductionStopped, path: Path, reduced: Path | None, inputs: list[Path], as_json: bool
-) -> None:
+@dataclass(frozen=True)
+class ReduceCommand:
+    """Arguments and options of the command."""
+
+    mechanism: Path
+    bandwidth: float | None
+    controller: Path | None
+    scenario: Path | None
+    travel: tuple[float, float] | None
+    bench: Path | None
+    tolerance: float
+    reduced: Path | None
+    plot: Path | None
+    output: Path | None
+    as_json: bool
+
+    @property
+    def inputs(self) -> list[Path]:
+        """Return all input files."""
+        paths = (self.mechanism, self.controller, self.scenario, self.bench)
+        return [path for path in paths if path is not None]
+
+    @property
+    def words(self) -> str:
+        """Return the command for the provenance."""
+        travel = self.travel
+        arguments = {
+            "mechanism": self.mechanism,
+            "--bandwidth": self.bandwidth,
+            "--controller": self.controller,
+            "--scenario": self.scenario,
+            "--bench": self.bench,
+            "--travel": None if travel is None else f"{travel[0]:.12g} {travel[1]:.12g}",
+            "--tolerance": self.tolerance if self.tolerance != 0.05 else None,
+        }
+        return command_line("reduce", arguments)
+
+
+def _show_unfinished(stopped: ReductionStopped, line: ReduceCommand) -> None:
     """Print the completed steps, and save the mechanism of the last one for --reduced."""
     from frictool.documents.writing import to_yaml
     from frictool.reduce.text_view import unfinished
@@ -168,65 +167,57 @@ def _show_unfinished(
     if not stopped.steps:
         return
     last = stopped.steps[-1]
-    if not as_json:
-        say("\n".join(unfinished(str(path), stopped.steps)), None)
-    if reduced is not None:
-        save_text(reduced, to_yaml(last.mechanism), inputs)
+    if not line.as_json:
+        say("\n".join(unfinished(str(line.mechanism), stopped.steps)), None)
+    if line.reduced is not None:
+        save_text(line.reduced, to_yaml(last.mechanism), line.inputs)
         note(
-            f"{reduced}: the mechanism after the step '{last.report.step}', not checked "
+            f"{line.reduced}: the mechanism after the step '{last.report.step}', not checked "
             "by simulation; no model is written"
         )
 
 
-def _reduction(
-    path: Path,
-    bandwidth: float | None,
-    controller: Path | None,
-    travel: tuple[float, float] | None,
-    bench: Path | None,
-    tolerance: float,
-    provenance: Callable[[], Provenance],
-) -> Reduction:
+def _reduction(line: ReduceCommand) -> Reduction:
     from frictool.cli.mechanism_file import load_mechanism, mechanism_error, print_notes
+    from frictool.documents.bench import Bench
+    from frictool.documents.provenance import provenance_of_command
+    from frictool.documents.registry import load
     from frictool.plant.mechanism.element_error import ElementError
-    from frictool.reduce.reduction import reduction
+    from frictool.reduce.partial_travel import OutsideTravelError
+    from frictool.reduce.reduction import ReductionRequest, reduction
 
-    document, assembled = load_mechanism(path)
-    print_notes(path, assembled)
+    document, assembled = load_mechanism(line.mechanism)
+    print_notes(line.mechanism, assembled)
     try:
-        document = document if travel is None else _part(document, travel)
-        limit = _bandwidth(document, bandwidth, controller, tolerance)
-        return reduction(document, limit, tolerance, _bench(bench), provenance(), note_step)
+        request = ReductionRequest(line.bandwidth, line.travel, line.tolerance)
+        if line.bandwidth is None:
+            request = replace(request, bandwidth=_bandwidth(document, request, line.controller))
+        if line.bench is not None:
+            request = replace(request, bench=load(line.bench, Bench))
+        provenance = provenance_of_command(line.words, line.inputs)
+        return reduction(document, request, provenance, note_step)
     except ElementError as wrong:
-        raise mechanism_error(path, wrong) from None
-
-
-def _part(document: Mechanism, travel: tuple[float, float]) -> Mechanism:
-    from frictool.reduce.partial_travel import OutsideTravelError, restrict_travel
-
-    try:
-        return restrict_travel(document, travel)
+        raise mechanism_error(line.mechanism, wrong) from None
     except OutsideTravelError as wrong:
         raise click.UsageError(f"--travel: {wrong}.") from None
 
 
-def _in_loop(
-    path: Path, result: Reduction, controller: Path | None, scenario: Path | None
-) -> LoopComparison | None:
+def _in_loop(line: ReduceCommand, result: Reduction) -> LoopComparison | None:
     """Compare mechanism and model in the closed loop.
 
     None if this is not requested, or if the reduction has failed its check.
     """
-    if scenario is None or controller is None or result.checked.refused is not None:
+    controller = line.controller
+    if line.scenario is None or controller is None or result.checked.refused is not None:
         return None
     from frictool.cli.reduce_loop import compare_in_loop
 
     note_step("playing the scenario to both")
     return compare_in_loop(
-        path,
+        line.mechanism,
         result.model,
         controller,
-        scenario,
+        line.scenario,
         result.chain.one.play.width,
         result.checked.tolerance,
     )
@@ -245,25 +236,24 @@ def _show(
 
 
 def _bandwidth(
-    document: Mechanism, requested: float | None, controller: Path | None, tolerance: float
+    document: Mechanism, request: ReductionRequest, controller: Path | None
 ) -> float | None:
-    """Return the bandwidth of the option or of the controller; required if a link is compliant."""
-    from frictool.reduce.compliance import compliant_links
-
-    if requested is not None:
-        return requested
+    """Return the bandwidth of the controller's loop; required if a link is compliant."""
     if controller is not None:
         from frictool.documents.controller import Controller
         from frictool.documents.registry import load
         from frictool.reduce.loop_bandwidth import bandwidth_of
 
         return bandwidth_of(load(controller, Controller))
-    names = [one.name for one in compliant_links(document)]
+    from frictool.reduce.compliance import compliant_links
+
+    part = request.part_of(document)
+    names = [one.name for one in compliant_links(part)]
     if names:
         raise click.UsageError(
             f"{', '.join(names)} yield{('s' if len(names) == 1 else '')}; give the "
             "frequency up to which resonances count, by --bandwidth RAD/S or by "
-            f"--controller{_passing(document, tolerance)}."
+            f"--controller{_passing(part, request.tolerance)}."
         )
     return None
 
@@ -285,10 +275,3 @@ def _passing(document: Mechanism, tolerance: float) -> str:
             f"{100 * tolerance:g} %"
         )
     )
-
-
-def _bench(path: Path | None) -> Bench | None:
-    from frictool.documents.bench import Bench
-    from frictool.documents.registry import load
-
-    return None if path is None else load(path, Bench)

@@ -8,17 +8,21 @@ from frictool.adapters.mechanism.block_references import axis_kind
 from frictool.adapters.mechanism.sources_and_sensors import controlled_names
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.quantity import Span, si_unit
+from frictool.errors import FrictoolError
 
 
-class OutsideTravelError(ValueError):
-    """Error of a requested travel outside that of the mechanism."""
+class OutsideTravelError(FrictoolError):
+    """Error of a requested travel that is no part of the mechanism's."""
 
 
 def restrict_travel(whole: Mechanism, ends: tuple[float, float]) -> Mechanism:
     """Return the mechanism with the travel (low, high) [rad | m] of its sensor's block.
 
-    Raises OutsideTravelError if (low, high) and the mechanism's travel do not overlap.
+    Raises OutsideTravelError if (low, high) and the mechanism's travel do not overlap, or if low is
+    not below high.
     """
+    if ends[0] >= ends[1]:
+        raise OutsideTravelError(f"found {ends[0]:g} to {ends[1]:g}; allowed: LOW < HIGH")
     block = whole.sensors[controlled_names(whole)[1]].on
     unit = si_unit("position", axis_kind(whole.blocks[block]))
     travel = whole.travel

@@ -16,7 +16,39 @@ from frictool.reduce.chain import ReductionChain, chain
 from frictool.reduce.final_step import final
 from frictool.reduce.interval_propagation import propagated
 from frictool.reduce.model_document import model_of
+from frictool.reduce.partial_travel import restrict_travel
 from frictool.reduce.simulation_check import TOLERANCE, SimulationCheck, check_reduction
+
+
+@dataclass(frozen=True)
+class ReductionRequest:
+    """Choices of a reduction.
+
+    Attributes
+    ----------
+    bandwidth : float or None
+        Resonances below it [rad/s] are kept, those above are dropped; required if a link is
+        compliant.
+    travel : tuple of float or None
+        Part (low, high) of the travel to reduce, in coordinates of the sensor [rad | m]; None: the
+        whole travel.
+    tolerance : float
+        Largest error of a step, relative to the travelled distance.
+    bench : Bench or None
+        Bench of the model; None: the mechanism's source and sensor.
+    """
+
+    bandwidth: float | None = None
+    travel: tuple[float, float] | None = None
+    tolerance: float = TOLERANCE
+    bench: Bench | None = None
+
+    def part_of(self, whole: Mechanism) -> Mechanism:
+        """Return the mechanism with the requested travel; raise as `restrict_travel` does."""
+        return whole if self.travel is None else restrict_travel(whole, self.travel)
+
+
+USUAL = ReductionRequest()
 
 
 @dataclass(frozen=True)
@@ -30,10 +62,8 @@ class Reduction:
 
 def reduce(
     mechanism: Mechanism,
+    request: ReductionRequest = USUAL,
     *,
-    bandwidth: float | None = None,
-    tolerance: float = TOLERANCE,
-    bench: Bench | None = None,
     provenance: Provenance | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Reduction:
@@ -43,12 +73,8 @@ def reduce(
     ----------
     mechanism : Mechanism
         document of the mechanism
-    bandwidth : float, optional
-        resonances below it [rad/s] are kept; required if a link is compliant
-    tolerance : float, optional
-        largest error of a step, relative to the travelled distance
-    bench : Bench, optional
-        bench to be used instead of the mechanism's source and sensor
+    request : ReductionRequest, optional
+        resonances to keep, travel, tolerance and bench
     provenance : Provenance, optional
         origin to be written into the model; None: this call
     progress : Callable, optional
@@ -63,12 +89,14 @@ def reduce(
     ------
     DocumentError
         the mechanism is wrong
+    OutsideTravelError
+        the requested travel is no part of the mechanism's
     NoSolutionError
-        a step is impossible, or its error exceeds `tolerance`
+        a step is impossible, or its error exceeds the tolerance
     """
     origin = provenance or provenance_of_call("frictool.reduce.reduce", mechanism=mechanism)
     try:
-        result = reduction(mechanism, bandwidth, tolerance, bench, origin, progress)
+        result = reduction(mechanism, request, origin, progress)
     except ElementError as wrong:
         raise document_error("mechanism", wrong.key, str(wrong)) from None
     if result.checked.refused is not None:
@@ -77,23 +105,22 @@ def reduce(
 
 
 def reduction(
-    whole: Mechanism,
-    bandwidth: float | None,
-    tolerance: float,
-    bench: Bench | None,
+    mechanism: Mechanism,
+    request: ReductionRequest,
     provenance: Provenance,
     progress: Callable[[str], None],
 ) -> Reduction:
     """Reduce the mechanism, propagate the intervals, and simulate every step.
 
-    Raises ElementError and NoSolutionError as `chain` and `check_reduction` do.
+    Raises ElementError and NoSolutionError as `chain` and `check_reduction` do, and
+    OutsideTravelError.
     """
-    steps = chain(whole, bandwidth, progress)
+    whole = request.part_of(mechanism)
+    steps = chain(whole, request.bandwidth, progress)
 
-    def numbers(mechanism: Mechanism) -> dict[str, float]:
-        return chain(mechanism, bandwidth, number=steps.one.residual.number).one.scalars()
+    def numbers(one: Mechanism) -> dict[str, float]:
+        return chain(one, request.bandwidth, number=steps.one.residual.number).one.scalars()
 
-    model = model_of(steps, propagated(whole, numbers, progress), provenance, bench)
-    return Reduction(
-        steps, model, check_reduction(steps, model, final(steps, model.axis), tolerance, progress)
-    )
+    model = model_of(steps, propagated(whole, numbers, progress), provenance, request.bench)
+    checked = check_reduction(steps, model, final(steps, model.axis), request.tolerance, progress)
+    return Reduction(steps, model, checked)
