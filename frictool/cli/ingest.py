@@ -13,12 +13,12 @@ from frictool.cli.file_endings import check_ending
 from frictool.cli.guessed_columns import question_lines
 from frictool.cli.output_files import STDOUT, command_line, replacing, save_text
 from frictool.cli.window_options import window_of, window_options
-from frictool.logs.quality.log_kinds import KINDS, TEST
+from frictool.errors import FrictoolError
+from frictool.logs.quality.log_kinds import KINDS
 
 if TYPE_CHECKING:
     from frictool.logs.assembly import LogAssembly
-    from frictool.logs.canonical.mcap_layout import StreamHeader
-    from frictool.logs.quality.time_base import TimeBase
+    from frictool.logs.ingestion import IngestedLog
 
 HELP = """\b
 Example:
@@ -121,16 +121,18 @@ def command(
         _propose(raw, axis, output, as_json)
         return
     document = None if bench is None else load(bench, Bench)
-    window = window_of(start, end)
-    from frictool.logs.assembly import assemble, write
-    from frictool.logs.canonical.mcap_layout import KIND
+    from frictool.logs.assembly import assemble
     from frictool.logs.canonical.mcap_reader import is_canonical
-    from frictool.logs.provenance import PROVENANCE, provenance_record
+    from frictool.logs.ingestion import IngestRequest, write_assembly
     from frictool.logs.recordings.recording_files import sources
     from frictool.logs.table import LAYOUT
     from frictool.logs.text.layout import PLAIN
 
-    facts = _stated(kind, unit_name, date)
+    request = IngestRequest(window_of(start, end), period, kind, unit_name, date, salvage)
+    try:
+        request.check()
+    except FrictoolError as wrong:
+        raise click.UsageError(f"--{wrong}.") from None
     line = command_line("ingest", {"raw": raw, "--bench": bench, **options})
     with stdin_as_file(raw) as paths:
         recordings = sources(paths)
@@ -145,14 +147,9 @@ def command(
             *([] if bench is None else [bench]),
         ]
         made = assemble(paths, document, salvage)
-        notes = {
-            PROVENANCE: provenance_record(provenance_of_command(line, inputs)),
-            **({KIND: {**made.notes.get(KIND, {}), **facts}} if facts else {}),
-        }
+        provenance = provenance_of_command(line, inputs)
         with replacing(output, inputs) as stream, progress("ingest") as tick:
-            streams = write(
-                made, stream, notes, window, None if period is None else round(period * 1e9), tick
-            )
+            ingested = write_assembly(made, stream, request, provenance, tick)
     for parts in recordings:
         if len(parts) > 1:
             note(f"{', '.join(part.name for part in parts)}: read as parts of one recording")
@@ -161,7 +158,7 @@ def command(
             note(f"{name}: {layout}")
     for warning in made.warnings:
         note(f"warning: {warning}")
-    facts = summary(streams, made)
+    facts = summary(ingested)
     if as_json:
         print_json("ingest/1", facts, output)
     else:
@@ -179,24 +176,6 @@ def _check_guess(guess: bool, axis: str | None, others: dict[str, Any]) -> None:
         raise click.UsageError(f"--guess writes a bench.yaml and no log: leave out {wrong[0]}.")
     if axis is not None and not guess:
         raise click.UsageError("--axis belongs to --guess; without it, the bench states the axis.")
-
-
-def _stated(kind: str | None, unit: str | None, date: str | None) -> dict[str, str]:
-    """Return the log's facts from the command line, for its record KIND.
-
-    Raises UsageError if the date is invalid.
-    """
-    from datetime import datetime
-
-    from frictool.logs.canonical.mcap_layout import DATE, UNIT
-
-    try:
-        datetime.fromisoformat(date or "2000-01-01")
-    except ValueError:
-        raise click.UsageError(
-            f"--date: found {date!r}; allowed: 2026-01-03 or 2026-01-03T08:15:00."
-        ) from None
-    return {key: text for key, text in ((TEST, kind), (UNIT, unit), (DATE, date)) if text}
 
 
 def _propose(
@@ -262,10 +241,11 @@ def _refuse_loss(made: LogAssembly, output: Path) -> None:
         )
 
 
-def summary(streams: list[tuple[StreamHeader, TimeBase]], made: LogAssembly) -> dict[str, Any]:
+def summary(ingested: IngestedLog) -> dict[str, Any]:
     """Return the ingested streams as JSON values."""
     from frictool.logs.losses import as_rows
 
+    made = ingested.assembly
     clocks = {flow.head.topic: flow.clock for flow in made.flows}
     rows = [
         {
@@ -277,7 +257,7 @@ def summary(streams: list[tuple[StreamHeader, TimeBase]], made: LogAssembly) -> 
             "gaps": base.gaps,
             "clock": clocks.get(head.topic),
         }
-        for head, base in streams
+        for head, base in ingested.streams
     ]
     return {"streams": rows, "warnings": list(made.warnings), "lost": as_rows(made.losses)}
 

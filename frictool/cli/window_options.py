@@ -44,4 +44,4 @@ def window_of(start: float | None, end: float | None) -> TimeWindow:
             raise click.UsageError(f"{key} {at:g} is beyond {LATEST:g} s.")
     if start is not None and end is not None and start > end:
         raise click.UsageError(f"--from {start:g} is after --to {end:g}.")
-    return TimeWindow(*(None if at is None else round(at * 1e9) for at in (start, end)))
+    return TimeWindow.between(start, end)

@@ -50,6 +50,11 @@ class TimeWindow(NamedTuple):
     start: int | None = None
     end: int | None = None
 
+    @classmethod
+    def between(cls, start: float | None = None, end: float | None = None) -> TimeWindow:
+        """Return the window between two times in s."""
+        return cls(*(None if at is None else round(at * NS) for at in (start, end)))
+
     def cut(self, pieces: Iterator[SampleBlock]) -> Iterator[SampleBlock]:
         """Yield the samples within the window; blocks after the window are not read."""
         for piece in pieces:

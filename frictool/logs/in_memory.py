@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import get_args
+from typing import BinaryIO, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -89,9 +90,15 @@ def write_log(log: Log, path: Path | str) -> None:
     OutputError
         If the file cannot be written.
     """
-    path = Path(path)
+    with new_file(Path(path)) as stream:
+        write_mcap(log, stream)
+
+
+@contextmanager
+def new_file(path: Path) -> Iterator[BinaryIO]:
+    """Yield a stream that becomes `path` if the block succeeds; raise OutputError if it cannot."""
     try:
         with part_file(path) as stream:
-            write_mcap(log, stream)
+            yield stream
     except OSError as error:
         raise OutputError(f"{path}: cannot be written: {error.strerror or error}") from None

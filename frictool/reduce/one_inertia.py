@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from frictool.documents.mechanism import Coupling, Gear, Mechanism, Stop
 from frictool.documents.resonances import Resonances
+from frictool.errors import NoSolutionError
 from frictool.reduce.assembly_cache import assemble_cached
 from frictool.reduce.backlash import BacklashChain, play
 from frictool.reduce.block_resistance import resisting
@@ -255,7 +256,7 @@ def stopped(mechanism: Mechanism, behind: Mapping[str, float]) -> tuple[float, f
     """Return the travel of the source's block between its end stops; None if it is unknown.
 
     A stop behind backlash is half of the backlash further out. A `travel` of the document that ends
-    before the stops is used instead.
+    before the stops is used instead. Raises NoSolutionError if that `travel` is beyond a stop.
     """
     lows = []
     highs = []
@@ -274,6 +275,11 @@ def stopped(mechanism: Mechanism, behind: Mapping[str, float]) -> tuple[float, f
     if travel is None:
         return least, most
     inside = SAME * (high - low)
+    if travel.low >= high or travel.high <= low:
+        raise NoSolutionError(
+            f"{mechanism.name}: its travel, {travel.low:.4g} to {travel.high:.4g} {travel.unit} at "
+            f"the source, lies beyond its end stops at {low:.4g} and {high:.4g} {travel.unit}"
+        )
     return (travel.low if travel.low > low + inside else least), (
         travel.high if travel.high < high - inside else most
     )

@@ -18,7 +18,14 @@ from frictool.documents.quantity import Span
 from frictool.documents.spread import Spread
 from frictool.engine.servo import PositionServo
 from frictool.equations import equations
-from frictool.errors import DocumentError, FrictoolError, InputFileError, LogError, OutputError
+from frictool.errors import (
+    DocumentError,
+    FrictoolError,
+    InputFileError,
+    LogError,
+    NoSolutionError,
+    OutputError,
+)
 from frictool.export import export
 from frictool.identify import NothingIdentified, identify
 from frictool.identify.assess import assess
@@ -26,9 +33,11 @@ from frictool.identify.excite import ExcitationSettings, excite
 from frictool.identify.info import info
 from frictool.identify.info.text import table
 from frictool.identify.validate import validate
-from frictool.logs import log_of, read_log, write_log
+from frictool.logs import IngestRequest, ingest, log_of, read_log, write_log
+from frictool.logs.assembly import TimeWindow
 from frictool.observe import design_observer, observe
-from frictool.reduce import reduce
+from frictool.reduce import ReductionRequest, reduce
+from frictool.reduce.partial_travel import OutsideTravelError
 from frictool.report import judge
 from frictool.simulate import play, simulate
 from studies.command_line import run
@@ -87,6 +96,30 @@ def test_a_log_of_arrays_is_a_log(tmp_path: Path) -> None:
     np.testing.assert_array_equal(again.signals["position"], log.main.signals["position"])
     log.main.signals["position"][0] = 7.0  # is a copy: what it was made from is not touched
     assert time[0] == 0.0
+
+
+def test_files_are_ingested_as_by_the_command(tmp_path: Path) -> None:
+    raw = ROOT / "sample_logs/steps.csv"
+    request = IngestRequest(TimeWindow.between(1.0, 1.5), 0.002, unit="A7", date="2026-01-03")
+    made = ingest([raw], tmp_path / "called.mcap", BENCH, request)
+    assert [base.samples for _, base in made.streams] == [251]
+    window = ["--from", "1", "--to", "1.5", "--resample", "0.002"]
+    facts = ["--unit", "A7", "--date", "2026-01-03", "-o", tmp_path / "run.mcap"]
+    assert run("ingest", raw, "--bench", CLUTCH / "bench.yaml", *window, *facts).code == 0
+    called, commanded = (read_log(tmp_path / f"{name}.mcap") for name in ("called", "run"))
+    for name, signal in commanded.main.signals.items():
+        np.testing.assert_array_equal(called.main.signals[name], signal)
+    origins = [dict(log.metadata.pop("provenance")) for log in (called, commanded)]
+    assert called.metadata == commanded.metadata
+    assert origins[0]["input_1"] == origins[1]["input_1"]
+    assert origins[0]["command"] == "frictool.logs.ingest() in Python"
+    for wrong in ({"kind": "walk"}, {"date": "yesterday"}, {"period_s": 0.0}):
+        (name,) = wrong
+        with pytest.raises(FrictoolError, match=f"{name}: found .*; allowed: "):
+            ingest([raw], tmp_path / "wrong.mcap", BENCH, IngestRequest(**wrong))
+    with pytest.raises(OutputError, match="cannot be written"):
+        ingest([raw], tmp_path / "missing" / "steps.mcap", BENCH)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["called.mcap", "run.mcap"]
 
 
 @pytest.mark.parametrize(
@@ -184,9 +217,17 @@ def test_a_scenario_that_replays_a_log_asks_for_it() -> None:
 
 
 def test_a_mechanism_is_reduced_to_its_model() -> None:
-    found = reduce(load(ROOT / "configs/screw/reversible.yaml", Mechanism))
+    screw = load(ROOT / "configs/screw/reversible.yaml", Mechanism)
+    found = reduce(screw)
     assert found.model.provenance.command == "frictool.reduce.reduce() in Python"
     assert found.checked.refused is None
+    low, high = found.chain.one.travel
+    half = reduce(screw, ReductionRequest(travel=(low, 0.5 * (low + high))))
+    assert half.chain.one.travel == pytest.approx((low, 0.5 * (low + high)))
+    with pytest.raises(NoSolutionError, match=r"lies beyond its end stops at 0 and 9\.425 rad"):
+        reduce(screw, ReductionRequest(travel=(high + 1.0, high + 2.0)))
+    with pytest.raises(OutsideTravelError, match="found 2 to 1; allowed: LOW < HIGH"):
+        reduce(screw, ReductionRequest(travel=(2.0, 1.0)))
 
 
 def test_equations_of_a_mechanism_are_those_of_the_command() -> None:
