@@ -7,10 +7,12 @@ from pathlib import Path
 import click
 
 from frictool.cli.common_options import NamedPath, existing, json_option, output_option
-from frictool.cli.console_output import print_json, say
-from frictool.cli.output_files import check_targets, command_line, save_text
+from frictool.cli.console_output import print_json, say, use_colour
+from frictool.cli.output_files import STDOUT, check_targets, command_line, save_text
 from frictool.cli.progress import note_step
+from frictool.cli.synth_play import play, read_test
 from frictool.documents.synthesis_methods import METHODS
+from frictool.errors import EXIT_NO
 
 METHOD_ROWS = "\n".join(
     f"  {name:<10}{method.problem}\n{'':<12}{method.use}" for name, method in METHODS.items()
@@ -31,6 +33,11 @@ stable at every vertex with 0 and with 1 sample of computational delay, and have
 modulus margin at the bench's delay, also with coefficients rounded to the target's number format.
 Then its worst norm over all plants of the intervals is bounded and proved; `frictool verify` proves
 it again. If one of these steps fails, nothing is written and the exit code is 4.
+
+At last the controller is played against the specification on the nominal plant, every vertex and 40
+drawn plants: four steps over the travel and a hold, or the steps of --scenario. The last lines are
+the worst value of each requirement. The exit code is 1 if a requirement is not met; the controller
+is written in either case.
 """
 
 
@@ -54,18 +61,28 @@ it again. If one of these steps fails, nothing is written and the exit code is 4
     type=NamedPath(writes=("SVG",)),
     help="Write a picture of the trade that `relax: auto` finds (SVG).",
 )
+@click.option(
+    "--scenario",
+    type=existing,
+    help="Steps to play (scenario.yaml). [default: four steps over the travel, and a hold]",
+)
+@click.option("--no-play", is_flag=True, help="Do not play the controller; verify it only.")
 @output_option(
     required=False,
     help="Controller (YAML); - is stdout. Without it nothing is written.",
     writes=("YAML",),
 )
 @json_option
+@click.pass_context
 def command(
+    ctx: click.Context,
     model: Path,
     spec: Path,
     design: Path,
     vertices_only: bool,
     plot: Path | None,
+    scenario: Path | None,
+    no_play: bool,
     output: Path | None,
     as_json: bool,
 ) -> None:
@@ -88,7 +105,10 @@ def command(
         raise click.UsageError(
             f"--plot shows the trade of relax: auto; {design.name} has no such key."
         )
-    check_targets({"-o": output, "--plot": plot}, [model, spec, design])
+    if no_play and scenario is not None:
+        raise click.UsageError("--no-play plays nothing; leave out --scenario.")
+    check_targets({"-o": output, "--plot": plot}, [model, spec, design, *_paths(scenario)])
+    test = None if no_play else read_test(model_document, spec_document, scenario)
     from frictool.synth.json_view import json_view
     from frictool.synth.load_disturbance import disturbance
     from frictool.synth.synthesis import synthesise
@@ -115,7 +135,17 @@ def command(
         from frictool.synth.weight_trade_off_plot import picture
 
         save_text(plot, picture(result.trade, design_document.name) + "\n", inputs)
+    played = None if test is None else play(test, result.controller)
     if as_json:
-        print_json("synth/1", json_view(result, load_disturbance), output)
+        view = json_view(result, load_disturbance)
+        print_json("synth/1", {**view, "played": None if played is None else played.json()}, output)
     else:
         say(text(result, load_disturbance), output)
+        if played is not None:
+            say("\n".join(played.lines(use_colour(output == STDOUT))), output)
+    if played is not None and not played.passed:
+        ctx.exit(EXIT_NO)
+
+
+def _paths(scenario: Path | None) -> list[Path]:
+    return [] if scenario is None else [scenario]

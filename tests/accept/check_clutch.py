@@ -44,7 +44,15 @@ def count(design: str) -> Counted:
         controller, logs = folder / "controller.yaml", []
         spec, chosen = CLUTCH / "spec.yaml", CLUTCH / f"designs/{design}.yaml"
         run_checked(
-            "synth", identify_model(folder), "--spec", spec, "--design", chosen, "-o", controller
+            "synth",
+            identify_model(folder),
+            "--spec",
+            spec,
+            "--design",
+            chosen,
+            "--no-play",
+            "-o",
+            controller,
         )
         for scenario in SCENARIOS:
             logs.append(folder / f"{Path(scenario).stem}.mcap")
@@ -137,7 +145,15 @@ def laws_of(rig: str) -> dict[str, Any]:
 def _law(name: str, own: Path, folder: Path, model: Path, plant: Path, scenario: Path) -> Law:
     spec, controller, log = folder / "spec.yaml", own / f"{name}.yaml", own / f"{name}.mcap"
     run_checked(
-        "synth", model, "--spec", spec, "--design", folder / f"laws/{name}.yaml", "-o", controller
+        "synth",
+        model,
+        "--spec",
+        spec,
+        "--design",
+        folder / f"laws/{name}.yaml",
+        "--no-play",
+        "-o",
+        controller,
     )
     run_checked("simulate", plant, "--controller", controller, "--scenario", scenario, "-o", log)
     return law(name, load(spec, Spec), load(controller, Controller), read_log(log))

@@ -47,6 +47,7 @@ def _controller(design: str, folder: Path) -> Path:
             CLUTCH / "spec.yaml",
             "--design",
             chosen,
+            "--no-play",
             "-o",
             target,
         )
@@ -164,6 +165,7 @@ def rebound() -> dict[str, Any]:
             CLUTCH / "spec.yaml",
             "--design",
             CLUTCH / "laws/linear.yaml",
+            "--no-play",
             "-o",
             controller,
         )

@@ -51,6 +51,7 @@ def played(test: str, loops: tuple[str, ...]) -> dict[str, dict[str, First | Sec
                 CLUTCH / "spec.yaml",
                 "--design",
                 CLUTCH / LAWS[loop],
+                "--no-play",
                 "-o",
                 controller,
             )

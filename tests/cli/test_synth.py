@@ -35,6 +35,7 @@ def _arguments(folder: Path) -> list[str | Path]:
         "--design",
         folder / "design.yaml",
         "--vertices-only",
+        "--no-play",
     ]
 
 

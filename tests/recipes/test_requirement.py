@@ -103,7 +103,14 @@ def test_a_campaign_has_its_column(overlay: Path) -> None:
     scenario.write_text(SCENARIO)
     rig, controller = ROOT / "configs/mass", overlay / "controller.yaml"
     model = rig / "model.yaml"
-    design = ["--spec", rig / "spec.yaml", "--design", rig / "designs/pid.yaml", "--vertices-only"]
+    design = [
+        "--spec",
+        rig / "spec.yaml",
+        "--design",
+        rig / "designs/pid.yaml",
+        "--vertices-only",
+        "--no-play",
+    ]
     made = frictool(overlay, "synth", model, *design, "-o", controller)
     assert made.returncode == 0, made.stderr
     documents = [model, controller, "--scenario", scenario, "--spec", spec]

@@ -46,7 +46,7 @@ def synthesised(overlay: Path, design: str) -> tuple[int, str, str]:
     """Exit code, stdout and stderr of `synth` with this design."""
     path = overlay / "design.yaml"
     path.write_text(design)
-    spec = ["--spec", RIG / "spec.yaml", "--design", path, "--vertices-only", "--json"]
+    spec = ["--spec", RIG / "spec.yaml", "--design", path, "--vertices-only", "--no-play", "--json"]
     done = frictool(
         overlay, "synth", RIG / "nonlinear.yaml", *spec, "-o", overlay / "controller.yaml"
     )

@@ -65,6 +65,7 @@ def test_the_exhaustive_clutch_and_its_one_inertia_take_a_step_alike(tmp_path: P
         "--design",
         RIG / "designs/speed.yaml",
         "--vertices-only",
+        "--no-play",
         "-o",
         tmp_path / "controller.yaml",
     ]

@@ -102,6 +102,7 @@ def synth(folder: Path, model: Model, *options: str) -> object:
         "--design",
         design,
         "--vertices-only",
+        "--no-play",
         *options,
     )
 

@@ -51,7 +51,7 @@ build/model.yaml: $(INGESTED) bench.yaml
 
 $(CONTROLLERS): build/%/controller.yaml: build/model.yaml spec.yaml designs/%.yaml
 	@mkdir -p $(@D)
-	$(FRICTOOL) synth build/model.yaml --spec spec.yaml --design designs/$*.yaml -o $@
+	$(FRICTOOL) synth build/model.yaml --spec spec.yaml --design designs/$*.yaml --no-play -o $@
 
 $(RUNS): build/%/run.mcap: build/model.yaml build/%/controller.yaml $(SCENARIO)
 	@mkdir -p $(@D)

@@ -1,0 +1,67 @@
+"""Steps that show whether a controller meets a specification, from bench and specification alone.
+
+    start  8 % of the travel, then steps to 88, 8, 56 and 24 %
+    parts  5 response times each
+    hold   the last part lasts rest.after_s longer; 30 s longer for `limit_cycle`
+
+The parts of the travel are those of thesis 5.4.1 (5, 55, 5, 35 and 15 rad of 63 rad).
+"""
+
+from __future__ import annotations
+
+import math
+
+from frictool.documents.model import Model
+from frictool.documents.quantity import Quantity, si_unit
+from frictool.documents.scenario import Scenario, Step
+from frictool.documents.spec import Spec
+
+START, TARGETS = 0.08, (0.88, 0.08, 0.56, 0.24)  # shares of the travel
+LONGEST = max(TARGETS) - START  # longest step, as a share of the travel
+PART = 5.0  # response times, duration of each part
+WITHOUT_TRAVEL = 1000.0  # encoder steps, length of the longest step on a bench without travel
+WITHOUT_RESPONSE = 1000.0  # samples, response time without response_time_95_s
+CYCLE_S = 30.0  # s, hold for a requirement on limit cycles
+
+
+def longest_step(model: Model) -> float:
+    """Return the length of the longest default step [rad | m]."""
+    travel, resolution = model.bench.mechanics.travel, model.bench.encoder.resolution
+    return WITHOUT_TRAVEL * resolution if travel is None else LONGEST * (travel.high - travel.low)
+
+
+def response_time(model: Model, spec: Spec) -> float:
+    """Return the specified response time [s], or 1000 samples if there is none."""
+    specified: float | None = spec.response_time_95_s
+    return specified or WITHOUT_RESPONSE * model.bench.sample_period_s
+
+
+def default_scenario(model: Model, spec: Spec) -> Scenario:
+    """Return four steps over the travel of the model's bench and a hold.
+
+    The hold is long enough to decide `rest` and `limit_cycle` if the specification has them.
+    """
+    travel, unit = model.bench.mechanics.travel, si_unit("position", model.axis)
+    low = 0.0 if travel is None else travel.low
+    span = longest_step(model) / LONGEST
+    period = model.bench.sample_period_s
+    seconds = math.ceil(PART * response_time(model, spec) / period) * period
+    hold = max(
+        0.0 if spec.rest is None else spec.rest.after_s,
+        0.0 if spec.limit_cycle is None else CYCLE_S,
+    )
+    last = len(TARGETS) - 1
+    return Scenario(
+        format="scenario/1",
+        name="steps over the travel",
+        axis=model.axis,
+        drive=model.bench.actuator.drive,
+        start=Quantity(value=low + START * span, unit=unit),
+        steps=tuple(
+            Step(
+                reference=Quantity(value=low + share * span, unit=unit),
+                duration_s=seconds + (hold if index == last else 0.0),
+            )
+            for index, share in enumerate(TARGETS)
+        ),
+    )

@@ -1,0 +1,113 @@
+"""Played test of a designed controller: steps on the nominal plant, vertices and drawn plants."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from msgspec import structs
+
+from frictool.campaign.draws.default_scenario import default_scenario
+from frictool.campaign.trials.controller_judge import (
+    ControllerJudge,
+    PlantValues,
+    plants_of_model,
+)
+from frictool.documents.key_lines import document_error
+from frictool.documents.metric_table import REQUIREMENTS
+from frictool.documents.model import Model
+from frictool.documents.quantity import si_unit
+from frictool.documents.scenario import Scenario
+from frictool.documents.spec import Spec
+
+# plants drawn from the ranges in addition to the vertices; a scenario without a seed has SEED
+DRAWN, SEED = 40, 1
+
+
+@dataclass(frozen=True)
+class DesignTest:
+    """Test that a designed controller must pass.
+
+    `scenario`: steps on every plant; `Scenario.seed` draws the plants. `about`: description of the
+    steps. `plants`: values of each plant that differ from the nominal plant [SI]. `names`: names of
+    the plants by index.
+    """
+
+    model: Model
+    spec: Spec
+    scenario: Scenario
+    about: str
+    plants: tuple[PlantValues, ...]
+    names: tuple[str, ...]
+
+    @cached_property
+    def judge(self) -> ControllerJudge:
+        """Judge that plays all plants."""
+        return ControllerJudge(self.model, self.scenario, self.spec, self.plants)
+
+    @property
+    def vertices(self) -> int:
+        """Number of vertices among the plants, which follow the nominal plant."""
+        return sum(name.startswith("v") for name in self.names)
+
+
+def untested_reason(model: Model, spec: Spec) -> str:
+    """Return why no controller of this model can be played against the specification, or ""."""
+    if all(getattr(spec, key) is None for key in REQUIREMENTS):
+        return "the specification has no requirement"
+    if model.resonances is not None:
+        return "one axis cannot have the model's resonances; simulate the mechanism"
+    return ""
+
+
+def design_test(
+    model: Model, spec: Spec, scenario: Scenario | None = None, name: str = "scenario"
+) -> DesignTest:
+    """Return the test of a model's controllers.
+
+    Parameters
+    ----------
+    model : Model
+        Model of the axis with its ranges.
+    spec : Spec
+        Requirements on the closed loop; at least one.
+    scenario : Scenario, optional
+        Steps to play; by default those of `default_scenario`.
+    name : str
+        Name of the scenario in messages.
+
+    Raises
+    ------
+    DocumentError
+        If the scenario replays a log.
+    """
+    if scenario is not None and scenario.reference is not None:
+        message = "a log is not replayed here; write steps, or use frictool simulate"
+        raise document_error(name, "reference", message)
+    steps = default_scenario(model, spec) if scenario is None else scenario
+    played = structs.replace(steps, seed=steps.seed or SEED)
+    corners = plants_of_model(model, played)
+    # without any range there is one corner, which is the nominal plant
+    varied = len(corners) > 2
+    plants = plants_of_model(model, played, random=DRAWN) if varied else corners[:1]
+    drawn = len(plants) - len(corners)
+    names = ["nominal plant"]
+    names += [f"v{index:02d}" for index in range(1, len(corners))] if varied else []
+    names += [f"drawn plant {index}" for index in range(1, drawn + 1)]
+    return DesignTest(
+        model, spec, played, _about(played, len(corners) - 1, drawn), tuple(plants), tuple(names)
+    )
+
+
+def _about(scenario: Scenario, vertices: int, drawn: int) -> str:
+    """Return the description of a scenario and its plants."""
+    unit = si_unit("position", scenario.axis)
+    targets = [step.reference.value for step in scenario.steps if step.reference is not None]
+    places = [] if scenario.start is None else [scenario.start.value]
+    longest = max((abs(b - a) for a, b in zip(places + targets, targets, strict=False)), default=0)
+    steps = f"{len(targets)} step{'s' if len(targets) != 1 else ''}"
+    on = f"nominal plant, {vertices} vertices, {drawn} drawn plants (seed {scenario.seed})"
+    return (
+        f"{scenario.name}, {steps} of at most {longest:.4g} {unit}, {scenario.seconds:.4g} s; "
+        + (on if drawn > 0 else "nominal plant")
+    )

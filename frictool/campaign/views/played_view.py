@@ -1,0 +1,84 @@
+"""Views of a played verdict: lines for the terminal, and JSON data."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import click
+
+from frictool.campaign.trials.controller_judge import PlayedRequirement, PlayedVerdict
+from frictool.documents.metric_table import requirement_title
+
+COLOURS = {True: "green", False: "red", None: "yellow"}
+OUTCOMES = {True: "MET", False: "NOT MET", None: "UNDECIDED"}
+
+
+def played_lines(
+    verdict: PlayedVerdict, plants: Sequence[str], scenario: str, colour: bool = False
+) -> list[str]:
+    """Return one line per requirement with its worst plant, then the verdict.
+
+    `plants`: names of the plants by index. `scenario`: description of the scenario.
+    """
+    many = f"{len(plants)} plant{'s' if len(plants) > 1 else ''}"
+    met, broken, undecided = (
+        sum(one.met is state for one in verdict.requirements) for state in (True, False, None)
+    )
+    parts = [f"{met} of {len(verdict.requirements)} requirements met"]
+    parts += [f"{broken} broken"] if broken else []
+    parts += [f"{undecided} undecided"] if undecided else []
+    counted = "" if all_met(verdict) else f"; {meeting(verdict)} of {many} meet them all"
+    headline = f"{'PASS' if all_met(verdict) else 'FAIL'}: {', '.join(parts)}, on {many}{counted}"
+    return [
+        f"played: {scenario}",
+        *(_line(one, plants, colour) for one in verdict.requirements),
+        *(f"{plants[index]}: {reason}" for index, reason in verdict.failed.items()),
+        click.style(headline, fg=COLOURS[all_met(verdict)], bold=True) if colour else headline,
+    ]
+
+
+def all_met(verdict: PlayedVerdict) -> bool:
+    """Return True if every requirement is met on every plant."""
+    return not verdict.failed and all(one.met for one in verdict.requirements)
+
+
+def meeting(verdict: PlayedVerdict) -> int:
+    """Return the number of plants that meet every requirement."""
+    return int((verdict.met == 1).all(axis=1).sum())
+
+
+def played_json(verdict: PlayedVerdict, plants: Sequence[str], scenario: str) -> dict[str, Any]:
+    """Return the verdict as JSON values."""
+    return {
+        "scenario": scenario,
+        "passed": all_met(verdict),
+        "plants": len(plants),
+        "plants_that_meet_all": meeting(verdict),
+        "requirements": [
+            {
+                "key": one.metric.key,
+                "value": one.value,
+                "limit": one.metric.limit,
+                "relation": one.metric.relation,
+                "unit": one.metric.unit,
+                "reserve": one.reserve,
+                "met": one.met,
+                "plant": plants[one.plant] if one.plant >= 0 else None,
+            }
+            for one in verdict.requirements
+        ],
+        "not_simulated": {plants[index]: reason for index, reason in verdict.failed.items()},
+    }
+
+
+def _line(one: PlayedRequirement, plants: Sequence[str], colour: bool) -> str:
+    outcome = f"{OUTCOMES[one.met]:<12}"
+    unit = one.metric.unit.replace("^2", "²")
+    value = f"{one.value:.4g} {unit}".rstrip() if math.isfinite(one.value) else "-"
+    limit = f"{one.metric.relation} {one.metric.limit:.4g} {unit}".rstrip()
+    where = f"worst at {plants[one.plant]}" if one.plant >= 0 else "undecided on every plant"
+    return (
+        click.style(outcome, fg=COLOURS[one.met], bold=True) if colour else outcome
+    ) + f"{requirement_title(one.metric.name):<16}  {value:<11}  {limit:<11}  {where}"

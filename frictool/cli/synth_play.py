@@ -1,0 +1,66 @@
+"""Played test at the end of `frictool synth`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from frictool.cli.console_output import note
+from frictool.cli.progress import note_step
+
+if TYPE_CHECKING:
+    from frictool.campaign.played_design import DesignTest
+    from frictool.campaign.trials.controller_judge import PlayedVerdict
+    from frictool.documents.controller import Controller
+    from frictool.documents.model import Model
+    from frictool.documents.spec import Spec
+
+
+@dataclass(frozen=True)
+class PlayedTest:
+    """Test with the verdict of one controller."""
+
+    test: DesignTest
+    verdict: PlayedVerdict
+
+    @property
+    def passed(self) -> bool:
+        """Return True if every requirement is met on every plant."""
+        from frictool.campaign.views.played_view import all_met
+
+        return all_met(self.verdict)
+
+    def lines(self, colour: bool) -> list[str]:
+        """Return one line per requirement, then the verdict."""
+        from frictool.campaign.views.played_view import played_lines
+
+        return played_lines(self.verdict, self.test.names, self.test.about, colour)
+
+    def json(self) -> dict[str, Any]:
+        """Return the verdict as JSON values."""
+        from frictool.campaign.views.played_view import played_json
+
+        return played_json(self.verdict, self.test.names, self.test.about)
+
+
+def read_test(model: Model, spec: Spec, scenario: Path | None) -> DesignTest | None:
+    """Return the test of the documents; None, with a note, if nothing can be played."""
+    from frictool.campaign.played_design import design_test, untested_reason
+    from frictool.documents.registry import load, same_axis
+    from frictool.documents.scenario import Scenario
+
+    if reason := untested_reason(model, spec):
+        note(f"not played: {reason}")
+        return None
+    if scenario is None:
+        return design_test(model, spec)
+    steps = load(scenario, Scenario)
+    same_axis({Path("model"): model, scenario: steps})
+    return design_test(model, spec, steps, str(scenario))
+
+
+def play(test: DesignTest, controller: Controller) -> PlayedTest:
+    """Return the test with the verdict of a controller."""
+    note_step(f"playing {len(test.plants)} plants")
+    return PlayedTest(test, test.judge(controller))

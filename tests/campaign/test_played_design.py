@@ -1,0 +1,46 @@
+"""The test that a designed controller is played in, from bench and specification alone."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from msgspec.structs import replace
+
+from frictool.campaign.draws.default_scenario import default_scenario
+from frictool.campaign.played_design import DRAWN, design_test, untested_reason
+from frictool.documents.registry import load
+from frictool.documents.spec import Spec
+from studies.rigs.clutch_model import ROOT, clutch_model
+
+RIG = ROOT / "configs/clutch"
+SPEC = load(Path(RIG / "spec.yaml"), Spec)
+
+
+def test_the_default_steps_are_those_of_5_4_1() -> None:
+    steps = default_scenario(clutch_model(), SPEC)
+    assert steps.start is not None
+    places = [steps.start.value, *(step.reference.value for step in steps.steps if step.reference)]
+    assert places == pytest.approx([5.04, 55.44, 5.04, 35.28, 15.12])
+    assert [step.seconds for step in steps.steps] == pytest.approx([1.1, 1.1, 1.1, 16.1])
+    short = default_scenario(clutch_model(), replace(SPEC, rest=None))
+    assert [step.seconds for step in short.steps] == pytest.approx([1.1] * 4)
+
+
+def test_the_plants_are_nominal_vertices_and_drawn_plants() -> None:
+    test = design_test(clutch_model(), SPEC)
+    assert test.vertices == 16
+    assert len(test.plants) == len(test.names) == 17 + DRAWN
+    assert test.plants[0] == {}
+    assert (test.names[0], test.names[16], test.names[-1]) == (
+        "nominal plant",
+        "v16",
+        "drawn plant 40",
+    )
+    assert len({tuple(plant.items()) for plant in test.plants}) == len(test.plants)
+
+
+def test_a_specification_without_requirement_is_not_played() -> None:
+    empty = Spec(format="spec/1", name="nothing", axis="rotary", drive="current")
+    assert "no requirement" in untested_reason(clutch_model(), empty)
+    assert untested_reason(clutch_model(), SPEC) == ""
