@@ -1,0 +1,6 @@
+"""Random actuators that are feasible by construction, and a judge that is independent of frictool.
+
+    python -m studies.actuators COUNT --seed TEXT -o table.json
+
+`drawing.py` draws actuators, `documents.py` writes them as model, specification and scenario.
+"""
