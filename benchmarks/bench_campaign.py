@@ -35,7 +35,7 @@ from frictool.documents.quantity import Quantity
 from frictool.documents.scenario import Step
 from frictool.engine.closed_loop import measure
 from frictool.plant.axis import rest
-from frictool.workers.share import share
+from frictool.workers.job_sharing import share
 from studies.references.event_integration import event_integration
 from studies.rigs.campaign_rig import trial
 

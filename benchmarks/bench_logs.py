@@ -13,9 +13,9 @@ import numpy as np
 from benchmarks.timing import pair
 from frictool.documents.bench import Actuator, Bench, Column, Encoder, Mechanics
 from frictool.documents.quantity import Quantity
-from frictool.logs.assembly import assemble, write
 from frictool.logs.canonical.mcap_format import read_mcap, write_mcap
 from frictool.logs.log import Log, Stream
+from frictool.logs.log_assembly import assemble, write
 
 SEED = 1
 ROWS_OF_CSV = 1_000_000

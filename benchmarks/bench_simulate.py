@@ -38,7 +38,7 @@ from frictool.engine.closed_loop import (
     measure,
     run,
 )
-from frictool.engine.conditions import NO_CONDITIONS
+from frictool.engine.disturbances_and_faults import NO_CONDITIONS
 from frictool.plant.axis import AxisParameters, rest
 from frictool.plant.position_load import LoadHarmonic, PositionLoad
 from frictool.simulate.closed_loop import simulate_closed_loop

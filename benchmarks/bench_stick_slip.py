@@ -24,15 +24,15 @@ from benchmarks.bench_simulate import CLUTCH, PERIOD, START, USUAL, closed_loop,
 from benchmarks.timing import pair
 from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import compile_program
-from frictool.engine.batch import replay_axes
 from frictool.engine.body import BREAKS_AWAY, STATE_SIZE
 from frictool.engine.closed_loop import COMMAND
 from frictool.engine.drive import spring
-from frictool.engine.extended_motion_pieces import EXTENDED_SIZE
+from frictool.engine.extended_friction_motion import EXTENDED_SIZE
 from frictool.engine.law_simulation import body_of
+from frictool.engine.parallel_runs import replay_axes
 from frictool.engine.stick_slip import run, run_extended
-from frictool.friction.extension import FrictionExtension
 from frictool.friction.kernel_signatures import SLIP_FORCE
+from frictool.friction.law_extension import FrictionExtension
 from frictool.friction.law_registry import LAWS
 from frictool.plant.axis import rest
 from frictool.runtime.kernels import function_pointer, kernel

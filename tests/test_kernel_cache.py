@@ -15,12 +15,12 @@ from typing import Any
 import pytest
 from numba.core.caching import IndexDataCacheFile
 
-from frictool.runtime import kernel_cache, kernels
-from frictool.runtime.kernel_cache import KEPT, USED, folders, mark_used, prune, remove, writing
+from frictool.runtime import kernel_folders, kernels
+from frictool.runtime.kernel_folders import KEPT, USED, folders, mark_used, prune, remove, writing
 
 DAY = 86400.0
 HOLDER = (
-    "import sys, pathlib; from frictool.runtime import kernel_cache as c; "
+    "import sys, pathlib; from frictool.runtime import kernel_folders as c; "
     "c.mark_used(pathlib.Path(sys.argv[1])); print('held', flush=True); input()"
 )
 
@@ -136,7 +136,7 @@ def test_one_writes_at_a_time(tmp_path: Path) -> None:
 def test_who_cannot_have_the_lock_keeps_nothing(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(kernel_cache, "PATIENCE_S", 0.05)
+    monkeypatch.setattr(kernel_folders, "PATIENCE_S", 0.05)
     with writing(tmp_path) as first, writing(tmp_path) as second:
         assert (first, second) == (True, False)
     with writing(tmp_path / "missing") as mine:
@@ -267,9 +267,9 @@ def test_the_owner_of_the_sources_is_trusted(
     folder, sources = tmp_path / "kernels-1", tmp_path / "kernels.py"
     folder.mkdir(mode=0o755)
     sources.touch()
-    assert kernel_cache.untrusted_reason(folder, sources) == ""
+    assert kernel_folders.untrusted_reason(folder, sources) == ""
     monkeypatch.setattr(os, "geteuid", lambda: 4321)
-    assert kernel_cache.untrusted_reason(folder, sources) == ""
+    assert kernel_folders.untrusted_reason(folder, sources) == ""
 
 
 @POSIX

@@ -15,10 +15,10 @@ from typing import Any
 import pytest
 from numba.core.dispatcher import Dispatcher
 
-from frictool.runtime import kernel_sources, kernel_store, kernels
-from frictool.runtime.kernel_cache import AGE_S, KEPT, prune_states
+from frictool.runtime import kernel_sources, kernels, machine_code_store
+from frictool.runtime.kernel_folders import AGE_S, KEPT, prune_states
 from frictool.runtime.kernel_sources import PACKAGE, Sources, UnknownSourcesError
-from frictool.runtime.kernel_store import reached, sources_of
+from frictool.runtime.machine_code_store import reached, sources_of
 
 PROGRAM = """
 import sys
@@ -207,7 +207,7 @@ def test_an_import_by_a_computed_name_depends_on_everything(
         "law",
         "runtime/__init__",
         "runtime/kernels",
-        "runtime/kernel_store",
+        "runtime/machine_code_store",
     ):
         (package / f"{name}.py").write_text("")
     (tmp_path / "kernel.py").write_text(
@@ -291,7 +291,7 @@ def test_every_function_that_a_kernel_calls_is_in_its_state() -> None:
     for function in found:
         sources = sources_of(
             kernels.FOLDER or Path(),
-            kernel_store.module_of(function),
+            machine_code_store.module_of(function),
             function.__code__.co_filename,
         )
         called = reached(function, sources.holds)

@@ -9,14 +9,14 @@ import numba
 import numpy as np
 import pytest
 
-from frictool.runtime import kernel_cache, kernels, notifications
-from frictool.runtime.kernel_store import KernelStore
+from frictool.runtime import kernel_folders, kernels, notifications
+from frictool.runtime.machine_code_store import KernelStore
 
 PACKAGE = Path(kernels.__file__).parents[1]
 
 
 def test_another_compiler_or_processor_is_another_folder(monkeypatch: pytest.MonkeyPatch) -> None:
-    assert kernel_cache.folder_name("numba 1") != kernel_cache.folder_name("numba 2")
+    assert kernel_folders.folder_name("numba 1") != kernel_folders.folder_name("numba 2")
     here = kernels.toolchain()
     assert numba.__version__ in here
     assert np.__version__ in here
@@ -53,7 +53,7 @@ def test_where_numba_is_told_to_keep_things_versions_have_folders_of_their_own_t
     kept = kernels._cache_folder()
     assert kept is not None
     assert kept.parent == tmp_path
-    assert kept.name.startswith(kernel_cache.PREFIX)
+    assert kept.name.startswith(kernel_folders.PREFIX)
 
 
 def test_what_others_compile_is_kept_where_they_want_it() -> None:

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from frictool.presentation.ties import TOLERANCE, largest, smallest
+from frictool.presentation.tie_rule import TOLERANCE, largest, smallest
 
 FIGURES = st.lists(st.integers(-50, 50).map(lambda number: number / 7.0), min_size=1, max_size=12)
 LAST_DIGITS = st.floats(-0.2 * TOLERANCE, 0.2 * TOLERANCE)

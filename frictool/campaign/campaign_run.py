@@ -42,7 +42,7 @@ from frictool.logs.log import Log
 from frictool.plant.mechanism.element_error import ElementError
 from frictool.simulate.document_agreement import DocumentNames
 from frictool.verify.recheck import recheck
-from frictool.workers.share import share
+from frictool.workers.job_sharing import share
 
 TRIALS = 1000
 # s, amount of work below which starting further processes takes longer than they save

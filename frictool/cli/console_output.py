@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from frictool.cli.output_files import STDOUT
-from frictool.cli.printable import printable, printable_json
+from frictool.cli.terminal_escapes import printable, printable_json
 from frictool.presentation.json_text import json_text
 
 if TYPE_CHECKING:

@@ -63,8 +63,8 @@ def command(
     from frictool.documents.bench import Bench
     from frictool.documents.provenance import provenance_of_command
     from frictool.documents.registry import load
-    from frictool.logs.assembly import assemble, origins, start_streams
     from frictool.logs.conversion import OutgoingStream, convert
+    from frictool.logs.log_assembly import assemble, origins, start_streams
     from frictool.logs.losses import LOST, loss_count_text, record_of
     from frictool.logs.provenance import PROVENANCE, provenance_record
 
@@ -118,7 +118,7 @@ def _chosen(
     source: str, streams: list[OutgoingStream], topics: tuple[str, ...]
 ) -> list[OutgoingStream]:
     """Return the requested streams, by default all. Raises LogError for an unknown name."""
-    from frictool.logs.table import pick
+    from frictool.logs.raw_table import pick
 
     names = [one.head.topic for one in streams]
     wanted = [pick(names, topic, source, "stream") for topic in topics] or names

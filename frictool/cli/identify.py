@@ -246,7 +246,7 @@ def _alone(line: IdentifyCommand) -> None:
     from frictool.documents.writing import to_yaml
     from frictool.identify.from_logs import identify
     from frictool.identify.identification import NothingIdentified
-    from frictool.logs.reading import read_log
+    from frictool.logs.log_reader import read_log
 
     inputs = [*line.logs, *line.ramp, *line.loops, line.bench]
     document = line.document
@@ -277,7 +277,7 @@ def _alone(line: IdentifyCommand) -> None:
     if output is not None:
         save_text(output, to_yaml(outcome.model), inputs)
     if line.plot is not None:
-        from frictool.identify.picture import picture_of
+        from frictool.identify.friction_picture import picture_of
 
         save_text(
             line.plot,
@@ -286,7 +286,7 @@ def _alone(line: IdentifyCommand) -> None:
         )
     _show(outcome.result, document, line.as_json, output, outcome.model)
     if not line.as_json:
-        from frictool.identify.text import table
+        from frictool.identify.text_view import table
 
         say(table(outcome.result, outcome.model), output)
 

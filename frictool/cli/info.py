@@ -54,7 +54,7 @@ def command(
     from frictool.documents.bench import Bench
     from frictool.documents.registry import load
     from frictool.identify.info import info
-    from frictool.identify.info.text import table
+    from frictool.identify.info.text_view import table
 
     document = None if bench is None else load(bench, Bench)
     window = window_of(start, end)

@@ -17,8 +17,8 @@ from frictool.errors import FrictoolError
 from frictool.logs.quality.log_kinds import KINDS
 
 if TYPE_CHECKING:
-    from frictool.logs.assembly import LogAssembly
     from frictool.logs.ingestion import IngestedLog
+    from frictool.logs.log_assembly import LogAssembly
 
 HELP = """\b
 Example:
@@ -121,12 +121,12 @@ def command(
         _propose(raw, axis, output, as_json)
         return
     document = None if bench is None else load(bench, Bench)
-    from frictool.logs.assembly import assemble
     from frictool.logs.canonical.mcap_reader import is_canonical
     from frictool.logs.ingestion import IngestRequest, write_assembly
+    from frictool.logs.log_assembly import assemble
+    from frictool.logs.raw_table import LAYOUT
     from frictool.logs.recordings.recording_files import sources
-    from frictool.logs.table import LAYOUT
-    from frictool.logs.text.layout import PLAIN
+    from frictool.logs.text.text_layout import PLAIN
 
     request = IngestRequest(window_of(start, end), period, kind, unit_name, date, salvage)
     try:
@@ -265,7 +265,7 @@ def summary(ingested: IngestedLog) -> dict[str, Any]:
 def table(facts: dict[str, Any]) -> str:
     """Return the ingested streams as text."""
     from frictool.logs.losses import loss_text
-    from frictool.logs.table import DataLoss
+    from frictool.logs.raw_table import DataLoss
 
     lines = []
     for stream in facts["streams"]:

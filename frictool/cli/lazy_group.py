@@ -10,7 +10,7 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
-from frictool.cli.printable import printable
+from frictool.cli.terminal_escapes import printable
 from frictool.errors import EXIT_INPUT, EXIT_INTERRUPTED
 
 

@@ -16,7 +16,7 @@ from contextlib import contextmanager
 import click
 
 from frictool.cli.lazy_group import LazyGroup, abandon_stdout
-from frictool.cli.printable import printable
+from frictool.cli.terminal_escapes import printable
 from frictool.documents.bench_values import bench_values_words
 from frictool.documents.example_values import examples_words
 from frictool.errors import EXIT_INPUT, FrictoolError

@@ -168,8 +168,8 @@ def command(model: Path, kind: Kind, output: Path | None, as_json: bool, **optio
             raise click.UsageError(
                 f"--{name.replace('_', '-')} is not for --kind {kind}; allowed: {shown}."
             )
-    from frictool.observe.design.settings import UnsuitableSetting
-    from frictool.observe.design.text import json_view, text
+    from frictool.observe.design.switched_settings import UnsuitableSetting
+    from frictool.observe.design.text_view import json_view, text
 
     try:
         observer = _designed(document, kind, provenance, options)
@@ -188,7 +188,7 @@ def _designed(
 ) -> Observer:
     """Return the observer of a kind."""
     from frictool.observe.design.observer_design import design_observer
-    from frictool.observe.design.settings import SwitchedObserverSettings
+    from frictool.observe.design.switched_settings import SwitchedObserverSettings
 
     def quantity(name: str, dimension: str) -> float | None:
         value = options[name]

@@ -28,8 +28,8 @@ from frictool.runtime import notifications
 
 if TYPE_CHECKING:
     from frictool.documents.provenance import Provenance
+    from frictool.observe.combined_estimator import EstimateBlock
     from frictool.observe.estimate_plot import EstimatePlot
-    from frictool.observe.estimation import EstimateBlock
     from frictool.observe.log_observer import LogObserver
     from frictool.observe.observation_outcome import ObservationOutcome
 

@@ -13,7 +13,7 @@ from typing import Any, BinaryIO
 import click
 
 from frictool.cli.output_document_check import check_document
-from frictool.cli.printable import printable
+from frictool.cli.terminal_escapes import printable
 from frictool.errors import OutputError
 from frictool.runtime.part_files import part_file
 

@@ -15,9 +15,9 @@ from frictool.cli.progress import note_step
 
 if TYPE_CHECKING:
     from frictool.documents.mechanism import Mechanism
-    from frictool.reduce.chain import ReductionStopped
     from frictool.reduce.loop_comparison import LoopComparison
     from frictool.reduce.reduction import Reduction, ReductionRequest
+    from frictool.reduce.reduction_chain import ReductionStopped
 
 HELP = """\b
 Example:
@@ -94,7 +94,7 @@ If a step is impossible, --reduced writes the mechanism of the steps before it.
 def command(**values: Any) -> None:
     from frictool.documents.writing import to_yaml
     from frictool.errors import NoSolutionError
-    from frictool.reduce.chain import ReductionStopped
+    from frictool.reduce.reduction_chain import ReductionStopped
 
     line = ReduceCommand(**values)
     if line.scenario is not None and line.controller is None:

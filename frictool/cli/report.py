@@ -125,7 +125,7 @@ def _load(
     from frictool.documents.registry import load, same_axis
     from frictool.documents.spec import Spec
     from frictool.errors import DocumentError
-    from frictool.logs.reading import read_log
+    from frictool.logs.log_reader import read_log
     from frictool.report.requirement import ReportRequest
 
     spec_document = load(spec, Spec)

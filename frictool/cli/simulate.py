@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.bench_servo import LAW, ServoGains, servo_options
 from frictool.cli.common_options import FiniteRange, NamedPath, existing, json_option, output_option
 from frictool.cli.console_output import note, note_changes, print_json, say
 from frictool.cli.output_files import check_targets, command_line, refuse_inputs, replacing
+from frictool.cli.position_loop_options import LAW, ServoGains, servo_options
 from frictool.cli.progress import note_compiling, show_count
 from frictool.cli.simulate_inputs import compile_target, recorded_log, with_observer_option
 from frictool.cli.simulate_mechanism import (

@@ -48,7 +48,7 @@ def compile_target(folder: Path, controller: Path, document: Controller) -> Comp
 def recorded_log(path: Path, scenario: Path, bench: Bench) -> Log:
     """Return the log that a scenario replays; its path is relative to the scenario's folder."""
     from frictool.documents.key_lines import document_error
-    from frictool.logs.reading import read_log
+    from frictool.logs.log_reader import read_log
 
     if not path.is_file():
         message = (

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from frictool.cli.output_files import command_line, refuse_inputs, save_text
 
 if TYPE_CHECKING:
-    from frictool.cli.bench_servo import ServoGains
-    from frictool.engine.servo import PositionServo
+    from frictool.cli.position_loop_options import ServoGains
+    from frictool.engine.bench_position_loop import PositionServo
     from frictool.logs.log import Log
     from frictool.simulate.mechanism_bench import MechanismBenchPlant
     from frictool.simulate.mechanism_events import EventCsv

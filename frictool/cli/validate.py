@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from frictool.cli.bench_servo import LAW, ServoGains, servo_options
 from frictool.cli.common_options import FiniteRange, NamedPath, existing, json_option
 from frictool.cli.console_output import note, print_json, say
 from frictool.cli.output_files import check_targets, save_text
+from frictool.cli.position_loop_options import LAW, ServoGains, servo_options
 
 if TYPE_CHECKING:
     from frictool.documents.model import Model
@@ -79,7 +79,7 @@ def command(
     from frictool.identify.validate.validation import validate
     from frictool.logs.channels.bench_match import match_bench
     from frictool.logs.formats import refuse_swapped
-    from frictool.logs.reading import read_log
+    from frictool.logs.log_reader import read_log
 
     refuse_swapped(model, log)
     document = load(model, Model)

@@ -107,7 +107,7 @@ def model_json_view(checked: ModelCheck | None) -> dict[str, Any] | None:
 
 def model_lines(controller: Controller, checked: ModelCheck | None) -> list[str]:
     """Return the check of the model as lines of text."""
-    from frictool.verify.messages import plant_words
+    from frictool.verify.loop_wording import plant_words
 
     if checked is None:
         return []

@@ -10,7 +10,7 @@ import click
 from frictool.cli.common_options import FiniteRange
 
 if TYPE_CHECKING:
-    from frictool.logs.assembly import TimeWindow
+    from frictool.logs.log_assembly import TimeWindow
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -36,8 +36,8 @@ def window_options(function: F) -> F:
 
 def window_of(start: float | None, end: float | None) -> TimeWindow:
     """Return the window. Raises UsageError if it ends before it begins, or lies beyond all logs."""
-    from frictool.logs.assembly import TimeWindow
     from frictool.logs.canonical.mcap_layout import LATEST
+    from frictool.logs.log_assembly import TimeWindow
 
     for key, at in (("--from", start), ("--to", end)):
         if at is not None and abs(at) > LATEST:

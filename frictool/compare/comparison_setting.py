@@ -26,7 +26,7 @@ import numpy as np
 
 from frictool.documents.friction import Friction
 from frictool.documents.quantity import Axis
-from frictool.friction.extension import NO_EXTENSION, FrictionExtension
+from frictool.friction.law_extension import NO_EXTENSION, FrictionExtension
 from frictool.friction.position_polynomial import normalise
 
 TIME_CONSTANT = 2.5  # s, m/sigma_v of table 3.1

@@ -7,13 +7,13 @@ import math
 
 import numpy as np
 
-from frictool.compare import input_protocol, prescribed_motion, probes
+from frictool.compare import input_protocol, law_probes, prescribed_motion
 from frictool.compare.comparison_setting import ComparisonSetting
 from frictool.compare.trajectory import LawTrajectory, Phases, slow_phases
 from frictool.engine.body import BREAKS_AWAY, SLIPS_BACK, STOPS
 from frictool.engine.drive import held, ramped
 from frictool.engine.law_simulation import run_law
-from frictool.engine.status import MESSAGES, OK
+from frictool.engine.status_codes import MESSAGES, OK
 from frictool.errors import NoSolutionError
 from frictool.friction.hybrid_time_step import HybridBench, HybridSettings, violations
 from frictool.friction.law import DynamicKernels
@@ -251,7 +251,7 @@ class LawSimulator:
         return peak > 0.0 and peak - float(position[-1]) > RETURNED * peak
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """Return the cells of table 2.1 that probes decide (compare/probes.py).
+        """Return the cells of table 2.1 that probes decide (compare/law_probes.py).
 
         `drift`: the run of the drift test.
         """
@@ -265,20 +265,20 @@ class LawSimulator:
         still = drift.position[drift.between(SETTLED * setting.scales.time, float(drift.time[-1]))]
         settles = friction_law.kind == "hybrid" or (
             friction_law.kind == "static"
-            and probes.settles(prescribed_motion.printed_law(friction_law, p), setting)
+            and law_probes.settles(prescribed_motion.printed_law(friction_law, p), setting)
         )
         slow, fast = self._breakaway(law, SLOW_RATE), self._breakaway(law, FAST_RATE)
         return {
             "dynamic": "S" if friction_law.kind == "static" else "D",
-            "stiction": probes.stiction(compliance, bool(np.ptp(still) == 0.0), settles),
+            "stiction": law_probes.stiction(compliance, bool(np.ptp(still) == 0.0), settles),
             "rising_static_friction": "+"
             if setting.extension.rise_time > 0.0
-            else probes.rising_static_friction(slow, fast, setting),
+            else law_probes.rising_static_friction(slow, fast, setting),
             "frictional_memory": "+"
             if setting.extension.lag > 0.0
-            else probes.frictional_memory(follow, setting),
-            "stribeck_effect": probes.stribeck_effect(follow, setting),
-            "viscous": probes.viscous_friction(follow, setting),
+            else law_probes.frictional_memory(follow, setting),
+            "stribeck_effect": law_probes.stribeck_effect(follow, setting),
+            "viscous": law_probes.viscous_friction(follow, setting),
         }
 
     def _breakaway(self, law: str, rate: float) -> float:

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from frictool.doctor.installation_finding import InstallationFinding
-from frictool.runtime import kernel_cache, kernels
-from frictool.runtime.kernel_cache import KernelFolder
+from frictool.runtime import kernel_folders, kernels
+from frictool.runtime.kernel_folders import KernelFolder
 from frictool.runtime.kernel_sources import PACKAGE, Sources, UnknownSourcesError
 
 
@@ -69,7 +69,7 @@ def check_kernel_folder() -> InstallationFinding:
             {},
         )
     folder_state = next(
-        (one for one in kernel_cache.folders(folder.parent) if one.path == folder), None
+        (one for one in kernel_folders.folders(folder.parent) if one.path == folder), None
     )
     size = 0 if folder_state is None else folder_state.size
     count = sum(1 for _ in folder.rglob("*.nbi"))
@@ -113,21 +113,21 @@ def old_kernel_folders() -> list[OldKernelFolder]:
     old = [
         folder
         for place in kernels.cache_places()
-        for folder in kernel_cache.folders(place)
+        for folder in kernel_folders.folders(place)
         if folder.path != kernels.FOLDER
     ]
     if kernels.FOLDER is not None:
         sources = Sources(PACKAGE.parent, kernels.FOLDER, only=PACKAGE.name)
         old += [
-            kernel_cache.sized(state)
-            for state in kernel_cache.states(kernels.FOLDER)
+            kernel_folders.sized(state)
+            for state in kernel_folders.states(kernels.FOLDER)
             if not _is_current(state.path, sources)
         ]
     now = time.time()
     young = {
         folder.path: "used within the last hour"
         for folder in old
-        if now - folder.used <= kernel_cache.REST_S
+        if now - folder.used <= kernel_folders.REST_S
     }
     return [
         OldKernelFolder(folder, "in use" if folder.busy else young.get(folder.path, ""))
@@ -137,7 +137,7 @@ def old_kernel_folders() -> list[OldKernelFolder]:
 
 def _is_current(state: Path, sources: Sources) -> bool:
     """Return True if a folder belongs to the present sources of a module."""
-    module = f"{PACKAGE.name}.{kernel_cache.module_of(state)}"
+    module = f"{PACKAGE.name}.{kernel_folders.module_of(state)}"
     try:
         return sources.holds(module) and state.name.endswith(f"-{sources.state([module]).digest}")
     except UnknownSourcesError:
@@ -177,7 +177,7 @@ def remove_old_kernels() -> tuple[list[Path], list[OldKernelFolder]]:
     gone, kept = [], []
     for one in old_kernel_folders():
         is_state = one.folder.path.parent == kernels.FOLDER
-        remove = kernel_cache.remove_state if is_state else kernel_cache.remove
+        remove = kernel_folders.remove_state if is_state else kernel_folders.remove
         if not one.kept_by and remove(one.folder.path):
             gone.append(one.folder.path)
         else:

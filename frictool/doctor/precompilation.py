@@ -20,9 +20,9 @@ from numba.core.errors import NumbaError
 
 from frictool.friction.law_registry import ROWS
 from frictool.friction.law_signatures import SIGNATURES
-from frictool.runtime import kernel_cache, kernels
+from frictool.runtime import kernel_folders, kernels
 from frictool.runtime.kernel_sources import PACKAGE, Sources
-from frictool.runtime.kernel_store import KernelStore
+from frictool.runtime.machine_code_store import KernelStore
 
 LIST = Path(__file__).with_name("kernels.json")
 
@@ -157,8 +157,8 @@ def kept(folder: Path) -> Iterator[list[Any]]:
     """Yield the rows of the kernels of frictool in the folder of a toolchain, callers first."""
     sources = Sources(PACKAGE.parent, folder)
     rows = []
-    for state in kernel_cache.states(folder):
-        module = f"frictool.{kernel_cache.module_of(state.path)}"
+    for state in kernel_folders.states(folder):
+        module = f"frictool.{kernel_folders.module_of(state.path)}"
         if not sources.holds(module) or not state.path.name.endswith(
             sources.state([module]).digest
         ):

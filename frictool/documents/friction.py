@@ -120,7 +120,7 @@ class Friction(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     # thesis table 3.1: plastic_from is z_ba/z_max of (2.46), leuven_exponent i of (2.49),
     # effort_limit u_max of (3.31),
     # the bristles' defaults (3.35), dead_band of (2.35) and (2.32); extensions:
-    # friction/extension.py
+    # friction/law_extension.py
     format: Literal["friction/1"]
     name: Name
     axis: Axis

@@ -49,7 +49,7 @@ from frictool.engine.slip_integration import (
     SLOWER,
     curved_slip,
 )
-from frictool.engine.status import NOT_FINITE, OK, STEP_TOO_SMALL, TOO_MANY_EVENTS
+from frictool.engine.status_codes import NOT_FINITE, OK, STEP_TOO_SMALL, TOO_MANY_EVENTS
 from frictool.friction.coulomb_viscous import breakaway_direction, slip_force
 from frictool.plant import axis as ax
 from frictool.plant import axis_friction_laws as al
@@ -321,7 +321,7 @@ def advance(state: Vector, command: float, parameters: Vector, duration: float) 
 
     parameters: (14,), or (EXTENDED_SIZE,) with laws, or more with a load (plant/position_load.py
     `with_load`). The limit of the winding is computed for the speed at the beginning. Returns a
-    status of engine/status.py.
+    status of engine/status_codes.py.
     """
     total = command * 0.0 + duration
     for index in range(ax.STATE_SIZE):

@@ -1,6 +1,6 @@
 """Simulation of a bench test: a reference under the bench's position loop, or breakaway ramps.
 
-    reference   position --[encoder]--> servo (engine/servo.py) --[delay]--> drive --> axis
+    reference   position --[encoder]--> bench_position_loop.py --[delay]--> drive --> axis
     ramps       rows of drive values; the encoder reading decides when a segment ends, and when the
                 direction changes (figure 4.6)
 
@@ -16,9 +16,9 @@ from typing import NamedTuple
 import numpy as np
 
 from frictool.engine.axis_motion import advance, drive_from_now
+from frictool.engine.bench_position_loop import DERIVATIVE, INTEGRAL, PROPORTIONAL, REFERENCE_RATE
 from frictool.engine.closed_loop import measure
-from frictool.engine.servo import DERIVATIVE, INTEGRAL, PROPORTIONAL, REFERENCE_RATE
-from frictool.engine.status import OK
+from frictool.engine.status_codes import OK
 from frictool.plant.axis import CONSTANT, ENCODER_STEP, POSITION
 from frictool.plant.position_load import with_load
 from frictool.runtime.kernels import inner_kernel, kernel
@@ -98,7 +98,7 @@ def play_reference(
     """Follow `reference` (n,) from `state` (7,), in place, and fill position and drive (n,).
 
     axis: plant/axis.py. load: plant/position_load.py. servo (5,): `PositionServo` in effort. The
-    effort is limited by the axis's drive only. Returns a status of engine/status.py.
+    effort is limited by the axis's drive only. Returns a status of engine/status_codes.py.
     """
     p = with_load(axis, load)
     waiting = np.zeros(delay + 1)
@@ -137,7 +137,7 @@ def play_ramps(
     segment (n,): its sign is the direction. following, turning (n,): first row of the next segment,
     and of the next segment in the other direction; n if there is none. rules (3,) [rad | m]:
     distance after which a segment ends, lower and upper position at which the direction changes.
-    played (1,): set to the number of rows played. Returns a status of engine/status.py.
+    played (1,): set to the number of rows played. Returns a status of engine/status_codes.py.
     """
     p = with_load(axis, load)
     waiting = np.zeros(delay + 1)

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from frictool.friction.extension import DELAY, PackedExtension
+from frictool.friction.law_extension import DELAY, PackedExtension
 from frictool.typing import Vector
 
 # parameters; pairs are (backward, forward), at index base + (direction > 0)
@@ -75,7 +75,7 @@ class FrictionBody:
     stops: tuple[float, float] = (-math.inf, math.inf)  # m
     restitution: float = 0.0  # ratio of the speeds after and before an end stop
     tolerance: float = TOLERANCE_DEFAULT
-    # friction/extension.py; the knees are then those of the extension
+    # friction/law_extension.py; the knees are then those of the extension
     extension: PackedExtension | None = None
 
     def law_in(self, direction: float) -> Vector:

@@ -11,8 +11,8 @@ contains its value after the jump.
 A load that depends on position (plant/position_load.py) is integrated with the motion. At rest
 neither position nor load changes, so that an axis at rest stays exactly in position. The limit of a
 winding (plant/axis.py) is updated PARTS times per period, with the speed at the beginning of each
-part. Disturbances, drifts and faults are rows of engine/conditions.py, one per sample. A speed
-sensor, if the controller has one, reads the true speed at the sample.
+part. Disturbances, drifts and faults are rows of engine/disturbances_and_faults.py, one per sample.
+A speed sensor, if the controller has one, reads the true speed at the sample.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ import numpy as np
 
 from frictool.control.compiled_program import CompiledProgram, control_step
 from frictool.engine.axis_motion import advance, drive_from_now
-from frictool.engine.conditions import faulty, impose, true_command
-from frictool.engine.status import OK
+from frictool.engine.disturbances_and_faults import faulty, impose, true_command
+from frictool.engine.status_codes import OK
 from frictool.plant import axis as ax
 from frictool.plant.position_load import with_load
 from frictool.runtime.kernels import inner_kernel, kernel
@@ -59,10 +59,11 @@ def run(
 
     axis (a,) and state (7,): plant/axis.py, the state in place. controller:
     control/compiled_program.py, started at the measured position, in place. load:
-    plant/position_load.py. conditions (n, 8): engine/conditions.py, or (0, 8) for none.
+    plant/position_load.py. conditions (n, 8): engine/disturbances_and_faults.py, or (0, 8) for
+    none.
 
-    Returns a status of engine/status.py; if it is not OK, the record is filled up to the failing
-    sample.
+    Returns a status of engine/status_codes.py; if it is not OK, the record is filled up to the
+    failing sample.
     """
     axis = with_load(axis, load)
     p = axis.copy()
@@ -108,7 +109,7 @@ def advance_sample(
     axis (a,): parameters, followed by the load (plant/position_load.py `with_load`). p (a,):
     workspace for the parameters under the conditions. waiting (delay_samples + 1,): commands that
     do not act yet. The loop passes p and waiting from sample to sample. Returns a status of
-    engine/status.py.
+    engine/status_codes.py.
     """
     changing = conditions.shape[0] > 0
     parts = PARTS if axis[ax.RESISTANCE] > 0.0 else 1

@@ -24,7 +24,7 @@ import numpy as np
 
 from frictool.engine.axis_motion import advance
 from frictool.engine.exponentials import convolved, convolved_integral, phi1, phi2
-from frictool.engine.status import NOT_FINITE, OK
+from frictool.engine.status_codes import NOT_FINITE, OK
 from frictool.plant import axis as ax
 from frictool.plant import axis_friction_laws as al
 from frictool.plant.axis import AxisParameters
@@ -128,7 +128,7 @@ def replay(
     m]. gains (2,): gains of the correction [-, 1/s]; `measured` is ignored if both are zero. Fills
     positions and velocities (n,) at the samples. With a lag in p, the effort moves from each
     sample's value to the next value; without a lag, each value is held. Returns a status of
-    engine/status.py.
+    engine/status_codes.py.
     """
     coefficients = np.empty((2, 6))
     period_coefficients(p, period, coefficients)

@@ -19,14 +19,14 @@ from numpy.typing import ArrayLike
 
 from frictool.engine.body import EVENT_SIZE, SAMPLE_SIZE, FrictionBody
 from frictool.engine.drive import EffortFunction
-from frictool.engine.dynamic_law import run_dynamic
-from frictool.engine.fixed_step import run_band, run_hybrid
+from frictool.engine.dynamic_law_motion import run_dynamic
+from frictool.engine.fixed_step_laws import run_band, run_hybrid
 from frictool.engine.rosenbrock import CONTACT
-from frictool.engine.status import OK
-from frictool.engine.trajectory import ROOM_FOR_EVENTS, Trajectory, segment_arrays, simulate
+from frictool.engine.status_codes import OK
+from frictool.engine.stick_slip_run import ROOM_FOR_EVENTS, Trajectory, segment_arrays, simulate
 from frictool.friction import kernel_signatures as s
-from frictool.friction.extension import FrictionExtension, pack_plain_law
 from frictool.friction.law import DynamicKernels, HybridKernels, Law, StaticKernels
+from frictool.friction.law_extension import FrictionExtension, pack_plain_law
 from frictool.runtime.kernels import function_pointer
 from frictool.typing import Vector
 
@@ -102,7 +102,7 @@ def run_law(
     tolerance
         Relative tolerance of a dynamic law.
     extension
-        friction/extension.py; the run begins with a contact made at 0 s.
+        friction/law_extension.py; the run begins with a contact made at 0 s.
     room
         Largest number of events.
 

@@ -15,7 +15,7 @@ from frictool.engine.dormand_prince import STAGES, Force, dense_output, layer_st
 from frictool.engine.drive import effort
 from frictool.engine.polynomial_events import NEVER, first_fall
 from frictool.engine.power_series import TERMS, motion, reach
-from frictool.engine.status import NOT_FINITE, OK, STEP_TOO_SMALL
+from frictool.engine.status_codes import NOT_FINITE, OK, STEP_TOO_SMALL
 from frictool.runtime.kernels import bare_kernel, kernel
 from frictool.typing import Vector
 

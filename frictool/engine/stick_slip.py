@@ -23,8 +23,8 @@ endless cycles (3.5):
 
 Any other cycle ends the call with a status, at the returned time.
 
-`run_extended` simulates extended friction (friction/extension.py) by the same driver, with its own
-pieces (extended_motion_pieces.py) and events (extended_slip_events.py).
+`run_extended` simulates extended friction (friction/law_extension.py) by the same driver, with its
+own pieces (extended_friction_motion.py) and events (extended_friction_events.py).
 """
 
 from __future__ import annotations
@@ -36,7 +36,8 @@ import numpy as np
 from frictool.engine import body as fb
 from frictool.engine.dormand_prince import STAGES, Force
 from frictool.engine.drive import DERIVATIVE, FREQUENCY, INTEGRAL, PROPORTIONAL, effort
-from frictool.engine.extended_motion_pieces import (
+from frictool.engine.extended_friction_events import extended_arrival, extended_slip_event, locate
+from frictool.engine.extended_friction_motion import (
     DENSE_TERMS,
     FILM,
     RESTED,
@@ -46,8 +47,7 @@ from frictool.engine.extended_motion_pieces import (
     sampled_friction,
     slip_piece,
 )
-from frictool.engine.extended_motion_pieces import rest_piece as extended_rest_piece
-from frictool.engine.extended_slip_events import extended_arrival, extended_slip_event, locate
+from frictool.engine.extended_friction_motion import rest_piece as extended_rest_piece
 from frictool.engine.motion_pieces import (
     DrivenBody,
     friction,
@@ -58,8 +58,8 @@ from frictool.engine.motion_pieces import (
 from frictool.engine.polynomial_events import value
 from frictool.engine.power_series import TERMS
 from frictool.engine.slip_events import arrive, region, slip_event
-from frictool.engine.status import EVENTS_FULL, NOT_FINITE, OK, TOO_MANY_EVENTS
-from frictool.friction.extension import LAG
+from frictool.engine.status_codes import EVENTS_FULL, NOT_FINITE, OK, TOO_MANY_EVENTS
+from frictool.friction.law_extension import LAG
 from frictool.runtime.kernels import bare_kernel, kernel
 from frictool.typing import Vector
 
@@ -338,8 +338,8 @@ def run(
     direction, law)`. body (16,): engine/body.py. times (n,): ascending, within the run. Fills
     samples (n, 5) and events (m, 4).
 
-    Returns a status of engine/status.py, the time reached and the number of events. If the status
-    is not OK, samples after that time are unchanged.
+    Returns a status of engine/status_codes.py, the time reached and the number of events. If the
+    status is not OK, samples after that time are unchanged.
     """
     return _run(force, law, None, body, state, start, ends, drives, times, samples, events)
 
@@ -359,9 +359,10 @@ def run_extended(
     samples: Vector,
     events: Vector,
 ) -> tuple[int, float, int]:
-    """Simulate as `run`, with `state` (8,) of extended_slip_events.py and an extension.
+    """Simulate as `run`, with `state` (8,) of extended_friction_events.py and an extension.
 
-    forward, backward, table: packed by friction/extension.py. `body` is overwritten as workspace.
+    forward, backward, table: packed by friction/law_extension.py. `body` is overwritten as
+    workspace.
     """
     laws = (forward, backward, table, np.empty_like(forward))
     return _run(force, forward, laws, body, state, start, ends, drives, times, samples, events)

@@ -9,7 +9,7 @@ from frictool.adapters.mechanism.assembly import assemble
 from frictool.documents.key_lines import document_error
 from frictool.documents.mechanism import Mechanism
 from frictool.equations.derivation import Derivation, derive
-from frictool.equations.views import as_data, as_latex, as_text
+from frictool.equations.derivation_views import as_data, as_latex, as_text
 from frictool.plant.mechanism.element_error import ElementError
 
 

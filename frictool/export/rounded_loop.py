@@ -18,12 +18,12 @@ import numpy as np
 from frictool.documents.controller import Controller, LinearController, Number
 from frictool.errors import NoSolutionError
 from frictool.plant.polytope import PlantPoint
-from frictool.presentation.ties import largest, smallest
+from frictool.presentation.tie_rule import largest, smallest
 from frictool.verify.coefficient_rounding import coefficient_rounder, rounded_linear
 from frictool.verify.document_check import check_feedback, loop_checks
 from frictool.verify.feedback_loops import feedbacks, running_form, virtual_friction
 from frictool.verify.loop_figures import CLAIM, loops_of
-from frictool.verify.messages import delay_words
+from frictool.verify.loop_wording import delay_words
 from frictool.verify.observer_loop import check_observer
 from frictool.verify.speed_loop import performance
 from frictool.verify.stored_forms import limited_radius

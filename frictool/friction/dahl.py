@@ -13,7 +13,7 @@ import math
 from frictool.friction.dynamic_kernels import no_memory, scalar_reset
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.parameter import POSITIVE_COULOMB, STIFFNESS, LawParameter
-from frictool.friction.status import NOT_FINITE, OK
+from frictool.friction.status_codes import NOT_FINITE, OK
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
@@ -24,7 +24,7 @@ EXPONENT = LawParameter(  # i; 1 in (2.38)
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Write z' [m/s | rad/s] to out (1,); return a code of friction/status.py."""
+    """Write z' [m/s | rad/s] to out (1,); return a status code."""
     towards = 1.0 if v >= 0.0 else -1.0
     a = 1.0 - p[1] * z[0] * towards / p[0]
     slipped = v * math.copysign(abs(a) ** p[2], a)

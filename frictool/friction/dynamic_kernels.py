@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from frictool.friction.status import OK
+from frictool.friction.status_codes import OK
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 

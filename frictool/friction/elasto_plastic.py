@@ -18,7 +18,7 @@ from frictool.friction.dynamic_kernels import no_memory, scalar_reset
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.lugre import SIGMA_0, force
 from frictool.friction.parameter import DAMPING, POSITIVE_STRIBECK, STIFFNESS, Axis, LawParameter
-from frictool.friction.status import NOT_FINITE, OK
+from frictool.friction.status_codes import NOT_FINITE, OK
 from frictool.friction.stribeck import BREAKAWAY, curve
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
@@ -47,7 +47,7 @@ def plasticity(z: float, v: float, p: Vector) -> float:
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Write z' [m/s | rad/s] to out (1,), (2.44); return a code of friction/status.py."""
+    """Write z' [m/s | rad/s] to out (1,), (2.44); return a status code."""
     slipped = v - plasticity(z[0], v, p) * p[SIGMA_0] * abs(v) * z[0] / curve(v, p)
     if not math.isfinite(slipped):
         return NOT_FINITE

@@ -26,7 +26,7 @@ from frictool.friction.hybrid_kernels import (
 )
 from frictool.friction.law import HybridKernels, Law
 from frictool.friction.parameter import LawParameter
-from frictool.friction.status import NOT_FINITE, OK
+from frictool.friction.status_codes import NOT_FINITE, OK
 from frictool.friction.stribeck import BREAKAWAY
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
@@ -47,7 +47,7 @@ def mode_after(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
 
 @kernel
 def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
-    """Reset t_0 to 0 [s]; return a code of friction/status.py."""
+    """Reset t_0 to 0 [s]; return a status code."""
     z[0] = 0.0
     return OK
 
@@ -66,7 +66,7 @@ def acceleration(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
 
 @kernel
 def rate(mode: int, v: float, z: Vector, p: Vector, out: Vector) -> int:
-    """Write t_0' to out (1,); return a code of friction/status.py."""
+    """Write t_0' to out (1,); return a status code."""
     out[0] = 1.0 if mode == STUCK and z[0] < p[HOLD] else 0.0
     return OK if math.isfinite(v) else NOT_FINITE
 

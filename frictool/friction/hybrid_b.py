@@ -30,7 +30,7 @@ from frictool.friction.hybrid_kernels import (
 )
 from frictool.friction.law import HybridKernels, Law
 from frictool.friction.parameter import PRESLIDING_LIMIT
-from frictool.friction.status import NOT_FINITE, OK
+from frictool.friction.status_codes import NOT_FINITE, OK
 from frictool.friction.stribeck import BREAKAWAY
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
@@ -66,7 +66,7 @@ def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
     """Set z to its limit in the direction of motion, |z| = z_max (3.33).
 
     The motion has the direction of u at the start of slip, and of v at the start of stick. In
-    stick, z is unchanged if v = 0. Returns a code of friction/status.py.
+    stick, z is unchanged if v = 0. Returns a status code.
     """
     if mode == SLIPPING:
         z[0] = math.copysign(p[LIMIT], u)
@@ -91,7 +91,7 @@ def acceleration(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
 
 @kernel
 def rate(mode: int, v: float, z: Vector, p: Vector, out: Vector) -> int:
-    """Write z' [m/s | rad/s] to out[0] and 0 to the rest; return a code of friction/status.py."""
+    """Write z' [m/s | rad/s] to out[0] and 0 to the rest; return a status code."""
     out[:] = 0.0
     if mode == STUCK:
         out[0] = v

@@ -21,7 +21,7 @@ from frictool.friction.parameter import PRESLIDING_LIMIT
 from frictool.friction.preisach import preisach_force, preisach_move
 from frictool.friction.preisach_cycles import cell_count, masing_table
 from frictool.friction.reversal_memory import COUNT, DEPTH, FIRST, FORCE, POSITION
-from frictool.friction.status import OK
+from frictool.friction.status_codes import OK
 from frictool.friction.stribeck import BREAKAWAY
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
@@ -31,7 +31,7 @@ MEMORY, FIXED = 1, 8
 
 @kernel
 def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
-    """Set z as version B does and saturate the operator; return a code of friction/status.py."""
+    """Set z as version B does and saturate the operator; return a status code."""
     status = hybrid_b.enter(mode, v, u, z, p)
     z[MEMORY + COUNT] = 0.0
     z[MEMORY + POSITION] = z[MEMORY + FORCE] = math.copysign(1.0, z[0])
@@ -57,7 +57,7 @@ def acceleration(mode: int, v: float, u: float, z: Vector, p: Vector) -> float:
 
 @kernel
 def commit(mode: int, z: Vector, p: Vector) -> int:
-    """Move the operator to the accepted z; return a code of friction/status.py."""
+    """Move the operator to the accepted z; return a status code."""
     return preisach_move(z[MEMORY:], z[0], p[FIXED:], p[LIMIT]) if mode == STUCK else OK
 
 

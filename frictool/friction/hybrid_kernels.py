@@ -18,7 +18,7 @@ from __future__ import annotations
 import math
 
 from frictool.friction.parameter import STRIBECK, LawParameter
-from frictool.friction.status import OK
+from frictool.friction.status_codes import OK
 from frictool.friction.stribeck import COULOMB, slip_force
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector

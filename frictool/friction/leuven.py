@@ -18,7 +18,7 @@ from frictool.friction import dahl
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.maxwell_bank import bank_force, bank_move, parabolic_bank
 from frictool.friction.parameter import DAMPING, POSITIVE_STRIBECK, PRESLIDING_LIMIT
-from frictool.friction.status import NOT_FINITE, OK
+from frictool.friction.status_codes import NOT_FINITE, OK
 from frictool.friction.stribeck import BREAKAWAY, VISCOUS, curve
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
@@ -44,7 +44,7 @@ def hysteresis_force(z: Vector, p: Vector) -> float:
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Write z' [m/s | rad/s] to out[0] and 0 to the rest; return a code of friction/status.py.
+    """Write z' [m/s | rad/s] to out[0] and 0 to the rest; return a status code.
 
     `commit` updates the memory.
     """
@@ -64,7 +64,7 @@ def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
 
 @kernel
 def commit(z: Vector, v: float, p: Vector) -> int:
-    """Move the bank to the accepted z; return a code of friction/status.py."""
+    """Move the bank to the accepted z; return a status code."""
     if not math.isfinite(z[Z]):
         return NOT_FINITE
     bank_move(z[DEFLECTIONS:], z[Z] - z[ACCEPTED], p[FIXED:], p[LIMIT])

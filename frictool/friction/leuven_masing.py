@@ -15,7 +15,7 @@ from frictool.friction.leuven import EXPONENT, LIMIT, SIGMA_1, presliding_rate
 from frictool.friction.masing import masing_force, masing_move
 from frictool.friction.parameter import DAMPING, POSITIVE_STRIBECK, PRESLIDING_LIMIT
 from frictool.friction.reversal_memory import DEPTH, FIRST
-from frictool.friction.status import NOT_FINITE, OK
+from frictool.friction.status_codes import NOT_FINITE, OK
 from frictool.friction.stribeck import BREAKAWAY, VISCOUS
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
@@ -25,7 +25,7 @@ Z, MEMORY = 0, 1
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Write z' [m/s | rad/s] to out[0] and 0 to the rest; return a code of friction/status.py.
+    """Write z' [m/s | rad/s] to out[0] and 0 to the rest; return a status code.
 
     `commit` updates the memory.
     """
@@ -49,7 +49,7 @@ def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
 
 @kernel
 def commit(z: Vector, v: float, p: Vector) -> int:
-    """Move the hysteresis to the accepted z; return a code of friction/status.py."""
+    """Move the hysteresis to the accepted z; return a status code."""
     if not math.isfinite(z[Z]):
         return NOT_FINITE
     return masing_move(z[MEMORY:], z[Z], p[BREAKAWAY], p[LIMIT])

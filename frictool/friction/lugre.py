@@ -14,7 +14,7 @@ import math
 from frictool.friction.dynamic_kernels import no_memory, scalar_reset
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.parameter import DAMPING, POSITIVE_STRIBECK, STIFFNESS
-from frictool.friction.status import NOT_FINITE, OK
+from frictool.friction.status_codes import NOT_FINITE, OK
 from frictool.friction.stribeck import VISCOUS, curve
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
@@ -24,7 +24,7 @@ SIGMA_0, SIGMA_1 = 5, 6
 
 @kernel
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
-    """Write z' [m/s | rad/s] to out (1,), (2.40); return a code of friction/status.py."""
+    """Write z' [m/s | rad/s] to out (1,), (2.40); return a status code."""
     slipped = v - p[SIGMA_0] * abs(v) * z[0] / curve(v, p)
     if not math.isfinite(slipped):
         return NOT_FINITE

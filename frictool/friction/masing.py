@@ -28,7 +28,7 @@ def masing_force(memory: Vector, z: float, breakaway: float, limit: float) -> fl
 
 @kernel
 def masing_move(memory: Vector, z: float, breakaway: float, limit: float) -> int:
-    """Move monotonically to z and update the memory; return a code of friction/status.py.
+    """Move monotonically to z and update the memory; return a status code.
 
     Afterwards memory[1] is the force.
     """

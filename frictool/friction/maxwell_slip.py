@@ -22,7 +22,7 @@ import numpy as np
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.maxwell_bank import parabolic_bank
 from frictool.friction.parameter import POSITIVE_STRIBECK, PRESLIDING_LIMIT, LawParameter
-from frictool.friction.status import NOT_FINITE, OK
+from frictool.friction.status_codes import NOT_FINITE, OK
 from frictool.friction.stribeck import BREAKAWAY, VISCOUS, curve
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
@@ -47,7 +47,7 @@ def _loaded(force: float, v: float, limit: float) -> bool:
 def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
     """Write F_i' [N/s | N m/s] and the modes' rate 0 to out (2 N,).
 
-    Returns a code of friction/status.py.
+    Returns a status code.
     """
     count = z.shape[0] // 2
     level = curve(v, p)
@@ -75,7 +75,7 @@ def force(z: Vector, zdot: Vector, v: float, p: Vector) -> float:
 
 @kernel
 def commit(z: Vector, v: float, p: Vector) -> int:
-    """Update which elements stick and which slip; return a code of friction/status.py."""
+    """Update which elements stick and which slip; return a status code."""
     if not math.isfinite(v):
         return NOT_FINITE
     count = z.shape[0] // 2

@@ -27,7 +27,7 @@ import math
 
 import numpy as np
 
-from frictool.friction.status import MEMORY_FULL, NOT_FINITE, OK
+from frictool.friction.status_codes import MEMORY_FULL, NOT_FINITE, OK
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
@@ -100,7 +100,7 @@ def _forget_a_pair(memory: Vector, count: int) -> None:
 
 @kernel
 def remember(memory: Vector, z: float, force: float) -> int:
-    """Store a monotonic movement to z and the force there; return a code of friction/status.py."""
+    """Store a monotonic movement to z and the force there; return a status code."""
     if not (math.isfinite(z) and math.isfinite(force)):
         return NOT_FINITE
     count, turned = surviving(memory, z)

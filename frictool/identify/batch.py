@@ -26,8 +26,8 @@ from frictool.identify.json_view import as_view
 from frictool.identify.methods import IdentificationRequest
 from frictool.logs.fleet import FleetLog
 from frictool.logs.log import Log
+from frictool.logs.log_reader import read_log
 from frictool.logs.origin import LogOrigin, NamePatterns, origin_by_name, origin_of_log
-from frictool.logs.reading import read_log
 from frictool.workers.file_transfer import Paths, share_files
 
 # bytes of all logs together; for fewer, starting more processes takes longer than it saves
@@ -254,7 +254,7 @@ def identify_groups(
 
     Batches of less than WORTH_SHARING bytes run in this process unless `cores` is set.
 
-    - cores, cluster: number of processes and address of a cluster (`workers/share.py`)
+    - cores, cluster: number of processes and address of a cluster (`workers/job_sharing.py`)
     - tick: callback that takes the completed fraction, 0 to 1
     """
     jobs = [(tuple(member.path for member in group.members), group) for group in requested]

@@ -26,11 +26,11 @@ from frictool.identify.fit_warnings import (
     replacement_warnings,
 )
 from frictool.identify.interval_checks import NEVER_NEGATIVE
+from frictool.identify.log_disagreement import pooling_warnings
 from frictool.identify.method_check import method_warnings
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.orientation import negative_effort, reversed_sign
 from frictool.identify.outcome import Outcome
-from frictool.identify.pooling import pooling_warnings
 from frictool.identify.rows.load_terms import ONLY_OFFSET
 from frictool.identify.sliding_parameters import (
     any_negative,

@@ -24,10 +24,10 @@ from frictool.identify.estimators.method_comparison import (
 from frictool.identify.estimators.output_error import start_values
 from frictool.identify.estimators.structure_selection import Sides, halves
 from frictool.identify.fit_result import SlidingFit, UnusableLogs
+from frictool.identify.fixed_parameter_refit import refit, with_held
 from frictool.identify.force_error import SlipRows, force_error, motion_rows
 from frictool.identify.methods import METHODS, REFERENCE, IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
-from frictool.identify.refit import refit, with_held
 from frictool.identify.regression.term_selection import beyond_chance
 
 WORSE = 2.0  # error relative to that of least squares above which a warning is issued

@@ -7,12 +7,12 @@ from dataclasses import replace
 
 from frictool.identify.axis_logs import AxisLogs
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
+from frictool.identify.fixed_parameter_refit import fixed_parameters, refit
 from frictool.identify.force_error import force_error
 from frictool.identify.interval_checks import NEVER_NEGATIVE
 from frictool.identify.measurement_faults import refuse_self_explained
 from frictool.identify.methods import METHODS, run
 from frictool.identify.outcome import Outcome, accept, sliding_intervals
-from frictool.identify.refit import fixed_parameters, refit
 
 LARGEST_FORCE_ERROR = 0.5  # above it more than a quarter of the effort's mean square is unexplained
 
@@ -41,7 +41,7 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
 def settled(logs: AxisLogs, fit: SlidingFit) -> Outcome:
     """Return the accepted parameters and the fit with the others at the bench's values.
 
-    The fit is repeated until no further parameter is refused (`refit.py`).
+    The fit is repeated until no further parameter is refused (`fixed_parameter_refit.py`).
     """
     outcome = accept(fit.parameters, logs.bench, fit.refused)
     fixed: dict[str, Interval] = {}

@@ -19,8 +19,8 @@ from frictool.logs.canonical.mcap_layout import NS, StreamHeader
 from frictool.logs.canonical.mcap_writer import Notes
 from frictool.logs.canonical.sample_chunks import join_blocks
 from frictool.logs.formats import WRITTEN, Format
+from frictool.logs.raw_table import BLOCK_ROWS
 from frictool.logs.stream_source import SampleBlock
-from frictool.logs.table import BLOCK_ROWS
 from frictool.typing import Vector
 
 TIME_NAME, TIME_UNIT = "time", "s"

@@ -8,7 +8,7 @@ from __future__ import annotations
 import numpy as np
 
 from frictool.logs.canonical.mcap_layout import NS
-from frictool.logs.table import Nanoseconds
+from frictool.logs.raw_table import Nanoseconds
 
 DAY = 86_400 * NS  # ns per day
 

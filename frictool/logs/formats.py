@@ -20,7 +20,7 @@ from frictool.logs.optional_libraries import library
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Layout
-    from frictool.logs.table import RawTable
+    from frictool.logs.raw_table import RawTable
 
 
 class Format(NamedTuple):

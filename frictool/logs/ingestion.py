@@ -13,9 +13,9 @@ from msgspec.structs import replace
 from frictool.documents.bench import Bench
 from frictool.documents.provenance import Input, Provenance, digest, provenance_of_call, readable
 from frictool.errors import FrictoolError
-from frictool.logs.assembly import EVERYTHING, LogAssembly, TimeWindow, assemble, write
 from frictool.logs.canonical.mcap_layout import DATE, KIND, NS, UNIT, StreamHeader
-from frictool.logs.in_memory import new_file
+from frictool.logs.log_assembly import EVERYTHING, LogAssembly, TimeWindow, assemble, write
+from frictool.logs.log_from_arrays import new_file
 from frictool.logs.provenance import PROVENANCE, provenance_record
 from frictool.logs.quality.log_kinds import KINDS, TEST
 from frictool.logs.quality.time_base import TimeBase

@@ -9,7 +9,7 @@ from typing import Any
 import msgspec
 
 from frictool.errors import LogError
-from frictool.logs.table import DataLoss
+from frictool.logs.raw_table import DataLoss
 
 LOST = "lost"  # metadata record: number -> DataLoss as JSON
 # maximum number of separate losses of the same channels for the same reason; further ones are

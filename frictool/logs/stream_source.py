@@ -2,7 +2,7 @@
 
 The source is a raw table (mapping.py) or a canonical log.
 
-    StreamSource ──samples──▶ merged in time (assembly.py) ──▶ CanonicalWriter
+    StreamSource ──samples──▶ merged in time (log_assembly.py) ──▶ CanonicalWriter
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol
 
 from frictool.logs.canonical.mcap_layout import StreamHeader
 from frictool.logs.losses import LossList
-from frictool.logs.table import Nanoseconds
+from frictool.logs.raw_table import Nanoseconds
 from frictool.typing import Vector
 
 

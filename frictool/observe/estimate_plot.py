@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictool.documents.quantity import Axis, si_unit
-from frictool.observe.estimation import EstimateBlock
+from frictool.observe.combined_estimator import EstimateBlock
 from frictool.observe.streamed_decimation import DecimatedTrace, zigzag
 from frictool.presentation import svg
 from frictool.presentation.svg import PAGE, FigureMargins, panels, render

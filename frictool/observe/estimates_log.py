@@ -7,14 +7,14 @@ from collections.abc import Iterator
 from itertools import chain, tee
 from typing import BinaryIO
 
-from frictool.logs.assembly import origins
 from frictool.logs.canonical.mcap_layout import KIND, NS, TIME, StreamHeader
 from frictool.logs.canonical.mcap_writer import CanonicalWriter, Notes, write_streams
 from frictool.logs.canonical.sample_chunks import chunked
 from frictool.logs.log import MAIN_TOPIC
+from frictool.logs.log_assembly import origins
 from frictool.logs.losses import LOST, record_of
 from frictool.logs.stream_source import SampleBlock
-from frictool.observe.estimation import EstimateBlock, head
+from frictool.observe.combined_estimator import EstimateBlock, head
 from frictool.observe.log_observer import LogObserver
 from frictool.observe.second_observer import samples_of
 

@@ -54,7 +54,7 @@ def observe_logs(
 ) -> list[FleetResult]:
     """Return the result of each log, in the order of `fleet`.
 
-    cores, cluster: as in `workers/share.py`; small fleets are observed in this process. tick:
+    cores, cluster: as in `workers/job_sharing.py`; small fleets are observed in this process. tick:
     function called with the completed fraction (0 to 1).
     """
     few = (

@@ -17,7 +17,7 @@ import numpy as np
 from frictool.adapters.axis_model import axis_of, load_of
 from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
-from frictool.observe.estimate import EstimateRange, WearEstimate
+from frictool.observe.interval_estimate import EstimateRange, WearEstimate
 from frictool.observe.kernels.friction_interval import (
     GAPS,
     KNOWN,

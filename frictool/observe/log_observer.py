@@ -12,23 +12,23 @@ import msgspec
 
 from frictool.documents.model import Model
 from frictool.documents.observer import Observer
-from frictool.logs.assembly import EVERYTHING, TimeWindow
 from frictool.logs.canonical.mcap_layout import KIND
+from frictool.logs.log_assembly import EVERYTHING, TimeWindow
 from frictool.logs.origin import LogName, NamePatterns, origin_of
-from frictool.observe.design.tracking import design_tracking
-from frictool.observe.estimate import WearEstimate
-from frictool.observe.estimation import (
+from frictool.observe.combined_estimator import (
     EstimateBlock,
     VelocityEstimation,
     WearEstimation,
     estimate_along,
 )
+from frictool.observe.design.tracking import design_tracking
+from frictool.observe.interval_estimate import WearEstimate
 from frictool.observe.observation_outcome import ObservationOutcome
 from frictool.observe.rig_plausibility import implausible
 from frictool.observe.sample_stream import SampleStream, open_stream
 from frictool.observe.second_observer import SecondObserver, check_observer
 from frictool.observe.velocity import VelocityEstimator
-from frictool.observe.wear.estimator import WearEstimator
+from frictool.observe.wear.wear_estimator import WearEstimator
 
 OFTEN = 100  # samples per gap: with more gaps, no move is in one piece
 

@@ -10,8 +10,8 @@ from frictool.documents.model import Model
 from frictool.documents.observer import Observer
 from frictool.documents.provenance import Provenance, provenance_of_call
 from frictool.logs.canonical.mcap_format import read_mcap
-from frictool.logs.in_memory import write_log
 from frictool.logs.log import Log
+from frictool.logs.log_from_arrays import write_log
 from frictool.logs.provenance import PROVENANCE, provenance_record
 from frictool.observe.commissioning import Commissioning
 from frictool.observe.estimates_log import write

@@ -13,7 +13,7 @@ import numpy as np
 
 from frictool.adapters.observer_composition import observer_program
 from frictool.control.compiled_program import compile_program, start_at
-from frictool.control.program_recording import record_along
+from frictool.control.program_replay import record_along
 from frictool.documents.observer import Observer
 from frictool.observe.motion_block import MotionBlock
 from frictool.typing import Vector

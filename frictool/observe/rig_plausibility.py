@@ -9,8 +9,8 @@ drive is not that of the bench, or its signal saturates.
 from __future__ import annotations
 
 from frictool.documents.model import Model
-from frictool.observe.estimate import EstimateRange, WearEstimate
-from frictool.observe.wear.restriction import INERTIA_SPREAD
+from frictool.observe.interval_estimate import EstimateRange, WearEstimate
+from frictool.observe.wear.parameter_restriction import INERTIA_SPREAD
 
 TRY = (
     "is this the rig of the log, does its drive's signal saturate, "

@@ -1,6 +1,6 @@
 """Stream of motion blocks from any log, for the estimators; the log is never held in memory.
 
-    file ──logs/assembly.py──▶ samples of one stream, SI ──▶ MotionBlock, MotionBlock, ...
+    file ──logs/log_assembly.py──▶ samples of one stream, SI ──▶ MotionBlock, MotionBlock, ...
 
 A canonical log is read as it is, a raw one by the columns of the model's bench. A gap, or an
 interval that differs from the period by more than a tenth, ends a block; the next block has
@@ -18,7 +18,12 @@ import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.errors import LogError
-from frictool.logs.assembly import (
+from frictool.logs.canonical.mcap_layout import NS, StreamHeader
+from frictool.logs.canonical.sample_chunks import join_blocks
+from frictool.logs.channels.bench_match import match_bench
+from frictool.logs.channels.mapping import RATE_NOTED
+from frictool.logs.log import MAIN_TOPIC, Log, Stream
+from frictool.logs.log_assembly import (
     EVERYTHING,
     LogAssembly,
     PendingStream,
@@ -26,17 +31,12 @@ from frictool.logs.assembly import (
     assemble,
     start_streams,
 )
-from frictool.logs.canonical.mcap_layout import NS, StreamHeader
-from frictool.logs.canonical.sample_chunks import join_blocks
-from frictool.logs.channels.bench_match import match_bench
-from frictool.logs.channels.mapping import RATE_NOTED
-from frictool.logs.log import MAIN_TOPIC, Log, Stream
 from frictool.logs.losses import loss_count_text
 from frictool.logs.quality.opening_samples import OpeningSamples
 from frictool.logs.quality.sign_check import sign_of
 from frictool.logs.quality.time_base import time_base
+from frictool.logs.raw_table import DataLoss, pick
 from frictool.logs.stream_source import SampleBlock
-from frictool.logs.table import DataLoss, pick
 from frictool.observe.motion_block import MotionBlock
 from frictool.typing import Vector
 

@@ -21,7 +21,7 @@ import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
-from frictool.observe.estimate import EstimateRange, WearEstimate
+from frictool.observe.interval_estimate import EstimateRange, WearEstimate
 
 FEWEST_MOVES = 2  # moves, least number for a verdict if the interval contains the limit
 HEALTHY = 1.0  # wear of a unit like the model

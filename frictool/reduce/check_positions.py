@@ -10,7 +10,7 @@ from frictool.engine.axis_motion import advance as advance_axis
 from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import rest
-from frictool.engine.status import MESSAGES, OK
+from frictool.engine.status_codes import MESSAGES, OK
 from frictool.errors import NoSolutionError
 from frictool.plant.axis import POSITION, RESISTANCE
 from frictool.plant.axis import rest as axis_rest

@@ -5,9 +5,9 @@ from __future__ import annotations
 from frictool.documents.mechanism import FrictionOf
 from frictool.documents.quantity import Axis, si_unit
 from frictool.reduce.backlash import steepest
-from frictool.reduce.chain import ReductionChain
 from frictool.reduce.one_inertia import DirectionFriction, OneInertia
-from frictool.reduce.resisting_curves import neglected_memory
+from frictool.reduce.reduction_chain import ReductionChain
+from frictool.reduce.resistance_step import neglected_memory
 from frictool.reduce.step_report import StepFigure, StepReport
 
 

@@ -7,8 +7,8 @@ from typing import Any
 
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
-from frictool.reduce.chain import ReductionChain
 from frictool.reduce.loop_comparison import LoopComparison
+from frictool.reduce.reduction_chain import ReductionChain
 from frictool.reduce.simulation_check import SimulationCheck
 from frictool.reduce.step_report import StepFigure, StepReport
 

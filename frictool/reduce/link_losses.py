@@ -28,7 +28,7 @@ from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.reduce.assembly_cache import assemble_cached
 from frictool.reduce.connections import BlockMotion, Connection, connections, seen_from
 from frictool.reduce.reflected_inertia import ReflectedInertia
-from frictool.reduce.resistance import LinkLoss, as_curves
+from frictool.reduce.resistance_curves import LinkLoss, as_curves
 from frictool.reduce.rigid_lumping import bodies, lump_rigid_links
 from frictool.reduce.step_report import StepFigure, StepReport
 from frictool.reduce.travel_grid import positions

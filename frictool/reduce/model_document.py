@@ -26,9 +26,9 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Axis, Estimate, Quantity, Span, drive_dimension, si_unit
 from frictool.documents.resonances import Oscillation, Resonances
 from frictool.errors import NoSolutionError
-from frictool.reduce.chain import ReductionChain
 from frictool.reduce.one_inertia import DirectionFriction, OneInertia
 from frictool.reduce.polynomial_fit import mean_of
+from frictool.reduce.reduction_chain import ReductionChain
 
 CONFIDENCE = 0.95
 ROUNDING = 1e-12  # relative width below which an interval is omitted

@@ -28,7 +28,7 @@ from frictool.reduce.kept_resonances import resonances
 from frictool.reduce.polynomial_fit import PolynomialFit, fit_polynomial, mean_of
 from frictool.reduce.reflected_inertia import ReflectedInertia
 from frictool.reduce.residual_load import LoadUnits, ResidualLoad, fit_residual_load
-from frictool.reduce.resisting_curves import in_contact
+from frictool.reduce.resistance_step import in_contact
 from frictool.reduce.rigid_lumping import lump_rigid_links
 from frictool.reduce.travel_grid import POINTS, positions
 from frictool.typing import Vector

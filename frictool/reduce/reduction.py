@@ -12,11 +12,11 @@ from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance, provenance_of_call
 from frictool.errors import NoSolutionError
 from frictool.plant.mechanism.element_error import ElementError
-from frictool.reduce.chain import ReductionChain, chain
 from frictool.reduce.final_step import final
 from frictool.reduce.interval_propagation import propagated
 from frictool.reduce.model_document import model_of
 from frictool.reduce.partial_travel import restrict_travel
+from frictool.reduce.reduction_chain import ReductionChain, chain
 from frictool.reduce.simulation_check import TOLERANCE, SimulationCheck, check_reduction
 
 

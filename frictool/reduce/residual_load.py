@@ -18,7 +18,7 @@ from scipy.optimize import minimize_scalar
 
 from frictool.errors import NoSolutionError
 from frictool.reduce.advice import parts_of_travel
-from frictool.reduce.resistance import DirectedResistance
+from frictool.reduce.resistance_curves import DirectedResistance
 from frictool.typing import Vector
 
 NOTHING = 1e-12  # relative to the largest load: smaller terms are omitted

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
 from frictool.presentation.svg import INK, MUTED, drawing, render
-from frictool.reduce.chain import ReductionChain
+from frictool.reduce.reduction_chain import ReductionChain
 from frictool.reduce.residual_load import ResidualLoad
 
 WIDTH, HEIGHT = 7.0, 6.4  # inches

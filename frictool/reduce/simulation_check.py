@@ -17,12 +17,12 @@ from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
 from frictool.errors import NoSolutionError
-from frictool.presentation.ties import largest
+from frictool.presentation.tie_rule import largest
 from frictool.reduce.advice import other_tolerance, passing_bandwidth
-from frictool.reduce.chain import ReductionChain
 from frictool.reduce.check_commands import CheckRun, runs
 from frictool.reduce.check_positions import mechanism_positions, model_positions
 from frictool.reduce.coordinate_change import from_reference, sensor_frame, view
+from frictool.reduce.reduction_chain import ReductionChain
 from frictool.reduce.step_report import MeasuredError, StepReport
 from frictool.typing import Vector
 

@@ -9,7 +9,7 @@ from frictool.documents.metric_table import REQUIREMENTS, STREAM_METRICS
 from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.metrics.drive_peak import command_peak, drive_peak
-from frictool.presentation.ties import largest
+from frictool.presentation.tie_rule import largest
 from frictool.report.measured_part import MeasuredPart, measure, no_drive
 from frictool.report.requirement import Requirement
 from frictool.report.worst_hold import (

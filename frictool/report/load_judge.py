@@ -7,7 +7,7 @@ from dataclasses import replace
 from frictool.documents.controller import Controller
 from frictool.documents.metric_table import REQUIREMENTS
 from frictool.documents.spec import Spec
-from frictool.presentation.ties import largest
+from frictool.presentation.tie_rule import largest
 from frictool.report.requirement import Requirement
 from frictool.report.worst_hold import JudgedStreams, largest_value, location_of, reasons
 

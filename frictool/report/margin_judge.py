@@ -10,7 +10,7 @@ from dataclasses import replace
 
 from frictool.documents.controller import Controller
 from frictool.documents.spec import Spec
-from frictool.presentation.ties import smallest
+from frictool.presentation.tie_rule import smallest
 from frictool.report.evidence import StreamEvidence
 from frictool.report.requirement import Requirement, ValueLocation
 from frictool.report.worst_hold import JudgedStreams, location_of

@@ -22,7 +22,7 @@ from frictool.report.stream_selection import select_streams
 from frictool.report.tables import hold_tables, side_by_side, stream_table
 from frictool.report.transfer_figures import transfer_views
 from frictool.report.worst_hold import JudgedStreams
-from frictool.verify.messages import plant_units
+from frictool.verify.loop_wording import plant_units
 from frictool.verify.vertex_transfers import VertexTransfers
 
 

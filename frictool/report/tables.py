@@ -8,7 +8,7 @@ from frictool.documents.metric_table import DRIVE, HOLD_METRICS, MOTION, STREAM_
 from frictool.documents.spec import Spec
 from frictool.logs.quality.time_base import time_base
 from frictool.presentation.sections import TextTable
-from frictool.presentation.ties import largest
+from frictool.presentation.tie_rule import largest
 from frictool.report.evidence import StreamEvidence
 from frictool.report.hold_metrics import HoldMetrics, stream_metrics
 from frictool.report.measured_part import energy_window

@@ -10,7 +10,7 @@ from frictool.documents.controller import Controller
 from frictool.documents.quantity import si_unit
 from frictool.presentation.sections import PageFigure
 from frictool.presentation.svg import INK, render_compact
-from frictool.presentation.ties import largest
+from frictool.presentation.tie_rule import largest
 from frictool.report.figure_style import LIMIT, LOG_COLOURS, drawing, new_figure
 from frictool.report.requirement import number
 from frictool.verify.vertex_transfers import Name, VertexTransfer, VertexTransfers

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from frictool.documents.controller import Controller
 from frictool.documents.metric_table import HOLD_METRICS, REQUIREMENTS, Metric
 from frictool.documents.spec import Spec
-from frictool.presentation.ties import largest
+from frictool.presentation.tie_rule import largest
 from frictool.report.evidence import StreamEvidence
 from frictool.report.hold_metrics import HoldMetrics
 from frictool.report.measured_part import NO_STEP, MeasuredPart, measure

@@ -27,7 +27,13 @@ PACKAGE = Path(__file__).resolve().parents[1]
 LAZY = "frictool.runtime.lazy_exports"
 STORAGE = frozenset(  # modules that store machine code but generate none
     f"frictool.runtime.{name}"
-    for name in ("kernel_cache", "kernel_sources", "kernel_store", "module_source", "notifications")
+    for name in (
+        "kernel_folders",
+        "kernel_sources",
+        "machine_code_store",
+        "module_source",
+        "notifications",
+    )
 )
 INSTALLED = {"site-packages", "dist-packages"}
 MEMO = f"sources-{ANALYSIS}.json"

@@ -1,9 +1,10 @@
 """Decorators that compile kernels with numba, once per installation, and keep the code on disk.
 
-Each toolchain has its own folder of compiled code (kernel_cache.py). In this folder, code is looked
-up by the sources on which it depends (kernel_store.py). The folder is in NUMBA_CACHE_DIR if this
-variable is set, else in the package. If this place is not writable, or if other users can write in
-it, the user's cache folder is used. If the cache folder cannot be used either, no code is kept.
+Each toolchain has its own folder of compiled code (kernel_folders.py). In this folder, code is
+looked up by the sources on which it depends (machine_code_store.py). The folder is in
+NUMBA_CACHE_DIR if this variable is set, else in the package. If this place is not writable, or if
+other users can write in it, the user's cache folder is used. If the cache folder cannot be used
+either, no code is kept.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ import numpy as np
 from numba.core import event, sigutils
 from numba.core.ccallback import CFunc
 
-from frictool.runtime import kernel_cache, notifications
-from frictool.runtime.kernel_store import KernelStore
+from frictool.runtime import kernel_folders, notifications
+from frictool.runtime.machine_code_store import KernelStore
 
 F = TypeVar("F", bound=Callable[..., Any])
 settings: Any = numba.config
@@ -41,7 +42,7 @@ def toolchain() -> str:
 
 def _usable(folder: Path) -> bool:
     try:
-        with kernel_cache.restricted_umask():
+        with kernel_folders.restricted_umask():
             folder.mkdir(parents=True, exist_ok=True)
             tempfile.TemporaryFile(dir=folder).close()
     except OSError:
@@ -67,18 +68,18 @@ def _cache_folder() -> Path | None:
     in is recorded in `UNTRUSTED` and not loaded.
     """
     UNTRUSTED.clear()
-    name = kernel_cache.folder_name(toolchain())
+    name = kernel_folders.folder_name(toolchain())
     for place in cache_places():
         folder = place / name
         is_new = not folder.exists()
         if _usable(folder):
-            reason = kernel_cache.untrusted_reason(folder, Path(__file__))
+            reason = kernel_folders.untrusted_reason(folder, Path(__file__))
             if reason:
                 UNTRUSTED[folder] = reason
                 continue
-            kernel_cache.mark_used(folder)
+            kernel_folders.mark_used(folder)
             if is_new:
-                kernel_cache.prune(place, folder)
+                kernel_folders.prune(place, folder)
             return folder
     return None
 

@@ -27,7 +27,7 @@ import numpy as np
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, drive_dimension, si_unit
 from frictool.documents.scenario import Scenario
 from frictool.engine import closed_loop
-from frictool.engine.conditions import (
+from frictool.engine.disturbances_and_faults import (
     CONSTANT_FACTOR,
     DISTURBANCE,
     FRICTION,
@@ -47,8 +47,9 @@ class AxisChannels:
     """Builder of the streams of all variants of one scenario.
 
     `reference` (n,) is None without a controller; `conditions` are (n, 8) or (0, 8), see
-    engine/conditions.py. `senses_velocity` is True if the velocity is measured. `hold_samples` is
-    the limit of the controller's guard against invalid inputs (control/measurement_guard.py).
+    engine/disturbances_and_faults.py. `senses_velocity` is True if the velocity is measured.
+    `hold_samples` is the limit of the controller's guard against invalid inputs
+    (control/measurement_guard.py).
     """
 
     def __init__(

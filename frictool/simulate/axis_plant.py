@@ -13,7 +13,7 @@ from frictool.documents.controller import Controller
 from frictool.documents.model import Model
 from frictool.documents.scenario import Scenario
 from frictool.engine import closed_loop
-from frictool.engine.conditions import CONSTANT_FACTOR, VISCOUS_FACTOR
+from frictool.engine.disturbances_and_faults import CONSTANT_FACTOR, VISCOUS_FACTOR
 from frictool.simulate.axis_runs import play
 from frictool.simulate.axis_variants import (
     AxisVariant,
@@ -23,8 +23,8 @@ from frictool.simulate.axis_variants import (
     variants_of,
 )
 from frictool.simulate.document_agreement import DocumentNames, disturbances_of, refuse
-from frictool.simulate.given_plant import check_given
 from frictool.simulate.rig import rig_of
+from frictool.simulate.scenario_plant_values import check_given
 from frictool.simulate.simulated_plant import SimulatedLoop, VariantRun, VariedParameter
 from frictool.typing import Vector
 from frictool.verify.logged_plant import LoggedPlant

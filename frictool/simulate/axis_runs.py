@@ -12,9 +12,9 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from frictool.control.compiled_program import copy_program, hold, start_at
-from frictool.engine.batch import closed_loops
 from frictool.engine.closed_loop import RECORD_SIZE, advance_sample, encoder_reading, measure, run
-from frictool.engine.status import MESSAGES, OK
+from frictool.engine.parallel_runs import closed_loops
+from frictool.engine.status_codes import MESSAGES, OK
 from frictool.errors import NoSolutionError
 from frictool.plant.axis import ENCODER_STEP, POSITION, VELOCITY, rest
 from frictool.plant.position_load import PositionLoad, with_load

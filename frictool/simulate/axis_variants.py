@@ -26,7 +26,7 @@ from frictool.errors import FrictoolError
 from frictool.logs.log import MAIN_TOPIC
 from frictool.plant.axis import AxisParameters
 from frictool.plant.polytope import PARAMETERS, PlantPoint, corner_points
-from frictool.simulate.given_plant import GIVEN, given_values
+from frictool.simulate.scenario_plant_values import GIVEN, given_values
 from frictool.simulate.simulated_plant import VariedParameter
 
 LABELS = {

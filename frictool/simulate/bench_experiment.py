@@ -1,6 +1,6 @@
 """Simulation of a test of `frictool excite` as its bench would run and log it.
 
-    a reference    is followed under the bench's position loop (engine/servo.py)
+    a reference    is followed under the bench's position loop (engine/bench_position_loop.py)
     ramps          follow the rule that the test contains (figure 4.6)
 
 The log has only the channels of a bench. Position is the encoder's report; the drive is measured
@@ -22,8 +22,8 @@ from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, si_unit
 from frictool.engine.bench_experiment import play_ramps, play_reference
-from frictool.engine.servo import PositionServo
-from frictool.engine.status import MESSAGES, OK
+from frictool.engine.bench_position_loop import PositionServo
+from frictool.engine.status_codes import MESSAGES, OK
 from frictool.errors import LogError, NoSolutionError
 from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.logs.canonical.mcap_reader import is_canonical
@@ -65,8 +65,8 @@ def is_ramps(excitation: Log) -> bool:
 class BenchPlant(Protocol):
     """Plant that can run a test.
 
-    Both methods return a status of engine/status.py and write the measured values into `position`
-    and `drive` (n,).
+    Both methods return a status of engine/status_codes.py and write the measured values into
+    `position` and `drive` (n,).
     """
 
     @property

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance, provenance_of_call
-from frictool.engine.servo import PositionServo
+from frictool.engine.bench_position_loop import PositionServo
 from frictool.errors import LogError
 from frictool.logs.log import Log
 from frictool.simulate.bench_experiment import bench_test, is_ramps

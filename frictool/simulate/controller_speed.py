@@ -12,7 +12,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from frictool.control.compiled_program import CompiledProgram, copy_program, hold, start_at
-from frictool.control.program_recording import value_along
+from frictool.control.program_replay import value_along
 from frictool.engine.closed_loop import MEASURED, TRUE_POSITION, TRUE_VELOCITY, measure
 from frictool.typing import Vector
 

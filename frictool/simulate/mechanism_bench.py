@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from frictool.engine.closed_loop import RECORD_SIZE
-from frictool.engine.conditions import NO_CONDITIONS
+from frictool.engine.disturbances_and_faults import NO_CONDITIONS
+from frictool.engine.mechanism.array_layout import CompiledMechanism
 from frictool.engine.mechanism.bench_experiment import play_ramps, play_reference
 from frictool.engine.mechanism.closed_loop import (
     ControlPorts,
@@ -16,7 +17,6 @@ from frictool.engine.mechanism.closed_loop import (
     MechanismRecord,
 )
 from frictool.engine.mechanism.events import EVENT_SIZE
-from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import MechanismState, rest
 from frictool.errors import NoSolutionError

@@ -16,7 +16,6 @@ from frictool.errors import FrictoolError
 from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.plant.mechanism.fastest_link import fastest_link
 from frictool.simulate.document_agreement import DocumentNames, disturbances_of, refuse
-from frictool.simulate.given_plant import check_given
 from frictool.simulate.mechanism_channels import MechanismChannels
 from frictool.simulate.mechanism_inputs import inputs_of, mean_efforts
 from frictool.simulate.mechanism_parameters import ranges
@@ -25,6 +24,7 @@ from frictool.simulate.mechanism_rig import ControlledAxis, block_positions, rig
 from frictool.simulate.mechanism_runs import MechanismOutcome, MechanismTask, play_all
 from frictool.simulate.mechanism_variants import MechanismVariant, mechanism_variants
 from frictool.simulate.parameter_order import check_least
+from frictool.simulate.scenario_plant_values import check_given
 from frictool.simulate.simulated_plant import SimulatedLoop, VariantRun, VariedParameter
 from frictool.typing import Vector
 

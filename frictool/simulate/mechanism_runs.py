@@ -16,7 +16,17 @@ import numpy as np
 from frictool.control.compiled_program import CompiledProgram as Controller
 from frictool.control.compiled_program import copy_program, start_at
 from frictool.engine.closed_loop import RECORD_SIZE, measure
-from frictool.engine.conditions import CONSTANT_FACTOR, FRICTION, VISCOUS_FACTOR
+from frictool.engine.disturbances_and_faults import CONSTANT_FACTOR, FRICTION, VISCOUS_FACTOR
+from frictool.engine.mechanism.array_layout import (
+    BLOCKS,
+    CONSTANT,
+    LAW_VALUES,
+    LIMIT,
+    PRESSING,
+    SOURCE,
+    SOURCE_WIDTH,
+    CompiledMechanism,
+)
 from frictool.engine.mechanism.closed_loop import (
     NOBODY,
     ControlPorts,
@@ -30,19 +40,9 @@ from frictool.engine.mechanism.closed_loop import (
 )
 from frictool.engine.mechanism.energy import EnergyBalance, balance
 from frictool.engine.mechanism.events import ELEMENTS, EVENT_SIZE, NAMES
-from frictool.engine.mechanism.layout import (
-    BLOCKS,
-    CONSTANT,
-    LAW_VALUES,
-    LIMIT,
-    PRESSING,
-    SOURCE,
-    SOURCE_WIDTH,
-    CompiledMechanism,
-)
 from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import MechanismState, rest
-from frictool.engine.status import MESSAGES, OK
+from frictool.engine.status_codes import MESSAGES, OK
 from frictool.errors import NoSolutionError
 from frictool.friction.law_registry import ROWS
 from frictool.plant.mechanism.packed_mechanism import PackedMechanism

@@ -23,8 +23,8 @@ from frictool.logs.log import MAIN_TOPIC, MECHANISM_TOPIC
 from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.plant.mechanism.element_error import ElementError
 from frictool.simulate.axis_variants import PLANTS_STREAM
-from frictool.simulate.given_plant import GIVEN, given_values
 from frictool.simulate.mechanism_parameters import quantities_of, ranges, with_quantities
+from frictool.simulate.scenario_plant_values import GIVEN, given_values
 from frictool.simulate.simulated_plant import VariedParameter
 from frictool.typing import Vector
 

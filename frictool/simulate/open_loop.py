@@ -15,7 +15,7 @@ from msgspec.structs import replace
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.provenance import Provenance
 from frictool.documents.scenario import Scenario
-from frictool.engine.conditions import NO_CONDITIONS
+from frictool.engine.disturbances_and_faults import NO_CONDITIONS
 from frictool.engine.mechanism.closed_loop import NOBODY, ControlPorts
 from frictool.logs.log import Log
 from frictool.logs.provenance import with_provenance

@@ -1,4 +1,6 @@
-"""Disturbances, drifts and sensor faults of a scenario as rows per sample (engine/conditions.py).
+"""Disturbances, drifts and sensor faults of a scenario as one row per sample.
+
+The columns are those of engine/disturbances_and_faults.py.
 
 Sample k begins at k T and lasts for T.
 
@@ -16,7 +18,7 @@ import numpy as np
 
 from frictool.documents.conditions import Disturbance, Drifts, SensorFault
 from frictool.documents.scenario import Scenario
-from frictool.engine.conditions import (
+from frictool.engine.disturbances_and_faults import (
     CONSTANT_FACTOR,
     DISTURBANCE,
     ENCODER_FAULT,

@@ -76,8 +76,8 @@ class SimulatedLoop(NamedTuple):
 
     The controller is `running` in the simulation's number format, or compiled code (`target`).
     `start` and `reference` (n,) are in rad | m. `conditions` (n, 8) act on the loop
-    (engine/conditions.py). `scheduled` has the scheduled parameters of each variant by state index.
-    `progress(done, total)` is called before the first variants and after each batch.
+    (engine/disturbances_and_faults.py). `scheduled` has the scheduled parameters of each variant by
+    state index. `progress(done, total)` is called before the first variants and after each batch.
     """
 
     controller: Controller

@@ -17,9 +17,9 @@ from frictool.documents.scenario import Scenario
 from frictool.documents.spread import Spread, SpreadDisturbance, SpreadFault
 from frictool.errors import FrictoolError
 from frictool.simulate.document_agreement import DocumentNames, refuse
-from frictool.simulate.given_plant import GIVEN
 from frictool.simulate.parameter_order import check_least
 from frictool.simulate.scenario_limits import SAME_INSTANT, check_frequency
+from frictool.simulate.scenario_plant_values import GIVEN
 from frictool.simulate.simulated_plant import SimulatedPlant, V, VariedParameter
 
 

@@ -11,7 +11,7 @@ import itertools
 
 from frictool.documents import controller as stored
 from frictool.errors import NoSolutionError
-from frictool.presentation.ties import largest, smallest
+from frictool.presentation.tie_rule import largest, smallest
 from frictool.synth.surrounding_blocks import SurroundingBlocks
 from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem
 from frictool.verify.document_check import check_feedback, limiter_brake
@@ -23,7 +23,7 @@ from frictool.verify.loop_figures import (
     delays_checked,
     tolerates_rounding,
 )
-from frictool.verify.messages import delay_words, plant_words
+from frictool.verify.loop_wording import delay_words, plant_words
 from frictool.verify.resonant_loop import ResonantCheck, require_margin, resonant_check
 
 COUNT_LIMIT = (

@@ -26,7 +26,7 @@ from frictool.errors import NoSolutionError
 from frictool.lmi.certificate_search import lyapunov_ends
 from frictool.plant.generalised_plant import FirstOrderWeight, PlantWeights, generalised_plant
 from frictool.plant.polytope import PlantPoint
-from frictool.presentation.ties import largest
+from frictool.presentation.tie_rule import largest
 from frictool.typing import Matrix
 from frictool.verify.certificate_box import Interval, inverse_inertia, surroundings
 from frictool.verify.certificate_loop import CertificateLoop

@@ -15,7 +15,7 @@ from frictool.plant.lti import Lti
 from frictool.plant.polytope import PlantPoint
 from frictool.synth.realisation import anti_windup_gains
 from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem
-from frictool.verify.messages import plant_words
+from frictool.verify.loop_wording import plant_words
 from frictool.verify.scheduled_loop import scheduled_figures
 
 

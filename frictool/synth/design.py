@@ -33,7 +33,7 @@ from frictool.synth.weight_relaxation import Trade, relaxed_problem
 from frictool.synth.weights import ChosenWeights, DerivedValue, choose_weights
 from frictool.verify.certificate_document import certified_loop
 from frictool.verify.feedback_loops import feedbacks_of
-from frictool.verify.messages import no_certificate
+from frictool.verify.loop_wording import no_certificate
 
 NOT_CERTIFIED = no_certificate("a speed")
 WHOLE = (

@@ -19,7 +19,7 @@ import numpy as np
 
 from frictool.errors import NoSolutionError
 from frictool.plant.generalised_plant import GeneralisedPlant
-from frictool.presentation.ties import largest
+from frictool.presentation.tie_rule import largest
 from frictool.synth.minimax_descent import DescentPoint, MinimaxDescent
 from frictool.synth.structured_controller import StructuredController
 from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProblem

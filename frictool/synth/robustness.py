@@ -16,7 +16,7 @@ from frictool.synth.synthesis_problem import SynthesisProblem
 from frictool.verify.feedback_loops import FeedbackLoop
 from frictool.verify.interior_search import points_inside, worst_inside, worst_sensitivity
 from frictool.verify.loop_figures import CLAIM
-from frictool.verify.messages import plant_words
+from frictool.verify.loop_wording import plant_words
 
 
 def robustness(problem: SynthesisProblem, system: Lti) -> stored.Robustness:

@@ -9,7 +9,7 @@ from frictool.documents.quantity import si_unit
 from frictool.synth.design import SynthesisResult
 from frictool.synth.load_disturbance import LoadDisturbance
 from frictool.synth.weight_relaxation import Trade
-from frictool.verify.messages import delay_words, plant_units
+from frictool.verify.loop_wording import delay_words, plant_units
 
 COLUMNS = (
     7,

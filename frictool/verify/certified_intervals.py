@@ -10,7 +10,7 @@ from frictool.documents.controller import Controller
 from frictool.documents.model import Model
 from frictool.plant.polytope import PARAMETERS
 from frictool.verify.document_box import box_of
-from frictool.verify.messages import plant_units
+from frictool.verify.loop_wording import plant_units
 from frictool.verify.rig_facts import ROUNDING, different_facts, facts_of
 
 MARGIN_PARAMETERS = (

@@ -7,7 +7,7 @@ from frictool.documents.controller import Controller
 from frictool.errors import NoSolutionError
 from frictool.plant.parameter_box import enclosing_box
 from frictool.plant.polytope import PARAMETERS, PlantPoint, corner_points
-from frictool.verify.messages import plant_words
+from frictool.verify.loop_wording import plant_words
 from frictool.verify.vertices import vertex_points
 
 

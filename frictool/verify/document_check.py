@@ -10,7 +10,7 @@ from frictool.documents.controller import Controller, DelayCheck, Limiter, Veloc
 from frictool.errors import NoSolutionError
 from frictool.plant.linear_axis import AxisRates
 from frictool.plant.polytope import PlantPoint
-from frictool.presentation.ties import TOLERANCE
+from frictool.presentation.tie_rule import TOLERANCE
 from frictool.verify.feedback_loops import (
     ETA,
     FeedbackLoop,
@@ -19,8 +19,8 @@ from frictool.verify.feedback_loops import (
     virtual_friction,
 )
 from frictool.verify.hinf_norm import norm, spectral_radius
+from frictool.verify.loop_wording import delay_words
 from frictool.verify.margins import sensitivity
-from frictool.verify.messages import delay_words
 from frictool.verify.observer_loop import check_observer
 from frictool.verify.resonant_loop import require_margin, resonant_check
 from frictool.verify.speed_loop import LoopCheck, check_loop

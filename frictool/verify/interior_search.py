@@ -17,7 +17,7 @@ from frictool.plant.linear_axis import AxisRates
 from frictool.plant.lti import Lti
 from frictool.plant.parameter_box import DYNAMIC, Box, enclosing_box
 from frictool.plant.polytope import PlantPoint
-from frictool.presentation.ties import largest
+from frictool.presentation.tie_rule import largest
 from frictool.verify.document_check import loop_checks
 from frictool.verify.feedback_loops import FeedbackLoop
 from frictool.verify.hinf_norm import norm

@@ -9,7 +9,7 @@ from frictool.documents.controller import Controller
 from frictool.documents.model import Model
 from frictool.errors import FrictoolError
 from frictool.plant.polytope import PlantPoint, corner_points
-from frictool.presentation.ties import smallest
+from frictool.presentation.tie_rule import smallest
 from frictool.verify.certified_intervals import model_differences
 from frictool.verify.feedback_loops import feedbacks_of
 from frictool.verify.plant_margins import PlantMargins

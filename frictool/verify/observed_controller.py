@@ -22,10 +22,10 @@ from frictool.documents.digests import changed_blocks, with_digests
 from frictool.documents.observer import Observer
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.polytope import PlantPoint
-from frictool.presentation.ties import smallest
+from frictool.presentation.tie_rule import smallest
 from frictool.verify.document_check import check_feedback, limiter_brake
 from frictool.verify.loop_figures import LinearLoops, loops_of
-from frictool.verify.messages import delay_words, no_certificate
+from frictool.verify.loop_wording import delay_words, no_certificate
 from frictool.verify.observer_loop import check_observer
 from frictool.verify.vertices import vertex_points
 

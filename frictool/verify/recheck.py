@@ -14,7 +14,7 @@ import msgspec
 from frictool.documents.controller import Controller, Robustness, Rounded, Schedule, Verified
 from frictool.documents.digests import SOLVED, changed_blocks, uncomputed_figures
 from frictool.plant.polytope import corner_points
-from frictool.presentation.ties import TOLERANCE
+from frictool.presentation.tie_rule import TOLERANCE
 from frictool.verify.certificate_document import prove_document
 from frictool.verify.certificate_proof import ProvedBound
 from frictool.verify.document_box import box_of, check_box, check_corners

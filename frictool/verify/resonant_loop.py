@@ -9,7 +9,7 @@ from frictool.adapters.resonance_filter import resonance_filters
 from frictool.documents.resonances import Resonances
 from frictool.errors import NoSolutionError
 from frictool.plant.polytope import PlantPoint
-from frictool.presentation.ties import smallest
+from frictool.presentation.tie_rule import smallest
 from frictool.verify.feedback_loops import FeedbackLoop, open_loop
 from frictool.verify.hinf_norm import norm, spectral_radius
 from frictool.verify.margins import sensitivity

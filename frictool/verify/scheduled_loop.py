@@ -15,7 +15,7 @@ from frictool.plant.linear_axis import AxisRates
 from frictool.plant.lti import Lti
 from frictool.plant.parameter_box import enclosing_box
 from frictool.plant.polytope import PlantPoint
-from frictool.presentation.ties import smallest
+from frictool.presentation.tie_rule import smallest
 from frictool.verify.interior_search import interior_points
 from frictool.verify.speed_loop import check_loop, performance
 

@@ -31,7 +31,7 @@ from frictool.plant.generalised_plant import (
 from frictool.plant.linear_axis import AxisRates
 from frictool.plant.lti import Lti, delay, gain, zero_order_hold
 from frictool.plant.polytope import PlantPoint
-from frictool.presentation.ties import largest
+from frictool.presentation.tie_rule import largest
 from frictool.typing import Vector
 from frictool.verify.feedback_loops import DIFFERENCE, SPEED, low_pass, measured_axis, running_form
 from frictool.verify.hinf_norm import norm

@@ -27,7 +27,7 @@ from frictool.errors import ClusterError, WorkerLost
 from frictool.runtime import notifications
 from frictool.workers import dask_worker
 from frictool.workers.dask_connection import connect
-from frictool.workers.installation import Installation, differences, installation
+from frictool.workers.installation_agreement import Installation, differences, installation
 from frictool.workers.task_batch import Task
 
 FIRST_S = 10.0  # s, longest wait for the first worker

@@ -14,7 +14,7 @@ from typing import Any
 
 from frictool.runtime import notifications
 from frictool.workers.blas_threads import limit_blas_threads
-from frictool.workers.installation import Installation, installation
+from frictool.workers.installation_agreement import Installation, installation
 from frictool.workers.task_batch import picklable_error, run_task
 
 # kernels run in parallel, but not all the code around them: threads of a worker take turns

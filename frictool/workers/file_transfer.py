@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Generic, TypeVar
 
-from frictool.workers.share import share
+from frictool.workers.job_sharing import share
 
 Job = TypeVar("Job")
 Result = TypeVar("Result")

@@ -23,7 +23,7 @@ import numpy as np
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.logs.log import MAIN_TOPIC, MECHANISM_TOPIC, Log
-from frictool.logs.reading import read_log
+from frictool.logs.log_reader import read_log
 from studies.clutch.requirement_counts import Plant, judged
 
 BACKLASH = 3.0  # rad, table 4.8

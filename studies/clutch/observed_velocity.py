@@ -25,7 +25,7 @@ from frictool.documents.quantity import si_unit
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.logs.log import Log
-from frictool.logs.reading import read_log
+from frictool.logs.log_reader import read_log
 from frictool.report.hold_metrics import stream_metrics
 from frictool.report.verdict import judge
 from studies.clutch.law_comparison import law

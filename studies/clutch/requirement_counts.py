@@ -23,7 +23,7 @@ from frictool.documents.controller import Controller
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.logs.log import MAIN_TOPIC, Log
-from frictool.logs.reading import read_log
+from frictool.logs.log_reader import read_log
 from frictool.metrics.energy import energy
 from frictool.report.verdict import judge
 

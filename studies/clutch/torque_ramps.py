@@ -33,7 +33,7 @@ from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.logs.log import MAIN_TOPIC, Log
-from frictool.logs.reading import read_log
+from frictool.logs.log_reader import read_log
 
 STIFFNESS = 3e6  # N/m at the cart: a breakaway of 0.13 N m winds the rotor up by 0.8 rad
 DAMPING = 150.0  # N s/m

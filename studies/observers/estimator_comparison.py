@@ -29,11 +29,11 @@ from frictool.documents.observer import Observer
 from frictool.documents.provenance import Provenance
 from frictool.observe.design import additive, multiplicative
 from frictool.observe.design.friction_map import friction_at, friction_map
-from frictool.observe.design.settings import SwitchedObserverSettings
+from frictool.observe.design.switched_settings import SwitchedObserverSettings
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.observer_run import ObserverOutput, run_along
 from frictool.observe.velocity import VelocityEstimator
-from frictool.observe.wear.estimator import WearEstimator
+from frictool.observe.wear.wear_estimator import WearEstimator
 from frictool.typing import IntVector, Vector
 from studies.rigs.clutch_fleet import Loop, Run, Unit, believed, clutch, run, steps
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from frictool.observe.wear.estimator import WearEstimator
+from frictool.observe.wear.wear_estimator import WearEstimator
 from studies.rigs.clutch_fleet import Unit, clutch, run, targets
 
 PIECES, SETTLED = 20, 8

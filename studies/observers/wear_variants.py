@@ -17,11 +17,11 @@ from dataclasses import replace
 import numpy as np
 
 from frictool.observe.motion_block import MotionBlock
-from frictool.observe.wear.estimator import ADDS_UP, FIRST_NOISE, WALK
 from frictool.observe.wear.filter_bank import UNMODELLED, FilterBank
-from frictool.observe.wear.moves import MoveCollector
-from frictool.observe.wear.restriction import UnmodelledFriction, multiplicative
+from frictool.observe.wear.log_moves import MoveCollector
+from frictool.observe.wear.parameter_restriction import UnmodelledFriction, multiplicative
 from frictool.observe.wear.weak_form_layout import WeakFormLayout, layout_of
+from frictool.observe.wear.wear_estimator import ADDS_UP, FIRST_NOISE, WALK
 from studies.observers.wear_runs import LOOPS, SOON, drawn, reference
 from studies.rigs.clutch_fleet import Unit, believed, run
 

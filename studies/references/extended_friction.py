@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 from frictool.engine.drive import EffortFunction, effort, reference
-from frictool.friction.extension import FrictionExtension
+from frictool.friction.law_extension import FrictionExtension
 from frictool.typing import Vector
 from studies.rigs.table_3_1 import STRIBECK
 

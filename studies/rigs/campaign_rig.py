@@ -8,7 +8,7 @@ from typing import Any
 
 import msgspec
 
-from frictool.campaign.draws.space import plant_factors, space_of
+from frictool.campaign.draws.factor_space import plant_factors, space_of
 from frictool.campaign.draws.spread_factors import spread_factors
 from frictool.campaign.trials.trial_player import CampaignSetting, TrialPlayer, plant_of
 from frictool.documents.conditions import DriftPoint, Drifts

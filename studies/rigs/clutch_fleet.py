@@ -48,10 +48,10 @@ from frictool.engine.closed_loop import (
     encoder_reading,
     measure,
 )
-from frictool.engine.conditions import FRICTION, neutral
-from frictool.engine.status import OK
+from frictool.engine.disturbances_and_faults import FRICTION, neutral
+from frictool.engine.status_codes import OK
 from frictool.friction.position_polynomial import normalise
-from frictool.observe.estimate import Kind
+from frictool.observe.interval_estimate import Kind
 from frictool.observe.motion_block import MotionBlock
 from frictool.plant.axis import (
     BACKLASH_BREAKAWAY_RATIO,
@@ -225,8 +225,8 @@ def worn_loop(
     """engine/closed_loop.py `run` of one axis that wears.
 
     worn (3,): the sample from which it has worn, the factor everywhere, and that beyond EDGE. rows
-    (n, 8): engine/conditions.py, filled in with that. Fills record (n, 7), returns
-    engine/status.py.
+    (n, 8): engine/disturbances_and_faults.py, filled in with that. Fills record (n, 7), returns
+    engine/status_codes.py.
     """
     p, waiting = own.copy(), np.zeros(delay + 1)
     measured = measure(state[POSITION], own[ENCODER_STEP])

@@ -25,8 +25,8 @@ from frictool.documents.controller import (
 from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
 from frictool.engine.closed_loop import MEASURED, RECORD_SIZE, measure, run
-from frictool.engine.conditions import NO_CONDITIONS
-from frictool.engine.status import OK
+from frictool.engine.disturbances_and_faults import NO_CONDITIONS
+from frictool.engine.status_codes import OK
 from frictool.plant.axis import AxisParameters, rest
 from frictool.plant.lti import Lti
 from frictool.plant.position_load import PositionLoad

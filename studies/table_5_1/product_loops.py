@@ -23,7 +23,7 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
-from frictool.logs.reading import read_log
+from frictool.logs.log_reader import read_log
 from frictool.simulate.closed_loop import SimulationRequest, simulate_closed_loop
 from frictool.synth.design import design_controller
 from frictool.typing import Vector

@@ -17,7 +17,7 @@ import math
 import numpy as np
 
 from frictool.engine.axis_motion import advance
-from frictool.engine.status import OK
+from frictool.engine.status_codes import OK
 from frictool.plant.axis import POSITION, STATE_SIZE, VELOCITY, AxisParameters
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
@@ -74,8 +74,8 @@ def run_pid(
     """PID; with the limiter, -F_cv tanh(v/v_r) inside (5.7) for F_c' = `coulomb` + `virtual`
     (5.40), the integral frozen there.
 
-    Fills positions (n,) [m], one a sample, and returns engine/status.py. (5.41) prints its branches
-    the other way round.
+    Fills positions (n,) [m], one a sample, and returns engine/status_codes.py. (5.41) prints its
+    branches the other way round.
     """
     state, memory = np.zeros(STATE_SIZE), np.zeros(2)
     for k in range(positions.shape[0]):
@@ -119,7 +119,7 @@ def run_cascade(axis: Vector, root_gain: float, positions: Vector) -> int:
     (5.19), (5.42).
 
     Inside the band of the square-root law u = 0 and the integral is frozen. Fills positions (n,)
-    [m]; returns engine/status.py.
+    [m]; returns engine/status_codes.py.
     """
     state, memory = np.zeros(STATE_SIZE), np.zeros(1)
     for k in range(positions.shape[0]):

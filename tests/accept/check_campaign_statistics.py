@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from scipy import stats
 
+from frictool.campaign.draws.factor_space import FactorSpace
 from frictool.campaign.draws.sampling import Method, draws_of
-from frictool.campaign.draws.space import FactorSpace
 from frictool.campaign.statistics.clopper_pearson import interval, lower
 from frictool.campaign.statistics.distribution import COVERED, distribution
 from frictool.campaign.statistics.sensitivity import LEVEL, sensitivity

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from frictool.errors import ClusterError, WorkerLost
-from frictool.workers.share import share
+from frictool.workers.job_sharing import share
 from studies.command_line import CommandResult, run
 from studies.rigs.campaign_rig import EVERYTHING, played, write
 from studies.rigs.clutch_fleet import Unit

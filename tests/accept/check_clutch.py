@@ -17,7 +17,7 @@ from typing import Any
 from frictool.documents.controller import Controller
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
-from frictool.logs.reading import read_log
+from frictool.logs.log_reader import read_log
 from studies.clutch.law_comparison import Law, law
 from studies.clutch.requirement_counts import PUBLISHED, Counted, Plant, counted, missed
 from studies.clutch.rig import CLUTCH, identify_model

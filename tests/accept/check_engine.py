@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.engine.axis_motion import advance
-from frictool.engine.status import OK
+from frictool.engine.status_codes import OK
 from frictool.plant.axis import DRIVE, GAP, POSITION, VELOCITY, AxisParameters, rest
 from frictool.plant.axis_friction_laws import (
     AxisFrictionLevels,

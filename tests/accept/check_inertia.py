@@ -14,7 +14,7 @@ from typing import Any
 import msgspec
 import numpy as np
 
-from frictool.cli.bench_servo import ServoGains
+from frictool.cli.position_loop_options import ServoGains
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load

@@ -19,7 +19,7 @@ from frictool.documents.mechanism import Mechanism
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.documents.writing import to_yaml
-from frictool.logs.reading import read_log
+from frictool.logs.log_reader import read_log
 from studies.clutch.mechanism_comparison import compared, missed
 from studies.clutch.rig import CLUTCH, identify_model
 from studies.clutch.torque_ramps import missed as not_shown

@@ -12,7 +12,7 @@ import numpy as np
 
 from frictool.observe.friction_tracker import FrictionTracker, estimate_starts
 from frictool.observe.velocity import VelocityEstimator
-from frictool.observe.wear.estimator import WearEstimator
+from frictool.observe.wear.wear_estimator import WearEstimator
 from frictool.typing import Vector
 from studies.rigs.clutch_fleet import NOISE, Loop, Unit, believed, clutch, run, spread, steps
 from studies.rigs.fleet_logs import long_log, model_file

@@ -15,7 +15,7 @@ import venv
 from pathlib import Path
 from typing import Any
 
-from frictool.runtime.kernel_cache import PREFIX
+from frictool.runtime.kernel_folders import PREFIX
 from release.__main__ import ROOT, main
 
 CLUTCH, LOGS = ROOT / "configs/clutch", ROOT / "sample_logs"

@@ -10,9 +10,9 @@ import numpy as np
 from frictool.engine.body import BREAKS_AWAY, SLIPS_BACK, moving
 from frictool.engine.drive import EffortFunction, pid, spring
 from frictool.engine.law_simulation import body_of, run_law
-from frictool.engine.status import EVENTS_FULL, OK
-from frictool.engine.trajectory import simulate
-from frictool.friction.extension import FrictionExtension
+from frictool.engine.status_codes import EVENTS_FULL, OK
+from frictool.engine.stick_slip_run import simulate
+from frictool.friction.law_extension import FrictionExtension
 from frictool.friction.law_registry import LAWS
 from studies.references.extended_friction import MASS, Slow
 from studies.references.stick_slip import reference_breakaways, table31

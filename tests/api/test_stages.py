@@ -16,7 +16,7 @@ from frictool.documents import Bench, Mechanism, Model, Scenario, Spec, load, sa
 from frictool.documents.provenance import digest, provenance_of_call
 from frictool.documents.quantity import Span
 from frictool.documents.spread import Spread
-from frictool.engine.servo import PositionServo
+from frictool.engine.bench_position_loop import PositionServo
 from frictool.equations import equations
 from frictool.errors import (
     DocumentError,
@@ -31,10 +31,10 @@ from frictool.identify import NothingIdentified, identify
 from frictool.identify.assess import assess
 from frictool.identify.excite import ExcitationSettings, excite
 from frictool.identify.info import info
-from frictool.identify.info.text import table
+from frictool.identify.info.text_view import table
 from frictool.identify.validate import validate
 from frictool.logs import IngestRequest, ingest, log_of, read_log, write_log
-from frictool.logs.assembly import TimeWindow
+from frictool.logs.log_assembly import TimeWindow
 from frictool.observe import design_observer, observe
 from frictool.reduce import ReductionRequest, reduce
 from frictool.reduce.partial_travel import OutsideTravelError

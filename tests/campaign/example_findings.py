@@ -9,8 +9,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from frictool.campaign.draws.factor_space import Factor, FactorSpace
 from frictool.campaign.draws.sampling import Method
-from frictool.campaign.draws.space import Factor, FactorSpace
 from frictool.campaign.statistics.findings import Findings, find
 from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED, MetricLimit, Trials
 

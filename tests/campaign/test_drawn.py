@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.campaign.draws.drawn_scenario import nominal_of, scenario_of
-from frictool.campaign.draws.space import FactorSpace, space_of
+from frictool.campaign.draws.factor_space import FactorSpace, space_of
 from frictool.campaign.draws.spread_factors import spread_factors
 from frictool.documents.conditions import DriftPoint
 from frictool.documents.quantity import Quantity, Span

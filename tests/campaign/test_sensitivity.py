@@ -8,7 +8,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from frictool.campaign.draws.space import Factor, FactorSpace
+from frictool.campaign.draws.factor_space import Factor, FactorSpace
 from frictool.campaign.statistics.sensitivity import masks, sensitivity
 from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED, Trials
 from tests.support.campaign_trials import factors, trials_of

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from frictool.campaign.draws.space import Factor, FactorSpace, plant_factors, space_of
+from frictool.campaign.draws.factor_space import Factor, FactorSpace, plant_factors, space_of
 from frictool.campaign.trials.trials import (
     BROKEN,
     MET,

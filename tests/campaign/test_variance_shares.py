@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from frictool.campaign.draws.space import FactorSpace
+from frictool.campaign.draws.factor_space import FactorSpace
 from frictool.campaign.statistics.sensitivity import MetricInfluence, sensitivity
 from frictool.campaign.statistics.slices import SortedDraws, few_slices_for
 from frictool.campaign.statistics.sobol_indices import chance_of_ranks, scores_of

@@ -18,7 +18,7 @@ from hypothesis import strategies as st
 from frictool.logs.canonical.mcap_format import read_mcap, write_mcap
 from frictool.logs.formats import WRITTEN
 from frictool.logs.log import Log, Stream
-from frictool.logs.table import BLOCK_ROWS
+from frictool.logs.raw_table import BLOCK_ROWS
 from studies.command_line import CommandResult, run
 from tests.support.command_line import refused
 from tests.support.example_logs import ROOT, as_bytes, golden_log

@@ -19,7 +19,7 @@ from frictool.documents.registry import DOCUMENTS, load, same_axis
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.documents.starting_documents import FILES, StartingRig, quoted, starting_documents
-from frictool.logs.reading import read_log
+from frictool.logs.log_reader import read_log
 from studies.command_line import run
 from tests.support.command_line import refused
 

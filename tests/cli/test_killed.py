@@ -22,7 +22,7 @@ from studies.rigs.identification_rigs import CLUTCH, ROOT
 SINES = ROOT / "sample_logs/sines.csv"
 ENDLESS_WRITER = """
 import signal, sys, time
-import frictool.logs.assembly as assembly
+import frictool.logs.log_assembly as assembly
 from frictool.cli.main import main
 
 def write(made, stream, *rest):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from frictool.identify.bounded_lines import INDENT, LONGEST, bounded
+from frictool.identify.line_breaking import INDENT, LONGEST, bounded
 from studies.command_line import run
 
 ROOT = Path(__file__).parents[2]

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictool.cli.printable import printable, printable_json
+from frictool.cli.terminal_escapes import printable, printable_json
 from frictool.logs.log import Log, Stream
 from studies.command_line import CommandResult, run
 from tests.support.example_logs import ROOT, as_bytes

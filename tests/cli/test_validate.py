@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from frictool.documents.quantity import Axis
+from frictool.engine.bench_position_loop import PositionServo, follow_reference
 from frictool.engine.effort_replay import FREE, replay, replay_parameters
-from frictool.engine.servo import PositionServo, follow_reference
 from frictool.identify.validate.picture import effort_label
 from frictool.plant.axis import AxisParameters, rest
 from studies.command_line import run

@@ -7,14 +7,14 @@ import math
 import numpy as np
 import pytest
 
-from frictool.compare import probes
+from frictool.compare import law_probes
 from frictool.compare.comparison_setting import scaled_setting, table_3_1
 from frictool.typing import Vector
 
 TABLE = table_3_1()
 
 
-def along(curve: object) -> probes.Follow:
+def along(curve: object) -> law_probes.Follow:
     """The velocity-driven answer of a law without memory."""
     return lambda velocity, steps: np.array([curve(v) for v in velocity])
 
@@ -33,27 +33,29 @@ def lagging(velocity: Vector, steps: Vector) -> Vector:
 
 
 def test_the_stribeck_effect_is_a_friction_that_falls() -> None:
-    assert probes.stribeck_effect(along(stribeck), TABLE) == "+"
-    assert probes.stribeck_effect(along(lambda v: 1.0 + 0.4 * v), TABLE) == "-"
-    assert probes.stribeck_effect(along(lambda v: 1.0), TABLE) == "-"
+    assert law_probes.stribeck_effect(along(stribeck), TABLE) == "+"
+    assert law_probes.stribeck_effect(along(lambda v: 1.0 + 0.4 * v), TABLE) == "-"
+    assert law_probes.stribeck_effect(along(lambda v: 1.0), TABLE) == "-"
 
 
 def test_viscous_friction_grows_with_speed() -> None:
-    assert probes.viscous_friction(along(stribeck), TABLE) == "+"
+    assert law_probes.viscous_friction(along(stribeck), TABLE) == "+"
     assert (
-        probes.viscous_friction(along(lambda v: 1.0 + 0.5 * math.exp(-((v / 1e-3) ** 2))), TABLE)
+        law_probes.viscous_friction(
+            along(lambda v: 1.0 + 0.5 * math.exp(-((v / 1e-3) ** 2))), TABLE
+        )
         == "-"
     )
 
 
 def test_frictional_memory_is_a_loop_over_speed() -> None:
-    assert probes.frictional_memory(lagging, TABLE) == "±"
-    assert probes.frictional_memory(along(stribeck), TABLE) == "-"
+    assert law_probes.frictional_memory(lagging, TABLE) == "±"
+    assert law_probes.frictional_memory(along(stribeck), TABLE) == "-"
 
 
 def test_rising_static_friction_is_a_breakaway_that_depends_on_the_rate() -> None:
-    assert probes.rising_static_friction(1.5, 1.42, TABLE) == "±"
-    assert probes.rising_static_friction(1.5, 1.4999, TABLE) == "-"
+    assert law_probes.rising_static_friction(1.5, 1.42, TABLE) == "±"
+    assert law_probes.rising_static_friction(1.5, 1.4999, TABLE) == "-"
 
 
 @pytest.mark.parametrize(
@@ -66,7 +68,7 @@ def test_rising_static_friction_is_a_breakaway_that_depends_on_the_rate() -> Non
     ],
 )
 def test_stiction(compliance: bool, held: bool, settles: bool, cell: str) -> None:
-    assert probes.stiction(compliance, held, settles) == cell
+    assert law_probes.stiction(compliance, held, settles) == cell
 
 
 def test_a_fixed_step_settles_with_a_band_and_not_with_a_point() -> None:
@@ -76,8 +78,8 @@ def test_a_fixed_step_settles_with_a_band_and_not_with_a_point() -> None:
     def band(v: float, u: float) -> tuple[float, float]:
         return (u, 0.0) if abs(v) <= 1e-3 else (math.copysign(1.0, v), v)
 
-    assert probes.settles(band, TABLE)
-    assert not probes.settles(point, TABLE)
+    assert law_probes.settles(band, TABLE)
+    assert not law_probes.settles(point, TABLE)
 
 
 def test_similar_actuators_have_similar_probes() -> None:
@@ -88,4 +90,8 @@ def test_similar_actuators_have_similar_probes() -> None:
     assert other.mass * scales.length / scales.time**2 / scales.force == pytest.approx(1.0)
     assert other.viscous * scales.speed / scales.force == pytest.approx(0.4)
     scaled = along(lambda v: scales.force * stribeck(v / scales.speed))
-    assert probes.stribeck_effect(scaled, other) == probes.viscous_friction(scaled, other) == "+"
+    assert (
+        law_probes.stribeck_effect(scaled, other)
+        == law_probes.viscous_friction(scaled, other)
+        == "+"
+    )

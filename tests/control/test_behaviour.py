@@ -23,8 +23,8 @@ from frictool.documents.controller import (
     Velocity,
 )
 from frictool.engine.closed_loop import COMMAND, RECORD_SIZE, TRUE_POSITION, TRUE_VELOCITY, run
-from frictool.engine.conditions import NO_CONDITIONS
-from frictool.engine.status import OK
+from frictool.engine.disturbances_and_faults import NO_CONDITIONS
+from frictool.engine.status_codes import OK
 from frictool.plant.axis import AxisParameters, rest
 from frictool.plant.position_load import PositionLoad
 from studies.rigs.example_controllers import BRAKE_LAW, CUT_LAW, clutch_controller

@@ -14,7 +14,7 @@ from frictool.control import friction_compensation, limit_cycle_limiter
 from frictool.control.program import Program, ProgramNode
 from frictool.control.saturation_function import saturating
 from frictool.engine.axis_motion import advance
-from frictool.engine.status import OK
+from frictool.engine.status_codes import OK
 from frictool.plant.axis import POSITION, VELOCITY, AxisParameters, rest
 from tests.control.single_block import Block
 from tests.control.single_block import given as input_of

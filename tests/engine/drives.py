@@ -6,8 +6,8 @@ import numpy as np
 from hypothesis import strategies as st
 
 from frictool.engine.drive import EffortFunction
-from frictool.engine.status import OK
-from frictool.engine.trajectory import Trajectory
+from frictool.engine.status_codes import OK
+from frictool.engine.stick_slip_run import Trajectory
 
 drives = st.builds(
     EffortFunction,

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.engine.axis_motion import advance
-from frictool.engine.status import NOT_FINITE, OK
+from frictool.engine.status_codes import NOT_FINITE, OK
 from frictool.plant.axis import (
     DRIVE,
     GAP,

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from frictool.engine.axis_motion import advance
 from frictool.engine.drive_lag import NEVER, outgrowing_time
-from frictool.engine.status import OK
+from frictool.engine.status_codes import OK
 from frictool.plant.axis import (
     DRIVE,
     GAP,

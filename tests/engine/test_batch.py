@@ -13,16 +13,16 @@ from numpy.typing import NDArray
 from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import compile_program, copy_program, start_at
 from frictool.engine.axis_motion import advance
-from frictool.engine.batch import closed_loops, replay_axes
 from frictool.engine.body import BREAKS_AWAY, at_rest
 from frictool.engine.closed_loop import RECORD_SIZE, run
-from frictool.engine.conditions import NO_CONDITIONS
+from frictool.engine.disturbances_and_faults import NO_CONDITIONS
 from frictool.engine.dormand_prince import Force
 from frictool.engine.drive import spring
 from frictool.engine.law_simulation import body_of
-from frictool.engine.status import OK
+from frictool.engine.parallel_runs import closed_loops, replay_axes
+from frictool.engine.status_codes import OK
 from frictool.engine.stick_slip import run as run_body
-from frictool.engine.trajectory import simulate
+from frictool.engine.stick_slip_run import simulate
 from frictool.friction.kernel_signatures import SLIP_FORCE
 from frictool.friction.law_registry import LAWS
 from frictool.plant.axis import AxisParameters, rest
@@ -51,7 +51,7 @@ def breakaway_times(
 
     laws (m, p), bodies (m, 16), states (m, 5) in place, drives (m, s, 10) up to ends (s,). times
     (m, b): the first b breakaway times, of which counts (m,) are valid. room: largest number of
-    events of each run. statuses (m,): engine/status.py.
+    events of each run. statuses (m,): engine/status_codes.py.
     """
     for i in prange(bodies.shape[0]):
         events = np.empty((room, 4))

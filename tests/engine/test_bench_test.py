@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from frictool.engine.axis_motion import advance
 from frictool.engine.bench_experiment import play_ramps, play_reference
-from frictool.engine.servo import PositionServo
+from frictool.engine.bench_position_loop import PositionServo
 from frictool.plant.axis import CONSTANT, DRIVE, DRIVE_LIMIT, LAG, POSITION, AxisParameters, rest
 from frictool.typing import Vector
 from studies.rigs.sample_logs import TRUTH

@@ -9,9 +9,9 @@ import pytest
 from frictool.engine.body import moving
 from frictool.engine.drive import EffortFunction
 from frictool.engine.law_simulation import body_of
-from frictool.engine.status import OK
-from frictool.engine.trajectory import simulate
-from frictool.friction.extension import FrictionExtension
+from frictool.engine.status_codes import OK
+from frictool.engine.stick_slip_run import simulate
+from frictool.friction.law_extension import FrictionExtension
 from frictool.friction.law_registry import LAWS
 from studies.rigs.table_3_1 import STRIBECK
 

@@ -24,8 +24,8 @@ from frictool.engine.closed_loop import (
     measure,
     run,
 )
-from frictool.engine.conditions import NO_CONDITIONS, SENSOR_OFFSET, neutral
-from frictool.engine.status import NOT_FINITE, OK
+from frictool.engine.disturbances_and_faults import NO_CONDITIONS, SENSOR_OFFSET, neutral
+from frictool.engine.status_codes import NOT_FINITE, OK
 from frictool.plant.axis import DRIVE, LOAD_POSITION, POSITION, VELOCITY, AxisParameters, rest
 from frictool.plant.position_load import LoadHarmonic, PositionLoad
 from studies.references.event_integration import event_integration

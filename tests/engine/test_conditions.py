@@ -26,7 +26,7 @@ from frictool.engine.closed_loop import (
     measure,
     run,
 )
-from frictool.engine.conditions import (
+from frictool.engine.disturbances_and_faults import (
     CONSTANT_FACTOR,
     DISTURBANCE,
     ENCODER_FAULT,
@@ -38,7 +38,7 @@ from frictool.engine.conditions import (
     VISCOUS_FACTOR,
     neutral,
 )
-from frictool.engine.status import NOT_FINITE, OK
+from frictool.engine.status_codes import NOT_FINITE, OK
 from frictool.plant.axis import DRIVE, POSITION, VELOCITY, AxisParameters, rest
 from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws
 from frictool.plant.position_load import PositionLoad

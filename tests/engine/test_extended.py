@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 from frictool.engine.body import BOUNCES, BREAKS_AWAY, PASSES_KNEE, SLIPS_BACK, FrictionBody, moving
 from frictool.engine.drive import EffortFunction, held, pid, ramped, spring
 from frictool.engine.law_simulation import body_of, run_law
-from frictool.engine.trajectory import simulate
-from frictool.friction.extension import FrictionExtension
+from frictool.engine.stick_slip_run import simulate
+from frictool.friction.law_extension import FrictionExtension
 from frictool.friction.law_registry import LAWS
 from studies.references.extended_friction import MASS, Slow
 from studies.rigs.table_3_1 import STRIBECK

@@ -13,9 +13,9 @@ from scipy.integrate import solve_ivp
 from frictool.engine.body import BREAKS_AWAY
 from frictool.engine.drive import EffortFunction, effort, held, ramped, spring
 from frictool.engine.law_simulation import body_of, run_law
-from frictool.engine.status import OK
-from frictool.engine.trajectory import Trajectory, simulate
-from frictool.friction.extension import FrictionExtension
+from frictool.engine.status_codes import OK
+from frictool.engine.stick_slip_run import Trajectory, simulate
+from frictool.friction.law_extension import FrictionExtension
 from frictool.friction.law_registry import LAWS
 from studies.rigs.table_3_1 import STRIBECK, TABLE_3_1
 from tests.support.plain_laws import static_force

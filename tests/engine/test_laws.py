@@ -12,8 +12,8 @@ from scipy.integrate import solve_ivp
 from frictool.engine.body import BREAKS_AWAY, STOPS
 from frictool.engine.drive import EffortFunction, effort, held, pid, ramped, reference, spring
 from frictool.engine.law_simulation import body_of, run_law
-from frictool.engine.status import EVENTS_FULL, LAW_FAILED, OK
-from frictool.engine.trajectory import Trajectory, simulate
+from frictool.engine.status_codes import EVENTS_FULL, LAW_FAILED, OK
+from frictool.engine.stick_slip_run import Trajectory, simulate
 from frictool.friction.hybrid_kernels import STUCK
 from frictool.friction.law import DynamicKernels, HybridKernels
 from frictool.friction.law_registry import LAWS

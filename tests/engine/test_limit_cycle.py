@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from frictool.engine.axis_motion import advance
-from frictool.engine.status import OK
+from frictool.engine.status_codes import OK
 from frictool.plant.axis import POSITION, VELOCITY, AxisParameters, rest
 
 MASS = AxisParameters(inertia=1.0, viscous=0.4, coulomb=1.0, breakaway=1.5)

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from frictool.engine.axis_motion import advance
 from frictool.engine.bench_experiment import play_reference
+from frictool.engine.bench_position_loop import PositionServo
 from frictool.engine.closed_loop import RECORD_SIZE, TRUE_POSITION, run
-from frictool.engine.conditions import NO_CONDITIONS
-from frictool.engine.servo import PositionServo
-from frictool.engine.status import OK
+from frictool.engine.disturbances_and_faults import NO_CONDITIONS
+from frictool.engine.status_codes import OK
 from frictool.plant.axis import DRIVE, GAP, POSITION, RESTED, STUCK, VELOCITY, AxisParameters, rest
 from frictool.plant.axis_friction_laws import AxisLaws
 from frictool.plant.position_load import LoadHarmonic, PositionLoad, load_effort, with_load

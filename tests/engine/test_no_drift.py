@@ -21,7 +21,7 @@ from frictool.compare.comparison_setting import table_3_1
 from frictool.compare.law_simulator import LawSimulator
 from frictool.engine.drive import EffortFunction, held, ramped
 from frictool.engine.law_simulation import run_law
-from frictool.engine.status import OK
+from frictool.engine.status_codes import OK
 from frictool.friction.law_registry import LAWS
 from studies.rigs.table_3_1 import TABLE_3_1
 

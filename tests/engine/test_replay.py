@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.engine.axis_motion import advance
+from frictool.engine.bench_position_loop import PositionServo, follow_reference
 from frictool.engine.effort_replay import FREE, replay, replay_parameters
-from frictool.engine.servo import PositionServo, follow_reference
-from frictool.engine.status import NOT_FINITE, OK
+from frictool.engine.status_codes import NOT_FINITE, OK
 from frictool.plant.axis import DRIVE, AxisParameters, rest
 from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws
 from frictool.plant.position_load import LoadHarmonic, PositionLoad, load_effort

@@ -18,8 +18,8 @@ from frictool.engine.body import (
     moving,
 )
 from frictool.engine.drive import EffortFunction, held, pid, ramped, spring
-from frictool.engine.status import EVENTS_FULL, NOT_FINITE
-from frictool.engine.trajectory import simulate
+from frictool.engine.status_codes import EVENTS_FULL, NOT_FINITE
+from frictool.engine.stick_slip_run import simulate
 from studies.references.stick_slip import (
     BREAKAWAY,
     COULOMB,

@@ -13,7 +13,7 @@ from scipy.signal import cont2discrete, dlsim
 
 from frictool.documents.controller import Number
 from frictool.engine.axis_motion import advance
-from frictool.engine.status import OK
+from frictool.engine.status_codes import OK
 from frictool.plant.axis import POSITION, VELOCITY, rest
 from studies.table_5_1.product_loops import played
 from studies.table_5_1.published_figures import LOOPS, figures, missed

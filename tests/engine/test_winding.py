@@ -15,6 +15,7 @@ from frictool.adapters.axis_model import axis_of
 from frictool.documents.bench import Winding
 from frictool.engine.axis_motion import advance, drive_range
 from frictool.engine.bench_experiment import play_reference
+from frictool.engine.bench_position_loop import PositionServo
 from frictool.engine.closed_loop import (
     COMMAND,
     RECORD_SIZE,
@@ -23,10 +24,9 @@ from frictool.engine.closed_loop import (
     measure,
     run,
 )
-from frictool.engine.conditions import CONSTANT_FACTOR, NO_CONDITIONS, neutral
+from frictool.engine.disturbances_and_faults import CONSTANT_FACTOR, NO_CONDITIONS, neutral
 from frictool.engine.effort_replay import replay_parameters
-from frictool.engine.servo import PositionServo
-from frictool.engine.status import OK
+from frictool.engine.status_codes import OK
 from frictool.plant.axis import DRIVE, SUPPLY, VELOCITY, AxisParameters, rest
 from frictool.plant.position_load import PositionLoad
 from studies.rigs.clutch_model import clutch_model

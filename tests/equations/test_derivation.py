@@ -20,9 +20,9 @@ from frictool.documents.mechanism import Block, Coupling, Link, Mechanism, Rack,
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.equations.derivation import Derivation, derive
+from frictool.equations.derivation_views import as_latex
 from frictool.equations.dimension_check import check_equation, check_sum
 from frictool.equations.expression import Equation, Term, symbol
-from frictool.equations.views import as_latex
 from frictool.plant.mechanism.element_error import ElementError
 from frictool.plant.mechanism.linearisation import linearise
 from tests.support.mechanism_documents import TRAIN, document

@@ -13,7 +13,7 @@ from frictool.adapters.mechanism.assembly import assemble
 from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import rest
-from frictool.engine.status import OK
+from frictool.engine.status_codes import OK
 from frictool.equations.derivation import derive
 from frictool.equations.expression import Equation, Term
 from tests.support.mechanism_documents import TRAIN, document

@@ -14,7 +14,7 @@ import yaml
 from frictool.cli.mechanism_file import load_mechanism
 from frictool.documents.yaml_scalars import Loader
 from frictool.equations.derivation import derive
-from frictool.equations.views import as_latex, as_text
+from frictool.equations.derivation_views import as_latex, as_text
 from frictool.errors import FrictoolError
 from frictool.plant.mechanism.linearisation import linearise
 from tests.support.file_mutations import mutated

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from frictool.friction.law import DynamicKernels, Law
 from frictool.friction.law_registry import LAWS
-from frictool.friction.status import NOT_FINITE, OK
+from frictool.friction.status_codes import NOT_FINITE, OK
 from studies.rigs.table_3_1 import STIFF, STRIBECK, TABLE_3_1, packed
 from tests.support.law_drivers import FORCE, STATE, dynamic_run, pointers
 from tests.support.law_values import values

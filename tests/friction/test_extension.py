@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.friction import lubricant_film
-from frictool.friction.extension import FrictionExtension, levels
+from frictool.friction.law_extension import FrictionExtension, levels
 from frictool.friction.law_registry import LAWS
 from frictool.friction.position_polynomial import normalise, position_factor
 from frictool.friction.rising_breakaway import dwell_factor

@@ -18,7 +18,7 @@ from frictool.friction.preisach_cycles import (
     masing_everett,
 )
 from frictool.friction.reversal_memory import COUNT, FORCE, FORGOTTEN, new_memory
-from frictool.friction.status import MEMORY_FULL, NOT_FINITE, OK
+from frictool.friction.status_codes import MEMORY_FULL, NOT_FINITE, OK
 from frictool.friction.virgin_curve import virgin_force
 from tests.support.plain_laws import Masing, Relays
 

@@ -17,13 +17,13 @@ from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.identify.estimators.method_comparison import ComparedData, best_by_prediction
 from frictool.identify.fit_result import Interval
+from frictool.identify.fixed_parameter_refit import refit
 from frictool.identify.force_error import force_error, motion_rows
 from frictool.identify.identification import identify_records
+from frictool.identify.log_disagreement import pooling_warnings
 from frictool.identify.methods import IdentificationSettings, run
 from frictool.identify.motion_record import record_of
-from frictool.identify.pooling import pooling_warnings
-from frictool.identify.refit import refit
-from frictool.logs.reading import read_log
+from frictool.logs.log_reader import read_log
 from studies.command_line import run as command
 from studies.rigs.identification_rigs import EMPS
 from tests.identify.arm import PERIOD, Arm, play, write_bench, write_log

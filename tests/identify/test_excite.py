@@ -29,7 +29,7 @@ from frictool.identify.excite.sine import best_stroke, condition
 from frictool.identify.excite.sines import plan
 from frictool.identify.fit_result import Interval
 from frictool.identify.motion_record import MotionRecord, make_record
-from frictool.logs.reading import read_log
+from frictool.logs.log_reader import read_log
 from frictool.plant.axis import rest
 from studies.command_line import run
 from studies.rigs.identification_rigs import CLUTCH, EMPS, clutch, mass_bench

@@ -12,7 +12,7 @@ import pytest
 
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
-from frictool.engine.servo import PositionServo
+from frictool.engine.bench_position_loop import PositionServo
 from frictool.identify.estimators.output_error import simulation_error
 from frictool.identify.estimators.segment_simulation import SegmentSimulation, estimate
 from frictool.identify.estimators.structure_selection import choose_terms, halves
@@ -22,7 +22,7 @@ from frictool.identify.motion_record import record_of
 from frictool.identify.regression.term_selection import clearly_better
 from frictool.identify.rows.load_terms import DIRECTION, GRAVITY, SPRING, possible
 from frictool.identify.rows.segments import RecordSegment, thinned, whole
-from frictool.logs.reading import read_log
+from frictool.logs.log_reader import read_log
 from frictool.plant.axis import AxisParameters
 from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws
 from frictool.plant.position_load import PositionLoad

@@ -14,7 +14,7 @@ from frictool.adapters.axis_model import axis_of
 from frictool.documents.model import Model
 from frictool.documents.registry import load
 from frictool.engine.axis_motion import advance
-from frictool.identify.picture import friction_over_speed
+from frictool.identify.friction_picture import friction_over_speed
 from frictool.plant.axis import VELOCITY, rest
 from studies.command_line import run
 from tests.support.command_line import also_called, refused

@@ -11,7 +11,7 @@ import pytest
 from frictool.identify.estimators.conditioned import BEST_SPEED, condition_m2
 from frictool.identify.methods import IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord, make_record
-from frictool.identify.rows.differences import differenced, memory_of
+from frictool.identify.rows.difference_fit import differenced, memory_of
 from studies.rigs.identification_rigs import MASS, mass_bench, mass_sine
 from tests.support.identification_statistics import in_published_order, table_errors
 

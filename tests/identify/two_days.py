@@ -7,8 +7,8 @@ from pathlib import Path
 
 import numpy as np
 
+from frictool.engine.bench_position_loop import PositionServo, follow_reference
 from frictool.engine.effort_replay import replay_parameters
-from frictool.engine.servo import PositionServo, follow_reference
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.plant.axis import AxisParameters, rest
 from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from frictool.errors import LogError
-from frictool.logs.table import DataLoss, RawTable, pick
+from frictool.logs.raw_table import DataLoss, RawTable, pick
 
 
 def columns(

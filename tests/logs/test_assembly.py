@@ -18,7 +18,12 @@ from mcap.reader import make_reader
 from frictool.documents.bench import Column, Encoder
 from frictool.errors import LogError
 from frictool.logs.arrays.memory_table import MemoryTable
-from frictool.logs.assembly import (
+from frictool.logs.canonical.mcap_format import read_mcap
+from frictool.logs.canonical.sample_chunks import CHUNK_NS
+from frictool.logs.clocks.longest_increasing import increasing
+from frictool.logs.clocks.sample_intervals import SampleIntervals
+from frictool.logs.log import Log
+from frictool.logs.log_assembly import (
     LogAssembly,
     TimeWindow,
     add_tables,
@@ -26,13 +31,8 @@ from frictool.logs.assembly import (
     assemble_log,
     write,
 )
-from frictool.logs.canonical.mcap_format import read_mcap
-from frictool.logs.canonical.sample_chunks import CHUNK_NS
-from frictool.logs.clocks.longest_increasing import increasing
-from frictool.logs.clocks.sample_intervals import SampleIntervals
-from frictool.logs.log import Log
 from frictool.logs.quality.time_base import time_base
-from frictool.logs.table import DataLoss, RowBlock
+from frictool.logs.raw_table import DataLoss, RowBlock
 from tests.support.example_logs import as_bytes, bench, golden_log, mapped, same
 
 COLUMNS = {"time": Column("t", "s"), "position": Column("x", "count"), "current": Column("i", "A")}

@@ -15,10 +15,10 @@ from mcap_ros2._dynamic import generate_dynamic, serialize_dynamic
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from frictool.logs.recordings.cdr import MOST_LAYOUTS, MessageDecoder
-from frictool.logs.recordings.messages import pack_messages
 from frictool.logs.recordings.ros_definitions import DEFINITIONS
 from frictool.logs.recordings.ros_idl import parse_idl
 from frictool.logs.recordings.ros_message import NUMBERS, parse_message
+from frictool.logs.recordings.serialised_messages import pack_messages
 from tests.support.recordings import IMU, JOINT_STATE, joint_states, ros2_mcap
 
 RANGES = {

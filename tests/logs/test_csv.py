@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from frictool.documents.bench import Layout
 from frictool.errors import LogError
-from frictool.logs.table import BLOCK_ROWS, DataLoss
+from frictool.logs.raw_table import BLOCK_ROWS, DataLoss
 from frictool.logs.text import row_batches as text_batches_module
 from frictool.logs.text import text_encoding as text_bytes_module
 from frictool.logs.text.csv_format import NO_END, CsvTable, sniff, tables

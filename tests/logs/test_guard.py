@@ -16,7 +16,7 @@ import pytest
 from frictool.errors import LogError
 from frictool.logs.arrays import reader_process
 from frictool.logs.formats import tables_of
-from frictool.logs.table import DataLoss, RowBlock
+from frictool.logs.raw_table import DataLoss, RowBlock
 from tests.support.example_logs import GOLDEN
 
 

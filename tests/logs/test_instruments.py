@@ -15,10 +15,10 @@ from frictool.documents.bench import Bench, ClockEstimate, Column, Instrument, L
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.errors import LogError
-from frictool.logs.assembly import assemble, assemble_log
 from frictool.logs.clocks.alignment import CLOCK_OFFSET
 from frictool.logs.clocks.clock_offset import clock_offset
 from frictool.logs.log import Log
+from frictool.logs.log_assembly import assemble, assemble_log
 from tests.support.example_logs import ROOT, bench, measured
 
 SECONDS = 2.0

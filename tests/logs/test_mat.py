@@ -19,10 +19,10 @@ from frictool.documents.bench import Column
 from frictool.errors import LogError
 from frictool.logs.arrays import mat_format
 from frictool.logs.arrays.array_table import ArrayTable
-from frictool.logs.assembly import LogAssembly, add_tables
-from frictool.logs.assembly import assemble_log as whole_log
 from frictool.logs.log import Log
-from frictool.logs.table import BLOCK_ROWS, DataLoss
+from frictool.logs.log_assembly import LogAssembly, add_tables
+from frictool.logs.log_assembly import assemble_log as whole_log
+from frictool.logs.raw_table import BLOCK_ROWS, DataLoss
 from tests.logs.tables import columns
 from tests.support.example_logs import GOLDEN, bench, measured
 

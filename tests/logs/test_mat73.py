@@ -13,7 +13,7 @@ from hypothesis.extra import numpy as arrays_of
 
 from frictool.errors import LogError
 from frictool.logs.arrays import mat73_format
-from frictool.logs.table import BLOCK_ROWS, DataLoss
+from frictool.logs.raw_table import BLOCK_ROWS, DataLoss
 from tests.logs.tables import columns, one_line
 from tests.support.example_logs import GOLDEN
 

@@ -15,7 +15,7 @@ from frictool.errors import LogError
 from frictool.logs.arrays import mdf_format
 from frictool.logs.arrays.truncated_mdf import described_at
 from frictool.logs.channels.column_binding import bind
-from frictool.logs.table import BLOCK_ROWS, DataLoss
+from frictool.logs.raw_table import BLOCK_ROWS, DataLoss
 from tests.logs.tables import columns, one_line, times
 from tests.support.example_logs import GOLDEN, measured
 

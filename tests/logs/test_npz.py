@@ -16,7 +16,7 @@ from hypothesis.extra import numpy as arrays_of
 from frictool.errors import LogError
 from frictool.logs.arrays import npz_format
 from frictool.logs.arrays.array_table import ArrayTable
-from frictool.logs.table import BLOCK_ROWS, DataLoss
+from frictool.logs.raw_table import BLOCK_ROWS, DataLoss
 from tests.logs.tables import columns, times
 from tests.support.example_logs import GOLDEN
 

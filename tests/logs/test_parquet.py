@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from frictool.errors import LogError
 from frictool.logs.arrays import parquet_format
-from frictool.logs.table import BLOCK_ROWS, DataLoss
+from frictool.logs.raw_table import BLOCK_ROWS, DataLoss
 from tests.logs.tables import columns, one_line, times
 from tests.support.example_logs import GOLDEN
 

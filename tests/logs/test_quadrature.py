@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 
 from frictool.documents.bench import Column, Quadrature
 from frictool.errors import LogError
-from frictool.logs.assembly import assemble, assemble_log
 from frictool.logs.kernels.quadrature import COUNT, ILLEGAL, UNKNOWN, count_quadrature
-from frictool.logs.reading import read_log
+from frictool.logs.log_assembly import assemble, assemble_log
+from frictool.logs.log_reader import read_log
 from tests.support.example_logs import bench
 
 ORDER = [(0, 0), (1, 0), (1, 1), (0, 1)]  # of (A, B) where the count rises

@@ -17,10 +17,10 @@ from mcap.writer import CompressionType, IndexType
 from frictool.documents.bench import Column, Layout
 from frictool.errors import LogError
 from frictool.logs.canonical.mcap_records import FileRecord, FileRecords
-from frictool.logs.reading import read_log
+from frictool.logs.log_reader import read_log
+from frictool.logs.raw_table import DataLoss, RawTable
 from frictool.logs.recordings.recording_files import are_parts, parts_of, sources
 from frictool.logs.recordings.recording_format import sniff, tables, tables_of_parts
-from frictool.logs.table import DataLoss, RawTable
 from tests.logs.tables import columns, times
 from tests.support.example_logs import GOLDEN, bench, measured
 from tests.support.recordings import (

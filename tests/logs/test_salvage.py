@@ -14,12 +14,12 @@ from hypothesis import strategies as st
 from mcap.writer import CompressionType, Writer
 
 from frictool.errors import LogError
-from frictool.logs.assembly import assemble, write
 from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.logs.canonical.mcap_layout import schema_text
 from frictool.logs.log import Log, Stream
+from frictool.logs.log_assembly import assemble, write
 from frictool.logs.losses import LossList, losses_of
-from frictool.logs.table import DataLoss
+from frictool.logs.raw_table import DataLoss
 from tests.support.example_logs import as_bytes
 
 CHUNKS = 5

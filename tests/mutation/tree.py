@@ -13,7 +13,7 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from frictool.runtime import kernel_cache, kernels
+from frictool.runtime import kernel_folders, kernels
 from tests.mutation.mutants import Mutant
 from tests.mutation.selection import files_that_reach, import_graph
 
@@ -130,7 +130,9 @@ class Tree:
     def _states(self) -> set[Path]:
         """Return the folders of compiled kernels: those of a mutant are the ones that it adds."""
         return {
-            state.path for folder in self.places.glob("*/") for state in kernel_cache.states(folder)
+            state.path
+            for folder in self.places.glob("*/")
+            for state in kernel_folders.states(folder)
         }
 
 

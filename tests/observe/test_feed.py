@@ -13,8 +13,8 @@ from hypothesis import given, settings
 
 from frictool.documents.bench import Bench, Column
 from frictool.errors import LogError
-from frictool.logs.assembly import TimeWindow
 from frictool.logs.log import Log, Stream
+from frictool.logs.log_assembly import TimeWindow
 from frictool.observe.sample_stream import PIECE_SAMPLES, open_stream
 from studies.rigs.fleet_logs import save
 from tests.support.example_logs import bench as rig

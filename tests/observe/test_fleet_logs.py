@@ -7,9 +7,9 @@ import numpy as np
 from frictool.adapters.axis_model import axis_of
 from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import compile_program
-from frictool.engine.batch import closed_loops
 from frictool.engine.closed_loop import MEASURED, RECORD_SIZE, TRUE_DRIVE
-from frictool.engine.conditions import FRICTION, neutral
+from frictool.engine.disturbances_and_faults import FRICTION, neutral
+from frictool.engine.parallel_runs import closed_loops
 from frictool.plant.axis import rest
 from studies.rigs.clutch_fleet import (
     EDGE,

@@ -21,8 +21,8 @@ from frictool.lmi.switched_observer_gains import ObserverMode, SwitchedGains, sw
 from frictool.observe.design import additive, multiplicative
 from frictool.observe.design.design_notes import notes
 from frictool.observe.design.friction_map import friction_at
-from frictool.observe.design.matrices import ModeConstants, subsystems
-from frictool.observe.design.settings import SwitchedObserverSettings, decay_of
+from frictool.observe.design.mode_matrices import ModeConstants, subsystems
+from frictool.observe.design.switched_settings import SwitchedObserverSettings, decay_of
 from frictool.observe.design.verification import verify
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.observer_run import run_along

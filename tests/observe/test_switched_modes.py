@@ -20,9 +20,9 @@ from frictool.documents.registry import load
 from frictool.errors import NoSolutionError
 from frictool.observe.design import additive, multiplicative
 from frictool.observe.design.friction_map import friction_at, friction_map
-from frictool.observe.design.intervals import intervals, turning_points
-from frictool.observe.design.matrices import ModeConstants, subsystem
-from frictool.observe.design.transitions import switches
+from frictool.observe.design.mode_matrices import ModeConstants, subsystem
+from frictool.observe.design.mode_transitions import switches
+from frictool.observe.design.position_intervals import intervals, turning_points
 from studies.rigs.clutch_model import ROOT
 from tests.support.random_observer_models import largest_gain, random_model
 

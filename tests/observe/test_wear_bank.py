@@ -19,8 +19,8 @@ from frictool.observe.wear.filter_bank import (
     UNMODELLED,
     FilterBank,
 )
-from frictool.observe.wear.moves import Move
-from frictool.observe.wear.restriction import ParameterRestriction, multiplicative
+from frictool.observe.wear.log_moves import Move
+from frictool.observe.wear.parameter_restriction import ParameterRestriction, multiplicative
 from frictool.observe.wear.weak_form_layout import layout_of
 from frictool.typing import Vector
 from studies.rigs.clutch_fleet import clutch

@@ -14,16 +14,16 @@ from scipy.stats import multivariate_normal
 
 from frictool.documents.model import Model
 from frictool.documents.registry import load
-from frictool.observe.estimate import EstimateRange, Kind, WearEstimate
+from frictool.observe.interval_estimate import EstimateRange, Kind, WearEstimate
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.sample_stream import open_stream
 from frictool.observe.wear.bayesian_evidence import best_fit, evidences, mixture, posterior
 from frictool.observe.wear.constant_error import scale_of
-from frictool.observe.wear.estimator import WearEstimator
-from frictool.observe.wear.moves import Move
+from frictool.observe.wear.log_moves import Move
+from frictool.observe.wear.parameter_restriction import dry_columns, level_columns
 from frictool.observe.wear.repeated_moves import MoveRepeats
-from frictool.observe.wear.restriction import dry_columns, level_columns
 from frictool.observe.wear.weak_form_layout import layout_of
+from frictool.observe.wear.wear_estimator import WearEstimator
 from frictool.observe.wear.wear_kinds import KINDS, WearClassifier
 from frictool.observe.wear.zone_weights import friction_share
 from frictool.typing import Vector

@@ -18,7 +18,7 @@ from frictool.documents.quantity import Estimate as Known
 from frictool.documents.registry import load
 from frictool.errors import FrictoolError
 from frictool.observe.motion_block import MotionBlock
-from frictool.observe.wear.moves import Move, MoveCollector
+from frictool.observe.wear.log_moves import Move, MoveCollector
 from frictool.observe.wear.weak_form_layout import WeakFormLayout, layout_of
 from frictool.observe.wear.weak_form_rows import MOST_ROWS, REST
 from frictool.typing import Vector

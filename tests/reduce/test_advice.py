@@ -16,8 +16,8 @@ from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
 from frictool.reduce.advice import parts_of_travel, passing_bandwidth
-from frictool.reduce.chain import chain
 from frictool.reduce.partial_travel import restrict_travel
+from frictool.reduce.reduction_chain import chain
 from studies.command_line import run
 from tests.support.small_mechanisms import belt, coulomb, lossy_train, mechanism, rotor
 

@@ -11,7 +11,7 @@ import pytest
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.registry import load
 from frictool.errors import NoSolutionError
-from frictool.reduce.chain import chain
+from frictool.reduce.reduction_chain import chain
 from tests.support.small_mechanisms import two_plays
 
 CLUTCH = Path(__file__).parents[2] / "configs" / "clutch" / "mechanism.yaml"

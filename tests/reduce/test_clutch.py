@@ -12,9 +12,9 @@ from frictool.documents.mechanism import Cam, Mechanism, Rack, Spring
 from frictool.documents.registry import load
 from frictool.errors import NoSolutionError
 from frictool.plant.mechanism.curves import PRODUCT_ERROR, monotone_cubic
-from frictool.reduce.chain import chain
+from frictool.reduce.reduction_chain import chain
 from frictool.reduce.residual_load import ResidualLoad
-from frictool.reduce.resisting_curves import in_contact, irreversible
+from frictool.reduce.resistance_step import in_contact, irreversible
 from frictool.reduce.travel_grid import positions
 
 CLUTCH = Path(__file__).parents[2] / "configs" / "clutch" / "mechanism.yaml"

@@ -12,7 +12,7 @@ from frictool.errors import NoSolutionError
 from frictool.plant.linear_axis import AxisRates, linear_axis
 from frictool.plant.mechanism.linearisation import linearise
 from frictool.reduce.assembly_cache import assemble_cached
-from frictool.reduce.chain import ReductionChain, chain
+from frictool.reduce.reduction_chain import ReductionChain, chain
 from frictool.reduce.step_report import StepReport
 from tests.support.small_mechanisms import belt
 

@@ -19,7 +19,7 @@ from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
 from frictool.reduce.residual_load import LoadUnits, ResidualLoad, fit_residual_load
-from frictool.reduce.resistance import DirectedResistance
+from frictool.reduce.resistance_curves import DirectedResistance
 from studies.command_line import run
 from tests.support.small_mechanisms import coulomb, mechanism, rotor
 

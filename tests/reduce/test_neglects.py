@@ -6,8 +6,8 @@ import msgspec
 
 from frictool.documents.mechanism import FrictionOf, Link, Mechanism, Spring
 from frictool.documents.quantity import Quantity
-from frictool.reduce.chain import ReductionChain, chain
 from frictool.reduce.final_step import final
+from frictool.reduce.reduction_chain import ReductionChain, chain
 from frictool.reduce.step_report import StepFigure
 from frictool.reduce.text_view import _figure
 from tests.support.small_mechanisms import mechanism, rotor, screw

@@ -10,9 +10,9 @@ import pytest
 from frictool.documents.mechanism import Control, Gear, Link, Mechanism, Source
 from frictool.documents.quantity import Quantity
 from frictool.errors import NoSolutionError
-from frictool.reduce.chain import chain
 from frictool.reduce.check_positions import mechanism_positions
 from frictool.reduce.coordinate_change import from_reference
+from frictool.reduce.reduction_chain import chain
 from tests.support.small_mechanisms import coulomb, mechanism, rotor
 
 NEAR, FAR, RATIO, ETA, ETA_BACK = 2e-5, 3e-3, 0.1, 0.8, 0.7

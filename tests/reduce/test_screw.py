@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from frictool.reduce.chain import ReductionChain, chain
+from frictool.reduce.reduction_chain import ReductionChain, chain
 from tests.support.small_mechanisms import screw
 
 RADIUS, LEAD, STIFFNESS = 6e-3, 4e-3, 2e4

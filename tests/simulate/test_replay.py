@@ -17,7 +17,7 @@ from frictool.documents.registry import load
 from frictool.documents.scenario import Replay, Scenario
 from frictool.errors import LogError
 from frictool.logs.log import Log, Stream
-from frictool.logs.reading import read_log
+from frictool.logs.log_reader import read_log
 from frictool.simulate.logged_reference import gaps_of, reference_from_log
 from frictool.typing import Vector
 

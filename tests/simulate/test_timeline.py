@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from frictool.documents.conditions import Disturbance, DriftPoint, Drifts, SensorFault
 from frictool.documents.quantity import Quantity
-from frictool.engine.conditions import (
+from frictool.engine.disturbances_and_faults import (
     CONSTANT_FACTOR,
     DISTURBANCE,
     ENCODER_FAULT,

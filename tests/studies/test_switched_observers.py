@@ -21,7 +21,7 @@ from frictool.documents.scenario import Scenario
 from frictool.logs.log import Stream
 from frictool.observe.design import additive, multiplicative
 from frictool.observe.design.friction_map import friction_at
-from frictool.observe.design.settings import SwitchedObserverSettings
+from frictool.observe.design.switched_settings import SwitchedObserverSettings
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.observer_run import ObserverOutput, run_along
 from frictool.simulate.closed_loop import simulate_closed_loop

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from frictool.campaign.draws.space import Factor, FactorSpace
+from frictool.campaign.draws.factor_space import Factor, FactorSpace
 from frictool.campaign.trials.trials import (
     BROKEN,
     MET,

@@ -9,8 +9,8 @@ import msgspec
 import numpy as np
 
 from frictool.documents.quantity import Quantity
+from frictool.engine.bench_position_loop import PositionServo
 from frictool.engine.effort_replay import FREE, replay, replay_parameters
-from frictool.engine.servo import PositionServo
 from frictool.identify.estimators.output_error import simulation_error
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord

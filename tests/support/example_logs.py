@@ -11,10 +11,10 @@ import pytest
 
 from frictool.documents.bench import Actuator, Bench, Column, Encoder, Mechanics
 from frictool.documents.quantity import Quantity
-from frictool.logs.assembly import LogAssembly, add_tables, assemble_log
 from frictool.logs.canonical.mcap_format import write_mcap
 from frictool.logs.log import Log, Stream
-from frictool.logs.table import RawTable
+from frictool.logs.log_assembly import LogAssembly, add_tables, assemble_log
+from frictool.logs.raw_table import RawTable
 
 GOLDEN = Path(__file__).parents[1] / "logs" / "golden"
 ROOT = Path(__file__).parents[2]

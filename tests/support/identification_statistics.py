@@ -11,7 +11,7 @@ from frictool.identify.estimators.inverse_dynamic import inverse_dynamic
 from frictool.identify.estimators.power_balance import by_speed
 from frictool.identify.identification import identify_records
 from frictool.identify.methods import DEFAULT, IdentificationSettings
-from frictool.identify.rows.differences import differenced
+from frictool.identify.rows.difference_fit import differenced
 from frictool.identify.rows.regression_samples import fit
 from frictool.plant.axis import AxisParameters
 from frictool.typing import Vector

@@ -11,12 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import array_layout as ly
 from frictool.engine.mechanism import state as st
 from frictool.engine.mechanism import workspace_rows as rows
+from frictool.engine.mechanism.array_layout import CompiledMechanism
 from frictool.engine.mechanism.articulated_body import field
 from frictool.engine.mechanism.dormand_prince8 import AFTER
-from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.state import MechanismState, RateEvaluation, counts
 from frictool.runtime.kernels import inset_kernel, kernel
 from frictool.typing import IntVector, Vector

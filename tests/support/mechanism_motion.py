@@ -9,7 +9,7 @@ from frictool.adapters.mechanism.assembly import assemble
 from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import rest
-from frictool.engine.status import OK
+from frictool.engine.status_codes import OK
 from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.typing import Vector
 from tests.support.mechanism_text import mechanism

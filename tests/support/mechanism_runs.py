@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from frictool.engine.mechanism.layout import CompiledMechanism
+from frictool.engine.mechanism.array_layout import CompiledMechanism
 from frictool.engine.mechanism.open_loop_run import MechanismRun, run
 from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import MechanismState, rest

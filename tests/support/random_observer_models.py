@@ -13,8 +13,8 @@ from frictool.documents.model import Model
 from frictool.documents.observer import Observer
 from frictool.documents.quantity import Span
 from frictool.documents.registry import load
-from frictool.observe.design.matrices import subsystems
-from frictool.observe.design.settings import SwitchedObserverSettings
+from frictool.observe.design.mode_matrices import subsystems
+from frictool.observe.design.switched_settings import SwitchedObserverSettings
 
 MODEL = Path(__file__).parents[2] / "configs/clutch/nonlinear.yaml"
 SEED, COUNT, TRAVEL = 61, 60, 2.0

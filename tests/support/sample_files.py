@@ -18,8 +18,8 @@ from frictool.documents.writing import to_yaml
 from frictool.errors import LogError
 from frictool.logs.canonical.mcap_reader import is_canonical
 from frictool.logs.formats import open_tables
+from frictool.logs.raw_table import RawTable, RowBlock
 from frictool.logs.recordings.recording_files import METADATA, sources
-from frictool.logs.table import RawTable, RowBlock
 from tests.support.example_logs import GOLDEN, as_bytes, bench, golden_log
 from tests.support.logger_headers import LOGGERS
 

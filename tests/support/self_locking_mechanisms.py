@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from frictool.engine.mechanism.open_loop_run import run
-from frictool.engine.status import OK
+from frictool.engine.status_codes import OK
 from frictool.typing import Vector
 from studies.rigs.mechanism_builder import Builder
 from tests.support.mechanism_runs import ready

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from frictool.campaign.draws.space import FactorSpace
+from frictool.campaign.draws.factor_space import FactorSpace
 from frictool.campaign.trials.trials import Trials
 from tests.support.campaign_trials import Function, factors, trials_of
 

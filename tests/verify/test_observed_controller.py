@@ -19,7 +19,7 @@ from frictool.documents.controller import Limiter, Velocity
 from frictool.documents.observer import FrictionMap, Observer
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.export.rounded_loop import rounded_loop
-from frictool.observe.design.matrices import subsystems
+from frictool.observe.design.mode_matrices import subsystems
 from frictool.plant.polytope import PlantPoint
 from frictool.verify.document_check import check_feedback
 from frictool.verify.feedback_loops import feedbacks_of

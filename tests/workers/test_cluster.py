@@ -16,8 +16,8 @@ from frictool.errors import ClusterError
 from frictool.runtime import notifications
 from frictool.workers import dask_cluster, dask_connection, file_transfer
 from frictool.workers.file_transfer import share_files
-from frictool.workers.installation import Installation, differences, installation
-from frictool.workers.share import share
+from frictool.workers.installation_agreement import Installation, differences, installation
+from frictool.workers.job_sharing import share
 from tests.support.local_cluster import Loopback, end
 from tests.support.shared_sums import spectrum
 from tests.support.worker_jobs import Deadly, compiles, content, greedy, instead, negative

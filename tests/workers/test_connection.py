@@ -14,7 +14,7 @@ import pytest
 
 from frictool.errors import ClusterError
 from frictool.workers import dask_connection
-from frictool.workers.share import share
+from frictool.workers.job_sharing import share
 from tests.support.local_cluster import Loopback
 from tests.support.worker_jobs import negative
 from tests.workers.certificates import certificates

@@ -18,13 +18,13 @@ import pytest
 
 from frictool.errors import LogError, WorkerLost
 from frictool.runtime import notifications
-from frictool.workers.share import available_cores, share
+from frictool.workers.job_sharing import available_cores, share
 from tests.support.worker_jobs import Deadly, compiles, negative, series, untravelled
 
 JOBS = 40
 SCRIPT = """
 import sys
-from frictool.workers.share import share
+from frictool.workers.job_sharing import share
 from tests.support.worker_jobs import slow_series
 if __name__ == "__main__":
     for done in share(slow_series, range(100_000), cores=2):

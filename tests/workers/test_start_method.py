@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from frictool.workers.job_sharing import share
 from frictool.workers.process_pool import start_method
-from frictool.workers.share import share
 from studies.rigs.identification_rigs import CLUTCH, ROOT
 from tests.support.worker_jobs import Deadly, series
 

@@ -7,8 +7,8 @@ from collections.abc import Mapping
 
 import msgspec
 
+from frictool.campaign.draws.factor_space import FactorSpace
 from frictool.campaign.draws.sampling import noise_seed
-from frictool.campaign.draws.space import FactorSpace
 from frictool.campaign.draws.spread_factors import (
     START,
     TEMPERATURE,

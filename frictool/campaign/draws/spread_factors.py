@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from frictool.campaign.draws.space import Factor, Kind
+from frictool.campaign.draws.factor_space import Factor, Kind
 from frictool.documents.scenario import Scenario
 from frictool.documents.spread import (
     CountBand,

@@ -18,7 +18,7 @@ import numpy as np
 from frictool.campaign.draws.sampling import Method
 from frictool.campaign.statistics.clopper_pearson import CONFIDENCE, lower
 from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED, MetricLimit, Trials
-from frictool.presentation.ties import largest, smallest
+from frictool.presentation.tie_rule import largest, smallest
 from frictool.typing import IntVector, Vector
 
 QUANTILES = (0.05, 0.5, 0.95)

@@ -27,7 +27,7 @@ from frictool.campaign.statistics.sobol_indices import (
     variance_share,
 )
 from frictool.campaign.trials.trials import BROKEN, MET, Trials
-from frictool.presentation.ties import largest
+from frictool.presentation.tie_rule import largest
 from frictool.typing import BoolVector
 
 LEVEL = 0.05  # level of a table: probability of naming any factor without influence

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from frictool.campaign.draws.space import FactorSpace
+from frictool.campaign.draws.factor_space import FactorSpace
 from frictool.campaign.trials.trial_player import CampaignSetting, plant_of
 from frictool.documents.bench_values import bench_values_words
 from frictool.documents.conditions import DriftPoint, Drifts

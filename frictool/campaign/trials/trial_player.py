@@ -10,7 +10,7 @@ import numpy as np
 
 from frictool.adapters.mechanism.assembly import assemble
 from frictool.campaign.draws.drawn_scenario import nominal_of, scenario_of
-from frictool.campaign.draws.space import FactorSpace
+from frictool.campaign.draws.factor_space import FactorSpace
 from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED, MetricLimit, TrialResult
 from frictool.documents.controller import Controller, Number
 from frictool.documents.mechanism import Mechanism

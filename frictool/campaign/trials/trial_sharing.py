@@ -22,7 +22,7 @@ MOST_TOGETHER = 500
 
 
 class JobSharing(Protocol):
-    """Function `share` of frictool/workers/share.py with a fixed choice of cores and cluster."""
+    """Function `share` of workers/job_sharing.py with a fixed choice of cores and cluster."""
 
     def __call__(
         self, function: Callable[[Any], Any], jobs: Sequence[Any], batch: int, instead: Any

@@ -9,7 +9,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.campaign.draws.space import FactorSpace
+from frictool.campaign.draws.factor_space import FactorSpace
 from frictool.typing import Vector
 
 Marks = NDArray[np.int8]
@@ -43,7 +43,7 @@ class TrialResult(NamedTuple):
 class Trials:
     """Results of n trials of d factors, judged by m metrics.
 
-    `units` (n, d): draws in the unit cube. `values` (n, d): the same draws in SI (space.py).
+    `units` (n, d): draws in the unit cube. `values` (n, d): the same draws in SI (factor_space.py).
 
     `metric_values` (n, m): worst value of each metric over each trial's run. It is infinite for a
     failure without a number (an axis that never settles), and NaN if the metric is undefined or the

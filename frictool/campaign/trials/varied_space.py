@@ -5,7 +5,7 @@ from __future__ import annotations
 from msgspec.structs import replace
 
 from frictool.campaign.draws.drawn_scenario import nominal_of
-from frictool.campaign.draws.space import FactorSpace, plant_factors, space_of
+from frictool.campaign.draws.factor_space import FactorSpace, plant_factors, space_of
 from frictool.campaign.draws.spread_factors import spread_factors
 from frictool.campaign.trials.trial_player import CampaignSetting, plant_of
 from frictool.documents.metric_table import REQUIREMENTS

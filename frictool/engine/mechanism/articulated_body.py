@@ -21,8 +21,9 @@ from __future__ import annotations
 import math
 
 from frictool.engine.mechanism import address_calls as ac
-from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import array_layout as ly
 from frictool.engine.mechanism import workspace_rows as rows
+from frictool.engine.mechanism.array_layout import CompiledMechanism
 from frictool.engine.mechanism.efforts import efforts
 from frictool.engine.mechanism.fixed_step_laws import seen_speeds, timed_frictions
 from frictool.engine.mechanism.guard_tolerances import SLACK, SPEED_SLACK, place_guards, slack_at
@@ -33,7 +34,6 @@ from frictool.engine.mechanism.joint_losses import (
     range_at_load,
     slope_of,
 )
-from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.state import EVALUATION, FREE, OPEN, RIGID, STUCK, RateEvaluation
 from frictool.runtime.kernels import inset_kernel, kernel
 from frictool.typing import IntVector, Vector
@@ -287,7 +287,7 @@ def field(
     inputs: Vector,
     out: RateEvaluation,
 ) -> int:
-    """Fill y', the guards, and the power of each element; return a status of friction/status.py.
+    """Fill y', the guards, and the power of each element; return a status code.
 
     t [s]: time since the command. The accelerations are NaN if a tree has no effective inertia. The
     kernel is called by its address, in the last row of `laws`, so that callers compile without it.

@@ -6,7 +6,8 @@ import numpy as np
 
 from frictool.engine.bench_experiment import RampProgress, ServoMemory, next_place, servo_effort
 from frictool.engine.closed_loop import MEASURED, TRUE_DRIVE, measure
-from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import array_layout as ly
+from frictool.engine.mechanism.array_layout import CompiledMechanism
 from frictool.engine.mechanism.closed_loop import (
     ControlPorts,
     DriftedNumbers,
@@ -14,9 +15,8 @@ from frictool.engine.mechanism.closed_loop import (
     MechanismRecord,
     advance_controlled_sample,
 )
-from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.state import MechanismState
-from frictool.engine.status import OK
+from frictool.engine.status_codes import OK
 from frictool.runtime.kernels import kernel
 from frictool.typing import IntVector, Vector
 
@@ -40,7 +40,7 @@ def play_reference(
 
     servo (5,): `PositionServo` in effort. inputs, drifting, out: records of
     engine/mechanism/closed_loop.py, with neither signals in `inputs` nor drifts in `drifting`.
-    Returns a status of engine/status.py.
+    Returns a status of engine/status_codes.py.
     """
     constant = ly.constant(machine.numbers, ly.source_row(machine.whole, sight.source))
     waiting = np.zeros(delay + 1)
@@ -78,7 +78,7 @@ def play_ramps(
     """Play `rows` (n,) of the drive by the rules of engine/bench_experiment.py.
 
     Fills position and drive (n,), and `played` (1,) with the number of rows played. Returns a
-    status of engine/status.py.
+    status of engine/status_codes.py.
     """
     waiting = np.zeros(delay + 1)
     place = RampProgress(0, segment[0], measure(state.y[sight.sensor], sight.step))

@@ -29,14 +29,14 @@ from frictool.engine.closed_loop import (
     TRUE_VELOCITY,
     measure,
 )
-from frictool.engine.conditions import faulty, true_command
-from frictool.engine.mechanism import layout as ly
-from frictool.engine.mechanism.advance import TOLERANCE, advance
+from frictool.engine.disturbances_and_faults import faulty, true_command
+from frictool.engine.mechanism import array_layout as ly
+from frictool.engine.mechanism.array_layout import CompiledMechanism
+from frictool.engine.mechanism.event_driven_motion import TOLERANCE, advance
 from frictool.engine.mechanism.events import EventRows
-from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.sources import source_limits
 from frictool.engine.mechanism.state import MechanismState
-from frictool.engine.status import OK
+from frictool.engine.status_codes import OK
 from frictool.runtime.kernels import kernel
 from frictool.typing import IntVector, Vector
 
@@ -80,9 +80,10 @@ class MechanismInputs(NamedTuple):
 class DriftedNumbers(NamedTuple):
     """Conditions at each sample, and the numbers of the mechanism that they multiply.
 
-    conditions (n, 8): engine/conditions.py, or (0, 8). At sample k, the entry places[i] of the
-    mechanism's floats is values[i] times conditions[k, columns[i]]. limit: limit of the controlled
-    drive; if the drive's sensor is wrong, the limit applies to the measured drive.
+    conditions (n, 8): engine/disturbances_and_faults.py, or (0, 8). At sample k, the entry
+    places[i] of the mechanism's floats is values[i] times conditions[k, columns[i]]. limit: limit
+    of the controlled drive; if the drive's sensor is wrong, the limit applies to the measured
+    drive.
     """
 
     conditions: Vector
@@ -172,7 +173,7 @@ def moved(
     drifting: DriftedNumbers,
     out: MechanismRecord,
 ) -> int:
-    """Fill the rows of sample k and advance to sample k + 1; return a status of engine/status.py.
+    """Fill the rows of sample k and advance to sample k + 1; return a status code.
 
     closed: if True, `acting` is the command of the controlled source.
     """
@@ -232,7 +233,7 @@ def advance_controlled_sample(
     """Apply the controller's command of sample k, fill the rows, and advance to sample k + 1.
 
     waiting (delay_samples + 1,): commands that do not act yet, in place. Returns a status of
-    engine/status.py.
+    engine/status_codes.py.
     """
     places = waiting.shape[0]
     waiting[k % places] = command
@@ -262,7 +263,7 @@ def run(
 
     Changed in place: machine, state, controller (control/compiled_program.py, started at the
     measured position), waiting (delay_samples + 1,), and shown (1,), the last reading of the
-    encoder. Returns a status of engine/status.py, and the sample reached.
+    encoder. Returns a status of engine/status_codes.py, and the sample reached.
     """
     for k in range(begin, end):
         shown[0] = encoder_reading(sight, state, shown[0], drifting.conditions, k)

@@ -1,4 +1,4 @@
-"""Conversion of a `PackedMechanism` to the sections that kernels read (layout.py).
+"""Conversion of a `PackedMechanism` to the sections that kernels read (array_layout.py).
 
 Forces are gathered in reverse order and accelerations distributed in order, in O(n). A self-locking
 link must be traversed from its driving side: the root of a tree is chosen so that this holds for
@@ -12,7 +12,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import array_layout as ly
+from frictool.engine.mechanism.array_layout import CompiledMechanism
 from frictool.engine.mechanism.law_kernels import (
     HYBRID,
     addresses_of,
@@ -21,7 +22,6 @@ from frictool.engine.mechanism.law_kernels import (
     sizes_of,
     straight_of,
 )
-from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.friction.law_registry import ROWS
 from frictool.plant.mechanism.packed_mechanism import PackedMechanism
 from frictool.typing import IntVector, Vector

@@ -5,16 +5,16 @@ The solver of a tree is tree_solver.py.
 
 from __future__ import annotations
 
-from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import array_layout as ly
 from frictool.engine.mechanism import state as st
 from frictool.engine.mechanism import workspace_rows as rows
+from frictool.engine.mechanism.array_layout import CompiledMechanism
 from frictool.engine.mechanism.curves import curve_value
 from frictool.engine.mechanism.efforts import all_efforts, coupling_stretch
 from frictool.engine.mechanism.law_kernels import EXACT, breakaway, slip_force
-from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.state import MechanismState, RateEvaluation
 from frictool.engine.mechanism.tree_solver import solve_tree
-from frictool.engine.status import LAW_FAILED, OK
+from frictool.engine.status_codes import LAW_FAILED, OK
 from frictool.runtime.kernels import inset_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
@@ -93,7 +93,7 @@ def _ready(k: IntVector, y: Vector, modes: IntVector, w: Vector) -> None:
 def resolve(
     machine: CompiledMechanism, state: MechanismState, t: float, out: RateEvaluation
 ) -> int:
-    """Set all modes, t [s] after the command; return a status of engine/status.py.
+    """Set all modes, t [s] after the command; return a status code.
 
     Flanks that touch without relative speed, and blocks held by stops, must already be marked. out:
     guards of the present modes, and workspace. If a part jams, the last entry of the row FOUND is

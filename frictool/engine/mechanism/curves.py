@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import array_layout as ly
 from frictool.runtime.kernels import inset_kernel
 from frictool.typing import IntVector, Vector
 

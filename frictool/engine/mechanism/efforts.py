@@ -15,7 +15,8 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import array_layout as ly
+from frictool.engine.mechanism.array_layout import CompiledMechanism
 from frictool.engine.mechanism.curves import curve_value
 from frictool.engine.mechanism.law_kernels import (
     DYNAMIC,
@@ -26,11 +27,10 @@ from frictool.engine.mechanism.law_kernels import (
     slip_force,
 )
 from frictool.engine.mechanism.law_kernels import force as force_of
-from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.sources import flowing_at
 from frictool.engine.mechanism.state import OPEN, STUCK, RateEvaluation
 from frictool.engine.mechanism.workspace_rows import DRIVEN, FORCE, GROSS, HOLD_HIGH, HOLD_LOW
-from frictool.friction.status import OK
+from frictool.friction.status_codes import OK
 from frictool.runtime.kernels import inset_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
@@ -174,7 +174,7 @@ def _couplings(
 def _frictions(
     machine: CompiledMechanism, y: Vector, modes: IntVector, out: RateEvaluation, whole: bool
 ) -> int:
-    """Add the friction of each law; fill the rates of inner states; return friction/status.py."""
+    """Add the friction of each law; fill the rates of inner states; return a status code."""
     k, p, laws = machine
     rates, w, power = out.rates, out.w, out.power
     n = k[ly.BLOCKS]
@@ -253,7 +253,7 @@ def efforts(
 ) -> int:
     """Fill the rows of w, the rates of inner states, the guards of flanks, and the powers.
 
-    Returns a status of friction/status.py.
+    Returns a status of friction/status_codes.py.
     """
     k, p, _ = machine
     _driving(k, p, t, y, inputs, out, whole)

@@ -10,10 +10,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import array_layout as ly
+from frictool.engine.mechanism.array_layout import CompiledMechanism
 from frictool.engine.mechanism.curves import curve_integral
 from frictool.engine.mechanism.efforts import coupling_stretch
-from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.state import OPEN, MechanismState, WorkByElement, work_by_element
 from frictool.runtime.kernels import kernel
 from frictool.typing import IntVector, Vector

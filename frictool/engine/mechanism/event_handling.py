@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import array_layout as ly
 from frictool.engine.mechanism import state as st
+from frictool.engine.mechanism.array_layout import CompiledMechanism
 from frictool.engine.mechanism.articulated_body import field
 from frictool.engine.mechanism.dormand_prince8 import AFTER
 from frictool.engine.mechanism.events import STRIKES, TOUCHES, EventRows, write, write_changes
 from frictool.engine.mechanism.hysteresis_memory import remember
 from frictool.engine.mechanism.impacts import impacts
-from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.mode_guards import distance_to_guard, forces_hold
 from frictool.engine.mechanism.mode_iteration import align, settle, stop_tree
 from frictool.engine.mechanism.state import MechanismState, RateEvaluation
-from frictool.engine.status import LAW_FAILED, OK
+from frictool.engine.status_codes import LAW_FAILED, OK
 from frictool.runtime.kernels import inset_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
@@ -58,7 +58,7 @@ def begin(machine: CompiledMechanism, state: MechanismState, events: EventRows) 
     """Evaluate the rates under a new command, and update the modes if the command changes them.
 
     The first call always determines the modes, because they are not known yet. Returns a status of
-    engine/status.py.
+    engine/status_codes.py.
     """
     k, p, _ = machine
     pace, room = state.pace, state.room
@@ -88,7 +88,7 @@ def take_step(machine: CompiledMechanism, state: MechanismState, t: float) -> in
     """Make the end of a step, t [s] after the command, the new state.
 
     The work of the step is added, and dynamic laws update their memory. Returns a status of
-    engine/status.py.
+    engine/status_codes.py.
     """
     y, work, room = state.y, state.work, state.room
     _copy(room.lines[st.END], y)
@@ -142,7 +142,7 @@ def handle_event(
 ) -> int:
     """Apply the events that the guards show, t [s] after the command: impacts, stops, new modes.
 
-    Returns a status of engine/status.py.
+    Returns a status of engine/status_codes.py.
     """
     k, p, _ = machine
     y = state.y

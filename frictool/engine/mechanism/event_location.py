@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import array_layout as ly
+from frictool.engine.mechanism.array_layout import CompiledMechanism
 from frictool.engine.mechanism.dormand_prince8 import AFTER
 from frictool.engine.mechanism.integration_step import look, trace
-from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.mode_guards import (
     BROKEN,
     distance_to_guard,

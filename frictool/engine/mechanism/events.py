@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import array_layout as ly
 from frictool.engine.mechanism.address_calls import INDICES, MATRIX, record_type
+from frictool.engine.mechanism.array_layout import CompiledMechanism
 from frictool.engine.mechanism.joint_losses import is_lossy
-from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.state import OPEN, STUCK
 from frictool.runtime.kernels import inset_kernel, part_kernel
 from frictool.typing import IntVector, Vector

@@ -11,14 +11,14 @@ from __future__ import annotations
 
 import math
 
+from frictool.engine.mechanism import array_layout as ly
 from frictool.engine.mechanism import law_kernels as lk
-from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism.array_layout import CompiledMechanism
 from frictool.engine.mechanism.curves import curve_value
-from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.state import OPEN, STUCK, MechanismState, RateEvaluation
 from frictool.engine.mechanism.workspace_rows import FORCE, GROSS, INERTIA, NEED, ON_BLOCK
 from frictool.friction.static_kernels import sticking_force
-from frictool.friction.status import OK
+from frictool.friction.status_codes import OK
 from frictool.runtime.kernels import inset_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
@@ -51,7 +51,7 @@ def timed_frictions(
     """Subtract the friction of the laws with a fixed step from FORCE, and fill their states' rates.
 
     It is called after the needed forces (NEED) were gathered without these frictions. Returns a
-    status of friction/status.py.
+    status of friction/status_codes.py.
     """
     k, p, laws = machine
     rates, w, power = out.rates, out.w, out.power
@@ -124,7 +124,7 @@ def seen_speeds(machine: CompiledMechanism, y: Vector, modes: IntVector, rates: 
 def switch(machine: CompiledMechanism, state: MechanismState) -> int:
     """Set the modes of fixed-step laws for the coming step, from the last efforts on their blocks.
 
-    Returns a status of friction/status.py.
+    Returns a status of friction/status_codes.py.
     """
     k, p, laws = machine
     y = state.y
@@ -154,7 +154,7 @@ def switch(machine: CompiledMechanism, state: MechanismState) -> int:
 
 @part_kernel
 def keep(machine: CompiledMechanism, state: MechanismState) -> int:
-    """Update the memories of hybrid laws after a step; return a status of friction/status.py."""
+    """Update the memories of hybrid laws after a step; return a status code."""
     k, p, laws = machine
     y, modes = state.y, state.modes
     status = OK

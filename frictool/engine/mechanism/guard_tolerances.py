@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import array_layout as ly
 from frictool.engine.mechanism.state import OPEN
 from frictool.engine.mechanism.workspace_rows import GROSS
 from frictool.runtime.kernels import inset_kernel

@@ -5,10 +5,10 @@ The memory has to register each reversal; therefore no step passes a reversal.
 
 from __future__ import annotations
 
-from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import array_layout as ly
+from frictool.engine.mechanism.array_layout import CompiledMechanism
 from frictool.engine.mechanism.law_kernels import DYNAMIC, commit
-from frictool.engine.mechanism.layout import CompiledMechanism
-from frictool.friction.status import OK
+from frictool.friction.status_codes import OK
 from frictool.runtime.kernels import part_kernel
 from frictool.typing import IntVector, Vector
 
@@ -34,7 +34,7 @@ def first_reversal(k: IntVector, p: Vector, h: float, y: Vector, end: Vector) ->
 def remember(machine: CompiledMechanism, y: Vector, before: Vector) -> tuple[int, bool]:
     """Update the laws' memories after the step to y.
 
-    Returns a status of friction/status.py, and True if a state differs from `before`.
+    Returns a status of friction/status_codes.py, and True if a state differs from `before`.
     """
     k, p, laws = machine
     n = k[ly.BLOCKS]

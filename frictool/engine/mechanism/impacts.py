@@ -15,11 +15,11 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import array_layout as ly
 from frictool.engine.mechanism.guard_tolerances import joint_gap, stop_slack
 from frictool.engine.mechanism.lossy_impulses import Group, is_group_lossy, yielding
 from frictool.engine.mechanism.state import OPEN, RIGID
-from frictool.engine.status import OK, UNRESOLVED
+from frictool.engine.status_codes import OK, UNRESOLVED
 from frictool.runtime.kernels import inset_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
@@ -220,10 +220,10 @@ def _fastest(k: IntVector, p: Vector, y: Vector, modes: IntVector, soft: bool) -
 def impacts(k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, work: Vector) -> int:
     """Mark touching contacts, resolve impacts until none is left, and open separating contacts.
 
-    The energy lost in each contact is added to `work`. Returns a status of engine/status.py. If all
-    approach speeds are below BOUNCE, touching parts get the same speed, and the forces then decide
-    which contacts stay closed. Without this rule, two parts that alternately push a third could
-    cause an endless series of impacts.
+    The energy lost in each contact is added to `work`. Returns a status of engine/status_codes.py.
+    If all approach speeds are below BOUNCE, touching parts get the same speed, and the forces then
+    decide which contacts stay closed. Without this rule, two parts that alternately push a third
+    could cause an endless series of impacts.
     """
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import array_layout as ly
 from frictool.engine.mechanism import state as st
 from frictool.engine.mechanism.address_calls import (
     FLOAT,
@@ -14,9 +14,9 @@ from frictool.engine.mechanism.address_calls import (
     call_by_address,
     function_type,
 )
+from frictool.engine.mechanism.array_layout import CompiledMechanism
 from frictool.engine.mechanism.articulated_body import field, field_within
 from frictool.engine.mechanism.dormand_prince8 import AFTER, NODES, SLOPES, STAGES
-from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.mode_guards import BROKEN, is_forced
 from frictool.engine.mechanism.state import MechanismState, RateEvaluation, Workspace
 from frictool.engine.mechanism.weighted_sums import on_path, path_of, stage_point, step_errors

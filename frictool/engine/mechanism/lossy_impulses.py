@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import array_layout as ly
 from frictool.engine.mechanism.joint_losses import is_lossy, received, slope_of, transmitted
 from frictool.engine.mechanism.workspace_rows import SLOPE, VALUE
 from frictool.runtime.kernels import inset_kernel, part_kernel

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from frictool.engine.mechanism import address_calls as ac
-from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import array_layout as ly
 from frictool.engine.mechanism import state as st
+from frictool.engine.mechanism.array_layout import CompiledMechanism
 from frictool.engine.mechanism.articulated_body import field
 from frictool.engine.mechanism.contact_resolution import resolve
 from frictool.engine.mechanism.events import EVENTS, JAMS, EventRows, write
-from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.mode_guards import forces_hold
 from frictool.engine.mechanism.state import MechanismState, RateEvaluation
-from frictool.engine.status import JAMMED, LAW_FAILED, OK, UNRESOLVED
+from frictool.engine.status_codes import JAMMED, LAW_FAILED, OK, UNRESOLVED
 from frictool.runtime.kernels import inset_kernel, kernel
 from frictool.typing import IntVector, Vector
 
@@ -115,7 +115,7 @@ _modes_at_instant = ac.call_by_address(MODES_AT_INSTANT)
 
 @inset_kernel
 def settle(machine: CompiledMechanism, state: MechanismState, t: float, events: EventRows) -> int:
-    """Determine the modes, t [s] after the command; return a status of engine/status.py.
+    """Determine the modes, t [s] after the command; return a status code.
 
     Fills the rows 0 of slopes and powers, and GUARD, for these modes. The kernel is called by its
     address, as `field` is.

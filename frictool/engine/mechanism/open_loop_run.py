@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from frictool.engine.mechanism.advance import TOLERANCE, advance
+from frictool.engine.mechanism.array_layout import CompiledMechanism
+from frictool.engine.mechanism.event_driven_motion import TOLERANCE, advance
 from frictool.engine.mechanism.events import EVENT_SIZE, EventRows
-from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.state import MechanismState, counts
-from frictool.engine.status import OK
+from frictool.engine.status_codes import OK
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
@@ -23,7 +23,7 @@ ROOM_FOR_EVENTS = 100_000
 class MechanismRun:
     """Result of a run; columns are samples, and the first column is the initial state.
 
-    status: engine/status.py. Values after `reached` [s] are NaN. events: rows of
+    status: engine/status_codes.py. Values after `reached` [s] are NaN. events: rows of
     engine/mechanism/events.py; happened: number of events, including the events that did not fit.
     """
 

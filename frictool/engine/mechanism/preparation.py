@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from frictool.engine.mechanism import layout as ly
-from frictool.engine.mechanism.advance import HELD_COMMAND, held_command
+from frictool.engine.mechanism import array_layout as ly
+from frictool.engine.mechanism.array_layout import CompiledMechanism
 from frictool.engine.mechanism.articulated_body import RATES_OF_STATE, rates_of_state
 from frictool.engine.mechanism.compiled_mechanism import compile_mechanism
+from frictool.engine.mechanism.event_driven_motion import HELD_COMMAND, held_command
 from frictool.engine.mechanism.integration_step import STAGES_OF_STEP, stages_of_step
-from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.mode_iteration import MODES_AT_INSTANT, modes_at_instant
 from frictool.plant.mechanism.packed_mechanism import PackedMechanism
 from frictool.runtime.kernels import function_pointer

@@ -41,9 +41,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from frictool.engine.mechanism import address_calls as ac
+from frictool.engine.mechanism.array_layout import CompiledMechanism
 from frictool.engine.mechanism.dormand_prince8 import SLOPES
 from frictool.engine.mechanism.law_kernels import rest_of
-from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.weighted_sums import BUMPS
 from frictool.engine.mechanism.workspace_rows import WORK_ROWS
 from frictool.friction.law_registry import ROWS

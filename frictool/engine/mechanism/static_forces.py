@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import array_layout as ly
 from frictool.engine.mechanism import workspace_rows as rows
 from frictool.engine.mechanism.acceleration_graph import JointTree
 from frictool.engine.mechanism.guard_tolerances import slack_at

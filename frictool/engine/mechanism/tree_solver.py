@@ -25,7 +25,7 @@ from __future__ import annotations
 
 import math
 
-from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import array_layout as ly
 from frictool.engine.mechanism.acceleration_graph import (
     FOUND,
     MAX_PIECES,
@@ -58,7 +58,7 @@ from frictool.engine.mechanism.workspace_rows import (
     STOPPED_LOW,
     VALUE,
 )
-from frictool.engine.status import JAMMED, OK
+from frictool.engine.status_codes import JAMMED, OK
 from frictool.runtime.kernels import inset_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
@@ -221,9 +221,9 @@ def solve_tree(
 ) -> int:
     """Set the modes of the tree with the root at `place` in the order, up to its open contacts.
 
-    room: workspace (blocks + 1,) or longer. Returns a status of engine/status.py. If the tree jams,
-    contacts that would pull are open, and the last entry of `room` is the position in the order of
-    the first block of the jammed part.
+    room: workspace (blocks + 1,) or longer. Returns a status of engine/status_codes.py. If the tree
+    jams, contacts that would pull are open, and the last entry of `room` is the position in the
+    order of the first block of the jammed part.
     """
     n = k[ly.BLOCKS]
     count = _members(k, modes, place, room)

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
 from frictool.identify.excite.bench_limits import axis_known, limits_of, sensing_of
-from frictool.identify.excite.breakaway import SEGMENTS, breakaway_range, effort_rate
+from frictool.identify.excite.breakaway_ramps import SEGMENTS, breakaway_range, effort_rate
 from frictool.identify.excite.cramer_rao import PlannedStroke, PriorAxis, SensorPrecision
 from frictool.identify.excite.sines import plan
 

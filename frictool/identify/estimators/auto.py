@@ -37,10 +37,10 @@ from frictool.identify.assess.recorded_motion import recorded_facts
 from frictool.identify.estimators.load_search import with_found_loads
 from frictool.identify.estimators.power_balance import POWER_BALANCE, by_speed
 from frictool.identify.fit_result import SlidingFit, UnusableLogs
+from frictool.identify.fixed_parameter_refit import bench_with_inertia
 from frictool.identify.measurement_faults import refuse_self_explained
 from frictool.identify.methods import REFERENCE, IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord
-from frictool.identify.refit import bench_with_inertia
 from frictool.identify.rows.load_terms import ONLY_OFFSET
 from frictool.identify.rows.slip_fit import weighted_fit
 

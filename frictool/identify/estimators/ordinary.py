@@ -12,7 +12,7 @@ from frictool.documents.bench import Bench
 from frictool.identify.fit_result import SlidingFit
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
-from frictool.identify.rows.differences import differenced_fit
+from frictool.identify.rows.difference_fit import differenced_fit
 
 
 def ordinary(

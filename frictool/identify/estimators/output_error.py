@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from scipy.special import stdtrit
 
 from frictool.documents.bench import Bench
-from frictool.engine.servo import PositionServo
+from frictool.engine.bench_position_loop import PositionServo
 from frictool.identify.estimators.power_balance import power_balance
 from frictool.identify.estimators.segment_simulation import (
     STEP,

@@ -15,7 +15,7 @@ from frictool.documents.bench import Bench
 from frictool.identify.fit_result import SlidingFit, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
-from frictool.identify.rows.differences import differenced_fit
+from frictool.identify.rows.difference_fit import differenced_fit
 from frictool.identify.rows.regression_samples import RegressionSamples
 from frictool.identify.rows.slip_fit import weighted_fit
 from frictool.typing import Vector

@@ -17,9 +17,9 @@ import numpy as np
 from scipy.optimize import least_squares as trust_region
 
 from frictool.documents.bench import Bench
+from frictool.engine.bench_position_loop import PositionServo, follow_reference
 from frictool.engine.effort_replay import FREE, replay
-from frictool.engine.servo import PositionServo, follow_reference
-from frictool.engine.status import OK
+from frictool.engine.status_codes import OK
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.load_terms import (

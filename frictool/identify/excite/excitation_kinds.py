@@ -18,7 +18,7 @@ from frictool.identify.excite.bench_limits import (
     limits_of,
     sensing_of,
 )
-from frictool.identify.excite.breakaway import breakaway_ramps
+from frictool.identify.excite.breakaway_ramps import breakaway_ramps
 from frictool.identify.excite.cramer_rao import SLIDING, PlannedStroke, cramer_rao
 from frictool.identify.excite.excitation_sequence import ExcitationSequence, reference_sequence
 from frictool.identify.excite.half_sines import Motion, reachable_speed

@@ -21,9 +21,9 @@ from scipy.signal import butter, filtfilt
 
 from frictool.adapters.axis_model import axis_of, load_of
 from frictool.documents.model import Model
+from frictool.engine.bench_position_loop import PositionServo, follow_reference
 from frictool.engine.effort_replay import FREE, replay, replay_parameters
-from frictool.engine.servo import PositionServo, follow_reference
-from frictool.engine.status import MESSAGES, OK
+from frictool.engine.status_codes import MESSAGES, OK
 from frictool.errors import LogError, NoSolutionError
 from frictool.identify.fit_result import CURVE, PARAMETERS
 from frictool.identify.force_error import slip_rows

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from frictool.errors import LogError
 from frictool.logs.arrays.byte_streams import ByteStream
-from frictool.logs.table import (
+from frictool.logs.raw_table import (
     BLOCK_ROWS,
     DataLoss,
     LostColumnError,

@@ -14,7 +14,7 @@ from frictool.logs.arrays import mat4_elements, mat_elements
 from frictool.logs.arrays.array_table import ArrayTable
 from frictool.logs.arrays.mat_array import MatArray, described
 from frictool.logs.open_file import HEAD_BYTES, open_log
-from frictool.logs.table import RawTable, listed
+from frictool.logs.raw_table import RawTable, listed
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Layout

@@ -22,7 +22,7 @@ from frictool.errors import LogError
 from frictool.logs.arrays.reader_process import LibraryTable, open_guarded
 from frictool.logs.arrays.truncated_mdf import ZeroPaddedFile, described_at, records_before
 from frictool.logs.open_file import open_log
-from frictool.logs.table import (
+from frictool.logs.raw_table import (
     BLOCK_ROWS,
     SALVAGE,
     DataLoss,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from frictool.logs.table import (
+from frictool.logs.raw_table import (
     BLOCK_ROWS,
     DataLoss,
     Nanoseconds,

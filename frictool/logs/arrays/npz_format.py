@@ -22,7 +22,7 @@ from frictool.errors import LogError
 from frictool.logs.arrays.array_table import ArrayColumn, ArrayTable
 from frictool.logs.arrays.byte_streams import ArchiveBytes, ByteStream, FileBytes
 from frictool.logs.open_file import open_log
-from frictool.logs.table import RawTable, listed
+from frictool.logs.raw_table import RawTable, listed
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Layout

@@ -29,7 +29,7 @@ from typing import Any
 
 from frictool.errors import LogError
 from frictool.logs.arrays.array_table import find_array
-from frictool.logs.table import DataLoss, RowBlock, find
+from frictool.logs.raw_table import DataLoss, RowBlock, find
 
 WAIT_S = 8.0  # s, processor time for an answer in addition to the time to read the whole file
 LOOK_S = 0.5  # s, interval between two checks of the processor time

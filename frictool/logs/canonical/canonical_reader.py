@@ -26,8 +26,8 @@ from frictool.logs.canonical.mcap_records import FileRecords
 from frictool.logs.canonical.mcap_sections import FileSection, contents, error_text
 from frictool.logs.canonical.mcap_streams import ChannelSamples, DeclaredStream, axis_fields
 from frictool.logs.clocks.longest_increasing import increasing
+from frictool.logs.raw_table import SALVAGE, Nanoseconds
 from frictool.logs.stream_source import SampleBlock
-from frictool.logs.table import SALVAGE, Nanoseconds
 
 
 class CanonicalReader:

@@ -17,8 +17,8 @@ from frictool.logs.canonical.mcap_writer import CanonicalWriter, write_streams
 from frictool.logs.canonical.sample_chunks import chunked
 from frictool.logs.log import Log, Stream
 from frictool.logs.open_file import open_log
+from frictool.logs.raw_table import Nanoseconds
 from frictool.logs.stream_source import SampleBlock
-from frictool.logs.table import Nanoseconds
 
 
 def read_mcap(path: Path) -> Log:

@@ -18,7 +18,7 @@ from frictool.logs.canonical.mcap_layout import (
     StreamHeader,
     message_dtype,
 )
-from frictool.logs.table import Nanoseconds
+from frictool.logs.raw_table import Nanoseconds
 from frictool.typing import Vector
 
 ZSTD = b"zstd"

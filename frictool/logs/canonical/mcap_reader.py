@@ -18,8 +18,8 @@ from frictool.logs.canonical.mcap_sections import contents
 from frictool.logs.canonical.mcap_streams import ChannelSamples, axis_fields
 from frictool.logs.losses import LossList
 from frictool.logs.open_file import head_of, open_log
+from frictool.logs.raw_table import DataLoss
 from frictool.logs.stream_source import SampleBlock
-from frictool.logs.table import DataLoss
 
 
 def open_mcap(

@@ -39,8 +39,8 @@ from frictool.logs.canonical.mcap_layout import (
 )
 from frictool.logs.canonical.mcap_packing import ChunkPacker, ChunkSamples, PackedChunk
 from frictool.logs.canonical.sample_chunks import merged
+from frictool.logs.raw_table import Nanoseconds
 from frictool.logs.stream_source import SampleBlock
-from frictool.logs.table import Nanoseconds
 from frictool.typing import Vector
 
 LIBRARY = "frictool"

@@ -14,8 +14,8 @@ from frictool.errors import LogError
 from frictool.logs.canonical.mcap_layout import message_path
 from frictool.logs.channels.mapping import EFFORT, TIME, ChannelMapper
 from frictool.logs.log import MAIN_TOPIC
-from frictool.logs.table import DataLoss, LostColumnError, RawTable, listed, pick
-from frictool.logs.text.units import ISO_8601
+from frictool.logs.raw_table import DataLoss, LostColumnError, RawTable, listed, pick
+from frictool.logs.text.header_units import ISO_8601
 
 # channel -> column of the bench, and its name in the table
 ChannelColumns = dict[str, tuple[Column, str]]

@@ -38,8 +38,8 @@ from frictool.logs.channels.question import ColumnQuestion
 from frictool.logs.formats import open_tables
 from frictool.logs.log import Log
 from frictool.logs.quality.time_base import encoder_step, time_base
+from frictool.logs.raw_table import RawTable
 from frictool.logs.recordings.recording_files import sources
-from frictool.logs.table import RawTable
 from frictool.typing import Vector
 
 AXIS_NAMES: dict[Axis, set[str]] = {

@@ -18,8 +18,8 @@ from frictool.logs.channels.mapping import TIME
 from frictool.logs.formats import open_tables
 from frictool.logs.log import MAIN_TOPIC, Log, Stream
 from frictool.logs.losses import LOST, LossList, record_of
+from frictool.logs.raw_table import DataLoss
 from frictool.logs.recordings.recording_files import sources
-from frictool.logs.table import DataLoss
 from frictool.typing import Vector
 
 GIVE = "give --bench bench.yaml (`frictool ingest --guess` proposes one)"

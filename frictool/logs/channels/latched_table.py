@@ -11,7 +11,14 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 
 from frictool.errors import LogError
-from frictool.logs.table import BLOCK_ROWS, DataLoss, DerivedTable, Nanoseconds, RawTable, RowBlock
+from frictool.logs.raw_table import (
+    BLOCK_ROWS,
+    DataLoss,
+    DerivedTable,
+    Nanoseconds,
+    RawTable,
+    RowBlock,
+)
 
 NS = 1e9  # ns per s
 

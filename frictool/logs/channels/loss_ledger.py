@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from frictool.logs.canonical.mcap_layout import NS
 from frictool.logs.losses import LossList
-from frictool.logs.table import DataLoss, Nanoseconds
+from frictool.logs.raw_table import DataLoss, Nanoseconds
 
 Rows = NDArray[np.intp]  # indices into a block
 

@@ -29,9 +29,9 @@ from frictool.logs.quality.jumps import JUMPS
 from frictool.logs.quality.opening_samples import OpeningSamples
 from frictool.logs.quality.sign_check import sign_of
 from frictool.logs.quality.time_base import TimeBase
+from frictool.logs.raw_table import SALVAGE, DataLoss, Nanoseconds, RawTable, RowBlock, fail_at
 from frictool.logs.stream_source import SampleBlock
-from frictool.logs.table import SALVAGE, DataLoss, Nanoseconds, RawTable, RowBlock, fail_at
-from frictool.logs.text.units import ISO_8601
+from frictool.logs.text.header_units import ISO_8601
 from frictool.typing import Vector
 
 TIME = "time"

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 
 from frictool.documents.bench import Quadrature
-from frictool.logs.table import DataLoss, DerivedTable, RawTable, RowBlock, pick
+from frictool.logs.raw_table import DataLoss, DerivedTable, RawTable, RowBlock, pick
 
 
 class QuadratureTable(DerivedTable):

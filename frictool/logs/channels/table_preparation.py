@@ -16,7 +16,7 @@ from frictool.logs.channels.latched_table import NS, LatchedTable, row_times
 from frictool.logs.channels.mapping import RATE_REFUSED, TIME
 from frictool.logs.channels.quadrature_table import QuadratureTable
 from frictool.logs.channels.zeroed_table import zeroed
-from frictool.logs.table import RawTable
+from frictool.logs.raw_table import RawTable
 
 # least share of intervals equal to the bench's period; a file with a row per change may have this
 # period on average only

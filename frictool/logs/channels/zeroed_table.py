@@ -13,7 +13,7 @@ import numpy as np
 
 from frictool.documents.bench import Channel, Column
 from frictool.errors import LogError
-from frictool.logs.table import DataLoss, DerivedTable, LostColumnError, RawTable, RowBlock
+from frictool.logs.raw_table import DataLoss, DerivedTable, LostColumnError, RawTable, RowBlock
 
 
 class ZeroedTable(DerivedTable):

@@ -26,7 +26,7 @@ import numpy as np
 from frictool.logs.canonical.mcap_layout import NS
 from frictool.logs.log import Stream
 from frictool.logs.quality.opening_samples import LONGEST
-from frictool.logs.table import Nanoseconds
+from frictool.logs.raw_table import Nanoseconds
 from frictool.typing import Vector
 
 WINDOWS = 12  # number of windows of a long record

@@ -11,7 +11,7 @@ from bisect import bisect_left
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.logs.table import Nanoseconds
+from frictool.logs.raw_table import Nanoseconds
 
 
 def increasing(time: Nanoseconds, after: int | None) -> NDArray[np.intp]:

@@ -18,8 +18,8 @@ import numpy as np
 from frictool.logs.canonical.mcap_layout import StreamHeader, message_path
 from frictool.logs.canonical.sample_chunks import join_blocks, merged
 from frictool.logs.log import MAIN_TOPIC
+from frictool.logs.raw_table import BLOCK_ROWS, Nanoseconds
 from frictool.logs.stream_source import SampleBlock
-from frictool.logs.table import BLOCK_ROWS, Nanoseconds
 from frictool.typing import Vector
 
 HELD = ("reference", "current", "voltage")

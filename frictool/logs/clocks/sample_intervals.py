@@ -13,7 +13,7 @@ import numpy as np
 
 from frictool.logs.canonical.mcap_layout import NS
 from frictool.logs.quality.time_base import GAP, TimeBase
-from frictool.logs.table import Nanoseconds
+from frictool.logs.raw_table import Nanoseconds
 
 WIDTH = math.log1p(1e-3)  # width of a class in ln(interval / ns)
 CLASSES = math.ceil(math.log(2.0**63) / WIDTH) + 1

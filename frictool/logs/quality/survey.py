@@ -25,8 +25,8 @@ from frictool.logs.quality.saturation import FlatTop, FlatTopDetector
 from frictool.logs.quality.time_base import TimeBase
 from frictool.logs.quality.velocity_range import VelocityRange
 from frictool.logs.quality.zero_order_hold import HoldDetector
+from frictool.logs.raw_table import BLOCK_ROWS
 from frictool.logs.stream_source import SampleBlock
-from frictool.logs.table import BLOCK_ROWS
 from frictool.typing import Vector
 
 POSITION, REFERENCE = "position", "reference"

@@ -21,8 +21,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.logs.recordings.messages import LABELS, MOST_LISTED, Messages, gather
 from frictool.logs.recordings.ros_message import NUMBERS, MessageField, MessageType
+from frictool.logs.recordings.serialised_messages import LABELS, MOST_LISTED, Messages, gather
 from frictool.typing import Vector
 
 Bytes = NDArray[np.uint8]

@@ -21,8 +21,8 @@ from frictool.logs.canonical.mcap_records import MESSAGE_HEAD, FileRecords
 from frictool.logs.canonical.mcap_sections import FileSection, contents, error_text
 from frictool.logs.open_file import open_log
 from frictool.logs.recordings.decoders import topic_of
-from frictool.logs.recordings.messages import Messages, gather
 from frictool.logs.recordings.recording import SAMPLED, MessageGap, Topic
+from frictool.logs.recordings.serialised_messages import Messages, gather
 
 LONGEST_SUMMARY = 64_000_000  # bytes
 _FOOTER = struct.Struct("<BQQQI")

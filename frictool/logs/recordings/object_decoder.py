@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from frictool.logs.recordings.messages import LABELS, MOST_LISTED, Messages
+from frictool.logs.recordings.serialised_messages import LABELS, MOST_LISTED, Messages
 from frictool.typing import Vector
 
 MOST_NUMBERS = 20_000  # maximum number of numbers of one message

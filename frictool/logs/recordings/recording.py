@@ -20,8 +20,16 @@ from numpy.typing import NDArray
 
 from frictool.errors import LogError
 from frictool.logs.canonical.mcap_layout import NS
-from frictool.logs.recordings.messages import Messages
-from frictool.logs.table import BLOCK_ROWS, SALVAGE, DataLoss, Nanoseconds, RowBlock, find, listed
+from frictool.logs.raw_table import (
+    BLOCK_ROWS,
+    SALVAGE,
+    DataLoss,
+    Nanoseconds,
+    RowBlock,
+    find,
+    listed,
+)
+from frictool.logs.recordings.serialised_messages import Messages
 from frictool.typing import Vector
 
 LOG_TIME = "log time"

@@ -17,7 +17,7 @@ from frictool.documents.yaml_parser import compose
 from frictool.errors import InputFileError, LogError
 from frictool.logs.canonical.mcap_reader import is_canonical
 from frictool.logs.formats import FORMATS
-from frictool.logs.table import listed
+from frictool.logs.raw_table import listed
 
 METADATA = "metadata.yaml"  # file in the folder of a ROS 2 bag
 ROOT = "rosbag2_bagfile_information"

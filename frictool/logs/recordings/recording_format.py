@@ -11,13 +11,13 @@ from pathlib import Path
 from frictool.documents.bench import Layout
 from frictool.logs.canonical.mcap_layout import MAGIC
 from frictool.logs.open_file import head_of
+from frictool.logs.raw_table import RawTable
 from frictool.logs.recordings import ros1_bag, ros2_sqlite
 from frictool.logs.recordings.mcap_recording import McapRecording
 from frictool.logs.recordings.recording import RecordingFile, tables_of
 from frictool.logs.recordings.ros1_bag import BagRecording
 from frictool.logs.recordings.ros2_sqlite import Db3Recording
 from frictool.logs.recordings.split_recording import SplitRecording
-from frictool.logs.table import RawTable
 
 
 def sniff(head: bytes, path: Path) -> bool:

@@ -16,8 +16,8 @@ from typing import BinaryIO
 from frictool.errors import LogError
 from frictool.logs.open_file import open_log
 from frictool.logs.recordings.decoders import topic_of
-from frictool.logs.recordings.messages import Messages, pack_messages
 from frictool.logs.recordings.recording import SAMPLED, MessageGap, Topic
+from frictool.logs.recordings.serialised_messages import Messages, pack_messages
 from frictool.logs.unpacked_size import UnpackedBudget
 
 MAGIC = b"#ROSBAG V2.0\n"

@@ -14,8 +14,8 @@ from pathlib import Path
 from frictool.errors import LogError
 from frictool.logs.open_file import open_log
 from frictool.logs.recordings.decoders import topic_of
-from frictool.logs.recordings.messages import Messages, pack_messages
 from frictool.logs.recordings.recording import SAMPLED, MessageGap, Topic
+from frictool.logs.recordings.serialised_messages import Messages, pack_messages
 
 MAGIC = b"SQLite format 3\0"
 LARGEST_MESSAGE = 64_000_000  # bytes, maximum size of a message

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from frictool.errors import LogError
-from frictool.logs.recordings.messages import Messages
 from frictool.logs.recordings.recording import MessageGap, RecordingFile, Topic
+from frictool.logs.recordings.serialised_messages import Messages
 
 
 class SplitRecording:

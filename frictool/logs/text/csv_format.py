@@ -1,6 +1,6 @@
 """Reader of CSV and similar text, in blocks, with a compiled scanner (kernels/row_scanner.py).
 
-    bytes ──▶ layout, from the first lines (layout.py)
+    bytes ──▶ layout, from the first lines (text_layout.py)
           ──▶ rows ──▶ RowBlock, RowBlock, ...
                 └─ cells that the scanner rejects are examined here; they are blank, contain a
                    number in another notation, or contain no number
@@ -25,11 +25,11 @@ from frictool.logs.canonical.mcap_layout import LATEST, NS
 from frictool.logs.day_clock import DayClock
 from frictool.logs.kernels.row_scanner import CELL, CUT, ROW, SKIP, STAMP
 from frictool.logs.open_file import open_log
-from frictool.logs.table import SALVAGE, DataLoss, RowBlock, find
+from frictool.logs.raw_table import SALVAGE, DataLoss, RowBlock, find
 from frictool.logs.text.cells import THOUSANDS, number
-from frictool.logs.text.layout import LONGEST_LINE, find_layout
 from frictool.logs.text.row_batches import RowBatch, RowIssue, TextWindow, batches
 from frictool.logs.text.text_encoding import decoded, encoding_of, head_bytes, is_text, text_bytes
+from frictool.logs.text.text_layout import LONGEST_LINE, find_layout
 
 NO_END = (
     "the last line has no line end: the file may be cut; add a line end if it is whole, "

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from frictool.errors import LogError
 from frictool.logs.kernels.row_scanner import ISSUE_FIELDS, PADDING, STAMP, read_rows
-from frictool.logs.table import BLOCK_ROWS, Nanoseconds
+from frictool.logs.raw_table import BLOCK_ROWS, Nanoseconds
 from frictool.typing import Vector
 
 LONGEST_ROW = 16 << 20  # bytes, maximum size of a row

@@ -14,9 +14,9 @@ from frictool.documents.model import Model
 from frictool.documents.observer import Mode, Observer
 from frictool.documents.provenance import Provenance
 from frictool.observe.design.friction_map import friction_map
-from frictool.observe.design.settings import SwitchedObserverSettings
+from frictool.observe.design.mode_transitions import switches
 from frictool.observe.design.switched import design_switched, facts_of
-from frictool.observe.design.transitions import switches
+from frictool.observe.design.switched_settings import SwitchedObserverSettings
 
 
 def design(model: Model, settings: SwitchedObserverSettings, provenance: Provenance) -> Observer:

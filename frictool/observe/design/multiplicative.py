@@ -9,10 +9,10 @@ from frictool.documents.observer import Mode, Observer
 from frictool.documents.provenance import Provenance
 from frictool.observe.design.design_notes import UNIT_DEVIATION
 from frictool.observe.design.friction_map import friction_map
-from frictool.observe.design.intervals import intervals
-from frictool.observe.design.settings import SwitchedObserverSettings
+from frictool.observe.design.mode_transitions import switches
+from frictool.observe.design.position_intervals import intervals
 from frictool.observe.design.switched import design_switched, facts_of
-from frictool.observe.design.transitions import switches
+from frictool.observe.design.switched_settings import SwitchedObserverSettings
 
 
 def design(model: Model, settings: SwitchedObserverSettings, provenance: Provenance) -> Observer:

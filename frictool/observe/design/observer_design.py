@@ -9,7 +9,7 @@ from frictool.documents.observer import Observer
 from frictool.documents.provenance import Provenance, provenance_of_call
 from frictool.errors import FrictoolError
 from frictool.observe.design import additive, multiplicative
-from frictool.observe.design.settings import SwitchedObserverSettings
+from frictool.observe.design.switched_settings import SwitchedObserverSettings
 from frictool.observe.design.tracking import design_tracking
 
 Kind = Literal["multiplicative", "additive", "tracking"]

@@ -13,9 +13,13 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity, si_unit
 from frictool.lmi.quiet_observer_gains import quiet_gains
 from frictool.lmi.switched_observer_gains import ObserverMode, SwitchedGains, switched_gains
-from frictool.observe.design.matrices import ModeConstants, subsystem
-from frictool.observe.design.settings import SwitchedObserverSettings, decay_of, switch_speed_of
-from frictool.observe.design.transitions import Switch
+from frictool.observe.design.mode_matrices import ModeConstants, subsystem
+from frictool.observe.design.mode_transitions import Switch
+from frictool.observe.design.switched_settings import (
+    SwitchedObserverSettings,
+    decay_of,
+    switch_speed_of,
+)
 from frictool.observe.design.verification import motion_samples, verify
 from frictool.typing import Matrix
 

@@ -22,7 +22,7 @@ from frictool.documents.observer import Knee, Observer, ObserverBacklash, Tracki
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity, si_unit
 from frictool.observe.design.friction_map import friction_map
-from frictool.observe.design.settings import UnsuitableSetting
+from frictool.observe.design.switched_settings import UnsuitableSetting
 
 RATE = 0.6  # bandwidth relative to sqrt(delta_a/step)
 CELL = 0.5  # dead zone of the innovation, relative to an encoder step

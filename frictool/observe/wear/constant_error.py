@@ -13,7 +13,7 @@ commissioning is free of it.
 from __future__ import annotations
 
 from frictool.documents.model import Model
-from frictool.observe.estimate import EstimateRange
+from frictool.observe.interval_estimate import EstimateRange
 
 QUANTILE = 1.96  # of a normal distribution: the bench's interval is taken as a 95 % interval
 

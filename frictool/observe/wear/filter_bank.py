@@ -24,8 +24,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from frictool.observe.wear.change_detection import ChangeDetector
-from frictool.observe.wear.moves import Move
-from frictool.observe.wear.restriction import ParameterRestriction, UnmodelledFriction
+from frictool.observe.wear.log_moves import Move
+from frictool.observe.wear.parameter_restriction import ParameterRestriction, UnmodelledFriction
 from frictool.typing import Vector
 
 SLOPES = (0.003, 0.03, 0.1, 0.3, 1.0)  # friction at top speed relative to the dry friction

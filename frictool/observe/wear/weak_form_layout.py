@@ -7,7 +7,7 @@
 s is the direction of the motion, f the model's dry friction (4.43)-(4.44) at the position. For a
 plant like the model, dry_d,z is 1 in every direction d and zone z, and level_d is 0. One row serves
 all kinds of wear: uniform, by direction, by zone or additive wear are restrictions of these columns
-(restriction.py).
+(parameter_restriction.py).
 
 The window is so long that the encoder's counts disturb a row by at most NOISE_SHARE of the dry
 friction. It is at most a third of the time for the travel at top speed, because a longer window

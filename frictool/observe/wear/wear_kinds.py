@@ -8,12 +8,12 @@
     directional      dry_d,z = w_d
     zones            dry_d,z = w_z
 
-All kinds share the uncertainties of restriction.py: inertia, viscous friction with its bends, and
-an offset. All allow friction over speed that the model lacks. It is a mixture of beliefs whose
-probabilities are summed; larger friction is less likely (filter_bank.py). Each dry_d,z has the
-standard deviation ROUGH, because no model knows its friction over position better. All are scaled
-alike by the uncertainty of the actuator's constant, so that a wrong constant does not pass for
-wear.
+All kinds share the uncertainties of parameter_restriction.py: inertia, viscous friction with its
+bends, and an offset. All allow friction over speed that the model lacks. It is a mixture of beliefs
+whose probabilities are summed; larger friction is less likely (filter_bank.py). Each dry_d,z has
+the standard deviation ROUGH, because no model knows its friction over position better. All are
+scaled alike by the uncertainty of the actuator's constant, so that a wrong constant does not pass
+for wear.
 
 The evidence of a kind (bayesian_evidence.py) is the probability density of the data with the
 parameters integrated out. A kind with more parameters must explain more to win. A kind of wear is
@@ -34,13 +34,18 @@ import numpy as np
 from scipy.special import logsumexp, ndtri
 
 from frictool.documents.model import Model
-from frictool.observe.estimate import EstimateRange, Kind, WearZone
+from frictool.observe.interval_estimate import EstimateRange, Kind, WearZone
 from frictool.observe.wear.bayesian_evidence import best_fit, evidences, mixture, posterior
 from frictool.observe.wear.constant_error import relative_deviation
 from frictool.observe.wear.filter_bank import BEFOREHAND, UNMODELLED
-from frictool.observe.wear.moves import Move
+from frictool.observe.wear.log_moves import Move
+from frictool.observe.wear.parameter_restriction import (
+    dry_columns,
+    level_columns,
+    offset_of,
+    restriction,
+)
 from frictool.observe.wear.repeated_moves import MoveRepeats
-from frictool.observe.wear.restriction import dry_columns, level_columns, offset_of, restriction
 from frictool.observe.wear.weak_form_layout import WeakFormLayout
 from frictool.observe.wear.zone_weights import SIDES, friction_share, zone_edges, zone_mean
 from frictool.typing import Vector

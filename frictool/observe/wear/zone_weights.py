@@ -11,7 +11,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from frictool.friction.position_polynomial import mean_over
-from frictool.observe.wear.restriction import dry_columns, level_columns
+from frictool.observe.wear.parameter_restriction import dry_columns, level_columns
 from frictool.observe.wear.weak_form_layout import WeakFormLayout
 from frictool.typing import Vector
 

@@ -20,12 +20,12 @@ from frictool.identify.assess.quantisation import inertia_error, viscous_error
 from frictool.identify.breakaway.breakaway import Breakaway
 from frictool.identify.estimators.ordinary import ordinary
 from frictool.identify.estimators.sines import StrokeRows, stroke_rows
+from frictool.identify.friction_picture import picture
 from frictool.identify.identification import Identification, identify_records
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.model_document import model_of
 from frictool.identify.motion_record import MotionRecord, make_record
-from frictool.identify.picture import picture
-from frictool.identify.rows.differences import differenced
+from frictool.identify.rows.difference_fit import differenced
 from frictool.identify.rows.regression_samples import fit
 from frictool.logs.log import MAIN_TOPIC, Log, Stream
 from frictool.simulate.closed_loop import simulate_closed_loop

@@ -18,7 +18,7 @@ from frictool.identify.estimators.conditioned import BEST_SPEED, condition_m2
 from frictool.identify.estimators.power_balance import by_speed
 from frictool.identify.fit_result import Interval
 from frictool.identify.motion_record import MotionRecord, make_record
-from frictool.identify.rows.differences import differenced
+from frictool.identify.rows.difference_fit import differenced
 from frictool.identify.rows.regression_samples import RegressionSamples, fit
 from frictool.plant.axis import rest
 from frictool.typing import Vector

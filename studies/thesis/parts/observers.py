@@ -14,7 +14,7 @@ from frictool.documents.model import Model
 from frictool.documents.observer import Observer
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
-from frictool.logs.reading import read_log
+from frictool.logs.log_reader import read_log
 from frictool.observe.design.friction_map import friction_at, friction_map
 from frictool.observe.observer_run import ObserverOutput
 from frictool.typing import Vector

@@ -8,7 +8,7 @@ import pytest
 
 from frictool.engine.mechanism.events import JAMS, SEPARATES
 from frictool.engine.mechanism.open_loop_run import run
-from frictool.engine.status import OK
+from frictool.engine.status_codes import OK
 from studies.rigs.mechanism_builder import Builder
 from tests.support.mechanism_runs import instants, moved, ready
 from tests.support.self_locking_mechanisms import compared

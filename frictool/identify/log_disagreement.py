@@ -11,9 +11,9 @@ from pathlib import Path
 
 from frictool.documents.bench import Bench
 from frictool.identify.fit_result import SLIDING, SlidingFit, UnusableLogs
+from frictool.identify.fixed_parameter_refit import refit
 from frictool.identify.methods import METHODS, REFERENCE, IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
-from frictool.identify.refit import refit
 
 WIDER = 4.0  # largest width from all logs, relative to that of one log alone
 OTHERS_DIFFER = (

@@ -18,7 +18,7 @@ from frictool.reduce.coordinate_change import at_sensor, from_reference, from_so
 from frictool.reduce.coordinate_frame import CoordinateFrame
 from frictool.reduce.link_losses import as_friction
 from frictool.reduce.one_inertia import OneInertia, one_inertia
-from frictool.reduce.resisting_curves import as_resistance
+from frictool.reduce.resistance_step import as_resistance
 from frictool.reduce.rigid_lumping import lump_rigid_links
 from frictool.reduce.step_report import StepFigure, StepReport
 

@@ -5,10 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from frictool.documents.bench import Bench
-from frictool.logs.assembly import assemble, assemble_log
 from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.logs.canonical.mcap_reader import is_canonical
 from frictool.logs.log import Log
+from frictool.logs.log_assembly import assemble, assemble_log
 
 
 def read_log(path: Path | str, bench: Bench | None = None) -> Log:

@@ -1,6 +1,6 @@
 """Storage of machine code on disk: KernelStore saves and loads the code of one function.
 
-Each state of a module's sources has its own folder. kernel_cache.py manages these folders: names,
+Each state of a module's sources has its own folder. kernel_folders.py manages these folders: names,
 use, locks and removal.
 
 numba's cache checks only the file of a function, names the entry by line number, and lets two
@@ -28,7 +28,7 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, IndexDataC
 from numba.core.dispatcher import Dispatcher
 
 from frictool.runtime import notifications
-from frictool.runtime.kernel_cache import prune_states, restricted_umask, writing
+from frictool.runtime.kernel_folders import prune_states, restricted_umask, writing
 from frictool.runtime.kernel_sources import INSTALLED, PACKAGE, Sources, State, UnknownSourcesError
 
 try:

@@ -16,8 +16,9 @@ from __future__ import annotations
 import math
 
 from frictool.engine.mechanism import address_calls as ac
-from frictool.engine.mechanism import layout as ly
+from frictool.engine.mechanism import array_layout as ly
 from frictool.engine.mechanism import state as st
+from frictool.engine.mechanism.array_layout import CompiledMechanism
 from frictool.engine.mechanism.articulated_body import field
 from frictool.engine.mechanism.dormand_prince8 import AFTER
 from frictool.engine.mechanism.event_handling import begin, handle_event, take_step
@@ -26,12 +27,11 @@ from frictool.engine.mechanism.events import EVENTS, EventRows
 from frictool.engine.mechanism.fixed_step_laws import keep, switch
 from frictool.engine.mechanism.hysteresis_memory import first_reversal
 from frictool.engine.mechanism.integration_step import try_step
-from frictool.engine.mechanism.layout import CompiledMechanism
 from frictool.engine.mechanism.mode_guards import first_dip, is_any_broken
 from frictool.engine.mechanism.sources import is_steady, let_flow, longest_step, take_inputs
 from frictool.engine.mechanism.state import MechanismState, RateEvaluation
 from frictool.engine.mechanism.weighted_sums import gained
-from frictool.engine.status import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL, TOO_MANY_EVENTS
+from frictool.engine.status_codes import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL, TOO_MANY_EVENTS
 from frictool.runtime.kernels import inset_kernel, kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
@@ -237,8 +237,8 @@ def advance(
 
     command (u,): A, V or effort. external (n,): efforts on blocks [N | N m]. events: receives the
     events. `state.pace[1]` is the total time of all calls. The limit of a winding is computed for
-    the speed at the beginning. Returns a status of engine/status.py; if it is not OK, the state is
-    that of the last event or step.
+    the speed at the beginning. Returns a status of engine/status_codes.py; if it is not OK, the
+    state is that of the last event or step.
 
     The kernel is called by its address, in the last row of `laws`, so that callers compile without
     it.

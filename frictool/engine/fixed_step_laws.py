@@ -5,7 +5,7 @@ velocity. Each step is a midpoint rule with the mode held; the mode is determine
 is the velocity that the law reports (Karnopp's v_m is 0 in the band), and so is the velocity in the
 drive's derivative term.
 
-Extensions (friction/extension.py) are those of the exact engine, with the levels for position,
+Extensions (friction/law_extension.py) are those of the exact engine, with the levels for position,
 direction and time at rest of the step. A pure delay of the film is a whole number of steps. A film
 does not affect the banded laws: their friction in slip has no Stribeck effect.
 """
@@ -19,9 +19,9 @@ import numpy as np
 
 from frictool.engine import body as fb
 from frictool.engine.drive import effort, reference
-from frictool.engine.status import EVENTS_FULL, LAW_FAILED, NOT_FINITE, OK
-from frictool.friction.extension import BOUNDARY, DELAY, LAG, levels, regime_table
+from frictool.engine.status_codes import EVENTS_FULL, LAW_FAILED, NOT_FINITE, OK
 from frictool.friction.hybrid_kernels import MASS, SLIPPING, STUCK
+from frictool.friction.law_extension import BOUNDARY, DELAY, LAG, levels, regime_table
 from frictool.friction.lubricant_film import boundary_film, delayed_film, film_force, lagged_film
 from frictool.friction.speed_regimes import knee_force
 from frictool.friction.static_kernels import sticking_force
@@ -37,7 +37,8 @@ Commit = Callable[[int, Vector, Vector], int]
 SlipForce = Callable[[float, float, Vector], float]
 OfDirection = Callable[[float, Vector], float]
 Band = Callable[[Vector], float]
-# friction/extension.py: parameters of both directions, table, workspace for the current parameters
+# friction/law_extension.py: parameters of both directions, table, workspace for the current
+# parameters
 Laws = tuple[Vector, Vector, Vector, Vector]
 DRY = 1e-300  # film speed of zero that keeps its direction
 
@@ -159,7 +160,7 @@ def run_hybrid(
     times (n,): ascending; samples (n, 5) are those of the step with the nearest start. events (m,
     4). laws: as in `dynamic_law.run_dynamic`. past (n + 1,): workspace for a delay of n steps.
 
-    Returns a status of engine/status.py, the time reached, and the number of events.
+    Returns a status of engine/status_codes.py, the time reached, and the number of events.
     """
     steps = round((ends[-1] - start) / step)
     segment = 0

@@ -13,7 +13,7 @@ from frictool.control.compiled_program import CompiledProgram, copy_program, sta
 from frictool.engine.axis_motion import advance
 from frictool.engine.closed_loop import measure
 from frictool.engine.closed_loop import run as run_loop
-from frictool.engine.status import OK
+from frictool.engine.status_codes import OK
 from frictool.plant.axis import ENCODER_STEP
 from frictool.runtime.kernels import parallel_kernel
 from frictool.typing import Vector
@@ -31,7 +31,8 @@ def replay_axes(
     """Simulate many axes (m, a) with states (m, 7), in place, under commands (m, n).
 
     Each command is held for a `period` [s]. positions (m, n) [m | rad]: filled with the positions
-    at the beginning of each period. statuses (m,): engine/status.py; a run that fails stops there.
+    at the beginning of each period. statuses (m,): engine/status_codes.py; a run that fails stops
+    there.
     """
     for i in prange(axes.shape[0]):
         for k in range(commands.shape[1]):

@@ -17,7 +17,7 @@ from frictool.documents.mechanism import Cam, FrictionOf, Mechanism, Spring
 from frictool.friction.law_registry import LAWS
 from frictool.reduce.assembly_cache import assemble_cached
 from frictool.reduce.block_resistance import resisting
-from frictool.reduce.resistance import (
+from frictool.reduce.resistance_curves import (
     NO_LOSS,
     NOTHING,
     DirectedResistance,

@@ -7,8 +7,8 @@ zero. The integrator is a Rosenbrock method (engine/rosenbrock.py) with error co
 because the contact relaxes in microseconds in slip and is as soft as the drive in stick.
 
 The memory of a law is updated after accepted steps only. The memory must register each reversal;
-therefore a step ends at each reversal. An extension (friction/extension.py) provides the levels for
-the current position and direction, and adds its knees. The derivatives neglect the change of
+therefore a step ends at each reversal. An extension (friction/law_extension.py) provides the levels
+for the current position and direction, and adds its knees. The derivatives neglect the change of
 friction with position, which is small compared with the contact stiffness.
 """
 
@@ -24,8 +24,8 @@ from frictool.engine import body as fb
 from frictool.engine import drive as dr
 from frictool.engine.drive import effort, reference
 from frictool.engine.rosenbrock import CONTACT, NODES, STAGES, between, complete_stage, stage_point
-from frictool.engine.status import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL
-from frictool.friction.extension import levels, regime_table
+from frictool.engine.status_codes import LAW_FAILED, NOT_FINITE, OK, STEP_TOO_SMALL
+from frictool.friction.law_extension import levels, regime_table
 from frictool.friction.speed_regimes import knee_force, knee_slope
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
@@ -73,7 +73,7 @@ class _Linearisation(NamedTuple):
 
 @kernel
 def _field(driven: _DrivenBody, t: float, y: Vector, out: Vector) -> int:
-    """Fill out with y'; return a status of friction/status.py."""
+    """Fill out with y'; return a status code."""
     rate, force, laws, mass, drive = driven
     added = _hold(laws, y)
     law = laws[3]
@@ -273,13 +273,13 @@ def run_dynamic(
     """Simulate y = (x, v, q, z...), in place, from `start` [s] through successive drives.
 
     The segments end at `ends` (s,) and have the `drives` (s, 10). laws: parameters forward and
-    backward and table of friction/extension.py, then a workspace for the current parameters;
+    backward and table of friction/law_extension.py, then a workspace for the current parameters;
     without an extension the workspace holds the parameters of the law. moving: number of leading z
     with a rate; the other z are memory. scales (n,): relative tolerance, reference speed [m/s], 0,
     and a reference size for each z. times (n,): ascending, within the run; samples (n, 5) are
     filled.
 
-    Returns a status of engine/status.py and the time reached.
+    Returns a status of engine/status_codes.py and the time reached.
     """
     t = start
     filled = 0

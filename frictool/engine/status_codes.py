@@ -11,7 +11,7 @@ code  name             meaning
 3     EVENTS_FULL      the array for the events is full; the state is that at the first event
                        that did not fit
 4     STEP_TOO_SMALL   the tolerance requires a step that is lost in the rounding of the time
-5     LAW_FAILED       a kernel of the friction law returned an error of friction/status.py
+5     LAW_FAILED       a kernel of the friction law returned an error of friction/status_codes.py
 6     JAMMED           a self-locking link wedges: no acceleration satisfies its equations
 7     UNRESOLVED       contacts and sticking parts change without end at one instant
 ====  ===============  ==========================================================================

@@ -11,7 +11,7 @@ from frictool.cli.common_options import FiniteRange
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
-    from frictool.engine.servo import PositionServo
+    from frictool.engine.bench_position_loop import PositionServo
 
 LAW = "drive = speed gain (position gain (reference - position) - speed) + integral"
 F = TypeVar("F", bound=Callable[..., object])
@@ -59,7 +59,7 @@ class ServoGains(NamedTuple):
 
     def on_drive(self, constant: float, limit: float) -> PositionServo:
         """Return the loop for a drive with this constant (effort per unit) and limit."""
-        from frictool.engine.servo import PositionServo
+        from frictool.engine.bench_position_loop import PositionServo
 
         position, speed = self.position or 0.0, self.speed or 0.0
         return PositionServo(

@@ -8,7 +8,7 @@ It works as slip_events.py, with more state:
 The time at rest counts from the stop, or from the start of a run that begins at rest; during slip
 it is the duration of the last rest. A pure delay of the film is not supported: the motion after an
 event would depend on all pieces within the preceding delay, and each of their kinks would return as
-an event. The fixed-step laws support it (engine/fixed_step.py).
+an event. The fixed-step laws support it (engine/fixed_step_laws.py).
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from __future__ import annotations
 import math
 
 from frictool.engine import body as fb
-from frictool.engine.extended_motion_pieces import (
+from frictool.engine.extended_friction_motion import (
     DENSE_TERMS,
     FILM,
     KNEES_PASSED,
@@ -26,7 +26,7 @@ from frictool.engine.extended_motion_pieces import (
 from frictool.engine.motion_pieces import DrivenBody, side
 from frictool.engine.polynomial_events import NEVER
 from frictool.engine.slip_events import BELOW, arrive, sooner
-from frictool.friction.extension import BOUNDARY, LAG, levels, regime_table
+from frictool.friction.law_extension import BOUNDARY, LAG, levels, regime_table
 from frictool.friction.lubricant_film import boundary_film
 from frictool.friction.speed_regimes import count_passed_knees
 from frictool.runtime.kernels import kernel

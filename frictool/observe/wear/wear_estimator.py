@@ -1,6 +1,6 @@
 """Wear from moves as they come, by filters with a long memory that react to sudden changes.
 
-    MotionBlock ──moves.py──▶ Move ──filter_bank.py──▶ wear, inertia, viscous friction, offset
+    MotionBlock ──log_moves.py──▶ Move ──filter_bank.py──▶ wear, inertia, viscous friction, offset
                                    └─wear_kinds.py───▶ kind of wear, by direction and zone
     both ──▶ WearEstimate after each move
 
@@ -24,12 +24,12 @@ from dataclasses import replace
 from scipy.special import ndtri
 
 from frictool.documents.model import Model
-from frictool.observe.estimate import EstimateRange, WearEstimate
+from frictool.observe.interval_estimate import EstimateRange, WearEstimate
 from frictool.observe.motion_block import MotionBlock
 from frictool.observe.wear.constant_error import scale_of
 from frictool.observe.wear.filter_bank import UNMODELLED, FilterBank
-from frictool.observe.wear.moves import Move, MoveCollector
-from frictool.observe.wear.restriction import multiplicative
+from frictool.observe.wear.log_moves import Move, MoveCollector
+from frictool.observe.wear.parameter_restriction import multiplicative
 from frictool.observe.wear.weak_form_layout import WeakFormLayout, layout_of
 from frictool.observe.wear.wear_kinds import WearClassification, WearClassifier
 

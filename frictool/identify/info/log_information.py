@@ -1,7 +1,7 @@
 """Survey a log and its uses, as `frictool info` does.
 
 file -> assemble() -> streams, each read twice -> logs/quality/survey.py
-     -> StreamSurvey per stream -> facts -> text.py -> text
+     -> StreamSurvey per stream -> facts -> text_view.py -> text
 """
 
 from __future__ import annotations
@@ -15,7 +15,11 @@ import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.identify.applicable_methods import DRIVES, applicable_methods
-from frictool.logs.assembly import (
+from frictool.logs.canonical.mcap_layout import COLUMNS, KIND, message_path
+from frictool.logs.clocks.alignment import CLOCK_OFFSET
+from frictool.logs.clocks.clock_drift import of_streams
+from frictool.logs.log import Log
+from frictool.logs.log_assembly import (
     EVERYTHING,
     LogAssembly,
     TimeWindow,
@@ -23,17 +27,13 @@ from frictool.logs.assembly import (
     origins,
     start_streams,
 )
-from frictool.logs.canonical.mcap_layout import COLUMNS, KIND, message_path
-from frictool.logs.clocks.alignment import CLOCK_OFFSET
-from frictool.logs.clocks.clock_drift import of_streams
-from frictool.logs.in_memory import write_log
-from frictool.logs.log import Log
+from frictool.logs.log_from_arrays import write_log
 from frictool.logs.losses import as_rows
 from frictool.logs.quality.kind_recognition import kind_of
 from frictool.logs.quality.log_kinds import TEST
 from frictool.logs.quality.sign_check import sign_of
 from frictool.logs.quality.survey import StreamSurvey, row, survey
-from frictool.logs.table import LAYOUT
+from frictool.logs.raw_table import LAYOUT
 
 
 @dataclass(frozen=True)

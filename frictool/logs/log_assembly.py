@@ -39,9 +39,9 @@ from frictool.logs.log import Log, Stream
 from frictool.logs.losses import LOST, LossList, losses_of, record_of
 from frictool.logs.open_file import head_of
 from frictool.logs.quality.time_base import TimeBase
+from frictool.logs.raw_table import LAYOUT, DataLoss, DetectedLayout, RawTable
 from frictool.logs.recordings.recording_files import sources
 from frictool.logs.stream_source import SampleBlock, StreamSource
-from frictool.logs.table import LAYOUT, DataLoss, DetectedLayout, RawTable
 
 
 class TimeWindow(NamedTuple):

@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 from frictool.engine import body as fb
 from frictool.engine.body import FrictionBody, at_rest
 from frictool.engine.drive import EffortFunction
-from frictool.engine.extended_motion_pieces import EXTENDED_SIZE
-from frictool.engine.status import OK
+from frictool.engine.extended_friction_motion import EXTENDED_SIZE
+from frictool.engine.status_codes import OK
 from frictool.engine.stick_slip import run, run_extended
 from frictool.friction.kernel_signatures import SLIP_FORCE
 from frictool.runtime.kernels import function_pointer
@@ -28,8 +28,8 @@ class Trajectory:
     """Samples and events of a run, SI.
 
     samples (n, 5) at `time` (n,); events (m, 4): time, kind, position, velocity (engine/body.py).
-    status: engine/status.py; if it is not OK, the run ended at `reached` [s] and later samples are
-    NaN.
+    status: engine/status_codes.py; if it is not OK, the run ended at `reached` [s] and later
+    samples are NaN.
     """
 
     status: int
@@ -122,8 +122,8 @@ def simulate(
         Ascending times [s] within the run.
     state
         State (5,) at the start, not changed; by default at rest at 0. A body with an extension has
-        a state (8,), see engine/extended_slip_events.py. If the state is (5,), such a body starts
-        with 0 s at rest, or, in slip, with a settled film and as after a long rest.
+        a state (8,), see engine/extended_friction_events.py. If the state is (5,), such a body
+        starts with 0 s at rest, or, in slip, with a settled film and as after a long rest.
     start
         Start of the run [s].
     room

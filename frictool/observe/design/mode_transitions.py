@@ -15,7 +15,7 @@ from __future__ import annotations
 
 from itertools import product
 
-from frictool.observe.design.settings import Transitions
+from frictool.observe.design.switched_settings import Transitions
 
 Switch = tuple[int, int]
 

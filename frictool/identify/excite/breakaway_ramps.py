@@ -27,7 +27,7 @@ import numpy as np
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
 from frictool.engine.axis_motion import advance
-from frictool.engine.status import OK
+from frictool.engine.status_codes import OK
 from frictool.errors import NoSolutionError
 from frictool.identify.excite.bench_limits import BenchLimits
 from frictool.identify.excite.excitation_sequence import ExcitationSequence, command_sequence

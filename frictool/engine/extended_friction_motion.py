@@ -1,4 +1,4 @@
-"""Motion of a body with extended friction (friction/extension.py), one piece per call.
+"""Motion of a body with extended friction (friction/law_extension.py), one piece per call.
 
     at rest    the threshold grows with the time at rest and as the film decays; since it never
                falls, an interval can be proven to contain no breakaway
@@ -34,8 +34,8 @@ from frictool.engine.motion_pieces import (
 )
 from frictool.engine.polynomial_events import MAX_HALVINGS, RESOLUTION, curvature_bound, value
 from frictool.engine.power_series import motion, reach
-from frictool.engine.status import NOT_FINITE, OK, STEP_TOO_SMALL
-from frictool.friction.extension import BOUNDARY, LAG, VISCOUS_INDEX, levels, regime_table
+from frictool.engine.status_codes import NOT_FINITE, OK, STEP_TOO_SMALL
+from frictool.friction.law_extension import BOUNDARY, LAG, VISCOUS_INDEX, levels, regime_table
 from frictool.friction.lubricant_film import boundary_film, film_force
 from frictool.friction.speed_regimes import regime_force
 from frictool.runtime.kernels import inner_kernel, kernel

@@ -16,7 +16,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from frictool.logs.text.units import NO_UNIT, is_unit, name_and_unit, spelled
+from frictool.logs.text.header_units import NO_UNIT, is_unit, name_and_unit, spelled
 
 IsNumber = Callable[[str], bool]
 Rows = Sequence[Sequence[str]]

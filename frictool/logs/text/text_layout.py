@@ -17,9 +17,9 @@ from frictool.logs.text.cells import (
     is_stamp,
     number,
 )
-from frictool.logs.text.header import IsNumber, Rows, first_row, labels, labels_above
+from frictool.logs.text.header_units import ISO_8601
 from frictool.logs.text.text_encoding import TextEncoding
-from frictool.logs.text.units import ISO_8601
+from frictool.logs.text.text_header import IsNumber, Rows, first_row, labels, labels_above
 
 LONGEST_LINE = 1_000_000  # characters, maximum length of a line above the numbers
 # the usual layout, which is not reported

@@ -8,10 +8,10 @@ from pathlib import Path
 from frictool.documents.laws import Load
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, si_unit
-from frictool.identify.bounded_lines import bounded
 from frictool.identify.breakaway.stribeck_velocity import StribeckVelocityRange
 from frictool.identify.fit_result import CURVE, PARAMETERS
 from frictool.identify.identification import Identification
+from frictool.identify.line_breaking import bounded
 from frictool.identify.methods import METHODS
 
 

@@ -20,7 +20,7 @@ import numpy as np
 from frictool.engine.axis_motion import advance
 from frictool.engine.drive_lag import lagged_drive
 from frictool.engine.effort_replay import period_coefficients, slip_through_period
-from frictool.engine.status import NOT_FINITE, OK
+from frictool.engine.status_codes import NOT_FINITE, OK
 from frictool.plant.axis import DRIVE, LAG, POSITION, VELOCITY
 from frictool.plant.position_load import load_effort
 from frictool.runtime.kernels import kernel
@@ -61,7 +61,7 @@ def follow_reference(
 
     p: engine/effort_replay.py `replay_parameters`. load: plant/position_load.py. servo (5,):
     `PositionServo`. start: first effort [N m | N], which sets the initial value of the integral if
-    there is one. Returns a status of engine/status.py.
+    there is one. Returns a status of engine/status_codes.py.
     """
     coefficients = np.empty((2, 6))
     period_coefficients(p, period, coefficients)
