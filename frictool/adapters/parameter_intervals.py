@@ -10,7 +10,7 @@ from frictool.documents.model import Model
 from frictool.documents.quantity import Quantity
 from frictool.friction.position_polynomial import normalise
 
-PLACES = 1001  # number of positions at which a polynomial is evaluated over the travel
+GRID_POINTS = 1001  # number of positions at which a polynomial is evaluated over the travel
 
 
 def intervals(model: Model) -> dict[str, tuple[float, float]]:
@@ -70,7 +70,7 @@ def _over_position(
     ):
         normal, _ = normalise(np.array(powers), law.over.low, law.over.high)
         factors = np.polynomial.polynomial.polyval(
-            np.linspace(law.over.low, law.over.high, PLACES), normal
+            np.linspace(law.over.low, law.over.high, GRID_POINTS), normal
         )
         lows.append(max(0.0, float(factors.min())) * level.interval[0])
         highs.append(float(factors.max()) * level.interval[1])

@@ -109,14 +109,14 @@ def identify_each(line: IdentifyEachCommand, logs: Sequence[Path]) -> int:
     work = IdentifyJob(to_yaml(line.document), bench_input, line.request, line.patterns)
     batch: dict[int, BatchResult] = {}
     with progress("identify") as tick:
-        for place, one in identify_groups(
+        for index, one in identify_groups(
             work, jobs, cores=line.cores, cluster=line.cluster, tick=tick
         ):
-            batch[place] = one
+            batch[index] = one
             _save_model(
                 line, one, inputs
             )  # saved immediately, so that an interrupt loses no completed model
-    _show(line, ordered([batch[place] for place in range(len(jobs))]), inputs)
+    _show(line, ordered([batch[index] for index in range(len(jobs))]), inputs)
     codes = {one.code for one in batch.values()}
     return next(
         (code for code in (EXIT_NO_SOLUTION, EXIT_NO, EXIT_INPUT) if code in codes), EXIT_DONE

@@ -121,16 +121,16 @@ def check_targets(targets: Mapping[str, Path | None], inputs: list[Path]) -> Non
     `targets`: option -> path or None. Raises click.UsageError if two targets are equal, and
     OutputError as `check_output`.
     """
-    places: dict[Path, str] = {}
+    options: dict[Path, str] = {}
     for option, target in targets.items():
         if target is None:
             continue
-        place = target if target == STDOUT else target.resolve()
-        if place in places and (target == STDOUT or target.is_file() or not target.exists()):
+        path = target if target == STDOUT else target.resolve()
+        if path in options and (target == STDOUT or target.is_file() or not target.exists()):
             raise click.UsageError(
-                f"{places[place]} and {option} have the same name, {target}; each needs its own."
+                f"{options[path]} and {option} have the same name, {target}; each needs its own."
             )
-        places[place] = option
+        options[path] = option
         check_output(target, inputs)
 
 

@@ -51,22 +51,22 @@ def save_folder(
         raise OutputError(f"{target}: cannot be written: {error.strerror or error}") from None
 
 
-def _refuse(target: Path, places: list[Path], inputs: list[Path], overwrite: bool) -> None:
+def _refuse(target: Path, paths: list[Path], inputs: list[Path], overwrite: bool) -> None:
     if target.exists() and not target.is_dir():
         raise OutputError(f"{target}: is a file; name a folder")
-    present = [place for place in places if place.exists() or place.is_symlink()]
+    present = [path for path in paths if path.exists() or path.is_symlink()]
     if present and not overwrite:
-        names = ", ".join(str(place.relative_to(target)) for place in present)
+        names = ", ".join(str(path.relative_to(target)) for path in present)
         raise OutputError(
             f"{target}: already holds {names}; nothing is overwritten, choose another "
             "folder or move them away"
         )
-    for place in present:
-        if place.is_dir():
+    for path in present:
+        if path.is_dir():
             raise OutputError(
-                f"{place}: is a folder where a file has to be written; choose another folder"
+                f"{path}: is a folder where a file has to be written; choose another folder"
             )
-        refuse_inputs(place, inputs)
+        refuse_inputs(path, inputs)
 
 
 def _bytes(content: str | bytes) -> bytes:

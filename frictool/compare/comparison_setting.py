@@ -169,7 +169,7 @@ def extension_of(document: Friction) -> FrictionExtension:
     Raises ValueError if a polynomial of position has no positive mean.
     """
     opposite = document.backward
-    place = document.position
+    by_position = document.position
     film = document.film
     dwell = document.dwell
     fields: dict[str, Any] = {}
@@ -182,12 +182,12 @@ def extension_of(document: Friction) -> FrictionExtension:
         fields["backward_values"] = {
             name: quantity.value for name, quantity in quantities.items() if quantity is not None
         }
-    if place is not None:
-        low, high, forward = place.over.low, place.over.high, place.levels.forward
+    if by_position is not None:
+        low, high, forward = by_position.over.low, by_position.over.high, by_position.levels.forward
         fields["travel"] = (low, high)
         for side, coefficients in (
             ("forward", forward),
-            ("backward", place.levels.backward or forward),
+            ("backward", by_position.levels.backward or forward),
         ):
             fields[side] = tuple(normalise(np.array(coefficients), low, high)[0].tolist())
     if document.regimes:

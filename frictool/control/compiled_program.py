@@ -118,7 +118,7 @@ def ports(program: Program) -> IntVector:
         return np.array([*inputs, program.output.index, *[-1] * 6, 0], dtype=np.int64)
     used = [guard.used[name].index if name in guard.used else -1 for name in PORTS]
     rows = sum(node.op in op.CODES for node in program.nodes[: guard.fault.index + 1])
-    places = [
+    indices = [
         *inputs,
         program.output.index,
         guard.left.index,
@@ -127,7 +127,7 @@ def ports(program: Program) -> IntVector:
         *used,
         rows,
     ]
-    return np.array(places, dtype=np.int64)
+    return np.array(indices, dtype=np.int64)
 
 
 @kernel
@@ -147,14 +147,14 @@ def copy_program(machine: CompiledProgram) -> CompiledProgram:
     )
 
 
-def hold(machine: CompiledProgram, place: int, value: float) -> None:
-    """Set the state at index `place` to a value [SI], in double or float only.
+def hold(machine: CompiledProgram, index: int, value: float) -> None:
+    """Set the state at index `index` to a value [SI], in double or float only.
 
     The state is one that the caller updates, such as a scheduled parameter. A value that is not
     finite is ignored.
     """
     if math.isfinite(value):
-        (machine.single if machine.number == FLOAT else machine.real)[place] = value
+        (machine.single if machine.number == FLOAT else machine.real)[index] = value
 
 
 @kernel
@@ -174,18 +174,18 @@ def start_at(machine: CompiledProgram, position: float) -> None:
             else:
                 machine.word[guard] = from_real(machine.formats[guard], FAULT)
     for k in range(machine.starts.shape[0]):
-        place = machine.starts[k]
+        index = machine.starts[k]
         if machine.number == DOUBLE:
-            machine.real[place] = position
+            machine.real[index] = position
         elif machine.number == FLOAT:
-            machine.single[place] = np.float32(position)
+            machine.single[index] = np.float32(position)
         else:  # through the word of the measured position, as on the target
-            form = machine.formats[place]
+            form = machine.formats[index]
             measured = machine.formats[machine.ports[1]]
             word = shift_rounded(
                 from_real(measured, position), measured[op.FRACTION] - form[op.FRACTION]
             )
-            machine.word[place] = min(max(word, form[op.LOW]), form[op.HIGH])
+            machine.word[index] = min(max(word, form[op.LOW]), form[op.HIGH])
 
 
 @bare_kernel
@@ -203,8 +203,8 @@ def control_step(
         valid = True
         for k in range(3):
             if ports[k] >= 0:
-                given = reference if k == 0 else (position if k == 1 else velocity)
-                word = from_real(machine.formats[ports[k]], given)
+                value = reference if k == 0 else (position if k == 1 else velocity)
+                word = from_real(machine.formats[ports[k]], value)
                 machine.word[ports[k]] = word
                 valid = valid and word != INVALID
         first = _first_row(machine.word, ports, valid)
@@ -224,13 +224,13 @@ def control_step(
 
 
 @kernel
-def read(machine: CompiledProgram, place: int) -> float:
+def read(machine: CompiledProgram, index: int) -> float:
     """Return the value at an index in SI, for example at `program.states[name].index`."""
     if machine.number == FIXED:
-        return to_real(machine.formats[place], machine.word[place])
+        return to_real(machine.formats[index], machine.word[index])
     if machine.number == FLOAT:
-        return float(machine.single[place])
-    return float(machine.real[place])
+        return float(machine.single[index])
+    return float(machine.real[index])
 
 
 @bare_kernel

@@ -247,8 +247,8 @@ class _Scaling:
                 self.fraction[index] = wanted if node.is_logical else min(wanted, max(of[1:]))
                 self.shifts[index] = (of[1] - self.fraction[index], of[2] - self.fraction[index], 0)
             case "sqrt":
-                room = 62 - max(self.words[node.args[0].index][1], 1).bit_length()
-                left = room - (of[0] + room) % 2
+                free_bits = 62 - max(self.words[node.args[0].index][1], 1).bit_length()
+                left = free_bits - (of[0] + free_bits) % 2
                 self.fraction[index] = (of[0] + left) // 2
                 self.shifts[index] = (0, 0, left)
             case "dot":
@@ -272,8 +272,12 @@ class _Scaling:
             if any(self.words[c]) and any(self.words[x])
         ] or [wanted]
         total = sum(max(map(abs, _product(self.real[c], self.real[x]))) for c, x in pairs)
-        room = 61 - math.frexp(total)[1] if total > 0.0 else wanted
-        common = min(*counted, room, FINEST + WIDEST) if len(counted) > 1 else min(counted[0], room)
+        free_bits = 61 - math.frexp(total)[1] if total > 0.0 else wanted
+        common = (
+            min(*counted, free_bits, FINEST + WIDEST)
+            if len(counted) > 1
+            else min(counted[0], free_bits)
+        )
         self.fraction[node.index] = min(wanted, common)
         self.terms[node.index] = tuple(
             min(max(f - common, 0), 62) if any(self.words[c]) and any(self.words[x]) else 0

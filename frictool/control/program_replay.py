@@ -1,4 +1,4 @@
-"""Programs run along measured samples: inputs from arrays, values into arrays."""
+"""Replay of a program over recorded samples: inputs from arrays, values into arrays."""
 
 from __future__ import annotations
 
@@ -11,40 +11,41 @@ from frictool.typing import IntVector, Vector
 def record_along(
     machine: CompiledProgram,
     inputs: IntVector,
-    given: Vector,
+    samples: Vector,
     states: IntVector,
     others: IntVector,
-    found: Vector,
+    values: Vector,
 ) -> None:
-    """Run a program in double, in place, over given (n, i), one column per index in `inputs`.
+    """Run a program in double, in place, over `samples` (n, i), one column per index in `inputs`.
 
-    The results go to found (n, s + o). The columns of the states (s,) hold their values before the
-    sample updates them; the columns of the other indices (o,) hold the values that the sample
+    The results go to `values` (n, s + o). The columns of the states (s,) hold their values before
+    the sample updates them; the columns of the other indices (o,) hold the values that the sample
     computes.
     """
-    for k in range(given.shape[0]):
+    for k in range(samples.shape[0]):
         for column in range(inputs.shape[0]):
-            machine.real[inputs[column]] = given[k, column]
+            machine.real[inputs[column]] = samples[k, column]
         for column in range(states.shape[0]):
-            found[k, column] = machine.real[states[column]]
+            values[k, column] = machine.real[states[column]]
         run_values(machine.code, machine.terms, machine.writes, machine.real)
         for column in range(others.shape[0]):
-            found[k, states.shape[0] + column] = machine.real[others[column]]
+            values[k, states.shape[0] + column] = machine.real[others[column]]
 
 
 @kernel
 def value_along(
     machine: CompiledProgram,
-    place: int,
+    index: int,
     reference: Vector,
     position: Vector,
     velocity: Vector,
-    found: Vector,
+    values: Vector,
 ) -> None:
-    """Write the value at index `place` [SI] of a controller, in any number format, to found (n,).
+    """Write one value of a controller at each sample to `values` (n,) [SI].
 
-    `reference`, `position` and `velocity` (n,) are its inputs at each sample.
+    index: index of the value in the program, which may have any number format. reference, position,
+    velocity (n,): inputs of the controller.
     """
     for k in range(reference.shape[0]):
         control_step(machine, reference[k], position[k], velocity[k])
-        found[k] = read(machine, place)
+        values[k] = read(machine, index)

@@ -101,11 +101,11 @@ def write_prediction(
     )
     moves = program.named("moves", (v > zero) | (v < zero))
     shift = one * miss
-    found_x = program.named("found_position", x + shift)
+    estimated_x = program.named("found_position", x + shift)
     seen_v = _bounded(program, v + two * miss, top)
     least = program.constant(LEAST_SPEED * facts.step / facts.period, "least_speed")
-    found_v = program.named("found_velocity", program.select(abs(seen_v) < least, zero, seen_v))
-    found_d = program.named(
+    estimated_v = program.named("found_velocity", program.select(abs(seen_v) < least, zero, seen_v))
+    estimated_d = program.named(
         "found_disturbance",
         _within(
             program,
@@ -114,17 +114,22 @@ def write_prediction(
         ),
     )
     true_x = program.named(
-        "position_found", found_x + program.constant(0.5 * facts.step, "half_step")
+        "position_found", estimated_x + program.constant(0.5 * facts.step, "half_step")
     )
     gap, friction = _friction(program, true_x, shift, facts)
-    forth = found_v > zero
-    back = found_v < zero
+    forth = estimated_v > zero
+    back = estimated_v < zero
     dry = program.select(forth, friction[0], program.select(back, -friction[1], zero))
-    seen = program.named("friction_seen", program.select(forth | back, dry - found_d, zero))
+    seen = program.named("friction_seen", program.select(forth | back, dry - estimated_d, zero))
     tracked = TrackingNodes(
-        found_x, found_v, found_d, gap, friction, program.named("still", ~(forth | back))
+        estimated_x,
+        estimated_v,
+        estimated_d,
+        gap,
+        friction,
+        program.named("still", ~(forth | back)),
     )
-    return ObserverNodes(true_x, found_v, seen, None), tracked
+    return ObserverNodes(true_x, estimated_v, seen, None), tracked
 
 
 def write_update(
@@ -158,19 +163,23 @@ def write_update(
     after = program.named(
         "velocity_after", program.select(stays, zero, _bounded(program, slips, facts.top_speed))
     )
-    way = program.named("way", program.constant(0.5 * facts.period, "half_period") * (v + after))
+    distance = program.named(
+        "way", program.constant(0.5 * facts.period, "half_period") * (v + after)
+    )
     excess = drive - program.smaller(program.larger(drive, -hold_down), hold_up)
     holding = program.smaller(
         program.larger(tracked.disturbance, program.smaller(zero, -excess)),
         program.larger(zero, -excess),
     )
-    program.update(STATES[0], tracked.position + way)
+    program.update(STATES[0], tracked.position + distance)
     program.update(STATES[1], after)
     program.update(STATES[2], program.select(stays, holding, tracked.disturbance))
     if tracked.gap is not None:
         program.update(
             STATES[3],
-            _within(program, tracked.gap + way, program.constant(0.5 * facts.backlash, "half_gap")),
+            _within(
+                program, tracked.gap + distance, program.constant(0.5 * facts.backlash, "half_gap")
+            ),
         )
 
 
@@ -182,13 +191,13 @@ def _friction(
     The first is None without a backlash. The friction is a pair: forward and backward.
     """
     zero, (low, high) = program.constant(0.0), facts.travel
-    place = x
+    mapped = x
     if max(len(facts.forward), len(facts.backward)) > 1:
-        place = program.smaller(
+        mapped = program.smaller(
             program.larger(x, program.constant(low, "map_low")), program.constant(high, "map_high")
         )
     sides = [
-        program.larger(program.polynomial(place, coefficients), zero)
+        program.larger(program.polynomial(mapped, coefficients), zero)
         for coefficients in (
             [program.constant(c, f"{name}_map[{power}]") for power, c in enumerate(curve)]
             for curve, name in ((facts.forward, "forward"), (facts.backward, "backward"))

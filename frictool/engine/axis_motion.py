@@ -167,7 +167,7 @@ def _straight_slip(
     lower = 0.0
     upper = math.inf
     length = math.inf
-    place = CONTACT
+    kind_of_end = CONTACT
     if not driving:
         length = to_edge
     if laws is not None:
@@ -175,9 +175,9 @@ def _straight_slip(
             lower, upper = speed_band(p, abs(state[ax.VELOCITY]))
         ahead, _ = next_place(p, state[ax.POSITION], direction)
         if ahead < length:
-            length, place = ahead, PLACE
+            length, kind_of_end = ahead, PLACE
         if length <= 0.0:
-            return 0.0, 0.0, phase[0], place
+            return 0.0, 0.0, phase[0], kind_of_end
     end = fall_time(phase, lower, remaining)
     kind = SLOWER
     if end == NEVER:
@@ -189,7 +189,7 @@ def _straight_slip(
     if length < math.inf:
         crossing = travel_time(phase, length, end)
         if crossing != NEVER:
-            return crossing, length, max(0.0, speed(phase, crossing)), place
+            return crossing, length, max(0.0, speed(phase, crossing)), kind_of_end
     return (
         end,
         max(0.0, distance(phase, end)),
@@ -205,8 +205,8 @@ def _arrive(state: Vector, p: Vector, direction: float, start: float) -> float:
     If the effort pushes the motor against the stop, the motor rebounds infinitely often in finite
     time; the last rebounds are left out.
     """
-    _, place = next_place(p, start, direction)
-    if place == MAP_EDGE:
+    _, kind_of_end = next_place(p, start, direction)
+    if kind_of_end == MAP_EDGE:
         low, high = p[al.MAP_LOW], p[al.MAP_HIGH]
         state[ax.POSITION] = (
             low if abs(state[ax.POSITION] - low) < abs(state[ax.POSITION] - high) else high

@@ -61,7 +61,7 @@ class RampProgress(NamedTuple):
 
 @inner_kernel
 def next_place(
-    place: RampProgress,
+    progress: RampProgress,
     rows: int,
     segment: Vector,
     following: IntVector,
@@ -73,14 +73,14 @@ def next_place(
 
     The rules are those of `play_ramps`.
     """
-    row = place.row
-    if measured > rules[2] if place.segment > 0.0 else measured < rules[1]:
+    row = progress.row
+    if measured > rules[2] if progress.segment > 0.0 else measured < rules[1]:
         row = turning[max(row - 1, 0)]
-    elif abs(measured - place.start) >= rules[0] and segment[row] == place.segment:
+    elif abs(measured - progress.start) >= rules[0] and segment[row] == progress.segment:
         row = following[row]
-    if row < rows and segment[row] != place.segment:
+    if row < rows and segment[row] != progress.segment:
         return RampProgress(row, segment[row], measured)
-    return RampProgress(row, place.segment, place.start)
+    return RampProgress(row, progress.segment, progress.start)
 
 
 @kernel
@@ -141,21 +141,21 @@ def play_ramps(
     """
     p = with_load(axis, load)
     waiting = np.zeros(delay + 1)
-    place = RampProgress(0, segment[0], measure(state[POSITION], axis[ENCODER_STEP]))
+    progress = RampProgress(0, segment[0], measure(state[POSITION], axis[ENCODER_STEP]))
     for k in range(rows.shape[0]):
         measured = measure(state[POSITION], axis[ENCODER_STEP])
-        place = next_place(place, rows.shape[0], segment, following, turning, rules, measured)
-        if place.row == rows.shape[0]:
+        progress = next_place(progress, rows.shape[0], segment, following, turning, rules, measured)
+        if progress.row == rows.shape[0]:
             return OK
-        waiting[k % (delay + 1)] = rows[place.row]
+        waiting[k % (delay + 1)] = rows[progress.row]
         acting = waiting[(k + 1) % (delay + 1)]
         position[k] = measured
         drive[k] = drive_from_now(state, acting, axis)
         played[0] = k + 1
-        place = RampProgress(place.row + 1, place.segment, place.start)
+        progress = RampProgress(progress.row + 1, progress.segment, progress.start)
         status = advance(state, acting, p, period)
         if status != OK:
             return status
-        if place.row == rows.shape[0]:
+        if progress.row == rows.shape[0]:
             return OK
     return OK

@@ -114,9 +114,9 @@ def advance_sample(
     changing = conditions.shape[0] > 0
     parts = PARTS if axis[ax.RESISTANCE] > 0.0 else 1
     part = period / parts
-    places = waiting.shape[0]
-    waiting[k % places] = command
-    acting = waiting[(k + 1) % places]
+    slots = waiting.shape[0]
+    waiting[k % slots] = command
+    acting = waiting[(k + 1) % slots]
     if changing:
         impose(axis, p, conditions[k])
         acting = true_command(acting, axis[ax.DRIVE_LIMIT], conditions[k])

@@ -81,7 +81,7 @@ def run_law(
     length_scale: float = 1e-5,
     tolerance: float = STEP_TOLERANCE,
     extension: FrictionExtension | None = None,
-    room: int = ROOM_FOR_EVENTS,
+    most_events: int = ROOM_FOR_EVENTS,
 ) -> Trajectory:
     """Simulate a law from rest at 0 through `segments`, sampled at `times` (n,).
 
@@ -103,7 +103,7 @@ def run_law(
         Relative tolerance of a dynamic law.
     extension
         friction/law_extension.py; the run begins with a contact made at 0 s.
-    room
+    most_events
         Largest number of events.
 
     Returns
@@ -120,11 +120,11 @@ def run_law(
     kernels = law.kernels
     p = np.array(p, dtype=np.float64)
     if isinstance(kernels, StaticKernels) and kernels.band(p) == 0.0:
-        return simulate(body_of(law, p, mass, extension), segments, times, room=room)
+        return simulate(body_of(law, p, mass, extension), segments, times, most_events=most_events)
     packed = pack_plain_law(p) if extension is None or extension.plain else extension.pack(law, p)
     laws = (*packed, p.copy())
     samples = np.full((sample_times.size, SAMPLE_SIZE), np.nan)
-    events = np.zeros((room, EVENT_SIZE))
+    events = np.zeros((most_events, EVENT_SIZE))
     if isinstance(kernels, DynamicKernels):
         scales = np.array([tolerance, speed_scale, 0.0, length_scale])
         return _run_dynamic(kernels, laws, mass, (ends, drives), sample_times, samples, scales)

@@ -175,17 +175,17 @@ def curved_slip(
     law = np.array([0.0, 0.0, p[STRIBECK_VELOCITY], p[STRIBECK_EXPONENT], 0.0, 1.0])
     at[SPEED] = abs(state[ax.VELOCITY])
     length = next_place(p, state[ax.POSITION], direction)[0]
-    place = PLACE
+    kind_of_end = PLACE
     if to_edge > 0.0:
         law[DRIVING] = 0.0
         layered, line, (lower, upper) = False, (0.0, 0.0), (0.0, math.inf)
         if to_edge <= length:
-            length, place = to_edge, CONTACT
+            length, kind_of_end = to_edge, CONTACT
     else:
         layered = at[SPEED] < p[LAYER]
         line, (lower, upper) = straight_line(p, direction, at[SPEED]), speed_band(p, at[SPEED])
     if length <= 0.0:
-        return 0.0, 0.0, at[SPEED], place
+        return 0.0, 0.0, at[SPEED], kind_of_end
     gross = _gross(state, command, p, direction, to_edge <= 0.0) / p[ax.INERTIA]
     slip = _Slip(state, command, p, direction, law, line)
     start = _acceleration(slip, 0.0, 0.0, at[SPEED])
@@ -209,7 +209,7 @@ def curved_slip(
             continue
         dense_output(at, slopes, h, piece)
         spent, kind = _end_of(piece, h, lower, upper, length, probe)
-        kind = place if kind == PLACE else kind
+        kind = kind_of_end if kind == PLACE else kind
         _move(at, piece, spent)
         t = t + spent if spent < remaining - t else remaining
         if kind != HELD or t >= remaining:

@@ -108,7 +108,7 @@ def simulate(
     *,
     state: Vector | None = None,
     start: float = 0.0,
-    room: int = ROOM_FOR_EVENTS,
+    most_events: int = ROOM_FOR_EVENTS,
 ) -> Trajectory:
     """Simulate a body from `start` [s] through `segments`, sampled at `times` (n,).
 
@@ -126,7 +126,7 @@ def simulate(
         starts with 0 s at rest, or, in slip, with a settled film and as after a long rest.
     start
         Start of the run [s].
-    room
+    most_events
         Largest number of events; one more ends the run with status EVENTS_FULL.
 
     Returns
@@ -142,7 +142,7 @@ def simulate(
     ends, drives, sample_times = segment_arrays(segments, times, start)
     now = np.array(at_rest() if state is None else state, dtype=np.float64)
     samples = np.full((sample_times.size, fb.SAMPLE_SIZE), np.nan)
-    events = np.zeros((room, fb.EVENT_SIZE))
+    events = np.zeros((most_events, fb.EVENT_SIZE))
     force = function_pointer(body.slip_force, SLIP_FORCE)
     array = body.as_array()
     if body.extension is None:

@@ -93,10 +93,10 @@ def cam(name: str, element: Cam, notation: Notation) -> ElementEquations:
     """Return F(x) tan(alpha(x)) on the block and the friction mu F(x): (2.23), sign of (2.28)."""
     key = f"links.{name}"
     block = element.on
-    place = notation.position(block)
-    force, force_curve = _curve(f"F_{name}", name, "F", element.force, place, f"{key}.force")
+    position = notation.position(block)
+    force, force_curve = _curve(f"F_{name}", name, "F", element.force, position, f"{key}.force")
     alpha, angle_curve = _curve(
-        f"alpha_{name}", name, r"\alpha", element.angle, place, f"{key}.angle"
+        f"alpha_{name}", name, r"\alpha", element.angle, position, f"{key}.angle"
     )
     steep = function("tan", r"\tan", alpha.text, alpha.latex)
     efforts = [(block, force.times(steep).of(key))]
@@ -154,13 +154,13 @@ def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
     key = f"links.{name}"
     block = element.on
     kind = notation.kinds[block]
-    place = notation.position(block)
+    position = notation.position(block)
     sides = [
         (
             side,
             notation.parameter(
                 side,
-                rf"{place.latex.partition('_')[0]}_\mathrm{{{side}}}",
+                rf"{position.latex.partition('_')[0]}_\mathrm{{{side}}}",
                 name,
                 value,
                 f"{key}.{side}",
@@ -171,15 +171,15 @@ def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
     ]
     force = notation.effort("N", name, kind).of(key)
     where = " and ".join(
-        f"N_{name} {'>=' if side == 'low' else '<='} 0 at {place.text} = {end.text}"
+        f"N_{name} {'>=' if side == 'low' else '<='} 0 at {position.text} = {end.text}"
         for side, end in sides
     )
     latex = r",\quad ".join(
-        rf"{force.latex} {SIGNS[side]} 0 \;\text{{at}}\; {place.latex} = {end.latex}"
+        rf"{force.latex} {SIGNS[side]} 0 \;\text{{at}}\; {position.latex} = {end.latex}"
         for side, end in sides
     )
     unit = RATES[kind][0]
-    terms = (place, *(end for _, end in sides))
+    terms = (position, *(end for _, end in sides))
     if element.compliance is None:
         shock = f"-{element.restitution:g} times itself" if element.restitution else "0"
         speed = notation.speed(block).text
@@ -192,7 +192,7 @@ def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
         )
     taut, rate = notation.stretch("s", name, kind)
     beyond = " and ".join(
-        f"{taut.text} = {place.text} - {end.text} {'below' if side == 'low' else 'above'} it"
+        f"{taut.text} = {position.text} - {end.text} {'below' if side == 'low' else 'above'} it"
         for side, end in sides
     )
     text = f"{name} pushes {block} back beyond its ends: {beyond}; no end pulls"

@@ -100,11 +100,11 @@ def _relations(
     a, b = link.between
     key = f"links.{name}"
     source = SOURCES[str(link.__struct_config__.tag)]
-    place, rate, _ = RATES[notation.kinds[b]]
+    position, rate, _ = RATES[notation.kinds[b]]
     follows = [ratio.times(notation.position(a)).of(key)]
     if offset:
         kept = notation.parameter(
-            "o", "o", name, Quantity(abs(offset), unit=place), f"blocks.{b}.start"
+            "o", "o", name, Quantity(abs(offset), unit=position), f"blocks.{b}.start"
         )
         follows.append(kept if offset > 0.0 else kept.negative())
     if constrains:
@@ -113,7 +113,7 @@ def _relations(
                 (Term(),),
                 notation.position(b).factors[0][0],
                 tuple(follows),
-                place,
+                position,
                 key,
                 source=source,
             ),
@@ -128,7 +128,7 @@ def _relations(
         )
     stretch, _ = notation.stretch("e", name, notation.kinds[b])
     terms = (notation.position(b).of(key), *(term.negative() for term in follows))
-    return (Equation((Term(),), stretch.factors[0][0], terms, place, key, source=source),)
+    return (Equation((Term(),), stretch.factors[0][0], terms, position, key, source=source),)
 
 
 def _yielding(

@@ -48,8 +48,8 @@ def ratio_of(name: str, link: Transmitting, notation: Notation) -> tuple[Term, T
             ratio = first.times(second.inverse())
             return (ratio.negative() if link.crossed else ratio), second
         case Screw():
-            way = _lead(name, link, notation)
-            return (way.negative() if link.left_handed else way).of(key), Term()
+            lead = _lead(name, link, notation)
+            return (lead.negative() if link.left_handed else lead).of(key), Term()
         case Rack():
             radius = notation.parameter("r", "r", name, link.radius, f"{key}.radius")
             return (radius.negative() if link.reversed else radius), Term()

@@ -101,8 +101,8 @@ class Notation:
 
     def stretch(self, letter: str, name: str, kind: Axis) -> tuple[Term, Term]:
         """Return the symbols of a difference of two positions and of its rate of change."""
-        place, rate, _ = RATES[kind]
-        still = _named(letter, letter, name, place)
+        position, rate, _ = RATES[kind]
+        still = _named(letter, letter, name, position)
         return still, symbol(f"{letter}_{name}'", indexed_latex(rf"\dot{{{letter}}}", name), rate)
 
 

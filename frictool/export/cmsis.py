@@ -74,9 +74,9 @@ def _entering(controller: Controller, number: Number) -> float:
     """Return the largest input of the linear controller, as the fixed-point program proves it."""
     program = controller_program(controller)
     scaled = fixed_program(program, BITS[number])
-    places = {name: index for index, name in program.names.items()}
-    place = places[_signal(controller)]
-    return math.ldexp(max(map(abs, scaled.words[place])), -scaled.fractions[place])
+    indices = {name: index for index, name in program.names.items()}
+    entry = indices[_signal(controller)]
+    return math.ldexp(max(map(abs, scaled.words[entry])), -scaled.fractions[entry])
 
 
 def _signal(controller: Controller) -> str:

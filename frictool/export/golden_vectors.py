@@ -94,7 +94,7 @@ class _VectorSequence:
         self.program = program
         self.new = machine_in(program, number), compile_program(program)
         self.hold_samples = controller.measurement_hold_samples
-        self.places = {name: index for index, name in reversed(program.names.items())}
+        self.indices = {name: index for index, name in reversed(program.names.items())}
         self.visits = visit_conditions(program)
         self.step = controller.bench.encoder.resolution
         law, limiter = controller.position_law, controller.limiter
@@ -136,7 +136,7 @@ class _VectorSequence:
 
     def now(self, name: str, otherwise: float) -> float:
         """Return a named value at the last sample, or `otherwise` if the program has none."""
-        return read(self.machine, self.places[name]) if name in self.places else otherwise
+        return read(self.machine, self.indices[name]) if name in self.indices else otherwise
 
     def sample(
         self, reference: float, jitter: int = 0, lost: Mapping[str, float] | None = None
@@ -255,12 +255,12 @@ class _VectorSequence:
             self.moved(reference)
 
 
-def put(running: CompiledProgram, place: int, value: float) -> None:
+def put(running: CompiledProgram, index: int, value: float) -> None:
     """Set a state that the caller controls in a running program."""
     if running.number == FIXED:
-        running.word[place] = from_real(running.formats[place], value)
+        running.word[index] = from_real(running.formats[index], value)
     else:
-        (running.single if running.number == FLOAT else running.real)[place] = value
+        (running.single if running.number == FLOAT else running.real)[index] = value
 
 
 def _speeds(controller: Controller, band: float) -> tuple[float, float]:

@@ -11,13 +11,13 @@ from frictool.control.target_band import BRAKE, REST, RUN
 
 @dataclass(frozen=True)
 class VisitCondition:
-    """Condition that is met if the value at `place` equals `value`, or differs if `differs` is set.
+    """Condition that is met if the value at `index` equals `value`, or differs if `differs` is set.
 
     If `where` is present, the value at index `where` must also differ from 0. `text`: description,
     printed after a number of samples.
     """
 
-    place: int
+    index: int
     value: float
     differs: bool
     text: str
@@ -27,37 +27,37 @@ class VisitCondition:
         """Return True if the condition holds at the machine's last sample."""
         if self.where is not None and read(machine, self.where) == 0.0:
             return False
-        return bool((read(machine, self.place) == self.value) != self.differs)
+        return bool((read(machine, self.index) == self.value) != self.differs)
 
 
 def visit_conditions(program: Program) -> dict[str, VisitCondition]:
     """Return the conditions of the modes and limits that the program has, by name."""
-    places = {name: index for index, name in reversed(program.names.items())}
+    indices = {name: index for index, name in reversed(program.names.items())}
     conditions = {}
-    if "mode_now" in places:
+    if "mode_now" in indices:
         modes = {"run": (RUN, "in RUN"), "brake": (BRAKE, "in BRAKE"), "rest": (REST, "in REST")}
         for name, (value, text) in modes.items():
-            if name != "brake" or "running" in places:  # a band that cuts never brakes
-                conditions[name] = VisitCondition(places["mode_now"], value, False, text)
-    released = places.get("released_and_settled", places.get("released"))
+            if name != "brake" or "running" in indices:  # a band that cuts never brakes
+                conditions[name] = VisitCondition(indices["mode_now"], value, False, text)
+    released = indices.get("released_and_settled", indices.get("released"))
     if released is not None:
         conditions["released"] = VisitCondition(released, 1.0, False, "with the drive released")
-    if "braking" in places:
+    if "braking" in indices:
         conditions["braking"] = VisitCondition(
-            places["braking"], 0.0, True, "with virtual friction", released
+            indices["braking"], 0.0, True, "with virtual friction", released
         )
-    if "held" in places:
-        conditions["held"] = VisitCondition(places["held"], 1.0, False, "with the integrator held")
+    if "held" in indices:
+        conditions["held"] = VisitCondition(indices["held"], 1.0, False, "with the integrator held")
     if program.guard is not None:
         guard = program.guard
         conditions["invalid"] = VisitCondition(
             guard.left_now.index, guard.hold.value, True, "with an input held or in the fault"
         )
         conditions["fault"] = VisitCondition(guard.fault.index, 1.0, False, "in the fault")
-    conditions["limited"] = VisitCondition(places["met"], 0.0, True, "with the drive limited")
-    if "drive_high" in places:
-        limit = program.nodes[places["drive_limit"]].value
+    conditions["limited"] = VisitCondition(indices["met"], 0.0, True, "with the drive limited")
+    if "drive_high" in indices:
+        limit = program.nodes[indices["drive_limit"]].value
         conditions["voltage"] = VisitCondition(
-            places["drive_high"], limit, True, "with less current than the limit, by the voltage"
+            indices["drive_high"], limit, True, "with less current than the limit, by the voltage"
         )
     return conditions

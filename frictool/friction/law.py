@@ -159,8 +159,8 @@ class Law:
         """
         out = np.array(p, dtype=np.float64)
         for name, value in values.items():
-            place = self.index(name)
-            out[place] = self.parameters[place].checked(value, axis)
+            index = self.index(name)
+            out[index] = self.parameters[index].checked(value, axis)
         self._check_order(out[: len(self.parameters)], axis)
         return out
 

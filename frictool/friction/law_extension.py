@@ -84,25 +84,25 @@ class FrictionExtension:
         self._check_numbers()
         self._check_law(law)
         names = [parameter.name for parameter in law.parameters]
-        place, viscous, stiffness = (
+        index, viscous, stiffness = (
             names.index(name) if name in names else -1
             for name in ("breakaway", "viscous", "stiffness")
         )
         backward = law.changed(p, self.backward_values, axis)
         for levels_of in (p, backward):
-            if place >= 0 and self.rise_time > 0.0 and self.fresh * levels_of[place] < levels_of[0]:
-                low = self.fresh * levels_of[place]
+            if index >= 0 and self.rise_time > 0.0 and self.fresh * levels_of[index] < levels_of[0]:
+                low = self.fresh * levels_of[index]
                 raise ValueError(
                     f"fresh is {self.fresh:g}: a fresh breakaway is {low:g}; allowed: >= "
                     f"coulomb, {levels_of[0]:g}"
                 )
             if "elastic_limit" in names:
                 self._check_elastic_limit(
-                    p[names.index("elastic_limit")], levels_of[place] / p[stiffness]
+                    p[names.index("elastic_limit")], levels_of[index] / p[stiffness]
                 )
         split = COEFFICIENTS + len(self.forward)
         head = [
-            place,
+            index,
             viscous,
             self.fresh,
             self.rise_time,
@@ -213,9 +213,9 @@ def levels(
     factor = position_factor(coefficients, table[LOW], table[HIGH], x)
     rested: float = factor * dwell_factor(dwell, table[FRESH], table[RISE_TIME])
     out[0] *= factor
-    place = int(table[BREAKAWAY_INDEX])
-    if place >= 0:
-        out[place] *= rested
+    index = int(table[BREAKAWAY_INDEX])
+    if index >= 0:
+        out[index] *= rested
     return rested
 
 

@@ -70,10 +70,10 @@ def delayed_film(history: Vector, v: float) -> float:
     count = history.shape[0] - 1
     if count == 0:
         return v
-    place = 1 + int(history[0])
-    film = history[place]
-    history[place] = v
-    history[0] = place % count
+    index = 1 + int(history[0])
+    film = history[index]
+    history[index] = v
+    history[0] = index % count
     return float(film)
 
 

@@ -26,13 +26,13 @@ def minimum(coefficients: Sequence[float] | Vector, low: float, high: float) -> 
     The coefficients are finite, lowest power first.
     """
     b = [float(one) for one in coefficients]
-    place = float(low)
+    position = float(low)
     smallest = _at(b, low)
     for x in (float(high), *sign_changes(_derivative(b), low, high)):
         value = _at(b, x)
         if value < smallest:
-            place, smallest = x, value
-    return place, smallest
+            position, smallest = x, value
+    return position, smallest
 
 
 def _at(b: list[float], x: float) -> float:
@@ -53,10 +53,10 @@ def sign_changes(b: list[float], low: float, high: float) -> list[float]:
     if len(b) <= 3:
         return sorted(x for x in _zeros(b) if low <= x <= high)
     slope = _derivative(b)
-    places = [low, *sign_changes(slope, low, high), high]
+    edges = [low, *sign_changes(slope, low, high), high]
     return [
         _between(b, slope, *ends)
-        for ends in pairwise(places)
+        for ends in pairwise(edges)
         if (_at(b, ends[0]) < 0.0) != (_at(b, ends[1]) < 0.0)
     ]
 

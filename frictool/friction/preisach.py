@@ -68,5 +68,5 @@ def preisach_move(memory: Vector, z: float, table: Vector, limit: float) -> int:
 
     The memory is in units of z_max and F_s.
     """
-    place = min(max(z / limit, -1.0), 1.0)
-    return remember(memory, place, _unit_force(memory, place, table))
+    position = min(max(z / limit, -1.0), 1.0)
+    return remember(memory, position, _unit_force(memory, position, table))

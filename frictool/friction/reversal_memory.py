@@ -93,8 +93,8 @@ def _forget_a_pair(memory: Vector, count: int) -> None:
         change = abs(memory[at + 2] - memory[at - 2]) + abs(memory[at + 4] - memory[at])
         if change < least:
             chosen, least = j, change
-    for place in range(FIRST + 2 * chosen, FIRST + 2 * (count - 2)):
-        memory[place] = memory[place + 4]
+    for index in range(FIRST + 2 * chosen, FIRST + 2 * (count - 2)):
+        memory[index] = memory[index + 4]
     memory[FORGOTTEN] += 1.0
 
 
@@ -110,8 +110,8 @@ def remember(memory: Vector, z: float, force: float) -> int:
                 return MEMORY_FULL
             _forget_a_pair(memory, count)
             count -= 2
-        place = FIRST + 2 * count
-        memory[place], memory[place + 1] = memory[POSITION], memory[FORCE]
+        index = FIRST + 2 * count
+        memory[index], memory[index + 1] = memory[POSITION], memory[FORCE]
         count += 1
     memory[COUNT] = count
     memory[POSITION], memory[FORCE] = z, force

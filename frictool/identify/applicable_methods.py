@@ -81,8 +81,8 @@ def _too_rough(stream: StreamSurvey) -> str | None:
     step = stream.signals[POSITION].step
     if step is None or stream.velocity is None:
         return None
-    way = max(map(abs, stream.velocity)) / stream.base.rate_hz
-    share = step / way
+    distance = max(map(abs, stream.velocity)) / stream.base.rate_hz
+    share = step / distance
     return (
         f"a count is {100 * share:.2g} % of the way in a sample at top speed (allowed: "
         f"{100 * COARSEST:g} %)"

@@ -263,8 +263,8 @@ def identify_groups(
         < WORTH_SHARING
     )
     alone = 1 if few else None
-    for done, (place, one) in enumerate(
+    for done, (index, one) in enumerate(
         share_files(identify_one, jobs, identify_one.gone, cores=cores or alone, cluster=cluster), 1
     ):
         tick(done / len(requested))
-        yield place, one
+        yield index, one

@@ -18,8 +18,8 @@ def refuse_duplicates(records: Sequence[MotionRecord]) -> None:
 
     A log that is counted twice narrows every interval without adding information.
     """
-    for place, one in enumerate(records):
-        for other in records[:place]:
+    for index, one in enumerate(records):
+        for other in records[:index]:
             if _same_log(one, other):
                 raise LogError(one.name, f"is the same log as {other.name}; give each log once")
 

@@ -139,13 +139,13 @@ def _negative_effort(
     value = solution.value
     half = solution.half_width(settings.confidence)
     inertial = abs(value[0]) * float(np.sqrt(np.mean(samples.acceleration**2)))
-    place = 0
+    index = 0
     name = "the inertia"
     unit = si_unit("inertia", bench.axis)
     if abs(value[1]) > inertial:
-        place = 1
+        index = 1
         name = "the mean friction"
         unit = si_unit("effort", bench.axis)
-    low = value[place] - half[place]
-    high = value[place] + half[place]
-    return f"{name} is {value[place]:.4g} {unit} in [{low:.4g}, {high:.4g}]" if high < 0.0 else None
+    low = value[index] - half[index]
+    high = value[index] + half[index]
+    return f"{name} is {value[index]:.4g} {unit} in [{low:.4g}, {high:.4g}]" if high < 0.0 else None

@@ -129,7 +129,7 @@ def population(values: Sequence[UnitValue], confidence: float, level: float) -> 
     estimates = np.array([one.interval.value for one in values])
     s = _deviations(values, confidence)
     units = np.array(
-        [one.unit if one.unit is not None else f"\0{place}" for place, one in enumerate(values)]
+        [one.unit if one.unit is not None else f"\0{index}" for index, one in enumerate(values)]
     )
     named = all(one.unit is not None for one in values)
     within, between = _by_unit(estimates, s, units) if named else (None, None)

@@ -61,8 +61,8 @@ class ParameterBasis:
         weights = []
         for term in self.terms:
             others = [
-                np.prod([values[j] for k, j in enumerate(term) if k != place])
-                for place in range(len(term))
+                np.prod([values[j] for k, j in enumerate(term) if k != index])
+                for index in range(len(term))
             ]
             weights.append(sum(motion[j] * other for j, other in zip(term, others, strict=True)))
         return np.array(weights, dtype=np.float64)

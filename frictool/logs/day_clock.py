@@ -29,8 +29,8 @@ class DayClock:
             return stamps
         steps = np.diff(stamps, prepend=stamps[0] if self._last is None else self._last)
         days = np.full(stamps.size, self._days)
-        for place in np.flatnonzero(np.abs(steps) > DAY // 2).tolist():
-            days[place:] += 1 if steps[place] < 0 else -int(days[place] > 0)
+        for index in np.flatnonzero(np.abs(steps) > DAY // 2).tolist():
+            days[index:] += 1 if steps[index] < 0 else -int(days[index] > 0)
         self._last, self._days = int(stamps[-1]), int(days[-1])
         onward: Nanoseconds = stamps + days * DAY
         return onward

@@ -78,13 +78,13 @@ def loss_count_text(losses: list[DataLoss]) -> str:
     """Return the number of lost samples and of losses as text."""
     samples = sum(loss.samples or 0 for loss in losses)
     known = f"{samples} sample{'s' * (samples != 1)}"
-    places = f"in {len(losses)} place{'s' * (len(losses) != 1)}"
+    number = f"in {len(losses)} place{'s' * (len(losses) != 1)}"
     if all(loss.samples is not None for loss in losses):
-        return f"{known} {places}"
+        return f"{known} {number}"
     return (
-        f"{known} and more that nobody can count, {places}"
+        f"{known} and more that nobody can count, {number}"
         if samples
-        else f"samples that nobody can count, {places}"
+        else f"samples that nobody can count, {number}"
     )
 
 

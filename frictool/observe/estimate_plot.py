@@ -90,8 +90,8 @@ def _range(
     The interval before the first move may be clipped, because it has no bounds.
     """
     shown = [float(low.min()), float(high.max()), least, most, *([] if limit is None else [limit])]
-    room = 0.3 * max(max(shown) - min(shown), 0.1)
-    return min(shown) - room, max(shown) + room
+    margin = 0.3 * max(max(shown) - min(shown), 0.1)
+    return min(shown) - margin, max(shown) + margin
 
 
 def _limit(axes: Axes, limit: float | None) -> None:

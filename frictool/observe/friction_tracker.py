@@ -124,9 +124,9 @@ def _worn(estimate: WearEstimate, rough: float) -> tuple[Matrix, Matrix]:
 
 def _ends_of(wear: EstimateRange, rough: float) -> list[float]:
     """Return value, low, high of the wear at one position."""
-    room = rough * wear.value
-    low = math.hypot(wear.value - wear.low, room)
-    high = math.hypot(min(wear.high, UNBOUNDED) - wear.value, room)
+    deviation = rough * wear.value
+    low = math.hypot(wear.value - wear.low, deviation)
+    high = math.hypot(min(wear.high, UNBOUNDED) - wear.value, deviation)
     return [max(0.0, one) for one in (wear.value, wear.value - low, wear.value + high)]
 
 

@@ -58,11 +58,11 @@ class ObserverRun:
             if name == MISS
         }
         self.columns = sorted(self.nodes, key=lambda name: self.nodes[name].op != "state")
-        places = [self.nodes[name].index for name in self.columns]
+        indices = [self.nodes[name].index for name in self.columns]
         split = sum(node.op == "state" for node in self.nodes.values())
         self.states, self.others = (
-            np.array(places[:split], dtype=np.int64),
-            np.array(places[split:], dtype=np.int64),
+            np.array(indices[:split], dtype=np.int64),
+            np.array(indices[split:], dtype=np.int64),
         )
         self.is_begun = False
 

@@ -232,15 +232,15 @@ def _started(made: LogAssembly, ready: PendingStream, bench: Bench) -> SampleStr
     kept = tuple(
         dict.fromkeys(name for name in ("position", effort[0], "velocity") if name in fields)
     )
-    places = [fields.index(name) for name in kept]
+    indices = [fields.index(name) for name in kept]
     blocks = (
-        SampleBlock(one.time, tuple(one.values[place] for place in places))
+        SampleBlock(one.time, tuple(one.values[index] for index in indices))
         for one in chain(opening, ready.samples)
     )
     truth = made.notes.get("log", {}).get("kind") == "simulated"
     period = measured_period if apart else bench.sample_period_s
     first_samples = OpeningSamples(
-        StreamHeader(ready.head.topic, kept, tuple(ready.head.units[place] for place in places))
+        StreamHeader(ready.head.topic, kept, tuple(ready.head.units[index] for index in indices))
     )
     return SampleStream(
         made, ready.head.topic, period, truth, agreed.warnings, blocks, kept, effort, first_samples
@@ -271,14 +271,14 @@ def _require(source: str, ready: PendingStream, made: LogAssembly, bench: Bench)
 
 def _opening(ready: PendingStream, drive: str) -> list[SampleBlock]:
     """Return the first blocks, until the drive is not 0 or OPENING_SAMPLES are read."""
-    place = ready.head.fields.index(drive) if drive in ready.head.fields else None
+    index = ready.head.fields.index(drive) if drive in ready.head.fields else None
     opening: list[SampleBlock] = []
     seen = 0
     for block in ready.samples:
         opening.append(block)
         seen += block.time.size
         if (
-            (place is None or block.values[place].any()) and seen >= FEWEST
+            (index is None or block.values[index].any()) and seen >= FEWEST
         ) or seen >= OPENING_SAMPLES:
             break
     return opening

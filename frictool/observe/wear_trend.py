@@ -36,8 +36,8 @@ def trend(table: Sequence[FleetRow], limit: float | None) -> str:
     with drawing("trend"):
         figure, (axes,) = panels((WIDTH, HEIGHT), MARGINS)
         where = {
-            row.file: _day(row.date or "") if dated else float(place)
-            for place, (row, _) in enumerate(shown, start=1)
+            row.file: _day(row.date or "") if dated else float(index)
+            for index, (row, _) in enumerate(shown, start=1)
         }
         for number, unit in enumerate(units):
             points = [
@@ -84,7 +84,7 @@ def _draw(axes: Any, number: int, unit: str, points: Sequence[tuple[float, Estim
     # matplotlib leaves out labels that begin with an underscore
     label = unit.replace("_", " ") if unit.startswith("_") else unit
     axes.errorbar(
-        [place for place, _ in points],
+        [index for index, _ in points],
         value,
         yerr=reach,
         label=label,

@@ -178,18 +178,18 @@ def _maps(
                     f"most {MAX_TERMS}"
                 )
             out[row, : len(terms)] = [value * one for one in normalised_coefficients(terms, *over)]
-        place, part = least_factor(slip, *over)
+        position, part = least_factor(slip, *over)
         excess = (
-            (place, (level.breakaway - level.coulomb) * part)
+            (position, (level.breakaway - level.coulomb) * part)
             if rest == slip
             else minimum(out[2 + index] - out[index], *over)
         )
-        room = ROUNDING * (level.breakaway + level.coulomb)
+        tolerance = ROUNDING * (level.breakaway + level.coulomb)
         for name, (where, smallest) in (
-            ("Coulomb friction", (place, level.coulomb * part)),
+            ("Coulomb friction", (position, level.coulomb * part)),
             ("breakaway less Coulomb friction", excess),
         ):
-            if smallest < -room:
+            if smallest < -tolerance:
                 negative = (
                     f"{name} {('backward', 'forward')[index]} is {smallest:.3g} at {where:.4g}"
                 )

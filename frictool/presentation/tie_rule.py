@@ -31,9 +31,9 @@ def largest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[floa
     """
     numbers = [-math.inf if math.isnan(value) else float(value) for value in values]
     top = max(numbers)
-    room = tolerance * abs(top) if math.isfinite(top) else 0.0
+    margin = tolerance * abs(top) if math.isfinite(top) else 0.0
     return top, next(
-        index for index, value in enumerate(numbers) if value == top or top - value <= room
+        index for index, value in enumerate(numbers) if value == top or top - value <= margin
     )
 
 

@@ -93,8 +93,8 @@ def parts_of_travel(x: Vector, holds: Callable[[slice], bool]) -> list[tuple[flo
             part = slice(0, middle_count) if from_low else slice(len(x) - middle_count, len(x))
             low, high = (middle_count, high) if holds(part) else (low, middle_count)
         ends = (float(x[0]), float(x[low - 1])) if from_low else (float(x[-low]), float(x[-1]))
-        room = ROOM * (ends[1] - ends[0])
-        ends = (ends[0], ends[1] - room) if from_low else (ends[0] + room, ends[1])
+        margin = ROOM * (ends[1] - ends[0])
+        ends = (ends[0], ends[1] - margin) if from_low else (ends[0] + margin, ends[1])
         if ends[1] - ends[0] >= WORTH * float(x[-1] - x[0]):
             parts.append(_inwards(ends))
     return parts

@@ -80,9 +80,11 @@ def curve_at(curves: Curves, number: int, x: Vector) -> Vector:
     breaks = curves.breaks[first + number : last + number + 1]
     clipped = np.clip(x, breaks[0], breaks[-1])
     piece = np.clip(np.searchsorted(breaks, clipped, side="right") - 1, 0, last - first - 1)
-    way = clipped - breaks[piece]
+    offset = clipped - breaks[piece]
     cubic = curves.cubic[first + piece]
-    return np.asarray(((cubic[:, 3] * way + cubic[:, 2]) * way + cubic[:, 1]) * way + cubic[:, 0])
+    return np.asarray(
+        ((cubic[:, 3] * offset + cubic[:, 2]) * offset + cubic[:, 1]) * offset + cubic[:, 0]
+    )
 
 
 def _loads(packed: PackedMechanism, block: int, x: Vector) -> tuple[Vector, float]:

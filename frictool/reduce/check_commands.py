@@ -22,7 +22,7 @@ import numpy as np
 from frictool.reduce.one_inertia import OneInertia
 from frictool.typing import Vector
 
-PLACES = (0.15, 0.325, 0.5, 0.675, 0.85)  # relative to the travel
+START_POSITIONS = (0.15, 0.325, 0.5, 0.675, 0.85)  # relative to the travel
 PART = 0.125  # distance of a step relative to the travel
 BEYOND = 1.6  # effort of a step relative to the breakaway
 RAMP_S, SLIP = 0.3, 1.15  # s to the end of a ramp; its last effort relative to the breakaway
@@ -38,10 +38,10 @@ FREE = 0.3  # push relative to the drive's limit, if there is no friction
 
 @dataclass(frozen=True)
 class CheckRun:
-    """Command (n,) [unit of the drive] from rest at `place` [rad | m] of the reduced mechanism."""
+    """Command (n,) [unit of the drive] from rest at `start` [rad | m] of the reduced mechanism."""
 
     name: str
-    place: float
+    start: float
     command: Vector
 
 
@@ -53,24 +53,24 @@ def runs(one: OneInertia, constant: float, limit: float, period: float) -> tuple
     """
     low, high = one.travel if one.travel is not None else one.ends
     checks = []
-    for share in PLACES:
-        place = low + share * (high - low)
+    for share in START_POSITIONS:
+        start = low + share * (high - low)
         for direction, name in ((1.0, "forward"), (-1.0, "backward")):
-            command = _command(one, place, direction, constant, limit, period)
+            command = _command(one, start, direction, constant, limit, period)
             if command.size:
-                checks.append(CheckRun(f"{name} from {place:.4g}", place, command))
+                checks.append(CheckRun(f"{name} from {start:.4g}", start, command))
     return tuple(checks)
 
 
 def _command(
-    one: OneInertia, place: float, direction: float, constant: float, limit: float, period: float
+    one: OneInertia, start: float, direction: float, constant: float, limit: float, period: float
 ) -> Vector:
     most = limit * constant
-    way = PART * _span(one)
+    distance = PART * _span(one)
     parts = []
-    here = place
+    here = start
     for side in (direction, -direction):
-        along = here + side * np.linspace(0.0, way, STEPS)
+        along = here + side * np.linspace(0.0, distance, STEPS)
         slip, rest = _resisting(one, along, side)
         needed = BEYOND * max(float(np.max(rest)), 0.0)
         push = min(
@@ -80,9 +80,9 @@ def _command(
             ),
             most,
         )
-        if _fades(one, here, side, way):
+        if _fades(one, here, side, distance):
             break
-        seconds, brakes = _push_time(one, push, slip, way)
+        seconds, brakes = _push_time(one, push, slip, distance)
         moving = _constant(side * push, seconds, period)
         stop = _constant(-side * push, seconds, period) if brakes else np.empty(0)
         coast = _constant(
@@ -99,10 +99,10 @@ def _command(
     return np.concatenate(parts) / constant if parts else np.empty(0)
 
 
-def _fades(one: OneInertia, place: float, direction: float, way: float) -> bool:
+def _fades(one: OneInertia, start: float, direction: float, distance: float) -> bool:
     """Return True if braking friction almost vanishes before or just beyond the end of the move."""
     slip, _ = _resisting(
-        one, place + direction * np.linspace(0.0, BEYOND_END * way, STEPS), direction
+        one, start + direction * np.linspace(0.0, BEYOND_END * distance, STEPS), direction
     )
     return bool(0.0 <= np.min(slip) < FAINT * np.mean(slip))
 
@@ -117,26 +117,28 @@ def _fast(one: OneInertia) -> float:
     return 2.0 * PART * _span(one) / 0.2**2
 
 
-def _resisting(one: OneInertia, places: Vector, direction: float) -> tuple[Vector, Vector]:
+def _resisting(one: OneInertia, positions: Vector, direction: float) -> tuple[Vector, Vector]:
     """Return the opposing effort (n,) in slip and at rest: friction plus load at positions (n,)."""
     side = one.forward if direction > 0.0 else one.backward
-    load = direction * one.residual.at(places)
-    slip, rest = (np.interp(places, one.positions, curve) for curve in (side.curve, side.breakaway))
+    load = direction * one.residual.at(positions)
+    slip, rest = (
+        np.interp(positions, one.positions, curve) for curve in (side.curve, side.breakaway)
+    )
     return slip + load, rest + load
 
 
-def _push_time(one: OneInertia, push: float, slip: Vector, way: float) -> tuple[float, bool]:
+def _push_time(one: OneInertia, push: float, slip: Vector, distance: float) -> tuple[float, bool]:
     """Return the duration of a push [s], and True if it also needs a brake.
 
-    After the push the axis coasts or brakes to rest at the distance `way`. The duration follows
-    from the balance of work: the work of the push, over the first part of the distance, equals that
-    of the friction over the whole distance. slip: (n,), friction at even positions of the move.
+    After the push the axis coasts or brakes, and rests after `distance` [rad | m]. The duration
+    follows from work: the work of the push, over the first part of the distance, equals the work of
+    the friction over the whole distance. slip: (n,), friction at even positions of the move.
     """
-    taken = float(np.mean(slip)) * way
-    brakes = taken <= LITTLE * push * way
-    part = 0.5 * way if brakes else min(way, taken / push)
+    taken = float(np.mean(slip)) * distance
+    brakes = taken <= LITTLE * push * distance
+    part = 0.5 * distance if brakes else min(distance, taken / push)
     x = np.linspace(0.0, part, STEPS) ** 2 / max(part, 1e-300)  # dense at low speed
-    left = push - np.interp(x, np.linspace(0.0, way, len(slip)), slip)
+    left = push - np.interp(x, np.linspace(0.0, distance, len(slip)), slip)
     energy = np.concatenate([[0.0], np.cumsum(0.5 * (left[1:] + left[:-1]) * np.diff(x))])
     speed = np.sqrt(2.0 * np.maximum(energy, 0.0) / one.inertia)
     between = 0.5 * (speed[1:] + speed[:-1])

@@ -23,16 +23,16 @@ PARTS = 4
 
 
 def mechanism_positions(
-    here: MechanismView, source: str, sensor: str, place: float, command: Vector
+    here: MechanismView, source: str, sensor: str, position: float, command: Vector
 ) -> Vector:
     """Return positions (n,) of the sensor's block [rad | m], in its own coordinate.
 
-    All blocks start at rest at `place` of the root in the view `here`, with each backlash in its
+    All blocks start at rest at `position` of the root in the view `here`, with each backlash in its
     middle. Raises NoSolutionError if the engine fails.
     """
     assembled = here.assembled
     names = here.assembled.blocks
-    start = np.array([frame.ratio * place + frame.offset for frame in map(here.frame, names)])
+    start = np.array([frame.ratio * position + frame.offset for frame in map(here.frame, names)])
     machine = prepare(assembled.packed)
     state = rest(assembled.packed, machine, start)
     driven = assembled.sources.index(source)
@@ -48,13 +48,13 @@ def mechanism_positions(
     return np.ascontiguousarray(output.positions[seen, :-1])
 
 
-def model_positions(model: Model, place: float, command: Vector) -> Vector:
-    """Return positions (n,) of the model's axis [rad | m], from rest at `place`.
+def model_positions(model: Model, start: float, command: Vector) -> Vector:
+    """Return positions (n,) of the model's axis [rad | m], from rest at `start`.
 
     The axis starts in the middle of its backlash. Raises NoSolutionError if the engine fails.
     """
     p = with_load(axis_of(model).as_array(), load_of(model).as_array())
-    state = axis_rest(place)
+    state = axis_rest(start)
     period = model.bench.sample_period_s
     parts = PARTS if p[RESISTANCE] > 0.0 else 1
     positions = np.empty(command.shape[0])

@@ -47,8 +47,10 @@ class CoordinateFrame:
 
     def position(self, q: Quantity) -> Quantity:
         """Return a position q, converted to the coordinate p."""
-        way = Quantity(q.value - self.offset, _less(q.low, self.offset), _less(q.high, self.offset))
-        return scaled(way, 1.0 / self.ratio, self._unit("position"))
+        offset = Quantity(
+            q.value - self.offset, _less(q.low, self.offset), _less(q.high, self.offset)
+        )
+        return scaled(offset, 1.0 / self.ratio, self._unit("position"))
 
     def width(self, q: Quantity) -> Quantity:
         """Return an unsigned distance along q, converted to the coordinate p."""

@@ -14,7 +14,7 @@ from frictool.reduce.step_report import StepFigure, StepReport
 def final(chain: ReductionChain, axis: Axis) -> StepReport:
     """Return the report, with the polynomials' error and what is neglected behind the backlash."""
     one = chain.one
-    effort, place, inertia = (si_unit(name, axis) for name in ("effort", "position", "inertia"))
+    effort, position, inertia = (si_unit(name, axis) for name in ("effort", "position", "inertia"))
     figures = [StepFigure("inertia", one.inertia, inertia)]
     notes, neglects = [], []
     predicted = 0.0
@@ -33,10 +33,10 @@ def final(chain: ReductionChain, axis: Axis) -> StepReport:
     if len(velocities) > 1:
         neglects.append(f"that {len(velocities)} Stribeck velocities are not one")
     if one.play.width > 0.0:
-        figures += _of_play(one, inertia, effort, place)
+        figures += _of_play(one, inertia, effort, position)
         neglects.append("masses behind the play")
         notes.append(
-            f"the place of {', '.join(one.play.behind)} within the play is not observable: "
+            f"the position of {', '.join(one.play.behind)} within the play is not observable: "
             "no sensor is behind "
             f"{', '.join(link.name for link in one.play.chain)}"
         )
@@ -72,14 +72,14 @@ def _stribeck(chain: ReductionChain) -> list[FrictionOf]:
     ]
 
 
-def _of_play(one: OneInertia, inertia: str, effort: str, place: str) -> list[StepFigure]:
+def _of_play(one: OneInertia, inertia: str, effort: str, position: str) -> list[StepFigure]:
     def misplaced(side: DirectionFriction) -> float:
         return 0.5 * one.play.width * steepest(one.positions, side.curve)
 
     return [
         StepFigure("inertia inside the play", one.inner, inertia),
         StepFigure("its share of the whole", one.inner / one.inertia, ""),
-        StepFigure("backlash", one.play.width, place),
+        StepFigure("backlash", one.play.width, position),
         StepFigure("friction inside the play", one.inside, effort),
         StepFigure(
             "largest error of friction shifted by half the backlash",

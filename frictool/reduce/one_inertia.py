@@ -263,9 +263,9 @@ def stopped(mechanism: Mechanism, behind: Mapping[str, float]) -> tuple[float, f
     travel = mechanism.travel
     for link in mechanism.links.values():
         if isinstance(link, Stop):
-            room = 0.5 * behind[link.on]
-            lows += [] if link.low is None else [(link.low.value, link.low.value - room)]
-            highs += [] if link.high is None else [(link.high.value, link.high.value + room)]
+            margin = 0.5 * behind[link.on]
+            lows += [] if link.low is None else [(link.low.value, link.low.value - margin)]
+            highs += [] if link.high is None else [(link.high.value, link.high.value + margin)]
     if not lows or not highs:
         return None if travel is None else (travel.low, travel.high)
     (low, least), (high, most) = (
@@ -306,10 +306,10 @@ def _met(
 
     At these positions the part behind the backlash is within its travel.
     """
-    places = positions(mechanism)
+    grid = positions(mechanism)
     shift = 0.5 * direction * max(behind.values(), default=0.0)
-    room = 1e-9 * float(places[-1] - places[0])
-    return np.asarray((x - shift >= places[0] - room) & (x - shift <= places[-1] + room))
+    margin = 1e-9 * float(grid[-1] - grid[0])
+    return np.asarray((x - shift >= grid[0] - margin) & (x - shift <= grid[-1] + margin))
 
 
 def _side(

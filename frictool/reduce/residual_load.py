@@ -53,7 +53,7 @@ class LoadUnits:
 
     name: str
     effort: str
-    place: str
+    position_unit: str
     side: float = 1.0
 
 
@@ -186,7 +186,7 @@ def _refusal(x: Vector, mean: Vector, half: Vector, nearest: ResidualLoad, words
         tried = " and ".join(f"--travel {low:.6g} {high:.6g}" for low, high in sorted(ranges))
         tried += ", with one model for each part" if len(ranges) > 1 else ", where they suffice"
     return (
-        f"{words.name}: at {side * x[worst]:.4g} {words.place} the load is "
+        f"{words.name}: at {side * x[worst]:.4g} {words.position_unit} the load is "
         f"{side * mean[worst]:.4g} {words.effort} and friction holds "
         f"{half[worst]:.4g} {words.effort} of it; a constant with a spring "
         f"or with one harmonic leaves {left[worst]:.3g} {words.effort} "
@@ -201,9 +201,9 @@ def _straight(x: Vector, mean: Vector, half: Vector) -> Callable[[slice], bool]:
     """
 
     def holds(part: slice) -> bool:
-        room = HELD * max(float(np.max(np.abs(mean[part]))), 1e-300)
+        margin = HELD * max(float(np.max(np.abs(mean[part]))), 1e-300)
         return any(
-            _short(_line(x[part], mean[part], degree), x[part], mean[part], half[part]) <= room
+            _short(_line(x[part], mean[part], degree), x[part], mean[part], half[part]) <= margin
             for degree in (0, 1)
         )
 

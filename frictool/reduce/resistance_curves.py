@@ -138,10 +138,12 @@ def as_curves(
     replaced = position_elements(mechanism, block)
     links = {name: link for name, link in mechanism.links.items() if name not in replaced}
     axis = assembled.kinds[number]
-    place, effort = si_unit("position", axis), si_unit("effort", axis)
+    position, effort = si_unit("position", axis), si_unit("effort", axis)
 
     def curve(values: Vector) -> Curve:
-        return Curve(Series(tuple(map(float, x)), place), Series(tuple(map(float, values)), effort))
+        return Curve(
+            Series(tuple(map(float, x)), position), Series(tuple(map(float, values)), effort)
+        )
 
     largest = max(float(np.max(np.abs(directed.forward))), float(np.max(np.abs(directed.backward))))
     name = free_name(links, f"{block}_load")
@@ -155,7 +157,7 @@ def as_curves(
     elif damping is not None:
         links[name] = Spring((block, GROUND), damping=damping)
     if np.max(directed.half) > NOTHING * largest:
-        level = Curve(Series((float(x[0]), float(x[-1])), place), Series((0.0, 0.0), "rad"))
+        level = Curve(Series((float(x[0]), float(x[-1])), position), Series((0.0, 0.0), "rad"))
         half = np.maximum(directed.half, 0.0)
         links[free_name(links, f"{block}_friction")] = Cam(
             block, curve(half), level, 1.0, max(1.0, breakaway_ratio(directed))

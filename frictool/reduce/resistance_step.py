@@ -34,11 +34,11 @@ from frictool.typing import Vector
 class IrreversibilityMargin:
     """Least margin [N m | N] by which friction holds the load (2.27); negative: not irreversible.
 
-    place: position of the least margin [rad | m].
+    position: position of the least margin [rad | m].
     """
 
     margin: float
-    place: float
+    position: float
     share: float  # fraction of the positions at which friction holds the load
 
 
@@ -67,9 +67,10 @@ def in_contact(
         (1.0, ("forward", "breakaway_forward")),
         (-1.0, ("backward", "breakaway_backward")),
     ):
-        places = [x - 0.5 * direction * behind.get(block, 0.0) for block in assembled.blocks]
+        positions = [x - 0.5 * direction * behind.get(block, 0.0) for block in assembled.blocks]
         parts = [
-            resistance(resisting(assembled, k, place), NO_LOSS) for k, place in enumerate(places)
+            resistance(resisting(assembled, k, position), NO_LOSS)
+            for k, position in enumerate(positions)
         ]
         sums += [
             np.asarray(np.sum([getattr(one, name) for one in parts], axis=0)) for name in names
@@ -117,14 +118,14 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
             / largest
         )
     unit = "N m" if assemble_cached(mechanism).kinds[0] == "rotary" else "N"
-    place = "rad" if unit == "N m" else "m"
+    position = "rad" if unit == "N m" else "m"
     figures = [
         StepFigure("C_r forward, least", float(np.min(exact.forward)), unit),
         StepFigure("C_r forward, most", float(np.max(exact.forward)), unit),
         StepFigure("C_r backward, least", float(np.min(-exact.backward)), unit),
         StepFigure("C_r backward, most", float(np.max(-exact.backward)), unit),
         StepFigure("friction less load, least", margin.margin, unit),
-        StepFigure("where friction holds the load least", margin.place, place),
+        StepFigure("where friction holds the load least", margin.position, position),
     ]
     did = f"{', '.join(replaced)} as C_r(theta, sign)" if replaced else _unchanged(exact, largest)
     note = (

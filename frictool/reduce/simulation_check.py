@@ -87,28 +87,28 @@ def check_reduction(
     size = abs(there.ratio)
     side = 1.0 if there.ratio > 0.0 else -1.0
 
-    def at_root(place: float) -> float:
-        return (place - side * there.offset) / size
+    def at_root(position: float) -> float:
+        return (position - side * there.offset) / size
 
     progress("simulating the whole mechanism")
     here = from_reference(chain.whole, chain.source)
-    played = _ways(
+    played = _displacements(
         tests,
         lambda run: (
             side
-            * mechanism_positions(here, chain.source, chain.sensor, at_root(run.place), run.command)
+            * mechanism_positions(here, chain.source, chain.sensor, at_root(run.start), run.command)
         ),
     )
     whole = [
-        ways[: _within(ways + run.place, chain.one.travel)]
-        for ways, run in zip(played, tests, strict=True)
+        moves[: _within(moves + run.start, chain.one.travel)]
+        for moves, run in zip(played, tests, strict=True)
     ]
 
     def crossing(player: Callable[[CheckRun], Vector]) -> list[Vector]:
         """Return the displacements of each run, up to its first sample outside the travel."""
         return [
-            ways[: _within(ways + run.place, chain.one.travel) + 1]
-            for ways, run in zip(_ways(tests, player), tests, strict=True)
+            moves[: _within(moves + run.start, chain.one.travel) + 1]
+            for moves, run in zip(_displacements(tests, player), tests, strict=True)
         ]
 
     before = whole
@@ -134,7 +134,7 @@ def check_reduction(
         before = now
         last = step.mechanism
     progress("simulating the one inertia")
-    now = crossing(lambda run: model_positions(model, run.place, run.command))
+    now = crossing(lambda run: model_positions(model, run.start, run.command))
     reports.append(replace(final, measured=_measured(tests, before, now, whole)))
     play = chain.one.play.width
     unit = si_unit("position", model.bench.axis)
@@ -149,15 +149,18 @@ def check_reduction(
 
 
 def _player(
-    mechanism: Mechanism, chain: ReductionChain, size: float, place: Callable[[float], float]
+    mechanism: Mechanism, chain: ReductionChain, size: float, position: Callable[[float], float]
 ) -> Callable[[CheckRun], Vector]:
     here = view(mechanism, mechanism.sources[chain.source].on)
     return lambda run: (
-        size * mechanism_positions(here, chain.source, chain.sensor, place(run.place), run.command)
+        size
+        * mechanism_positions(here, chain.source, chain.sensor, position(run.start), run.command)
     )
 
 
-def _ways(tests: tuple[CheckRun, ...], player: Callable[[CheckRun], Vector]) -> list[Vector]:
+def _displacements(
+    tests: tuple[CheckRun, ...], player: Callable[[CheckRun], Vector]
+) -> list[Vector]:
     """Return the displacements of each run since its start."""
     moves = [player(run) for run in tests]
     return [positions - positions[0] for positions in moves]
@@ -179,13 +182,14 @@ def _measured(
     `whole` in the result is the largest distance to the whole mechanism in all runs.
     """
     distances = [_distance(a, b, one) for a, b, one in zip(before, now, whole, strict=True)]
-    ways = [float(np.sum(np.abs(np.diff(one)))) for one in whole]
+    lengths = [float(np.sum(np.abs(np.diff(one)))) for one in whole]
     shares = [
-        distance / way if way > 0.0 else 0.0 for distance, way in zip(distances, ways, strict=True)
+        distance / length if length > 0.0 else 0.0
+        for distance, length in zip(distances, lengths, strict=True)
     ]
     _, worst = largest(shares)
     beyond = max(_distance(one, b, one) for one, b in zip(whole, now, strict=True))
-    return MeasuredError(distances[worst], ways[worst], tests[worst].name, beyond)
+    return MeasuredError(distances[worst], lengths[worst], tests[worst].name, beyond)
 
 
 def _distance(a: Vector, b: Vector, whole: Vector) -> float:

@@ -75,7 +75,7 @@ def _stream(
 
 def _hold(measured: HoldMetrics) -> dict[str, Any]:
     hold = measured.hold
-    place = {
+    location = {
         "number": measured.number,
         "start_s": measured.start_s,
         "from": hold.origin,
@@ -86,7 +86,12 @@ def _hold(measured: HoldMetrics) -> dict[str, Any]:
         for name in HOLD_METRICS
     }
     never = {name: NEVER for name in measured.values if values[name] is None}
-    return {**place, **values, "bounds": measured.bounds, "missing": {**measured.missing, **never}}
+    return {
+        **location,
+        **values,
+        "bounds": measured.bounds,
+        "missing": {**measured.missing, **never},
+    }
 
 
 def _sensitivity(checked: VertexTransfers | None) -> dict[str, Any] | None:

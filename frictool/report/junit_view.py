@@ -50,8 +50,8 @@ def _case(suite: ET.Element, name: str, requirement: Requirement, skip: bool) ->
         f"{number(requirement.value)}{unit}, limit {requirement.relation} "
         f"{number(requirement.limit)}{unit}"
     )
-    place = f", {requirement.where}" if requirement.where else ""
-    message = plain(f"{figures}{place}" + (f": {requirement.reason}" if requirement.reason else ""))
+    where = f", {requirement.where}" if requirement.where else ""
+    message = plain(f"{figures}{where}" + (f": {requirement.reason}" if requirement.reason else ""))
     if requirement.met is None and skip:
         ET.SubElement(case, "skipped", {"message": plain(f"undecided: {requirement.reason}")})
     elif requirement.met is None:

@@ -30,10 +30,10 @@ class ValueLocation:
     def __str__(self) -> str:
         if self.vertex is not None:
             return f"vertex {self.vertex}"
-        place = f"{self.log} {self.stream}"
+        where = f"{self.log} {self.stream}"
         if self.step is not None:
-            place += f", step {self.step}"
-        return place if self.time_s is None else f"{place} at {self.time_s:.4g} s"
+            where += f", step {self.step}"
+        return where if self.time_s is None else f"{where} at {self.time_s:.4g} s"
 
 
 @dataclass(frozen=True)

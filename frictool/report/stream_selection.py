@@ -23,6 +23,6 @@ def select_streams(verdict: Verdict) -> JudgedStreams:
     failing = [k for k, meets in enumerate(verdict.meets) if not meets]
     first = list(dict.fromkeys([*nominal, *worst, *failing]))[:MOST_SHOWN]
     others = [k for k in range(len(streams)) if k not in set(first)]
-    room = MOST_SHOWN - len(first)
-    spread = [others[part * len(others) // room] for part in range(min(room, len(others)))]
+    free = MOST_SHOWN - len(first)
+    spread = [others[part * len(others) // free] for part in range(min(free, len(others)))]
     return tuple(streams[k] for k in sorted({*first, *spread}))

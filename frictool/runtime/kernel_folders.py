@@ -96,10 +96,10 @@ def restricted_umask() -> Iterator[None]:
         os.umask(before)
 
 
-def folders(place: Path) -> list[KernelFolder]:
-    """Return the kernel folders in `place`, most recently used first."""
+def folders(parent: Path) -> list[KernelFolder]:
+    """Return the kernel folders in `parent`, most recently used first."""
     cached = []
-    for path in sorted(place.glob(f"{PREFIX}*")):
+    for path in sorted(parent.glob(f"{PREFIX}*")):
         with suppress(OSError):  # removed by another process in between
             cached.append(KernelFolder(path, _size(path), _last_used(path), _is_held(path)))
     return sorted(cached, key=lambda folder: -folder.used)
@@ -195,14 +195,14 @@ def remove(folder: Path, now: float | None = None) -> bool:
     return True
 
 
-def prune(place: Path, current: Path) -> list[Path]:
-    """Remove old kernel folders in `place` and return them.
+def prune(parent: Path, current: Path) -> list[Path]:
+    """Remove old kernel folders in `parent` and return them.
 
     The `KEPT` most recently used ones stay, unless they were unused for a fortnight.
     """
     now = time.time()
     others = []
-    for path in place.glob(f"{PREFIX}*"):
+    for path in parent.glob(f"{PREFIX}*"):
         with suppress(OSError, ValueError):
             others += [(_last_used(path), path)] if path != current else []
     others.sort(reverse=True)
@@ -211,7 +211,7 @@ def prune(place: Path, current: Path) -> list[Path]:
         for place_in_row, (used, path) in enumerate(others)
         if place_in_row >= KEPT or now - used > AGE_S
     ]
-    for path in place.glob(f"{REMOVED}*"):  # left by a process that was killed during the removal
+    for path in parent.glob(f"{REMOVED}*"):  # left by a process that was killed during the removal
         shutil.rmtree(path, ignore_errors=True)
     return [path for path in old if remove(path, now)]
 

@@ -180,8 +180,8 @@ def _at_stops(rig: Rig, position: Vector) -> list[str]:
         (travel.high, position.max() > travel.high - step),
     )
     return [
-        f"comes to within a count of its end stop at {place:g} {travel.unit}; make the test smaller"
-        for place, hit in near
+        f"comes to within a count of its end stop at {end:g} {travel.unit}; make the test smaller"
+        for end, hit in near
         if hit
     ]
 

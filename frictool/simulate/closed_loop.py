@@ -270,14 +270,14 @@ class StepTest(Generic[V]):
 
 
 def _known_values(
-    plant: SimulatedPlant[V], variants: Sequence[V], places: Mapping[str, int]
+    plant: SimulatedPlant[V], variants: Sequence[V], states: Mapping[str, int]
 ) -> list[dict[int, float]]:
     """Return the scheduled parameters of each variant: value by state index.
 
-    The list is empty if no value is known. `places` maps names of parameters to state indices.
+    The list is empty if no value is known. `states` maps names of parameters to state indices.
     """
-    known = [plant.known(variant) for variant in variants] if places else []
-    values = [{place: of[name] for name, place in places.items() if name in of} for of in known]
+    known = [plant.known(variant) for variant in variants] if states else []
+    values = [{index: of[name] for name, index in states.items() if name in of} for of in known]
     return values if any(values) else []
 
 
@@ -307,17 +307,17 @@ def _reference(
             )
         reference = reference_from_log(scenario.reference, recorded, rig.axis, period)
         check_length(reference.size, runs, "reference", names.scenario, plant.width)
-        places = {"reference": reference}
+        paths = {"reference": reference}
     else:
         check_steps(scenario, period, runs, names.scenario, plant.width)
         parts = parts_of(scenario, period)
         reference = np.concatenate(parts)
-        places = {
+        paths = {
             f"steps[{index}].{step.kind}": part
             for index, (step, part) in enumerate(zip(scenario.steps, parts, strict=True))
         }
     start = float(reference[0]) if scenario.start is None else scenario.start.value
-    check_path({"start": np.array([start]), **places}, rig.travel, names.scenario)
+    check_path({"start": np.array([start]), **paths}, rig.travel, names.scenario)
     return reference, start
 
 

@@ -19,7 +19,7 @@ from frictool.typing import Vector
 
 def controller_speed(
     running: CompiledProgram,
-    place: int,
+    index: int,
     reference: Vector,
     record: Vector,
     step: float,
@@ -27,7 +27,7 @@ def controller_speed(
 ) -> Vector:
     """Return the speed [rad/s | m/s] (n,) that a controller used in a run.
 
-    `place`: index of the speed in the program. `reference` (n,), `record` (n, 7): reference and
+    `index`: index of the speed in the program. `reference` (n,), `record` (n, 7): reference and
     record of the run. `step`: encoder step [rad | m]. `known`: scheduled parameters by state index.
     """
     again = copy_program(running)
@@ -39,5 +39,5 @@ def controller_speed(
         position, velocity = (
             np.ascontiguousarray(record[:, column]) for column in (MEASURED, TRUE_VELOCITY)
         )
-        value_along(again, place, reference, position, velocity, speed)
+        value_along(again, index, reference, position, velocity, speed)
     return speed

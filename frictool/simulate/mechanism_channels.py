@@ -115,14 +115,18 @@ class MechanismChannels:
         packed = made.packed
         n = len(made.blocks)
         j = len(made.joints)
-        places = [(name, n + i) for i, name in enumerate(made.joints) if packed.joints.gap[i] > 0.0]
-        places += [
+        columns = [
+            (name, n + i) for i, name in enumerate(made.joints) if packed.joints.gap[i] > 0.0
+        ]
+        columns += [
             (name, n + 2 * j + i)
             for i, name in enumerate(made.couplings)
             if packed.couplings.gap[i] > 0.0
         ]
-        places += [(name, n + 2 * j + len(made.couplings) + i) for i, name in enumerate(made.stops)]
-        for name, place in places:
+        columns += [
+            (name, n + 2 * j + len(made.couplings) + i) for i, name in enumerate(made.stops)
+        ]
+        for name, place in columns:
             yield f"{names[name]}_contact", modes[:, place].astype(np.float64), NO_UNIT
 
     def _edges(

@@ -41,9 +41,9 @@ def inputs_of(
     edges, first = _cut(courses, samples, period)
     blocks = sorted({block for block, _ in disturbances})
     drives = np.zeros((edges.size - 1 if signals else 0, sources))
-    for place, of in signals.items():
+    for index, of in signals.items():
         for signal in of:
-            drives[:, place] += mean_over(signal, signal.level.value, edges * period)
+            drives[:, index] += mean_over(signal, signal.level.value, edges * period)
     efforts = np.zeros((edges.size - 1 if blocks else 0, len(blocks)))
     for block, disturbance in disturbances:
         efforts[:, blocks.index(block)] += mean_over(
@@ -105,4 +105,4 @@ def mean_efforts(inputs: MechanismInputs) -> dict[int, Vector]:
         if inputs.blocks.size
         else inputs.efforts
     )
-    return {block: pushed[:, place] / period for place, block in enumerate(inputs.blocks.tolist())}
+    return {block: pushed[:, index] / period for index, block in enumerate(inputs.blocks.tolist())}

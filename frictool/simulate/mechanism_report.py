@@ -77,11 +77,11 @@ def warnings_of(moved: MechanismOutcome) -> Iterator[str]:
     if not moved.variant.name:
         yield from made.notes
     strikes = moved.out.events[moved.out.events[:, 1] == STRIKES]
-    for place in np.unique(strikes[:, 2]).astype(int).tolist():
-        block = int(made.packed.stops.block[place])
-        first = strikes[strikes[:, 2] == place][0]
+    for index in np.unique(strikes[:, 2]).astype(int).tolist():
+        block = int(made.packed.stops.block[index])
+        first = strikes[strikes[:, 2] == index][0]
         warning = (
-            f"{made.blocks[block]} strikes its end stop {made.stops[place]}, first at "
+            f"{made.blocks[block]} strikes its end stop {made.stops[index]}, first at "
             f"{first[0]:.3f} s"
         )
         yield f"{moved.variant.topic}: {warning}"

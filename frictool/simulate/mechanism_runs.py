@@ -109,8 +109,8 @@ def play_all(
                 yield moved(variants[done], *tasks[done], alone)
             else:
                 yield from threads.map(
-                    lambda place, context: context.run(
-                        moved, variants[place], *tasks[place], alone
+                    lambda index, context: context.run(
+                        moved, variants[index], *tasks[index], alone
                     ),
                     chosen,
                     [copy_context() for _ in chosen],
@@ -221,28 +221,28 @@ def _drifting(
     mechanism becomes infinite.
     """
     whole, numbers = machine.whole, machine.numbers
-    places: list[int] = []
+    indices: list[int] = []
     columns: list[int] = []
     for place, row in enumerate(packed.frictions.law.tolist()):
         first = int(whole[LAW_VALUES]) + int(packed.frictions.law_start[place])
         for index, parameter in enumerate(ROWS[row].parameters):
             if parameter.name == "viscous" or parameter.linear_unit.startswith("N"):
-                places.append(first + index)
+                indices.append(first + index)
                 columns.append(VISCOUS_FACTOR if parameter.name == "viscous" else FRICTION)
     for place in range(packed.pressings.block.size):
-        places.append(int(whole[PRESSING]) + 2 * place)
+        indices.append(int(whole[PRESSING]) + 2 * place)
         columns.append(FRICTION)
     limit = np.inf
     if task.sight.source != NOBODY:
         row = int(whole[SOURCE]) + task.sight.source * SOURCE_WIDTH
-        places.append(row + CONSTANT)
+        indices.append(row + CONSTANT)
         columns.append(CONSTANT_FACTOR)
         limit = float(numbers[row + LIMIT])
         if task.conditions.size:
             numbers[row + LIMIT] = (
                 np.inf
             )  # `true_command` has already limited the request to the drive's loop
-    at = np.array(places, dtype=np.int64)
+    at = np.array(indices, dtype=np.int64)
     return DriftedNumbers(
         task.conditions, at, np.array(columns, dtype=np.int64), numbers[at], limit
     )

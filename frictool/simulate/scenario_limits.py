@@ -58,14 +58,14 @@ def check_frequency(frequency: float, period: float, key: str, name: str) -> Non
         )
 
 
-def check_path(places: Mapping[str, Vector], travel: Span | None, name: str) -> None:
+def check_path(paths: Mapping[str, Vector], travel: Span | None, name: str) -> None:
     """Raise DocumentError if a part of the reference leaves the travel.
 
-    `places` maps a key to its samples [rad | m].
+    `paths` maps a key to its samples [rad | m].
     """
     if travel is None:
         return
-    for key, values in places.items():
+    for key, values in paths.items():
         low, high = float(values.min()), float(values.max())
         if not travel.low <= low <= high <= travel.high:
             ends = f"{high:g}" if low == high else f"a path from {low:g} to {high:g}"

@@ -61,8 +61,8 @@ def parameters_outside(controller: Controller, ranges: Mapping[str, Interval]) -
         if name not in ranges or name not in box:
             continue
         (low, high), (least, most) = ranges[name], box[name]
-        room = ROUNDING * max(abs(least), abs(most))
-        if not (least - room <= low <= high <= most + room):
+        tolerance = ROUNDING * max(abs(least), abs(most))
+        if not (least - tolerance <= low <= high <= most + tolerance):
             shown = f"{low:.6g}" if low == high else f"{low:.6g} to {high:.6g}"
             outside.append(f"{name} {shown} {units[name]}, {verb} {least:.6g} to {most:.6g}")
     return tuple(outside)

@@ -154,9 +154,9 @@ def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Roun
     differences = []
     for number in (*HELD, *OFFERED):
         one = loops.rounded(number)
-        room = TOLERANCE if number in listed else -TOLERANCE
+        tolerance = TOLERANCE if number in listed else -TOLERANCE
         if tolerates_rounding(
-            one, gamma * (1.0 + room), verified.modulus_margin_specified * (1.0 - room)
+            one, gamma * (1.0 + tolerance), verified.modulus_margin_specified * (1.0 - tolerance)
         ):
             differences.append(one)
     return tuple(differences)

@@ -35,7 +35,7 @@ def resonant_check(
     resonances: Resonances,
 ) -> ResonantCheck:
     """Check every loop with every plant and every filter; the margin is 0 if a loop is unstable."""
-    radii, margins, places = [], [], []
+    radii, margins, peaks = [], [], []
     for loop in loops:
         for point in points:
             for end, resonance in zip(
@@ -46,9 +46,9 @@ def resonant_check(
                 closed = sensitivity(open_loop(loop, point.rates, lag, delay_samples, resonance))
                 radii.append(spectral_radius(closed.a))
                 margins.append(1.0 / norm(closed)[0] if radii[-1] < 1.0 else 0.0)
-                places.append(f"{loop.name} at vertex {point.name}{end}")
+                peaks.append(f"{loop.name} at vertex {point.name}{end}")
     margin, at = smallest(margins)
-    return ResonantCheck(max(radii), margin, places[at])
+    return ResonantCheck(max(radii), margin, peaks[at])
 
 
 def require_margin(

@@ -172,8 +172,8 @@ def _barred(address: str, error: BaseException, certificates: dict[str, Any]) ->
             f"client.cert in {CERTIFICATES} has to be signed by the scheduler's ca-file"
         )
         return f"{address}: TLS fails: {why}"
-    scheme, _, place = address.partition("://")
-    other = f"{'tcp' if scheme == 'tls' else 'tls'}://{place}"
+    scheme, _, location = address.partition("://")
+    other = f"{'tcp' if scheme == 'tls' else 'tls'}://{location}"
     what = "speaks no TLS" if failed is not None else "is not a Dask scheduler of this kind"
     return (
         f"{address}: what answers there {what}; is it {other}, "

@@ -108,13 +108,13 @@ def _by_description(
     cluster: str,
 ) -> Iterator[tuple[int, Result]]:
     """Send descriptions of the files first, then the bytes of files that a worker lacks."""
-    places: list[int] = []
+    indices: list[int] = []
     described: list[tuple[FileDescription, ...]] = []
 
     def offered() -> Iterator[tuple[tuple[FileDescription, ...], Job]]:
         for index, (paths, job) in enumerate(jobs):
             if all(os.access(path, os.R_OK) for path in paths):
-                places.append(index)
+                indices.append(index)
                 described.append(tuple(described_file(path) for path in paths))
                 yield described[-1], job
 
@@ -128,20 +128,23 @@ def _by_description(
         if isinstance(result, FilesMissing):
             missing.append(number)
         else:
-            yield places[number], result
+            yield indices[number], result
     sendable = [number for number in sorted(missing) if _size(described[number]) <= LARGEST_SENT]
     if sendable:
         sent = (
-            (tuple(map(with_content, described[number])), jobs[places[number]][1])
+            (tuple(map(with_content, described[number])), jobs[indices[number]][1])
             for number in sendable
         )
         for turn, result in share(_RemoteFunction(function), sent, cluster=cluster, instead=lost):
             assert not isinstance(result, FilesMissing)
-            yield places[sendable[turn]], result
+            yield indices[sendable[turn]], result
     for number in sorted(set(missing) - set(sendable)):
-        yield places[number], instead(jobs[places[number]][1], _too_large(_size(described[number])))
+        yield (
+            indices[number],
+            instead(jobs[indices[number]][1], _too_large(_size(described[number]))),
+        )
     # the function raises the most specific error about an unreadable file
-    for index in sorted(set(range(len(jobs))) - set(places)):
+    for index in sorted(set(range(len(jobs))) - set(indices)):
         yield index, function(*jobs[index])
 
 

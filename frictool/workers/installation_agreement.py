@@ -59,8 +59,8 @@ def _sources() -> str:
     """Return a digest of every source of the package."""
     package = Path(__file__).parent.parent
     seen = hashlib.sha256()
-    for folder, rooms, files in os.walk(package):
-        rooms[:] = sorted(set(rooms) - {"__pycache__"})
+    for folder, folders, files in os.walk(package):
+        folders[:] = sorted(set(folders) - {"__pycache__"})
         for name in sorted(name for name in files if name.endswith(".py")):
             source = Path(folder, name)
             seen.update(

@@ -140,14 +140,14 @@ class ProcessPool:
 
     def feed(self, source: Iterator[Task]) -> None:
         """Give each idle process a task; lost tasks come before new ones."""
-        for place in range(len(self._members)):
-            while self._members[place].pending is None:
+        for index in range(len(self._members)):
+            while self._members[index].pending is None:
                 pending = self._next(source)
                 if pending is None:
                     return
-                if not self._members[place].give(pending):
+                if not self._members[index].give(pending):
                     self._again.appendleft(pending)
-                    self._replace(place)
+                    self._replace(index)
 
     def _next(self, source: Iterator[Task]) -> PendingTask | None:
         if self._again:
@@ -162,32 +162,32 @@ class ProcessPool:
         """
         ready = connection.wait([one.connection for one in self._members])
         answers: list[Answer] = []
-        for place, member in enumerate(self._members):
+        for index, member in enumerate(self._members):
             if member.connection not in ready:
                 continue
             try:
                 results = member.hear()
             except EOFError:
-                answers += self._lost(place)
+                answers += self._lost(index)
                 continue
             if results is not None and member.pending is not None:
                 answers.append((member.pending.task, results))
                 member.pending = None
         return answers
 
-    def _lost(self, place: int) -> list[Answer]:
+    def _lost(self, index: int) -> list[Answer]:
         """Replace an ended process and put its jobs back as tasks of one job each.
 
         Only a job that itself ends processes is therefore given up.
         """
-        dead = self._members[place]
+        dead = self._members[index]
         cause = dead.cause()
         pending = dead.pending
         if not dead.ready:
             raise WorkerLost(
                 None, f"a process to share the work with does not start ({cause}); try one core"
             )
-        self._replace(place)
+        self._replace(index)
         if pending is None:
             return []
         deaths = pending.deaths + (
@@ -211,9 +211,9 @@ class ProcessPool:
             raise WorkerLost(index, f"job {index}: {reason}")
         return task, [self._instead(job, reason)]
 
-    def _replace(self, place: int) -> None:
-        self._members[place].end()
-        self._members[place] = WorkerProcess(self._function)
+    def _replace(self, index: int) -> None:
+        self._members[index].end()
+        self._members[index] = WorkerProcess(self._function)
 
 
 def _end(members: list[WorkerProcess]) -> None:

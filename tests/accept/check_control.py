@@ -123,7 +123,7 @@ def visited(controller: Controller, program: Program, index: int) -> dict[str, i
     visits = visit_conditions(program)
     start_at(running, rows[0, list(program.inputs).index("position")])
     watched = np.array(
-        [[visit.place, -1 if visit.where is None else visit.where] for visit in visits.values()]
+        [[visit.index, -1 if visit.where is None else visit.where] for visit in visits.values()]
     )
     inputs = len(program.inputs)
     values = np.array([[visit.value, float(visit.differs)] for visit in visits.values()])

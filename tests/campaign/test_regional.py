@@ -60,7 +60,7 @@ def test_the_direction_is_where_the_failures_are(fails, direction: str) -> None:
     assert found.chance is not None
     assert found.chance < 1e-6
     np.testing.assert_allclose(
-        found.places, [2.0 * units[(10.0 * units).astype(int) == k].mean() for k in range(10)]
+        found.centres, [2.0 * units[(10.0 * units).astype(int) == k].mean() for k in range(10)]
     )
     assert found.failing.max() == 1.0
 

@@ -124,7 +124,7 @@ def _counts(n: int) -> Trials:
 def test_a_factor_of_whole_numbers_has_a_slice_for_each() -> None:
     found = sensitivity(_counts(400), drawn=True)
     one = found.questions[0].regions[0]
-    np.testing.assert_array_equal(one.places, [-2.0, -1.0, 0.0, 1.0, 2.0])
+    np.testing.assert_array_equal(one.centres, [-2.0, -1.0, 0.0, 1.0, 2.0])
     np.testing.assert_array_equal(one.failing, [1.0, 0.0, 0.0, 0.0, 1.0])
     assert found.influences[0].shares[0].share == pytest.approx(1.0)
 

@@ -36,6 +36,6 @@ def test_a_slip_that_ends_as_it_begins_is_not_tried_again(
             offset=-large, proportional=stiffness, target=large / stiffness, target_speed=0.1
         )
         body = body_of(LAW, LAW.pack(STRIBECK), 10.0 ** draw.uniform(-2, 1), extension)
-        run = simulate(body, [(1.0, pull)], [1.0], state=moving(0.0, 0.5), room=2000)
+        run = simulate(body, [(1.0, pull)], [1.0], state=moving(0.0, 0.5), most_events=2000)
         assert run.status == OK
         assert np.max(np.unique(run.events[:, 0], return_counts=True)[1], initial=0) <= 3

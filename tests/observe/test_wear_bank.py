@@ -185,7 +185,7 @@ def test_what_a_model_lets_its_unit_be() -> None:
         multiplicative(model, layout, UNMODELLED[0]),
         multiplicative(model, layout, UNMODELLED[-1]),
     )
-    inertia, wear, knee = (tight.place(name) for name in ("inertia", "wear", "bend_2"))
+    inertia, wear, knee = (tight.index(name) for name in ("inertia", "wear", "bend_2"))
     assert tight.mean[inertia] == model.parameters.inertia.value
     assert tight.deviation[inertia] >= 0.3 * model.parameters.inertia.value
     assert layout.knees[2] == 260.0
@@ -193,10 +193,10 @@ def test_what_a_model_lets_its_unit_be() -> None:
     assert tight.mean[wear] == 1.0
     top = model.bench.mechanics.top_speed
     assert top is not None
-    slope = loose.mean[loose.place("viscous")] * top.value / layout.friction
+    slope = loose.mean[loose.index("viscous")] * top.value / layout.friction
     assert slope == pytest.approx(1.0)
-    assert tight.mean[tight.place("viscous")] == pytest.approx(
-        0.003 * loose.mean[loose.place("viscous")]
+    assert tight.mean[tight.index("viscous")] == pytest.approx(
+        0.003 * loose.mean[loose.index("viscous")]
     )
     dry = np.array([name.startswith("dry") for name in layout.names])
     np.testing.assert_array_equal(tight.matrix[:, wear], dry.astype(float))
@@ -213,5 +213,5 @@ def test_a_first_move_that_is_noisier_than_was_known_weighs_by_its_own_noise() -
         rows = draw.normal(size=(40, 5))
         bank.take(moved(rows, rows @ (own.fixed + own.matrix @ truth) + draw.normal(size=40)))
         value, deviation = bank.value("wear")
-        errors.append((value - truth[own.place("wear")]) / deviation)
+        errors.append((value - truth[own.index("wear")]) / deviation)
     assert 0.8 <= np.std(errors) <= 1.3

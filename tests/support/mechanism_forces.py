@@ -95,12 +95,14 @@ def _at_rest(
 def _now(machine: CompiledMechanism, state: MechanismState, links: Vector, holds: Vector) -> None:
     """Fill links and holds for the current state."""
     k, p, _ = machine
-    room = state.room
-    out = RateEvaluation(room.slopes[AFTER], room.w, room.lines[st.TRIAL], room.powers[AFTER])
-    field(machine, state.pace[2], state.y, state.modes, room.lines[st.INPUTS], out)
+    workspace = state.workspace
+    out = RateEvaluation(
+        workspace.slopes[AFTER], workspace.w, workspace.lines[st.TRIAL], workspace.powers[AFTER]
+    )
+    field(machine, state.pace[2], state.y, state.modes, workspace.lines[st.INPUTS], out)
     for joint in range(k[ly.JOINTS]):
-        links[joint] = room.w[rows.LAMBDA, joint]
-    _at_rest(k, p, state.modes, room.w, links, holds)
+        links[joint] = workspace.w[rows.LAMBDA, joint]
+    _at_rest(k, p, state.modes, workspace.w, links, holds)
 
 
 def forces(machine: CompiledMechanism, state: MechanismState) -> RestForces:

@@ -130,7 +130,7 @@ def _gathered(
                 collected.stop(name, element)
             case FrictionOf():
                 collected.friction(
-                    name, element, _carried(blocks.place(f"links.{name}.on", element.on), groups)
+                    name, element, _carried(blocks.index(f"links.{name}.on", element.on), groups)
                 )
     return collected
 
@@ -139,7 +139,7 @@ def _sensor_blocks(document: Mechanism, blocks: BlockNames) -> tuple[int, ...]:
     for name, sensor in document.sensors.items():
         check_sensor(name, sensor, blocks)
     return tuple(
-        blocks.place(f"sensors.{name}.on", sensor.on) for name, sensor in document.sensors.items()
+        blocks.index(f"sensors.{name}.on", sensor.on) for name, sensor in document.sensors.items()
     )
 
 
@@ -217,7 +217,7 @@ def _scale(
         check_unit("top_speed", document.top_speed, "velocity", kind, f"the sensor's block {block}")
         check_unit("travel", document.travel, "position", kind, f"the sensor's block {block}")
         if document.top_speed is not None:
-            known = (blocks.place("top_speed", block), document.top_speed.value)
+            known = (blocks.index("top_speed", block), document.top_speed.value)
     return speed_scale(
         inertia,
         blocks.kinds,

@@ -33,7 +33,7 @@ class BlockNames:
         self.names = tuple(document.blocks)
         self.kinds = tuple(axis_kind(block) for block in document.blocks.values())
 
-    def place(self, key: str, name: str) -> int:
+    def index(self, key: str, name: str) -> int:
         """Return the index of the block called `name`.
 
         Raises ElementError if there is none, or if it is the frame.
@@ -55,7 +55,7 @@ class BlockNames:
 
     def kind(self, key: str, name: str) -> Axis:
         """Return the kind of motion of the block called `name`."""
-        return self.kinds[self.place(key, name)]
+        return self.kinds[self.index(key, name)]
 
     def two(self, key: str, between: tuple[str, ...]) -> tuple[str, str]:
         """Return both ends of an element: first a block, then a block or the frame.
@@ -77,9 +77,9 @@ class BlockNames:
                 where,
                 f"found {GROUND} as the first end; allowed: a block first, [{second}, {GROUND}]",
             )
-        self.place(where, first)
+        self.index(where, first)
         if second != GROUND:
-            self.place(where, second)
+            self.index(where, second)
         return first, second
 
     def moving(self, key: str, between: tuple[str, ...], hint: str) -> tuple[str, str]:

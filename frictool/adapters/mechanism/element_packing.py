@@ -115,8 +115,8 @@ class ElementArrays:
         kind = self.blocks.kind(f"{key}.between", first)
         if second != GROUND:
             self.blocks.sequence(key, "a spring", (first, second), (kind, kind))
-        a = FRAME if second == GROUND else self.blocks.place(key, second)
-        b = self.blocks.place(key, first)
+        a = FRAME if second == GROUND else self.blocks.index(key, second)
+        b = self.blocks.index(key, first)
         check_unit(f"{key}.stiffness", spring.stiffness, "stiffness", kind, first)
         check_unit(f"{key}.damping", spring.damping, "viscous", kind, first)
         check_unit(f"{key}.free", spring.free, "position", kind, first)
@@ -150,7 +150,7 @@ class ElementArrays:
         Raises ElementError if units or angles do not fit.
         """
         key = f"links.{name}"
-        block = self.blocks.place(f"{key}.on", cam.on)
+        block = self.blocks.index(f"{key}.on", cam.on)
         kind = self.blocks.kinds[block]
         force = self._curve(f"{key}.force", cam.force, kind, cam.on, block)
         if min(cam.force.value.values) < 0.0:
@@ -184,7 +184,7 @@ class ElementArrays:
         Raises ElementError if units do not fit or the block starts outside.
         """
         key = f"links.{name}"
-        block = self.blocks.place(f"{key}.on", stop.on)
+        block = self.blocks.index(f"{key}.on", stop.on)
         kind = self.blocks.kinds[block]
         check_unit(f"{key}.low", stop.low, "position", kind, stop.on)
         check_unit(f"{key}.high", stop.high, "position", kind, stop.on)
@@ -225,7 +225,7 @@ class ElementArrays:
         Raises ElementError if law, parameters or units do not fit.
         """
         key = f"links.{name}"
-        block = self.blocks.place(f"{key}.on", friction.on)
+        block = self.blocks.index(f"{key}.on", friction.on)
         kind = self.blocks.kinds[block]
         law, values = pack_law(key, friction, kind, inertia)
         level = (
@@ -257,14 +257,17 @@ class ElementArrays:
                     group.ratios[group.blocks.index(block)]
                     / group.ratios[group.blocks.index(block_index)]
                 )
-                ways = [
+                distances = [
                     side.value - self.start[block_index]
                     for side in (element.low, element.high)
                     if side is not None
                 ]
-                places = [float(self.start[block] + over * way) for way in ways]
+                positions = [float(self.start[block] + over * distance) for distance in distances]
                 slack = 1e-6 * (curve.breaks[-1] - curve.breaks[0])  # tolerance for rounded points
-                if min(places) < curve.breaks[0] - slack or max(places) > curve.breaks[-1] + slack:
+                if (
+                    min(positions) < curve.breaks[0] - slack
+                    or max(positions) > curve.breaks[-1] + slack
+                ):
                     self.notes.append(
                         f"{key.partition('.')[2]} ends before the stops of {element.on} do, "
                         f"at {curve.breaks[0]:g} and "

@@ -22,7 +22,7 @@ def pack_sources(document: Mechanism, blocks: BlockNames, collected: ElementArra
     rows = []
     for name, source in document.sources.items():
         key = f"sources.{name}"
-        block = blocks.place(f"{key}.on", source.on)
+        block = blocks.index(f"{key}.on", source.on)
         _check_source(key, source, blocks)
         if source.effort is not None:
             collected.constant_push(name, block, source.effort.value)

@@ -57,8 +57,8 @@ def transmission(name: str, link: Transmitting, blocks: BlockNames) -> Transmiss
     compliance = _compliance(key, link, ends[1], blocks)
     return Transmission(
         name,
-        blocks.place(key, ends[0]),
-        blocks.place(key, ends[1]),
+        blocks.index(key, ends[0]),
+        blocks.index(key, ends[1]),
         ratio,
         drive_loss,
         back_loss,
@@ -95,8 +95,8 @@ def _ratio(
             return (-ratio if link.crossed else ratio), link.radius_b.value
         case Screw():
             blocks.sequence(key, "a screw", ends, ("rotary", "linear"))
-            way = link.radius.value * tangent_of_lead(key, link)
-            return (-way if link.left_handed else way), 1.0
+            lead = link.radius.value * tangent_of_lead(key, link)
+            return (-lead if link.left_handed else lead), 1.0
         case Rack():
             blocks.sequence(key, "a rack", ends, ("rotary", "linear"))
             return (-link.radius.value if link.reversed else link.radius.value), 1.0

@@ -62,12 +62,12 @@ def _travel(document: Mechanism, blocks: BlockNames, start: Vector) -> list[str]
         return []
     sensor = controlled_names(document)[1]
     block = document.sensors[sensor].on
-    place = float(start[blocks.place(f"sensors.{sensor}.on", block)])
-    room = SAME * (travel.high - travel.low)
-    if travel.low - room <= place <= travel.high + room:
+    start_position = float(start[blocks.index(f"sensors.{sensor}.on", block)])
+    tolerance = SAME * (travel.high - travel.low)
+    if travel.low - tolerance <= start_position <= travel.high + tolerance:
         return []
     unit = si_unit("position", blocks.kind(f"sensors.{sensor}.on", block))
     return [
         f"travel from {travel.low:.6g} to {travel.high:.6g} {unit} does not hold where "
-        f"{block} starts, {place:.6g} {unit}"
+        f"{block} starts, {start_position:.6g} {unit}"
     ]

@@ -67,14 +67,14 @@ def nominal_of(base: Scenario) -> Scenario:
 
 def _start(base: Scenario, spread: Spread, at: Values, step: float) -> Quantity | None:
     """Return the initial position at rest; None if the reference determines it."""
-    place = base.start
+    start = base.start
     if spread.start is not None:
-        place = Quantity(value=at.get(START, spread.start.low), unit=spread.start.unit)
-    if place is not None and WITHIN_COUNT in at:
+        start = Quantity(value=at.get(START, spread.start.low), unit=spread.start.unit)
+    if start is not None and WITHIN_COUNT in at:
         return Quantity(
-            value=(math.floor(place.value / step) + at[WITHIN_COUNT]) * step, unit=place.unit
+            value=(math.floor(start.value / step) + at[WITHIN_COUNT]) * step, unit=start.unit
         )
-    return place
+    return start
 
 
 def _drifts(drifts: Drifts | None, spread: Spread, at: Values) -> Drifts | None:

@@ -153,10 +153,10 @@ def _first(holds: Callable[[int], bool], low: int, high: int) -> int:
 def _bound(values: Vector, upward: bool, method: Method, confidence: float) -> float | None:
     """Return the tolerance bound; a trial without a value counts as infinitely bad."""
     worst_last = np.sort(np.where(np.isnan(values), np.inf, values if upward else -values))
-    place = rank(values.size, COVERED, confidence, method)
-    if place is None or not np.isfinite(worst_last[place - 1]):
+    order = rank(values.size, COVERED, confidence, method)
+    if order is None or not np.isfinite(worst_last[order - 1]):
         return None
-    return float(worst_last[place - 1] if upward else -worst_last[place - 1])
+    return float(worst_last[order - 1] if upward else -worst_last[order - 1])
 
 
 def _quantiles(ordered: Vector, method: Method | None, confidence: float) -> tuple[Quantile, ...]:
@@ -203,8 +203,8 @@ def _histogram(values: Vector, metric: MetricLimit) -> Histogram:
     below += side == "left" and origin - below * width >= low
     above += side == "right" and origin + above * width <= high
     edges: Vector = np.asarray(origin + width * np.arange(-below, above + 1.0), dtype=float)
-    places = np.clip(np.searchsorted(edges, near, side=side) - 1, 0, edges.size - 2)
-    return Histogram(edges, np.bincount(places, minlength=edges.size - 1), values.size - near.size)
+    bins = np.clip(np.searchsorted(edges, near, side=side) - 1, 0, edges.size - 2)
+    return Histogram(edges, np.bincount(bins, minlength=edges.size - 1), values.size - near.size)
 
 
 def _reach(values: Vector, limit: float) -> tuple[float, float]:

@@ -34,7 +34,7 @@ class FailureRegion:
     for a factor without influence.
 
     `failing` (k,): share of failing trials in each slice of the range. `sizes` (k,): number of
-    trials in each slice. `places` (k,): mean factor value in each slice, in SI.
+    trials in each slice. `centres` (k,): mean factor value in each slice, in SI.
     """
 
     distance: float
@@ -44,7 +44,7 @@ class FailureRegion:
     noise: float
     failing: Vector
     sizes: NDArray[np.int64]
-    places: Vector
+    centres: Vector
 
     @property
     def direction(self) -> str:

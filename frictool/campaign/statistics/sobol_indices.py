@@ -89,9 +89,9 @@ def scores_of(values: Vector) -> tuple[Vector, ...]:
     Fewer scores are returned if too many values are equal.
     """
     n = values.size
-    place = (rankdata(values) - 0.5 * (n + 1.0)) / n
+    score_of_rank = (rankdata(values) - 0.5 * (n + 1.0)) / n
     scores: list[Vector] = []
-    for score in (place, place**2):
+    for score in (score_of_rank, score_of_rank**2):
         score = score - score.mean()
         for other in scores:  # with tied values the two are not orthogonal by themselves
             score = score - (score @ other) / (other @ other) * other
@@ -121,6 +121,6 @@ def rank_correlation(units: Vector, scores: tuple[Vector, ...]) -> float:
     """
     if not scores:
         return 0.0
-    place = units - units.mean()
-    norm = float(np.sqrt((place @ place) * (scores[0] @ scores[0])))
-    return float(place @ scores[0]) / norm if norm > 0.0 else 0.0
+    centred = units - units.mean()
+    norm = float(np.sqrt((centred @ centred) * (scores[0] @ scores[0])))
+    return float(centred @ scores[0]) / norm if norm > 0.0 else 0.0

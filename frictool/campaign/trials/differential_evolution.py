@@ -124,18 +124,18 @@ def _evolve(
     step, crossover = 0.5, 0.5
     while not state.ended and len(known) > 3:
         steps, crossovers = [], []
-        for place in range(len(known)):
+        for index in range(len(known)):
             if state.ended:
                 return
             f = _cauchy(generator, step)
             cr = float(np.clip(generator.normal(crossover, 0.1), 0.0, 1.0))
-            unit = _child(units, values, place, f, cr, generator)
+            unit = _child(units, values, index, f, cr, generator)
             value = state.at_point(unit)
-            if value >= values[place]:
-                if value > values[place]:
+            if value >= values[index]:
+                if value > values[index]:
                     steps.append(f)
                     crossovers.append(cr)
-                units[place], values[place] = unit, value
+                units[index], values[index] = unit, value
         if steps:  # Lehmer mean, which favours long steps
             step = (1.0 - LEARNING) * step + LEARNING * sum(f * f for f in steps) / sum(steps)
             crossover = (1.0 - LEARNING) * crossover + LEARNING * float(np.mean(crossovers))
@@ -150,7 +150,7 @@ def _cauchy(generator: np.random.Generator, centre: float) -> float:
 
 
 def _child(
-    units: Vector, values: Vector, place: int, f: float, cr: float, generator: np.random.Generator
+    units: Vector, values: Vector, index: int, f: float, cr: float, generator: np.random.Generator
 ) -> Vector:
     """Return a current-to-pbest/1 child with binomial crossover, clipped to the cube.
 
@@ -159,9 +159,9 @@ def _child(
     size, factors = units.shape
     leaders = np.argsort(-values, kind="stable")[: max(2, round(BEST * size))]
     best = int(generator.choice(leaders))
-    one, other = generator.choice([k for k in range(size) if k != place], 2, replace=False)
-    moved = units[place] + f * (units[best] - units[place]) + f * (units[one] - units[other])
+    one, other = generator.choice([k for k in range(size) if k != index], 2, replace=False)
+    moved = units[index] + f * (units[best] - units[index]) + f * (units[one] - units[other])
     taken = np.asarray(generator.random(factors) < cr)
     taken[generator.integers(factors)] = True
-    child: Vector = np.where(taken, np.clip(moved, 0.0, 1.0), units[place])
+    child: Vector = np.where(taken, np.clip(moved, 0.0, 1.0), units[index])
     return child

@@ -55,7 +55,7 @@ def rates(findings: Findings) -> PageFigure:
     with drawing("rates"):
         figure, (axes,) = new_figure(height=height, left=1.55)
         lows = [1.0]
-        for place, (_, good, open_) in enumerate(rows):
+        for index, (_, good, open_) in enumerate(rows):
             low = good / rate.count
             high = (good + open_) / rate.count
             if not rate.whole:
@@ -65,21 +65,21 @@ def rates(findings: Findings) -> PageFigure:
             colour = GOOD if good == rate.count else OPEN if good + open_ == rate.count else BAD
             axes.plot(
                 [low, high],
-                [place, place],
+                [index, index],
                 color=colour,
                 linewidth=5.0,
                 alpha=0.3,
                 solid_capstyle="butt",
             )
             if open_ < rate.count:
-                axes.plot([share], [place], "o", color=colour, markersize=5.0)
+                axes.plot([share], [index], "o", color=colour, markersize=5.0)
                 lows.append(low)
         if findings.required is not None:
             axes.axvline(findings.required, color=MUTED, linewidth=1.2, linestyle=(0, (4, 2)))
             lows.append(findings.required)
-        room = 1.08 * (1.0 - min(lows)) or 0.01
+        margin = 1.08 * (1.0 - min(lows)) or 0.01
         axes.set(
-            xlim=(max(-0.02, 1.0 - room), 1.0 + 0.03 * room),
+            xlim=(max(-0.02, 1.0 - margin), 1.0 + 0.03 * margin),
             ylim=(len(rows) - 0.4, -0.6),
             xlabel="share of the trials",
         )
@@ -123,8 +123,8 @@ def metric(findings: Findings, one: Distribution) -> PageFigure | None:
             *([one.metric.limit] if drawn else []),
             *([one.bound] if one.bound is not None else []),
         ]
-        room = 0.03 * (max(ends) - min(ends))
-        top.set_xlim(min(ends) - room, max(ends) + room)
+        margin = 0.03 * (max(ends) - min(ends))
+        top.set_xlim(min(ends) - margin, max(ends) + margin)
         top.set_ylabel("trials")
         bottom.set(
             ylabel="share below", ylim=(-0.02, 1.02), xlabel=f"{name} [{unit}]" if unit else name
@@ -235,29 +235,29 @@ def _metric_caption(findings: Findings, one: Distribution, drawn: bool) -> str:
 
 def _over_range(findings: Findings, question: FailureComparison, i: int) -> PageFigure:
     factor = findings.trials.space.factors[i]
-    place = question.regions[i]
+    region = question.regions[i]
     with drawing(f"factor {i}"):
         figure, (axes,) = new_figure()
-        if place.chance is not None:
-            counts = np.rint(place.failing * place.sizes).astype(int)
+        if region.chance is not None:
+            counts = np.rint(region.failing * region.sizes).astype(int)
             ends = [
                 interval(int(bad), int(n), findings.rate.confidence)
-                for bad, n in zip(counts, place.sizes, strict=True)
+                for bad, n in zip(counts, region.sizes, strict=True)
             ]
             axes.vlines(
-                place.places,
+                region.centres,
                 [low for low, _ in ends],
                 [high for _, high in ends],
                 color=BAD,
                 alpha=0.3,
                 linewidth=5.0,
             )
-        axes.plot(place.places, place.failing, "o-", color=BAD, markersize=4.0)
+        axes.plot(region.centres, region.failing, "o-", color=BAD, markersize=4.0)
         axes.set(
             xlabel=axis_label(factor.label, unit_shown(factor.unit), i), ylabel="share that fails"
         )
-        room = 0.03 * (factor.high - factor.low)
-        axes.set_xlim(factor.low - room, factor.high + room)
+        margin = 0.03 * (factor.high - factor.low)
+        axes.set_xlim(factor.low - margin, factor.high + margin)
         axes.set_ylim(bottom=0.0)
         axes.xaxis.set_major_locator(
             MaxNLocator(6, steps=[1, 2, 2.5, 5, 10], integer=factor.whole, min_n_ticks=1)
@@ -265,11 +265,11 @@ def _over_range(findings: Findings, question: FailureComparison, i: int) -> Page
         axes.yaxis.set_major_formatter(_in_percent())
         svg = render_compact(figure, "share of trials that fail over the range of a factor")
     low, high = quantity(factor.low, factor.unit), quantity(factor.high, factor.unit)
-    chance = f" ({words})" if (words := chance_text(place.chance)) else ""
+    chance = f" ({words})" if (words := chance_text(region.chance)) else ""
     return PageFigure(
         factor.label,
         svg,
-        f"From {low} to {high}; failures lie at {_place_text(place.direction)}{chance}.",
+        f"From {low} to {high}; failures lie at {_place_text(region.direction)}{chance}.",
     )
 
 

@@ -161,16 +161,18 @@ def _question(trials: Trials, question: FailureComparison) -> dict[str, Any]:
     }
 
 
-def _region(trials: Trials, factor: int, place: FailureRegion) -> dict[str, Any]:
+def _region(trials: Trials, factor: int, region: FailureRegion) -> dict[str, Any]:
     one = trials.space.factors[factor]
-    slices = zip(place.places.tolist(), place.failing.tolist(), place.sizes.tolist(), strict=True)
+    slices = zip(
+        region.centres.tolist(), region.failing.tolist(), region.sizes.tolist(), strict=True
+    )
     return {
         "factor": one.name,
-        "distance": place.distance,
-        "chance": place.chance,
-        "direction": place.direction,
-        "leans": place.leans,
-        "spread": place.spread,
+        "distance": region.distance,
+        "chance": region.chance,
+        "direction": region.direction,
+        "leans": region.leans,
+        "spread": region.spread,
         "slices": [
             {"value": value, "failing": failing, "trials": size} for value, failing, size in slices
         ],

@@ -91,12 +91,12 @@ def _rows(findings: Findings, question: FailureComparison) -> list[tuple[str, st
     return [
         (
             factors[i].label,
-            place.direction,
-            fails_where(findings, i, place),
-            chance_text(place.chance).removeprefix("chance "),
+            region.direction,
+            fails_where(findings, i, region),
+            chance_text(region.chance).removeprefix("chance "),
         )
         for i in question.named[:MORE]
-        for place in (question.regions[i],)
+        for region in (question.regions[i],)
     ]
 
 

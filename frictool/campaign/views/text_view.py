@@ -46,17 +46,17 @@ def lines(findings: Findings, colour: bool = False) -> list[str]:
     return [output[-1] if line is output[-1] else plain(line) for line in output]
 
 
-def fails_where(findings: Findings, factor: int, place: FailureRegion) -> str:
+def fails_where(findings: Findings, factor: int, region: FailureRegion) -> str:
     """Return text with the factor values of the largest and the smallest failing share.
 
     Example: "fails 40 % around 0.14 N m, 0 % around 0.11 N m".
     """
     one = findings.trials.space.factors[factor]
-    shares = place.failing
+    shares = region.failing
     near = "at" if findings.rate.whole or one.whole else "around"
 
     def around(k: int) -> str:
-        return f"{shares[k]:.0%} {near} {place.places[k]:.3g} {unit_shown(one.unit)}".replace(
+        return f"{shares[k]:.0%} {near} {region.centres[k]:.3g} {unit_shown(one.unit)}".replace(
             "%", " %"
         ).rstrip()
 
@@ -210,12 +210,12 @@ def _causes(findings: Findings, question: FailureComparison) -> list[str]:
     return [*aligned(rows), *([f"{left} more factors are in --json"] if left > 0 else [])]
 
 
-def _cause(findings: Findings, factor: int, place: FailureRegion) -> tuple[str, ...]:
+def _cause(findings: Findings, factor: int, region: FailureRegion) -> tuple[str, ...]:
     return (
         findings.trials.space.factors[factor].label,
-        place.direction,
-        fails_where(findings, factor, place),
-        chance_text(place.chance),
+        region.direction,
+        fails_where(findings, factor, region),
+        chance_text(region.chance),
     )
 
 

@@ -29,9 +29,9 @@ TIMED = 38  # index of the number of frictions whose law has its own step
 (
     JOINT_ENDS,
     COUPLING_ENDS,
-    FRICTION_PLACES,
-    PRESSING_PLACES,
-    PUSH_PLACES,
+    FRICTION_INDICES,
+    PRESSING_INDICES,
+    PUSH_INDICES,
     STOP_BLOCKS,
     SOURCE_BLOCKS,
     CURVE_START,
@@ -59,7 +59,7 @@ HEADER = 40
 # columns of JOINT and of COUPLING
 RATIO, OFFSET, GAP, RESTITUTION, DRIVE_LOSS, BACK_LOSS, THREAD, THESIS_SCREW, JOINT_WIDTH = range(9)
 STIFFNESS, DAMPING, COUPLING_WIDTH = 6, 7, 8
-# columns of FRICTION_PLACES
+# columns of FRICTION_INDICES
 BLOCK, LAW, KIND, VALUES, VALUES_END, LEVEL, FIRST_INNER, INNER_END, STRAIGHT, FRICTION_WIDTH = (
     range(10)
 )
@@ -179,8 +179,8 @@ group_of, stop_block, source_block = _entry(GROUP), _entry(STOP_BLOCKS), _entry(
 joint_a, joint_b = _entry(JOINT_ENDS, 2, 0), _entry(JOINT_ENDS, 2, 1)
 coupling_a, coupling_b = _entry(COUPLING_ENDS, 3, 0), _entry(COUPLING_ENDS, 3, 1)
 coupling_curve = _entry(COUPLING_ENDS, 3, 2)
-push_block, push_curve = _entry(PUSH_PLACES, 2, 0), _entry(PUSH_PLACES, 2, 1)
-pressing_block, pressing_curve = _entry(PRESSING_PLACES, 2, 0), _entry(PRESSING_PLACES, 2, 1)
+push_block, push_curve = _entry(PUSH_INDICES, 2, 0), _entry(PUSH_INDICES, 2, 1)
+pressing_block, pressing_curve = _entry(PRESSING_INDICES, 2, 0), _entry(PRESSING_INDICES, 2, 1)
 mass_of = _number(MASS)  # kg | kg m2
 speed_scale = _number(SPEED)  # typical speed of a block [m/s | rad/s]
 group_ratio = _number(GROUP_RATIO)  # speed of a block relative to the first block of its group
@@ -189,7 +189,7 @@ joint_row, coupling_row = _row(JOINT, JOINT_WIDTH), _row(COUPLING, COUPLING_WIDT
 source_row, stop_row = _row(SOURCE, SOURCE_WIDTH), _row(STOP, STOP_WIDTH)  # in p
 # in p; in k
 pressing_row = _row(PRESSING, 2)
-friction_row = _row(FRICTION_PLACES, FRICTION_WIDTH)
+friction_row = _row(FRICTION_INDICES, FRICTION_WIDTH)
 ratio, offset, gap, restitution = map(_parameter, (RATIO, OFFSET, GAP, RESTITUTION))
 drive_loss, back_loss, thread = map(_parameter, (DRIVE_LOSS, BACK_LOSS, THREAD))
 thesis_screw, stiffness, damping = map(_parameter, (THESIS_SCREW, STIFFNESS, DAMPING))

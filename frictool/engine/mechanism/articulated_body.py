@@ -144,8 +144,8 @@ def _gather(
     """Sweep from the leaves to the roots; return False if a tree has no effective inertia left."""
     n = k[ly.BLOCKS]
     sound = True
-    for place in range(n - 1, -1, -1):
-        i = ly.block_at(k, place)
+    for index in range(n - 1, -1, -1):
+        i = ly.block_at(k, index)
         joint = ly.joint_of(k, i)
         if joint >= 0 and modes[n + joint] != OPEN:
             if modes[i] == STUCK:
@@ -176,8 +176,8 @@ def _hand_out(
         w[rows.LAMBDA, joint] = 0.0
     if j == 0:
         return
-    for place in range(n):
-        i = ly.block_at(k, place)
+    for index in range(n):
+        i = ly.block_at(k, index)
         joint = ly.joint_of(k, i)
         if joint < 0 or modes[n + joint] == OPEN:
             continue

@@ -81,20 +81,20 @@ def play_ramps(
     status of engine/status_codes.py.
     """
     waiting = np.zeros(delay + 1)
-    place = RampProgress(0, segment[0], measure(state.y[sight.sensor], sight.step))
+    progress = RampProgress(0, segment[0], measure(state.y[sight.sensor], sight.step))
     for k in range(rows.shape[0]):
         measured = measure(state.y[sight.sensor], sight.step)
-        place = next_place(place, rows.shape[0], segment, following, turning, rules, measured)
-        if place.row == rows.shape[0]:
+        progress = next_place(progress, rows.shape[0], segment, following, turning, rules, measured)
+        if progress.row == rows.shape[0]:
             return OK
         status = advance_controlled_sample(
-            machine, state, sight, waiting, k, measured, rows[place.row], inputs, drifting, out
+            machine, state, sight, waiting, k, measured, rows[progress.row], inputs, drifting, out
         )
         position[k], drive[k] = out.record[k, MEASURED], out.record[k, TRUE_DRIVE]
         played[0] = k + 1
-        place = RampProgress(place.row + 1, place.segment, place.start)
+        progress = RampProgress(progress.row + 1, progress.segment, progress.start)
         if status != OK:
             return int(status)
-        if place.row == rows.shape[0]:
+        if progress.row == rows.shape[0]:
             return OK
     return OK

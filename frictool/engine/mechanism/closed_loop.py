@@ -87,7 +87,7 @@ class DriftedNumbers(NamedTuple):
     """
 
     conditions: Vector
-    places: IntVector
+    indices: IntVector
     columns: IntVector
     values: Vector
     limit: float
@@ -185,8 +185,8 @@ def moved(
         if ly.resistance(machine.numbers, ly.source_row(machine.whole, s)) > 0.0:
             cuts = PARTS
     if drifting.conditions.shape[0] > 0:
-        for i in range(drifting.places.shape[0]):
-            machine.numbers[drifting.places[i]] = (
+        for i in range(drifting.indices.shape[0]):
+            machine.numbers[drifting.indices[i]] = (
                 drifting.values[i] * drifting.conditions[k, drifting.columns[i]]
             )
     for part in range(inputs.first[k], inputs.first[k + 1]):
@@ -235,9 +235,9 @@ def advance_controlled_sample(
     waiting (delay_samples + 1,): commands that do not act yet, in place. Returns a status of
     engine/status_codes.py.
     """
-    places = waiting.shape[0]
-    waiting[k % places] = command
-    acting = waiting[(k + 1) % places]
+    slots = waiting.shape[0]
+    waiting[k % slots] = command
+    acting = waiting[(k + 1) % slots]
     out.record[k, MEASURED], out.record[k, COMMAND] = measured, command
     status = moved(machine, state, sight, k, True, acting, inputs, drifting, out)
     out.record[k, TRUE_DRIVE] = out.motion[k, 2 * machine.whole[ly.BLOCKS] + sight.source]

@@ -47,15 +47,15 @@ class _SectionWriter:
         self.header = np.zeros(ly.HEADER, dtype=np.int64)
         self.whole: list[IntVector] = [self.header]
         self.numbers: list[Vector] = [np.zeros(1)]
-        self.places = ly.HEADER
+        self.size = ly.HEADER
         self.size = 1
 
     def put_whole(self, section: int, *columns: Any) -> None:
         """Append a section with `columns` to the integers; note its start in the header."""
         table = np.column_stack([np.asarray(column, dtype=np.int64) for column in columns]).ravel()
-        self.header[section] = self.places
+        self.header[section] = self.size
         self.whole.append(table)
-        self.places += table.size
+        self.size += table.size
 
     def put(self, section: int, *columns: Any) -> None:
         """Append a section with `columns` to the floats; note its start in the header."""
@@ -225,7 +225,7 @@ def compile_mechanism(packed: PackedMechanism) -> CompiledMechanism:
     out.put_whole(ly.COUPLING_ENDS, c.a, c.b, c.curve)
     straight = [straight_of(ROWS[row], p) for row, p in zip(f.law.tolist(), values, strict=True)]
     out.put_whole(
-        ly.FRICTION_PLACES,
+        ly.FRICTION_INDICES,
         f.block,
         f.law,
         kinds,
@@ -236,8 +236,8 @@ def compile_mechanism(packed: PackedMechanism) -> CompiledMechanism:
         ends[1:],
         straight,
     )
-    out.put_whole(ly.PRESSING_PLACES, packed.pressings.block, packed.pressings.force)
-    out.put_whole(ly.PUSH_PLACES, packed.pushes.block, packed.pushes.curve)
+    out.put_whole(ly.PRESSING_INDICES, packed.pressings.block, packed.pressings.force)
+    out.put_whole(ly.PUSH_INDICES, packed.pushes.block, packed.pushes.curve)
     out.put_whole(ly.STOP_BLOCKS, packed.stops.block)
     out.put_whole(ly.SOURCE_BLOCKS, packed.sources.block)
     out.put_whole(ly.CURVE_START, packed.curves.start)

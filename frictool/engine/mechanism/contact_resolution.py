@@ -102,22 +102,22 @@ def resolve(
     k, p, _ = machine
     y = state.y
     modes = state.modes
-    room = state.room
+    workspace = state.workspace
     w = out.w
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]
-    places = room.places[st.FOUND]
+    places = workspace.integers[st.FOUND]
     _flanks(k, p, y, modes, out.guard, state.work)
     _ready(k, y, modes, w)
-    if all_efforts(machine, t, y, modes, room.lines[st.INPUTS], out) != 0:
+    if all_efforts(machine, t, y, modes, workspace.lines[st.INPUTS], out) != 0:
         return LAW_FAILED
     _starting_friction(machine, y, w)
-    for place in range(n):
-        i = ly.block_at(k, place)
+    for index in range(n):
+        i = ly.block_at(k, index)
         joint = ly.joint_of(k, i)
         if joint >= 0 and modes[n + joint] != st.OPEN:
             continue
-        status = solve_tree(k, p, modes, place, places, y, w)
+        status = solve_tree(k, p, modes, index, places, y, w)
         if status != OK:
             return status
     for s in range(k[ly.STOPS]):

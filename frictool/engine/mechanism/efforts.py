@@ -180,7 +180,7 @@ def _frictions(
     n = k[ly.BLOCKS]
     status = OK
     at = k[ly.SOURCES] + n + k[ly.JOINTS] + k[ly.COUPLINGS]
-    row = k[ly.FRICTION_PLACES]
+    row = k[ly.FRICTION_INDICES]
     first_value = k[ly.LAW_VALUES]
     for f in range(k[ly.FRICTIONS]):
         block, kind, curve = ly.block(k, row), ly.kind(k, row), ly.level(k, row)

@@ -48,11 +48,11 @@ SHORTEST = 1e-15  # shortest step, relative to the time reached, or in s
 def _is_settled(k: IntVector, state: MechanismState) -> bool:
     """Return True if nothing moves and nothing will move until the command changes."""
     n = k[ly.BLOCKS]
-    if k[ly.INNER] > 0 or k[ly.TIMED] > 0 or not is_steady(k, state.room.lines[st.INPUTS]):
+    if k[ly.INNER] > 0 or k[ly.TIMED] > 0 or not is_steady(k, state.workspace.lines[st.INPUTS]):
         return False
     moves = False
     for i in range(n, 2 * n):
-        moves = moves or state.y[i] != 0.0 or state.room.slopes[0, i] != 0.0
+        moves = moves or state.y[i] != 0.0 or state.workspace.slopes[0, i] != 0.0
     return not moves
 
 
@@ -69,11 +69,13 @@ def _change(error: float) -> float:
 @inset_kernel
 def _dip(k: IntVector, p: Vector, state: MechanismState, h: float, seen: float) -> float:
     """Return h, shortened so that the step ends where a guard may be passed for a short time."""
-    room = state.room
-    guard, end = room.lines[st.GUARD], room.lines[st.END]
+    workspace = state.workspace
+    guard, end = workspace.lines[st.GUARD], workspace.lines[st.END]
     return min(
         seen * h,
-        first_dip(k, p, h, state.y, room.slopes[0], end, room.slopes[AFTER], state.modes, guard),
+        first_dip(
+            k, p, h, state.y, workspace.slopes[0], end, workspace.slopes[AFTER], state.modes, guard
+        ),
     )
 
 
@@ -92,14 +94,14 @@ def _through(
     y = state.y
     modes = state.modes
     pace = state.pace
-    room = state.room
-    take_inputs(k, p, command, external, y, state.drive, room.lines[st.INPUTS])
+    workspace = state.workspace
+    take_inputs(k, p, command, external, y, state.drive, workspace.lines[st.INPUTS])
     status = begin(machine, state, events)
     t = 0.0
     counted = 0
     looked = False
     h = min(pace[0], duration)
-    within = longest_step(k, p, room.lines[st.INPUTS])
+    within = longest_step(k, p, workspace.lines[st.INPUTS])
     while t < duration and status == OK:
         if _is_settled(k, state):
             t = duration
@@ -113,12 +115,17 @@ def _through(
             h = h * _change(error)
             looked = False
             continue
-        sooner = first_reversal(k, p, h, y, room.lines[st.END]) if k[ly.INNER] > 0 else h
+        sooner = first_reversal(k, p, h, y, workspace.lines[st.END]) if k[ly.INNER] > 0 else h
         if sooner < h:
             h = sooner
             continue
         broken = is_any_broken(
-            k, p, room.lines[st.END], modes, room.lines[st.TRIAL], room.lines[st.GUARD]
+            k,
+            p,
+            workspace.lines[st.END],
+            modes,
+            workspace.lines[st.TRIAL],
+            workspace.lines[st.GUARD],
         )
         sooner = h if broken or looked else _dip(k, p, state, h, seen)
         if sooner < h:
@@ -131,7 +138,7 @@ def _through(
         if broken:
             taken, failed = locate(machine, state, t, h)
         else:
-            gained(h, room.powers, room.lines[st.SPENT])
+            gained(h, workspace.powers, workspace.lines[st.SPENT])
         if failed:
             status = NOT_FINITE
             break
@@ -150,7 +157,7 @@ def _through(
             )
             h = pace[0]
         looked = False
-    let_flow(k, p, room.lines[st.INPUTS], t, state.drive)
+    let_flow(k, p, workspace.lines[st.INPUTS], t, state.drive)
     pace[1] = pace[1] + t
     pace[2] = t
     return status
@@ -171,13 +178,15 @@ def _in_law_steps(
     The modes of these laws are updated at the beginning of each step.
     """
     k, p, _ = machine
-    room = state.room
-    out = RateEvaluation(room.slopes[0], room.w, room.lines[st.GUARD], room.powers[0])
+    workspace = state.workspace
+    out = RateEvaluation(
+        workspace.slopes[0], workspace.w, workspace.lines[st.GUARD], workspace.powers[0]
+    )
     parts = max(1, math.ceil(duration / state.pace[3] - 1e-6))
     for _part in range(parts):
-        take_inputs(k, p, command, external, state.y, state.drive, room.lines[st.INPUTS])
+        take_inputs(k, p, command, external, state.y, state.drive, workspace.lines[st.INPUTS])
         if (
-            field(machine, 0.0, state.y, state.modes, room.lines[st.INPUTS], out)
+            field(machine, 0.0, state.y, state.modes, workspace.lines[st.INPUTS], out)
             + switch(machine, state)
             != 0
         ):

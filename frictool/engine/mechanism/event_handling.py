@@ -26,9 +26,9 @@ FIRST_STEP = 1e-5  # s, first step of a state
 def _note(k: IntVector, state: MechanismState) -> None:
     """Store modes and speeds before an event, to record its changes."""
     for i in range(state.modes.shape[0]):
-        state.room.places[st.BEFORE, i] = state.modes[i]
+        state.workspace.integers[st.BEFORE, i] = state.modes[i]
     for i in range(k[ly.BLOCKS]):
-        state.room.lines[st.SPEEDS, i] = state.y[k[ly.BLOCKS] + i]
+        state.workspace.lines[st.SPEEDS, i] = state.y[k[ly.BLOCKS] + i]
 
 
 @inset_kernel
@@ -48,9 +48,11 @@ def _are_finite(values: Vector) -> bool:
 @inset_kernel
 def _evaluate(machine: CompiledMechanism, state: MechanismState, t: float) -> int:
     """Fill the rows 0 of slopes and powers, and GUARD."""
-    room = state.room
-    out = RateEvaluation(room.slopes[0], room.w, room.lines[st.GUARD], room.powers[0])
-    return field(machine, t, state.y, state.modes, room.lines[st.INPUTS], out)
+    workspace = state.workspace
+    out = RateEvaluation(
+        workspace.slopes[0], workspace.w, workspace.lines[st.GUARD], workspace.powers[0]
+    )
+    return field(machine, t, state.y, state.modes, workspace.lines[st.INPUTS], out)
 
 
 @part_kernel
@@ -61,23 +63,28 @@ def begin(machine: CompiledMechanism, state: MechanismState, events: EventRows) 
     engine/status_codes.py.
     """
     k, p, _ = machine
-    pace, room = state.pace, state.room
+    pace, workspace = state.pace, state.workspace
     if _evaluate(machine, state, 0.0) != 0:
         return LAW_FAILED
     fresh = pace[0] == 0.0
     if (
         not fresh
-        and forces_hold(k, state.modes, room.lines[st.GUARD])
-        and _are_finite(room.slopes[0])
+        and forces_hold(k, state.modes, workspace.lines[st.GUARD])
+        and _are_finite(workspace.slopes[0])
     ):
         return OK
     _note(k, state)
-    status = impacts(k, p, state.y, state.modes, room.w, state.work) if fresh else OK
+    status = impacts(k, p, state.y, state.modes, workspace.w, state.work) if fresh else OK
     if status == OK:
         status = settle(machine, state, 0.0, events)
     if not fresh:
         write_changes(
-            machine, pace[1], room.lines[st.SPEEDS], room.places[st.BEFORE], state.modes, events
+            machine,
+            pace[1],
+            workspace.lines[st.SPEEDS],
+            workspace.integers[st.BEFORE],
+            state.modes,
+            events,
         )
     pace[0] = max(pace[0], FIRST_STEP)
     return status
@@ -90,16 +97,16 @@ def take_step(machine: CompiledMechanism, state: MechanismState, t: float) -> in
     The work of the step is added, and dynamic laws update their memory. Returns a status of
     engine/status_codes.py.
     """
-    y, work, room = state.y, state.work, state.room
-    _copy(room.lines[st.END], y)
-    _copy(room.slopes[AFTER], room.slopes[0])
-    _copy(room.powers[AFTER], room.powers[0])
-    _copy(room.lines[st.TRIAL], room.lines[st.GUARD])
-    spent = room.lines[st.SPENT]
+    y, work, workspace = state.y, state.work, state.workspace
+    _copy(workspace.lines[st.END], y)
+    _copy(workspace.slopes[AFTER], workspace.slopes[0])
+    _copy(workspace.powers[AFTER], workspace.powers[0])
+    _copy(workspace.lines[st.TRIAL], workspace.lines[st.GUARD])
+    spent = workspace.lines[st.SPENT]
     for e in range(work.shape[0]):
         work[e] += spent[e]
     if machine.whole[ly.INNER] > 0:
-        failed, changed = remember(machine, y, room.lines[st.END])
+        failed, changed = remember(machine, y, workspace.lines[st.END])
         if changed:
             failed += _evaluate(machine, state, t)
         if failed != 0:
@@ -115,7 +122,7 @@ def _meet_or_halt(
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     y = state.y
     modes = state.modes
-    guard = state.room.lines[st.GUARD]
+    guard = state.workspace.lines[st.GUARD]
     meet = False
     for joint in range(j):
         if modes[n + joint] == st.OPEN and guard[n + joint] <= 0.0:
@@ -129,10 +136,10 @@ def _meet_or_halt(
             if rate < 0.0:
                 write(events, now, STRIKES, s, -rate)
                 meet = True
-    for place in range(n):
-        i = ly.block_at(k, place)
+    for index in range(n):
+        i = ly.block_at(k, index)
         if guard[i] <= 0.0 and modes[i] != st.STUCK and y[n + i] != 0.0:
-            stop_tree(k, place, p, y, modes)
+            stop_tree(k, index, p, y, modes)
     return meet
 
 
@@ -147,14 +154,16 @@ def handle_event(
     k, p, _ = machine
     y = state.y
     modes = state.modes
-    room = state.room
+    workspace = state.workspace
     now = state.pace[1] + t
     status = OK
     _note(k, state)
     if _meet_or_halt(k, p, now, state, events):
-        status = impacts(k, p, y, modes, room.w, state.work)
+        status = impacts(k, p, y, modes, workspace.w, state.work)
     align(k, p, y, modes)
     if status == OK:
         status = settle(machine, state, t, events)
-    write_changes(machine, now, room.lines[st.SPEEDS], room.places[st.BEFORE], modes, events)
+    write_changes(
+        machine, now, workspace.lines[st.SPEEDS], workspace.integers[st.BEFORE], modes, events
+    )
     return status

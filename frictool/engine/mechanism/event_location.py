@@ -124,14 +124,18 @@ def _smooth_crossing(
     index: int,
     aim: float,
     modes: IntVector,
-    room: Workspace,
+    workspace: Workspace,
     low: float,
     high: float,
 ) -> float:
     """Return the time at which a guard with a rate, passed at `high`, reaches the value `aim`."""
-    g1, r1 = distance_to_guard(k, p, index, room.lines[Y_HIGH], room.lines[RATES_HIGH], modes)
-    g0, r0 = distance_to_guard(k, p, index, room.lines[Y_LOW], room.lines[RATES_LOW], modes)
-    past = aim * g1 / room.lines[AT_HIGH][index]
+    g1, r1 = distance_to_guard(
+        k, p, index, workspace.lines[Y_HIGH], workspace.lines[RATES_HIGH], modes
+    )
+    g0, r0 = distance_to_guard(
+        k, p, index, workspace.lines[Y_LOW], workspace.lines[RATES_LOW], modes
+    )
+    past = aim * g1 / workspace.lines[AT_HIGH][index]
     return low + _crossing(g0 - past, r0, g1 - past, r1, high - low)
 
 
@@ -153,16 +157,32 @@ def _keep(
 
 
 @inset_kernel
-def _keep_low(count: int, y: Vector, rates: Vector, guard: Vector, room: Workspace) -> None:
+def _keep_low(count: int, y: Vector, rates: Vector, guard: Vector, workspace: Workspace) -> None:
     """Store a point's state, rates and guards as the lower end of the search for an event."""
-    _keep(count, y, rates, guard, room.lines[Y_LOW], room.lines[RATES_LOW], room.lines[AT_LOW])
+    _keep(
+        count,
+        y,
+        rates,
+        guard,
+        workspace.lines[Y_LOW],
+        workspace.lines[RATES_LOW],
+        workspace.lines[AT_LOW],
+    )
 
 
 @inset_kernel
-def _keep_high(count: int, room: Workspace) -> None:
+def _keep_high(count: int, workspace: Workspace) -> None:
     """Store the current end of the step as the upper end of the search for an event."""
-    kept = room.lines[Y_HIGH], room.lines[RATES_HIGH], room.lines[AT_HIGH]
-    _keep(count, room.lines[END], room.slopes[AFTER], room.lines[TRIAL], kept[0], kept[1], kept[2])
+    kept = workspace.lines[Y_HIGH], workspace.lines[RATES_HIGH], workspace.lines[AT_HIGH]
+    _keep(
+        count,
+        workspace.lines[END],
+        workspace.slopes[AFTER],
+        workspace.lines[TRIAL],
+        kept[0],
+        kept[1],
+        kept[2],
+    )
 
 
 @inset_kernel
@@ -170,7 +190,7 @@ def _first(
     k: IntVector,
     p: Vector,
     modes: IntVector,
-    room: Workspace,
+    workspace: Workspace,
     low: float,
     high: float,
     lead: int,
@@ -182,14 +202,16 @@ def _first(
     """
     at = high
     leader = -1
-    at_low = room.lines[AT_LOW]
-    at_high = room.lines[AT_HIGH]
+    at_low = workspace.lines[AT_LOW]
+    at_high = workspace.lines[AT_HIGH]
     for index in range(k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.STOPS]):
-        if not is_broken(k, p, index, room.lines[Y_HIGH], modes, at_high, room.lines[GUARD]):
+        if not is_broken(
+            k, p, index, workspace.lines[Y_HIGH], modes, at_high, workspace.lines[GUARD]
+        ):
             continue
         if _has_rate(k, modes, index):
             aim = BEYOND if is_forced(k, modes, index) else AT_END
-            root = _smooth_crossing(k, p, index, aim, modes, room, low, high)
+            root = _smooth_crossing(k, p, index, aim, modes, workspace, low, high)
         else:
             g0, g1 = at_low[index] - BEYOND, at_high[index] - BEYOND
             if not math.isfinite(g0):
@@ -216,16 +238,16 @@ def locate(
     results of a step to the located instant.
     """
     k, p, _ = machine
-    y, modes, room = state.y, state.modes, state.room
+    y, modes, workspace = state.y, state.modes, state.workspace
     count = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS] + k[ly.STOPS]
-    end, after, trial = room.lines[END], room.slopes[AFTER], room.lines[TRIAL]
+    end, after, trial = workspace.lines[END], workspace.slopes[AFTER], workspace.lines[TRIAL]
     low, high, lead, weights, kept = 0.0, h, -1, (1.0, 1.0), 0
-    _keep_low(count, y, room.slopes[0], room.lines[GUARD], room)
-    _keep_high(count, room)
+    _keep_low(count, y, workspace.slopes[0], workspace.lines[GUARD], workspace)
+    _keep_high(count, workspace)
     if not trace(machine, state, t, h):
         return h, True
     for attempt in range(ROUNDS):
-        at, leader = _first(k, p, modes, room, low, high, lead, weights)
+        at, leader = _first(k, p, modes, workspace, low, high, lead, weights)
         if leader != lead:
             weights, kept, lead = (1.0, 1.0), 0, leader
         if lead < 0 or high - low <= NEAREST * max(t, 1e-6):
@@ -236,13 +258,13 @@ def locate(
                 at = high
         if not look(machine, state, t, h, at):
             return at, True
-        if at == high or _is_there(k, p, end, modes, trial, room.lines[GUARD], lead, count):
-            on_path(at / h, room.powers[PATH:], room.lines[SPENT])
+        if at == high or _is_there(k, p, end, modes, trial, workspace.lines[GUARD], lead, count):
+            on_path(at / h, workspace.powers[PATH:], workspace.lines[SPENT])
             return at, False
-        if is_any_broken(k, p, end, modes, trial, room.lines[GUARD]):
+        if is_any_broken(k, p, end, modes, trial, workspace.lines[GUARD]):
             high, weights, kept = at, (weights[0] * 0.5 if kept == 1 else 1.0, 1.0), 1
-            _keep_high(count, room)
+            _keep_high(count, workspace)
         else:
             low, weights, kept = at, (1.0, weights[1] * 0.5 if kept == -1 else 1.0), -1
-            _keep_low(count, end, after, trial, room)
+            _keep_low(count, end, after, trial, workspace)
     return high, True

@@ -129,7 +129,7 @@ def switch(machine: CompiledMechanism, state: MechanismState) -> int:
     k, p, laws = machine
     y = state.y
     modes = state.modes
-    w = state.room.w
+    w = state.workspace.w
     n = k[ly.BLOCKS]
     status = OK
     first = _first_mode(k)

@@ -32,30 +32,34 @@ def _stages(
     machine: CompiledMechanism,
     y: Vector,
     modes: IntVector,
-    room: Workspace,
+    workspace: Workspace,
     t: float,
     h: float,
     first: int,
     end: int,
     watching: int,
 ) -> float:
-    point, inputs, guard = room.lines[st.POINT], room.lines[st.INPUTS], room.lines[st.TRIAL]
+    point, inputs, guard = (
+        workspace.lines[st.POINT],
+        workspace.lines[st.INPUTS],
+        workspace.lines[st.TRIAL],
+    )
     failed = 0
     seen = 1.0
-    watched = room.places[st.WATCHED]
+    watched = workspace.integers[st.WATCHED]
     for stage in range(first, end):
-        stage_point(stage, h, y, room.slopes, point)
+        stage_point(stage, h, y, workspace.slopes, point)
         failed += field_within(
             machine,
             t + NODES[stage] * h,
             point,
             modes,
             inputs,
-            RateEvaluation(room.slopes[stage], room.w, guard, room.powers[stage]),
+            RateEvaluation(workspace.slopes[stage], workspace.w, guard, workspace.powers[stage]),
         )
         if NODES[stage] < seen:
-            for place in range(watching):
-                if guard[watched[place]] < BROKEN:
+            for index in range(watching):
+                if guard[watched[index]] < BROKEN:
                     seen = NODES[stage]
     return seen if failed == 0 else -1.0
 
@@ -65,7 +69,7 @@ def stages_of_step(
     machine: CompiledMechanism,
     y: Vector,
     modes: IntVector,
-    room: Workspace,
+    workspace: Workspace,
     t: float,
     h: float,
     first: int,
@@ -73,7 +77,7 @@ def stages_of_step(
     watching: int,
 ) -> float:
     """Evaluate as `stages`, which calls this kernel by its address."""
-    return _stages(machine, y, modes, room, t, h, first, end, watching)
+    return _stages(machine, y, modes, workspace, t, h, first, end, watching)
 
 
 STAGES_OF_STEP = function_type(
@@ -99,8 +103,8 @@ def stages(
     by its address, as `field` is.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.STEP_STAGES]
-    y, modes, room = state.y, state.modes, state.room
-    seen: float = _stages_of_step(address, machine, y, modes, room, t, h, first, end, watching)
+    y, modes, workspace = state.y, state.modes, state.workspace
+    seen: float = _stages_of_step(address, machine, y, modes, workspace, t, h, first, end, watching)
     return seen
 
 
@@ -116,13 +120,13 @@ def _watch(k: IntVector, modes: IntVector, guard: Vector, watched: IntVector) ->
 
 
 @inset_kernel
-def _error(k: IntVector, p: Vector, h: float, modes: IntVector, room: Workspace) -> float:
+def _error(k: IntVector, p: Vector, h: float, modes: IntVector, workspace: Workspace) -> float:
     """Return the largest error of all states, each relative to the size of its state."""
     n = k[ly.BLOCKS]
     worst = 0.0
-    errors = room.lines[st.ERRORS]
-    end = room.lines[st.END]
-    step_errors(h, room.slopes, errors, room.lines[st.THIRD])
+    errors = workspace.lines[st.ERRORS]
+    end = workspace.lines[st.END]
+    step_errors(h, workspace.slopes, errors, workspace.lines[st.THIRD])
     for i in range(n):
         if modes[i] != st.STUCK:
             size = max(SLOW * ly.speed_scale(k, p, i), abs(end[n + i]))
@@ -133,9 +137,11 @@ def _error(k: IntVector, p: Vector, h: float, modes: IntVector, room: Workspace)
 
 
 @inset_kernel
-def at_end(room: Workspace) -> RateEvaluation:
+def at_end(workspace: Workspace) -> RateEvaluation:
     """Return the arrays for the rates at a step's end."""
-    return RateEvaluation(room.slopes[AFTER], room.w, room.lines[st.TRIAL], room.powers[AFTER])
+    return RateEvaluation(
+        workspace.slopes[AFTER], workspace.w, workspace.lines[st.TRIAL], workspace.powers[AFTER]
+    )
 
 
 @inset_kernel
@@ -160,14 +166,14 @@ def try_step(
     which a guard of a force was first broken, 1 if none was.
     """
     k, p, _ = machine
-    y, modes, room = state.y, state.modes, state.room
-    end = room.lines[st.END]
-    out = at_end(room)
-    watching = _watch(k, modes, room.lines[st.GUARD], room.places[st.WATCHED])
+    y, modes, workspace = state.y, state.modes, state.workspace
+    end = workspace.lines[st.END]
+    out = at_end(workspace)
+    watching = _watch(k, modes, workspace.lines[st.GUARD], workspace.integers[st.WATCHED])
     seen = stages(machine, state, t, h, 1, STAGES, watching)
-    stage_point(AFTER, h, y, room.slopes, end)
-    failed = field(machine, t + h, end, modes, room.lines[st.INPUTS], out)
-    worst = _error(k, p, h, modes, room)
+    stage_point(AFTER, h, y, workspace.slopes, end)
+    failed = field(machine, t + h, end, modes, workspace.lines[st.INPUTS], out)
+    worst = _error(k, p, h, modes, workspace)
     if seen < 0.0 or failed != 0 or not _is_finite(end, out.rates) or not math.isfinite(worst):
         return math.inf, 1.0
     return worst / tolerance, seen
@@ -176,10 +182,10 @@ def try_step(
 @part_kernel
 def trace(machine: CompiledMechanism, state: MechanismState, t: float, h: float) -> bool:
     """Compute the dense output of the tried step, and of its work; return False if a law fails."""
-    room = state.room
+    workspace = state.workspace
     seen = stages(machine, state, t, h, AFTER + 1, SLOPES, 0)
-    path_of(h, room.slopes, room.slopes[st.PATH :])
-    path_of(h, room.powers, room.powers[st.PATH :])
+    path_of(h, workspace.slopes, workspace.slopes[st.PATH :])
+    path_of(h, workspace.powers, workspace.powers[st.PATH :])
     return seen >= 0.0
 
 
@@ -189,11 +195,11 @@ def look(machine: CompiledMechanism, state: MechanismState, t: float, h: float, 
 
     Afterwards END, AFTER and TRIAL hold the results of a step of length `at`.
     """
-    y, room = state.y, state.room
-    end = room.lines[st.END]
-    out = at_end(room)
-    on_path(at / h, room.slopes[st.PATH :], end)
+    y, workspace = state.y, state.workspace
+    end = workspace.lines[st.END]
+    out = at_end(workspace)
+    on_path(at / h, workspace.slopes[st.PATH :], end)
     for i in range(y.shape[0]):
         end[i] += y[i]
-    status = field(machine, t + at, end, state.modes, room.lines[st.INPUTS], out)
+    status = field(machine, t + at, end, state.modes, workspace.lines[st.INPUTS], out)
     return status == 0 and _is_finite(end, out.rates)

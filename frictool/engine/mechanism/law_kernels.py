@@ -75,9 +75,9 @@ def straight_of(law: Law, p: Vector) -> int:
         or "viscous" not in names
     ):
         return 0
-    place = names.index("viscous")
-    line = all(law.kernels.slip_force(v, 1.0, p) == p[0] + p[place] * v for v in PROBES)
-    return place if line else 0
+    index = names.index("viscous")
+    line = all(law.kernels.slip_force(v, 1.0, p) == p[0] + p[index] * v for v in PROBES)
+    return index if line else 0
 
 
 def rest_of(law: Law, p: Vector) -> Vector:
@@ -142,6 +142,6 @@ def addresses_of(laws: Sequence[Law], kinds: Sequence[int]) -> IntVector:
     """
     addresses = np.zeros((len(laws) + 1, WIDTH), dtype=np.int64)
     for row, law, kind in zip(addresses[:-1], laws, kinds, strict=True):
-        for place, (name, signature) in enumerate(FUNCTIONS[kind]):
-            row[place] = function_pointer(getattr(law.kernels, name), signature).address
+        for index, (name, signature) in enumerate(FUNCTIONS[kind]):
+            row[index] = function_pointer(getattr(law.kernels, name), signature).address
     return addresses

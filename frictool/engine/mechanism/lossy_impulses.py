@@ -63,8 +63,8 @@ def _need(hit: Group, impulse: float, towards: float, x: float) -> None:
             w[VALUE, i] = along * x
             w[SLOPE, i] = along
     w[VALUE, block] -= impulse
-    for place in range(n - 1, -1, -1):
-        i = ly.block_at(k, place)
+    for index in range(n - 1, -1, -1):
+        i = ly.block_at(k, index)
         if ly.group_of(k, i) != group or i == group:
             continue
         parent = ly.parent_of(k, i)

@@ -19,15 +19,15 @@ ATTEMPTS = 50  # iterations
 
 
 @inset_kernel
-def stop_tree(k: IntVector, place: int, p: Vector, y: Vector, modes: IntVector) -> float:
-    """Stop the tree with the root at `place` in the order; return its kinetic energy [J]."""
+def stop_tree(k: IntVector, index: int, p: Vector, y: Vector, modes: IntVector) -> float:
+    """Stop the tree with the root at `index` in the order; return its kinetic energy [J]."""
     n = k[ly.BLOCKS]
     energy = 0.0
-    at = place
-    end = place + ly.span_of(k, ly.block_at(k, place))
+    at = index
+    end = index + ly.span_of(k, ly.block_at(k, index))
     while at < end:
         i = ly.block_at(k, at)
-        if at > place and modes[n + ly.joint_of(k, i)] == st.OPEN:
+        if at > index and modes[n + ly.joint_of(k, i)] == st.OPEN:
             at += ly.span_of(k, i)
             continue
         energy += 0.5 * ly.mass_of(k, p, i) * y[n + i] * y[n + i]
@@ -50,8 +50,8 @@ def align(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
             while ly.joint_of(k, i) >= 0 and modes[n + ly.joint_of(k, i)] != st.OPEN:
                 i = ly.parent_of(k, i)
             y[n + i] = 0.0
-    for place in range(n):
-        i = ly.block_at(k, place)
+    for index in range(n):
+        i = ly.block_at(k, index)
         joint = ly.joint_of(k, i)
         if joint >= 0 and modes[n + joint] != st.OPEN:
             ratio = ly.ratio(p, ly.joint_row(k, joint))
@@ -60,20 +60,20 @@ def align(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
 
 @inset_kernel
 def _jam(
-    k: IntVector, p: Vector, place: int, state: MechanismState, now: float, events: EventRows
+    k: IntVector, p: Vector, index: int, state: MechanismState, now: float, events: EventRows
 ) -> bool:
     """Stop a jammed part at once, as in an impact; parts that it only pushes keep their speed.
 
     Returns False if the jammed part is already at rest.
     """
     n = k[ly.BLOCKS]
-    root = ly.block_at(k, place)
+    root = ly.block_at(k, index)
     speed = state.y[n + root]
-    energy = stop_tree(k, place, p, state.y, state.modes)
+    energy = stop_tree(k, index, p, state.y, state.modes)
     if energy == 0.0:
         return False
     # work of the joint that leads to the root's first child
-    first = ly.joint_of(k, ly.block_at(k, place + 1))
+    first = ly.joint_of(k, ly.block_at(k, index + 1))
     state.work[
         k[ly.SOURCES]
         + n
@@ -92,17 +92,19 @@ def modes_at_instant(
     machine: CompiledMechanism, state: MechanismState, t: float, events: EventRows
 ) -> int:
     """Determine the modes as `settle`, which calls this kernel by its address."""
-    k, p, room = machine.whole, machine.numbers, state.room
-    out = RateEvaluation(room.slopes[0], room.w, room.lines[st.GUARD], room.powers[0])
+    k, p, workspace = machine.whole, machine.numbers, state.workspace
+    out = RateEvaluation(
+        workspace.slopes[0], workspace.w, workspace.lines[st.GUARD], workspace.powers[0]
+    )
     for _ in range(ATTEMPTS):
         status = resolve(machine, state, t, out)
         if status == JAMMED:
-            if not _jam(k, p, room.places[st.FOUND, -1], state, state.pace[1] + t, events):
+            if not _jam(k, p, workspace.integers[st.FOUND, -1], state, state.pace[1] + t, events):
                 return JAMMED
             continue
         if status != OK:
             return status
-        if field(machine, t, state.y, state.modes, room.lines[st.INPUTS], out) != 0:
+        if field(machine, t, state.y, state.modes, workspace.lines[st.INPUTS], out) != 0:
             return LAW_FAILED
         if forces_hold(k, state.modes, out.guard):
             return OK

@@ -107,10 +107,10 @@ def run(
         If shapes do not fit.
     """
     c = counts(machine)
-    given = np.ascontiguousarray(commands, dtype=np.float64)
-    if given.ndim != 2 or given.shape[1] != c["sources"]:
+    rows = np.ascontiguousarray(commands, dtype=np.float64)
+    if rows.ndim != 2 or rows.shape[1] != c["sources"]:
         raise ValueError(
-            f"commands have shape {given.shape}; allowed: (samples, {c['sources']}), "
+            f"commands have shape {rows.shape}; allowed: (samples, {c['sources']}), "
             "a column for each source"
         )
     held = (
@@ -118,12 +118,12 @@ def run(
         if external is None
         else np.ascontiguousarray(external, dtype=np.float64)
     )
-    if held.ndim != 2 or held.shape[1] != c["blocks"] or held.shape[0] not in (1, given.shape[0]):
+    if held.ndim != 2 or held.shape[1] != c["blocks"] or held.shape[0] not in (1, rows.shape[0]):
         raise ValueError(
-            f"external has shape {held.shape}; allowed: ({given.shape[0]} or 1, {c['blocks']}), "
+            f"external has shape {held.shape}; allowed: ({rows.shape[0]} or 1, {c['blocks']}), "
             "a column for each block"
         )
-    m = given.shape[0] + 1
+    m = rows.shape[0] + 1
     positions, speeds = np.full((c["blocks"], m), np.nan), np.full((c["blocks"], m), np.nan)
     drives = np.full((c["sources"], m), np.nan)
     events = np.zeros((room_for_events, EVENT_SIZE))
@@ -133,7 +133,7 @@ def run(
     status, _ = runner(
         machine,
         state,
-        given,
+        rows,
         held,
         period,
         tolerance,

@@ -67,10 +67,10 @@ SPENT = 11  # (work,): J, in a step
 SPEEDS = 12  # (n,): speeds before an event
 ERRORS, THIRD = 13, 14  # (y,): errors of a step
 LINES = 15
-# rows of Workspace.places
+# rows of Workspace.integers
 # (modes,) before an event; positions in the order of blocks; indices of the guards of stages
 BEFORE, FOUND, WATCHED = 0, 1, 2
-PLACES = 3
+INTEGER_ROWS = 3
 
 
 class Workspace(NamedTuple):
@@ -83,7 +83,7 @@ class Workspace(NamedTuple):
     slopes: Vector  # (SLOPES + BUMPS, y)
     powers: Vector  # (SLOPES + BUMPS, work)
     lines: Vector  # (LINES, longest)
-    places: IntVector  # (PLACES, longest)
+    integers: IntVector  # (INTEGER_ROWS, longest)
 
 
 class RateEvaluation(NamedTuple):
@@ -104,7 +104,7 @@ class MechanismState(NamedTuple):
     work: Vector
     # s: next step length, time of all calls, time since the last command, step of fixed-step laws
     pace: Vector
-    room: Workspace
+    workspace: Workspace
 
 
 WORKSPACE = ac.record_type(Workspace, ac.MATRIX, ac.MATRIX, ac.MATRIX, ac.MATRIX, ac.INDEX_ROWS)
@@ -194,11 +194,11 @@ def rest(
         modes,
         np.zeros(size),
         np.array([0.0, 0.0, 0.0, law_step]),
-        _room(c, y.size, modes.size, size),
+        _workspace(c, y.size, modes.size, size),
     )
 
 
-def _room(c: dict[str, int], size: int, modes: int, work: int) -> Workspace:
+def _workspace(c: dict[str, int], size: int, modes: int, work: int) -> Workspace:
     """Return a workspace for these numbers of elements, and these sizes of y, modes and work."""
     n = c["blocks"]
     longest = max(size, modes, work, 2 * c["sources"] + n, n + 1)
@@ -207,7 +207,7 @@ def _room(c: dict[str, int], size: int, modes: int, work: int) -> Workspace:
         np.zeros((SLOPES + BUMPS, size)),
         np.zeros((SLOPES + BUMPS, work)),
         np.zeros((LINES, longest)),
-        np.zeros((PLACES, longest), dtype=np.int64),
+        np.zeros((INTEGER_ROWS, longest), dtype=np.int64),
     )
 
 

@@ -64,20 +64,20 @@ from frictool.typing import IntVector, Vector
 
 
 @inset_kernel
-def _members(k: IntVector, modes: IntVector, place: int, members: IntVector) -> int:
+def _members(k: IntVector, modes: IntVector, index: int, members: IntVector) -> int:
     """Fill `members` with the blocks connected to the root; return their number.
 
     Each block is listed by its position in the order. Rigid joints and closed contacts connect; the
-    root is at `place`.
+    root is at `index`.
     """
     n = k[ly.BLOCKS]
     count = 0
-    at = place
-    end = place + ly.span_of(k, ly.block_at(k, place))
+    at = index
+    end = index + ly.span_of(k, ly.block_at(k, index))
     while at < end:
         i = ly.block_at(k, at)
         joint = ly.joint_of(k, i)
-        if at > place and modes[n + joint] == OPEN:
+        if at > index and modes[n + joint] == OPEN:
             at += ly.span_of(k, i)
             continue
         members[count] = at
@@ -217,18 +217,24 @@ def _set_motions(tree: JointTree, x: float, towards: float, rests: bool) -> None
 
 @part_kernel
 def solve_tree(
-    k: IntVector, p: Vector, modes: IntVector, place: int, room: IntVector, y: Vector, w: Vector
+    k: IntVector,
+    p: Vector,
+    modes: IntVector,
+    index: int,
+    workspace: IntVector,
+    y: Vector,
+    w: Vector,
 ) -> int:
-    """Set the modes of the tree with the root at `place` in the order, up to its open contacts.
+    """Set the modes of the tree with the root at `index` in the order, up to its open contacts.
 
-    room: workspace (blocks + 1,) or longer. Returns a status of engine/status_codes.py. If the tree
-    jams, contacts that would pull are open, and the last entry of `room` is the position in the
-    order of the first block of the jammed part.
+    workspace: (blocks + 1,) or longer. Returns a status of engine/status_codes.py. If the tree
+    jams, contacts that would pull are open, and the last entry of `workspace` is the index, in the
+    order, of the first block of the jammed part.
     """
     n = k[ly.BLOCKS]
-    count = _members(k, modes, place, room)
-    members = room[:count]
-    root = ly.block_at(k, place)
+    count = _members(k, modes, index, workspace)
+    members = workspace[:count]
+    root = ly.block_at(k, index)
     tree = JointTree(k, p, modes, members, y, w)
     _spread_ratios(tree)
     dry = False
@@ -269,6 +275,6 @@ def solve_tree(
             solved, x = follow(tree, before, towards, gross)
     _set_motions(tree, x, towards, False)
     if not solved:
-        room[-1] = _jammed(tree)
+        workspace[-1] = _jammed(tree)
         return JAMMED
     return OK

@@ -32,32 +32,32 @@ def _terms(rows: Sequence[Sequence[float]]) -> tuple[IntVector, Vector, IntVecto
 
     Indices and weights are filled up with 0 to a multiple of FOUR.
     """
-    kept = [[(place, weight) for place, weight in enumerate(row) if weight != 0.0] for row in rows]
+    kept = [[(index, weight) for index, weight in enumerate(row) if weight != 0.0] for row in rows]
     width = max(len(row) + -len(row) % FOUR for row in kept)
-    places, weights = np.zeros((len(rows), width), dtype=np.int64), np.zeros((len(rows), width))
+    indices, weights = np.zeros((len(rows), width), dtype=np.int64), np.zeros((len(rows), width))
     for at, row in enumerate(kept):
-        places[at, : len(row)] = [place for place, _ in row]
+        indices[at, : len(row)] = [index for index, _ in row]
         weights[at, : len(row)] = [weight for _, weight in row]
-    return places, weights, np.array([len(row) for row in kept])
+    return indices, weights, np.array([len(row) for row in kept])
 
 
-STAGE_PLACES, STAGE_WEIGHTS, STAGE_TERMS = _terms([(), *ROWS, WEIGHTS.tolist(), *MORE_ROWS])
-PATH_PLACES, PATH_WEIGHTS, PATH_TERMS = _terms(PATH.tolist())
-ERROR_PLACES, ERROR_WEIGHTS, ERROR_TERMS = _terms(
+STAGE_INDICES, STAGE_WEIGHTS, STAGE_TERMS = _terms([(), *ROWS, WEIGHTS.tolist(), *MORE_ROWS])
+PATH_INDICES, PATH_WEIGHTS, PATH_TERMS = _terms(PATH.tolist())
+ERROR_INDICES, ERROR_WEIGHTS, ERROR_TERMS = _terms(
     [np.where(ERRORS_3 != 0.0, e, 0.0).tolist() for e in (ERRORS_5, ERRORS_3)]
 )
 
 
 @inset_kernel
 def _add(
-    h: float, places: IntVector, weights: Vector, terms: int, slopes: Vector, point: Vector
+    h: float, indices: IntVector, weights: Vector, terms: int, slopes: Vector, point: Vector
 ) -> None:
     """Add h times a weighted sum of slopes to `point`."""
     for first in range(0, terms, FOUR):
-        j0 = places[first]
-        j1 = places[first + 1]
-        j2 = places[first + 2]
-        j3 = places[first + 3]
+        j0 = indices[first]
+        j1 = indices[first + 1]
+        j2 = indices[first + 2]
+        j3 = indices[first + 3]
         w0 = h * weights[first]
         w1 = h * weights[first + 1]
         w2 = h * weights[first + 2]
@@ -76,7 +76,7 @@ def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) 
     """
     for i in range(y.shape[0]):
         point[i] = y[i]
-    _add(h, STAGE_PLACES[stage], STAGE_WEIGHTS[stage], STAGE_TERMS[stage], slopes, point)
+    _add(h, STAGE_INDICES[stage], STAGE_WEIGHTS[stage], STAGE_TERMS[stage], slopes, point)
 
 
 @inset_kernel
@@ -84,7 +84,7 @@ def gained(h: float, slopes: Vector, gain: Vector) -> None:
     """Fill `gain` (n,) with the change over the step."""
     for i in range(slopes.shape[1]):
         gain[i] = 0.0
-    _add(h, STAGE_PLACES[AFTER], STAGE_WEIGHTS[AFTER], STAGE_TERMS[AFTER], slopes, gain)
+    _add(h, STAGE_INDICES[AFTER], STAGE_WEIGHTS[AFTER], STAGE_TERMS[AFTER], slopes, gain)
 
 
 @inset_kernel
@@ -96,8 +96,8 @@ def step_errors(h: float, slopes: Vector, fifth: Vector, third: Vector) -> None:
     size = slopes.shape[1]
     for i in range(size):
         fifth[i], third[i] = 0.0, 0.0
-    _add(1.0, ERROR_PLACES[0], ERROR_WEIGHTS[0], ERROR_TERMS[0], slopes, fifth)
-    _add(1.0, ERROR_PLACES[1], ERROR_WEIGHTS[1], ERROR_TERMS[1], slopes, third)
+    _add(1.0, ERROR_INDICES[0], ERROR_WEIGHTS[0], ERROR_TERMS[0], slopes, fifth)
+    _add(1.0, ERROR_INDICES[1], ERROR_WEIGHTS[1], ERROR_TERMS[1], slopes, third)
     for i in range(size):
         square = fifth[i] * fifth[i]
         total = square + 0.01 * third[i] * third[i]
@@ -118,7 +118,7 @@ def path_of(h: float, slopes: Vector, path: Vector) -> None:
         bump = path[3 + row]
         for i in range(slopes.shape[1]):
             bump[i] = 0.0
-        _add(h, PATH_PLACES[row], PATH_WEIGHTS[row], PATH_TERMS[row], slopes, bump)
+        _add(h, PATH_INDICES[row], PATH_WEIGHTS[row], PATH_TERMS[row], slopes, bump)
 
 
 @inset_kernel

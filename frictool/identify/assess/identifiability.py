@@ -194,10 +194,10 @@ def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identif
         )
         method = DIFFERENTIATION if fine else None
         return Identifiability(fine, precision, bound, why, method, SINES)
-    way = facts.strokes[0].distance
+    distance = facts.strokes[0].distance
     need = facts.axis.backlash + SINES_COUNTS * facts.sensing.step
-    if way < need:
-        why = f"{refusal}; sines need strokes of {need:.3g}, the travel has {way:.3g}"
+    if distance < need:
+        why = f"{refusal}; sines need strokes of {need:.3g}, the travel has {distance:.3g}"
         return Identifiability(False, None, bound, why)
     by_sines = float(
         sines_half_width(facts, QUANTILE)[("viscous", "coulomb").index(parameter)]

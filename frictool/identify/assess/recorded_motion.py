@@ -77,6 +77,6 @@ def _representatives(strokes: Vector) -> tuple[PlannedStroke, ...]:
     chosen = order[((np.arange(count) + 0.5) * order.shape[0] / count).astype(np.int64)]
     times = order.shape[0] / (2.0 * count)
     return tuple(
-        PlannedStroke(0.5 * math.pi * float(way) / float(time), float(way), times)
-        for time, way in chosen
+        PlannedStroke(0.5 * math.pi * float(distance) / float(time), float(distance), times)
+        for time, distance in chosen
     )

@@ -47,7 +47,7 @@ from frictool.typing import Vector
 
 UNIFORM = float(np.sqrt(3.0))  # ratio of half a range to its standard deviation
 ROUNDS = 3  # iterations between the friction's shape over position and the onsets
-PLACES = 200  # grid points over the range at which the breakaway law must be positive
+GRID_POINTS = 200  # grid points over the range at which the breakaway law must be positive
 
 
 @dataclass(frozen=True)
@@ -137,13 +137,13 @@ def breakaway(
         raise UnusableLogs(
             f"the breakaways do not determine friction over position: {error}"
         ) from None
-    places = data.places
+    positions = data.positions
     levels = _levels(fit.structure)
     mean = errors.interval(np.mean(levels, axis=0))
     rising = law = None
     if fit.structure.constant:
         rested = np.array([onset.rested for onset in data.onsets])
-        rising = rising_friction(rested, places.direction, fit.friction, confidence)
+        rising = rising_friction(rested, positions.direction, fit.friction, confidence)
     elif len(levels) == 2:
         law = _by_position(data, fit, errors)
         _refuse_loaded(law, bench)
@@ -153,7 +153,7 @@ def breakaway(
     seen = efforts(data.onsets, nominal, data.resolution, start, fit.shape, fall.velocity)[0]
     forward, backward = (
         float(np.mean(seen[side])) if side.any() else np.nan
-        for side in (places.direction > 0.0, places.direction < 0.0)
+        for side in (positions.direction > 0.0, positions.direction < 0.0)
     )
     delay = float(np.mean([onset.level for onset in data.onsets]) - np.mean(seen))
     return Breakaway(
@@ -162,8 +162,8 @@ def breakaway(
         backward,
         len(data.onsets),
         delay,
-        places.position,
-        places.direction,
+        positions.position,
+        positions.direction,
         fit.friction,
         fall,
         law,
@@ -176,14 +176,14 @@ def _refuse_loaded(law: BreakawayOverPosition, bench: Bench) -> None:
 
     A load starts the axis there, and not the effort.
     """
-    place = np.linspace(law.low, law.high, PLACES)
+    position = np.linspace(law.low, law.high, GRID_POINTS)
     for side, powers in zip(("forward", "backward"), law.powers, strict=True):
-        level = np.polynomial.polynomial.polyval(place, np.array(powers))
+        level = np.polynomial.polynomial.polyval(position, np.array(powers))
         least = int(np.argmin(level))
         if level[least] <= 0.0:
             length, unit = si_unit("position", bench.axis), si_unit("effort", bench.axis)
             raise UnusableLogs(
-                f"the breakaway {side} is {level[least]:.3g} {unit} at {place[least]:.3g} "
+                f"the breakaway {side} is {level[least]:.3g} {unit} at {position[least]:.3g} "
                 f"{length}, where friction is above 0: a load such as gravity or a spring starts "
                 "the axis there; remove it, or name it in load.terms of the bench and add a log of "
                 "sliding motion"
@@ -219,8 +219,8 @@ def _fit(data: OnsetData, nominal: Mapping[str, float]) -> BreakawayFit:
     shape: Vector | None = None
     for _ in range(ROUNDS):
         friction = data.friction(nominal, shape)
-        structure = choose_structure(data.places, friction)
-        solution = fit_polynomials(data.places, friction, structure)
+        structure = choose_structure(data.positions, friction)
+        solution = fit_polynomials(data.positions, friction, structure)
         if structure.constant:
             break
         shape = data.shape(structure, solution.value)
@@ -285,7 +285,7 @@ def _errors(
 ) -> BreakawayErrors:
     """Return the errors of a fit for intervals of the axis's parameters and a range of falls."""
     nominal = {name: known.value for name, known in axis.items()}
-    design = data.places.design(fit.structure)
+    design = data.positions.design(fit.structure)
     friction = data.friction(nominal, fit.shape)
 
     def moved(end: Vector) -> Vector:
@@ -309,17 +309,17 @@ def _by_position(
     data: OnsetData, fit: BreakawayFit, errors: BreakawayErrors
 ) -> BreakawayOverPosition:
     """Return the law over position."""
-    places = data.places
+    positions = data.positions
     value = fit.solution.value
-    forward, backward = (places.powers(side) for side in sides_of(fit.structure, value))
+    forward, backward = (positions.powers(side) for side in sides_of(fit.structure, value))
     first, second = (
-        tuple(map(errors.interval, places.power_weights(rows)))
+        tuple(map(errors.interval, positions.power_weights(rows)))
         for rows in sides_of(fit.structure, np.eye(value.size))
     )
     levels = [errors.interval(weights) for weights in _levels(fit.structure)]
     return BreakawayOverPosition(
-        places.low,
-        places.high,
+        positions.low,
+        positions.high,
         levels[0],
         levels[1],
         (forward, backward),

@@ -119,7 +119,7 @@ def _onset(
     before = np.where(changed > 0, seen[changed - 1], 0.0)
     distance = 0.5 * (before + seen[changed] - record.resolution)
     level += rate * record.period * _above(record)
-    place = float(record.position[start]) + 0.5 * record.resolution
+    position = float(record.position[start]) + 0.5 * record.resolution
     rested = float(record.time[end] - record.time[start])
     time = after[changed] - 0.5 * record.period
     return BreakawayOnset(
@@ -128,7 +128,7 @@ def _onset(
         float(rate),
         time,
         distance,
-        place,
+        position,
         rested,
         _timing(time, distance, record),
     )

@@ -53,14 +53,14 @@ def efforts(
     - shape: factors of `coulomb` at the onsets, (n,)
     - velocity: Stribeck velocity; for 0 friction falls at once, for inf it does not fall
     """
-    out, places, squares = np.empty(len(onsets)), np.empty(len(onsets)), np.empty(len(onsets))
+    out, positions, squares = np.empty(len(onsets)), np.empty(len(onsets)), np.empty(len(onsets))
     for k, onset in enumerate(onsets):
         # only the effort without the offset acts against friction
         ramp = np.array([onset.level - onset.direction * axis["offset"], onset.rate])
         coulomb = axis["coulomb"] * (1.0 if shape is None else shape[k])
         coefficients = np.array([axis["inertia"], axis["viscous"], coulomb])
         span = search_span(resolution, onset.rate, axis["inertia"], CHANGES_USED)
-        t0, place, left, status = onset_time(
+        t0, position, left, status = onset_time(
             onset.time,
             onset.seen,
             ramp,
@@ -71,13 +71,13 @@ def efforts(
             span,
             velocity,
         )
-        out[k], places[k] = (
-            (onset.level + onset.rate * t0, place / resolution)
+        out[k], positions[k] = (
+            (onset.level + onset.rate * t0, position / resolution)
             if status == OK
             else (np.nan, np.nan)
         )
         squares[k] = 12.0 * left / (onset.timing * resolution**2)
-    return out, places, squares
+    return out, positions, squares
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class OnsetData:
     """Onsets that are used, their positions, and known data of the axis."""
 
     onsets: list[BreakawayOnset]
-    places: BreakawayPositions
+    positions: BreakawayPositions
     resolution: float
     # N m | N, the bench's; None in one direction, in which the offset is a parameter of the axis
     offset: float | None
@@ -151,7 +151,7 @@ class OnsetData:
         start = mean + deviations * deviation
         return (
             efforts(self.onsets, axis, self.resolution, start, shape, self.velocity)[0]
-            - offset * self.places.direction
+            - offset * self.positions.direction
         )
 
     def shape(self, structure: PolynomialOrders, value: Vector) -> Vector:
@@ -159,9 +159,9 @@ class OnsetData:
 
         Friction in slip is proportional to the breakaway (4.42).
         """
-        curve = self.places.design(structure) @ value
+        curve = self.positions.design(structure) @ value
         if structure.common:
-            curve = curve - value[-1] * self.places.direction
+            curve = curve - value[-1] * self.positions.direction
         return np.asarray(curve / np.mean(curve))
 
 
@@ -180,12 +180,14 @@ def onset_data(records: list[MotionRecord], bench: Bench) -> OnsetData:
         )
     position = np.array([o.position for o in used])
     direction = np.array([o.direction for o in used])
-    places = BreakawayPositions(position, direction, float(position.min()), float(position.max()))
+    positions = BreakawayPositions(
+        position, direction, float(position.min()), float(position.max())
+    )
     known = bench.mechanics.offset
     one_way = abs(float(np.sum(direction))) == direction.size
     return OnsetData(
         used,
-        places,
+        positions,
         records[0].resolution,
         None if one_way else 0.0 if known is None else known.value,
     )

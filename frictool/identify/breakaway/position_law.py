@@ -98,7 +98,7 @@ class BreakawayPositions:
 
 
 def fit_polynomials(
-    places: BreakawayPositions, friction: Vector, structure: PolynomialOrders
+    positions: BreakawayPositions, friction: Vector, structure: PolynomialOrders
 ) -> LeastSquaresSolution:
     """Return the least-squares coefficients of friction over position, in the order of `design`.
 
@@ -107,7 +107,7 @@ def fit_polynomials(
     """
     together = FOLLOWING if friction.size >= FOLLOWING * FEWEST_GROUPS else 1
     return solve(
-        places.design(structure),
+        positions.design(structure),
         friction,
         np.ones(friction.size),
         np.arange(friction.size) // together,
@@ -126,23 +126,23 @@ def sides_of(structure: PolynomialOrders, value: Vector) -> tuple[Vector, Vector
     return value[:split], value[split:]
 
 
-def choose_structure(places: BreakawayPositions, friction: Vector) -> PolynomialOrders:
-    """Return the polynomial orders that the data support: frictions (n,), N m | N, at `places`."""
-    forward = places.direction > 0.0
+def choose_structure(positions: BreakawayPositions, friction: Vector) -> PolynomialOrders:
+    """Return the polynomial orders that the frictions (n,) [N m | N] support."""
+    forward = positions.direction > 0.0
     present = (bool(np.any(forward)), bool(np.any(~forward)))
     orders = [
-        _order(places.scaled[side], friction[side]) if any_ else -1
+        _order(positions.scaled[side], friction[side]) if any_ else -1
         for side, any_ in zip((forward, ~forward), present, strict=True)
     ]
     separate = PolynomialOrders((orders[0], orders[1]), False)
     if not all(present):
         return separate
     errors = [
-        left_out(places.design(PolynomialOrders((order, order), True)), friction)
+        left_out(positions.design(PolynomialOrders((order, order), True)), friction)
         for order in range(_highest(friction.size) + 1)
     ]
     order = _smallest_as_good(errors)
-    apart = left_out(places.design(separate), friction)
+    apart = left_out(positions.design(separate), friction)
     return PolynomialOrders((order, order), True) if as_good(errors[order], apart) else separate
 
 

@@ -56,15 +56,15 @@ def rising_friction(
     def design(tau: float) -> Matrix:
         return np.column_stack((np.ones(rested.size), -tau / (tau + rested), offset))
 
-    def squares(place: float) -> float:
-        rows = design(float(np.exp(place)))
+    def squares(logarithm: float) -> float:
+        rows = design(float(np.exp(logarithm)))
         return float(
             np.sum((friction - rows @ np.linalg.lstsq(rows, friction, rcond=None)[0]) ** 2)
         )
 
-    places = np.linspace(np.log(shortest / REACH), np.log(longest * REACH), 40)
-    near = places[int(np.argmin([squares(place) for place in places]))]
-    step = places[1] - places[0]
+    logarithms = np.linspace(np.log(shortest / REACH), np.log(longest * REACH), 40)
+    near = logarithms[int(np.argmin([squares(logarithm) for logarithm in logarithms]))]
+    step = logarithms[1] - logarithms[0]
     tau = float(
         np.exp(minimize_scalar(squares, bounds=(near - step, near + step), method="bounded").x)
     )

@@ -39,7 +39,7 @@ from frictool.identify.rows.regression_samples import (
 from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Matrix, Vector
 
-PLACES = 60  # grid points of the search for the speed of the largest friction
+GRID_POINTS = 60  # grid points of the search for the speed of the largest friction
 SLOWEST, FASTEST = 1e-3, 0.5  # bounds of that speed, relative to the top speed
 
 
@@ -161,15 +161,15 @@ def _sums(columns: Matrix) -> Matrix:
 def _peak(rows: RegressionSamples, force: Vector, both: bool, top: float) -> float:
     """Return v_p, rad/s | m/s, of the curve with the least sum of squares."""
 
-    def left(place: float) -> float:
-        columns = _design(rows, float(np.exp(place)), both)
+    def left(logarithm: float) -> float:
+        columns = _design(rows, float(np.exp(logarithm)), both)
         return float(
             np.sum((force - columns @ np.linalg.lstsq(columns, force, rcond=None)[0]) ** 2)
         )
 
-    places = np.linspace(np.log(SLOWEST * top), np.log(FASTEST * top), PLACES)
-    best = int(np.argmin([left(place) for place in places]))
-    around = (places[max(best - 1, 0)], places[min(best + 1, PLACES - 1)])
+    logarithms = np.linspace(np.log(SLOWEST * top), np.log(FASTEST * top), GRID_POINTS)
+    best = int(np.argmin([left(logarithm) for logarithm in logarithms]))
+    around = (logarithms[max(best - 1, 0)], logarithms[min(best + 1, GRID_POINTS - 1)])
     return float(
         np.exp(minimize_scalar(left, bounds=around, method="bounded", options={"xatol": 1e-8}).x)
     )

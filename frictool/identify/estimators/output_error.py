@@ -240,9 +240,9 @@ def _with_inertia(
     settings: IdentificationSettings,
 ) -> tuple[SegmentSimulation, SimulationFit, dict[str, Interval]]:
     """Return the fit with the regression's inertia, and intervals that include its uncertainty."""
-    place = simulated.names.index("inertia")
-    others = np.delete(fitted.jacobian, place, axis=1)
-    slope = np.linalg.lstsq(others, fitted.jacobian[:, place], rcond=None)[0]
+    index = simulated.names.index("inertia")
+    others = np.delete(fitted.jacobian, index, axis=1)
+    slope = np.linalg.lstsq(others, fitted.jacobian[:, index], rcond=None)[0]
     simulated = replace(simulated, fixed={**simulated.fixed, "inertia": inertia.value})
     again = estimate(simulated, fitted.values)
     half = _widened(

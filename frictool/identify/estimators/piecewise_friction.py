@@ -27,7 +27,7 @@ from frictool.identify.regression.regression import LeastSquaresSolution, solve
 from frictool.typing import Matrix, Vector
 
 MOST_KNEES = 2
-PLACES = 40  # grid points of the first search for a knee
+GRID_POINTS = 40  # grid points of the first search for a knee
 SWEEPS = 3  # passes over all knees, each placed again with the others fixed
 FEWEST_ROWS = 4  # least number of rows on either side of a knee, to determine a slope there
 # least decrease of Schwarz's criterion for a knee: "strong" in Kass and Raftery (1995)
@@ -138,23 +138,23 @@ def _with_one_more(means: StrokeMeans, knees: tuple[float, ...]) -> tuple[float,
         return None
     low = float(slow[FEWEST_ROWS - 1])
     high = float(fast[-FEWEST_ROWS])
-    places = np.linspace(low, high, PLACES)
+    speeds = np.linspace(low, high, GRID_POINTS)
     free = [
-        float(place)
-        for place in places
-        if all(abs(place - knee) > 2.0 * (places[1] - places[0]) for knee in knees)
+        float(speed)
+        for speed in speeds
+        if all(abs(speed - knee) > 2.0 * (speeds[1] - speeds[0]) for knee in knees)
     ]
     if not free:
         return None
-    current = [*knees, min(free, key=lambda place: _squares(means, (*knees, place)))]
+    current = [*knees, min(free, key=lambda speed: _squares(means, (*knees, speed)))]
     for _ in range(SWEEPS if len(current) > 1 else 1):
         for index, start in enumerate(current):
             others = tuple(knee for other, knee in enumerate(current) if other != index)
-            reach = places[1] - places[0]
+            reach = speeds[1] - speeds[0]
             bounds = (max(start - reach, low), min(start + reach, high))
             current[index] = float(
                 minimize_scalar(
-                    lambda place: _squares(means, (*others, place)),  # noqa: B023  # used at once
+                    lambda speed: _squares(means, (*others, speed)),  # noqa: B023  # used at once
                     bounds=bounds,
                     method="bounded",
                 ).x

@@ -92,8 +92,8 @@ def sines(
         rows, design(rows.means, pieces.knees), half[: value.size - count], fixed
     )
     free = [name for name in COLUMNS[1:] if name not in fixed]
-    places = {"viscous": 0, **{name: count + 1 + place for place, name in enumerate(free)}}
-    estimates = {name: Interval.around(value[k], half[k]) for name, k in places.items()}
+    columns = {"viscous": 0, **{name: count + 1 + index for index, name in enumerate(free)}}
+    estimates = {name: Interval.around(value[k], half[k]) for name, k in columns.items()}
     estimates["viscous"] = not_negative(estimates["viscous"])
     speeds = rows.means.mean(rows.means.speed)
     return SlidingFit(
@@ -194,7 +194,7 @@ def stroke_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
         raise UnusableLogs("no log of sliding motion was provided")
     parts = [_gated(record, backlash) for record in records]
     samples = joined([part for part, _ in parts])
-    position = np.concatenate([place for _, place in parts])
+    position = np.concatenate([index for _, index in parts])
     if samples.velocity.size == 0:
         raise UnusableLogs("no stroke is long enough for its middle to slip for certain")
     starts = np.flatnonzero(np.diff(samples.stroke, prepend=-1))

@@ -155,11 +155,11 @@ def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
     """Return every run at constant speed; raise UnusableLogs if there are too few."""
     rows = [row for record in records for row in _runs(record)]
     table = np.array(rows, dtype=np.float64).reshape(-1, 4)
-    ways = [int(np.sum(table[:, 1] == side)) for side in (1.0, -1.0)]
-    if min(ways) < FEWEST_SPEEDS:
+    counts = [int(np.sum(table[:, 1] == side)) for side in (1.0, -1.0)]
+    if min(counts) < FEWEST_SPEEDS:
         raise UnusableLogs(
-            f"{ways[0]} runs at a constant speed forward and {ways[1]} backward; at least "
-            f"{FEWEST_SPEEDS} each way are needed"
+            f"found {counts[0]} runs at a constant speed forward and {counts[1]} backward; needed: "
+            f"at least {FEWEST_SPEEDS} in each direction"
         )
     if table[:, 0].max() < 2.0 * table[:, 0].min():
         raise UnusableLogs("all runs have one speed; a curve needs several")
@@ -216,14 +216,18 @@ def _choice(runs: ConstantSpeedRuns) -> tuple[float, float]:
     high = np.log(runs.speed.max())
     best = (0.0, EXPONENTS[0], count * np.log(runs.squares(0.0, 2.0) / count) - EVIDENCE)
     for exponent in EXPONENTS:
-        places = np.linspace(low, high, 40)
-        near = places[
-            int(np.argmin([runs.squares(float(np.exp(place)), exponent) for place in places]))
+        logarithms = np.linspace(low, high, 40)
+        near = logarithms[
+            int(
+                np.argmin(
+                    [runs.squares(float(np.exp(logarithm)), exponent) for logarithm in logarithms]
+                )
+            )
         ]
-        reach = places[1] - places[0]
+        reach = logarithms[1] - logarithms[0]
 
-        def left(place: float, exponent: float = exponent) -> float:
-            return runs.squares(float(np.exp(place)), exponent)
+        def left(logarithm: float, exponent: float = exponent) -> float:
+            return runs.squares(float(np.exp(logarithm)), exponent)
 
         minimum = minimize_scalar(left, bounds=(near - reach, near + reach), method="bounded")
         score = count * np.log(float(minimum.fun) / count) + 2.0 * np.log(count)

@@ -30,7 +30,7 @@ from frictool.identify.rows.regression_samples import RegressionSamples, reduced
 from frictool.typing import Vector
 
 MOST_KNEES = 2
-PLACES = 30  # grid points of the first search for a knee
+GRID_POINTS = 30  # grid points of the first search for a knee
 ENDS = 0.05  # share of the rows that must be slower, and faster, than any knee
 
 
@@ -52,9 +52,9 @@ def choose_structure(
     """
     best = _Comparison(samples, parts, (), overlap, confidence).of_best_order()
     for _ in range(MOST_KNEES):
-        place = _place(samples, parts, best[0], overlap)
+        candidate = _place(samples, parts, best[0], overlap)
         other = _Comparison(
-            samples, parts, (*best[0].knees, place), overlap, confidence
+            samples, parts, (*best[0].knees, candidate), overlap, confidence
         ).of_best_order()
         if not clearly_better(other[1], best[1], confidence):
             break
@@ -129,7 +129,7 @@ def _place(
     others = with_structure(samples, parts, structure)
     speed = np.abs(samples.velocity)
     low, high = (float(np.quantile(speed, share)) for share in (ENDS, 1.0 - ENDS))
-    places = np.linspace(low, high, PLACES)
+    candidates = np.linspace(low, high, GRID_POINTS)
 
     def left(bend: Vector) -> float:
         tried = replace(others, loads={**others.loads, "bend": bend})
@@ -140,10 +140,19 @@ def _place(
             return float(np.inf)
 
     # approximate: without the bell
-    near = int(np.argmin([left(samples.sign * np.maximum(speed - place, 0.0)) for place in places]))
-    bounds = (float(places[max(near - 1, 0)]), float(places[min(near + 1, PLACES - 1)]))
+    near = int(
+        np.argmin(
+            [left(samples.sign * np.maximum(speed - candidate, 0.0)) for candidate in candidates]
+        )
+    )
+    bounds = (
+        float(candidates[max(near - 1, 0)]),
+        float(candidates[min(near + 1, GRID_POINTS - 1)]),
+    )
     return float(
         minimize_scalar(
-            lambda place: left(bend_column(parts, float(place))), bounds=bounds, method="bounded"
+            lambda candidate: left(bend_column(parts, float(candidate))),
+            bounds=bounds,
+            method="bounded",
         ).x
     )

@@ -40,12 +40,12 @@ def inverse_deviation(samples: RegressionSamples) -> Vector:
     residual = residuals(samples, np.ones(samples.velocity.size))
     speed = np.abs(samples.velocity)
     edges = np.quantile(speed, np.linspace(0.0, 1.0, CLASSES + 1)[1:-1])
-    place = np.searchsorted(edges, speed)
-    rows = np.bincount(place, minlength=CLASSES)
-    deviation = np.sqrt(np.bincount(place, residual**2, CLASSES) / np.maximum(rows, 1))
+    interval = np.searchsorted(edges, speed)
+    rows = np.bincount(interval, minlength=CLASSES)
+    deviation = np.sqrt(np.bincount(interval, residual**2, CLASSES) / np.maximum(rows, 1))
     floor = float(deviation.max()) / LARGEST_RATIO
     return (
-        np.asarray((1.0 / np.maximum(deviation, floor))[place])
+        np.asarray((1.0 / np.maximum(deviation, floor))[interval])
         if floor > 0.0
         else np.ones(speed.size)
     )

@@ -90,11 +90,11 @@ def multisine(
     coarse = _sums(_circle(phases), phases)
     reach = 0.5 * float(np.ptp(coarse[0]))
     top = float(np.abs(coarse[1]).max())
-    room = amplitude or 0.5 * limits.travel
+    amplitude_limit = amplitude or 0.5 * limits.travel
     if frequency is None:
         frequency = (
-            TOP_SHARE * limits.speed * reach / (top * 2.0 * math.pi * room)
-            if math.isfinite(room)
+            TOP_SHARE * limits.speed * reach / (top * 2.0 * math.pi * amplitude_limit)
+            if math.isfinite(amplitude_limit)
             else SLOWEST
         )
     samples = max(4 * phases.size, round(1.0 / (frequency * period)))
@@ -103,11 +103,11 @@ def multisine(
     reach = 0.5 * float(np.ptp(position))
     top = float(np.abs(velocity).max())
     largest = min(
-        room / reach,
+        amplitude_limit / reach,
         TOP_SHARE * limits.speed / (rate * top),
         _effort_bound(limits, rate * velocity, rate**2 * acceleration),
     )
-    scale = room / reach if amplitude else largest
+    scale = amplitude_limit / reach if amplitude else largest
     start = int(np.argmin(np.abs(velocity)))  # sample closest to rest
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
     centre = 0.5 * float(position.max() + position.min())

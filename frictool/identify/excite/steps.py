@@ -33,6 +33,6 @@ def steps(limits: BenchLimits, period: float, amplitude: float | None, repetitio
     return joined(parts, float(levels[-1]))
 
 
-def _rest(place: float, period: float) -> Motion:
+def _rest(position: float, period: float) -> Motion:
     still = np.zeros(max(1, round(REST / period)))
-    return still + place, still, still
+    return still + position, still, still

@@ -98,16 +98,16 @@ def _surveyed(
         {} if bench is None else {bench.actuator.drive: bench.actuator.limit.value}
     )
     made = assemble([path], bench)
-    places = range(len(start_streams(made, window)))
+    indices = range(len(start_streams(made, window)))
 
-    def stream(place: int) -> StreamSurvey:
+    def stream(index: int) -> StreamSurvey:
         return survey(
-            start_streams(made, window)[place].head,
-            lambda: start_streams(made, window)[place].samples,
+            start_streams(made, window)[index].head,
+            lambda: start_streams(made, window)[index].samples,
             limits,
         )
 
-    return made, [stream(place) for place in places]
+    return made, [stream(index) for index in indices]
 
 
 def _facts(made: LogAssembly, surveys: list[StreamSurvey]) -> dict[str, Any]:

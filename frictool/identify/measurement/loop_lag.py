@@ -39,12 +39,12 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
             "commanded and measured current are the same numbers: log what the sensor measures"
         )
 
-    def squares(place: float) -> float:
-        return float(np.sum(_left(np.exp(place), command, measured, period)[0] ** 2))
+    def squares(logarithm: float) -> float:
+        return float(np.sum(_left(np.exp(logarithm), command, measured, period)[0] ** 2))
 
-    places = np.linspace(np.log(SHORTEST * period), np.log(LONGEST * period), 60)
-    near = places[int(np.argmin([squares(place) for place in places]))]
-    step = places[1] - places[0]
+    logarithms = np.linspace(np.log(SHORTEST * period), np.log(LONGEST * period), 60)
+    near = logarithms[int(np.argmin([squares(logarithm) for logarithm in logarithms]))]
+    step = logarithms[1] - logarithms[0]
     lag = float(
         np.exp(
             minimize_scalar(

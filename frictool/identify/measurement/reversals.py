@@ -43,7 +43,7 @@ from frictool.plant.weak_form import bell
 from frictool.typing import Matrix, Vector
 
 ROUNDS = 4  # iterations of the delay
-PLACES = 40  # grid points of the first search for the width
+GRID_POINTS = 40  # grid points of the first search for the width
 WIDEST = 0.4  # largest width relative to the median stroke
 SLOPE = 4  # index of the delay's column
 SEEN = 2.0  # counts past the backlash; the slip mask excludes as many
@@ -250,11 +250,11 @@ def _width(rows: list[ReversalRows], widest: float) -> float:
         value = np.linalg.lstsq(columns, effort, rcond=None)[0]
         return float(np.sum((effort - columns @ value) ** 2)), float(value[2] - value[4])
 
-    places = np.linspace(0.0, widest, PLACES + 1)[1:]
-    near = places[int(np.argmin([squares(float(place))[0] for place in places]))]
-    bounds = (max(near - places[0], 0.1 * places[0]), near + places[0])
+    candidates = np.linspace(0.0, widest, GRID_POINTS + 1)[1:]
+    near = candidates[int(np.argmin([squares(float(candidate))[0] for candidate in candidates]))]
+    bounds = (max(near - candidates[0], 0.1 * candidates[0]), near + candidates[0])
     best = float(
-        minimize_scalar(lambda place: squares(place)[0], bounds=bounds, method="bounded").x
+        minimize_scalar(lambda candidate: squares(candidate)[0], bounds=bounds, method="bounded").x
     )
     least, rise = squares(best)
     none = plain[:, :SLOPE]
@@ -290,7 +290,7 @@ def _solved(rows: list[ReversalRows], width: float) -> LeastSquaresSolution:
     if width > 0.0:
         step = max(rows[0].count, float(np.sqrt(np.mean(plain[:, 1] ** 2))) * rows[0].period)
         up, here, down = (
-            _split(rows, plain, place) for place in (width + step, width, width - step)
+            _split(rows, plain, candidate) for candidate in (width + step, width, width - step)
         )
         value = np.linalg.lstsq(here, effort, rcond=None)[0]
         plain = np.column_stack((here, (up - down) @ value / (2.0 * step)))

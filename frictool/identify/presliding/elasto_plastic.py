@@ -87,10 +87,10 @@ def elasto_plastic(loops: PreslidingLoops, confidence: float) -> PreslidingFit:
 
     Raises UnusableLogs if the loops do not determine them.
     """
-    found = fit_path(
+    fit = fit_path(
         loops, _path, np.array([2.0 * loops.breakaway.value / loops.reach, 1.0]), confidence
     )
-    stiffness, odds = found.parameters
+    stiffness, odds = fit.parameters
     limit = loops.breakaway.value / stiffness.value
     elastic = limit * share_of(odds.value)
     own = [np.log(share_of(end) / share_of(odds.value)) for end in (odds.low, odds.high)]
@@ -99,7 +99,7 @@ def elasto_plastic(loops: PreslidingLoops, confidence: float) -> PreslidingFit:
         for side, part in zip((-1.0, 1.0), own, strict=True)
     )
     return PreslidingFit(
-        (stiffness, Interval(elastic, low, min(high, limit))), found.force_error, found.held_out
+        (stiffness, Interval(elastic, low, min(high, limit))), fit.force_error, fit.held_out
     )
 
 

@@ -84,10 +84,10 @@ def maxwell(loops: PreslidingLoops, confidence: float) -> MaxwellFit:
         limit = reached(displacement, force, loops.breakaway.value)
         return np.concatenate((force, [np.sum(k[:ELEMENTS]), limit]))
 
-    found = statistics(value)
-    if found[ELEMENTS - 1] < ENOUGH * loops.breakaway.value:
+    quality = statistics(value)
+    if quality[ELEMENTS - 1] < ENOUGH * loops.breakaway.value:
         raise UnusableLogs(
-            f"the loops reach {100.0 * found[ELEMENTS - 1] / loops.breakaway.value:.3g} % "
+            f"the loops reach {100.0 * quality[ELEMENTS - 1] / loops.breakaway.value:.3g} % "
             f"of the breakaway; z_max needs at least {100 * ENOUGH:g} %"
         )
     left = np.array([statistics(_stiffnesses(gram - one, right - other)) for one, other in parts])
@@ -96,18 +96,18 @@ def maxwell(loops: PreslidingLoops, confidence: float) -> MaxwellFit:
         ndtri(0.5 + 0.5 * confidence)
     )
     ends = [
-        reached(displacement, found[:ELEMENTS], end)
+        reached(displacement, quality[:ELEMENTS], end)
         for end in (loops.breakaway.low, loops.breakaway.high)
     ]
     # force that corresponds to half a count of uncertainty in the reversal positions
-    turned = 0.5 * loops.count * float(found[-2])
+    turned = 0.5 * loops.count * float(quality[-2])
     ranges = [
         *([turned] for _ in displacement),
         [turned / float(displacement[0])],
         [0.5 * (ends[1] - ends[0]), 0.5 * loops.count],
     ]
     half = [half_width(confidence, float(d), r) for d, r in zip(deviation, ranges, strict=True)]
-    intervals = tuple(map(Interval.around, found, half))
+    intervals = tuple(map(Interval.around, quality, half))
     residual = target - rows @ value
     size = loops.breakaway.value
     side = (np.arange(count) // 2) % 2

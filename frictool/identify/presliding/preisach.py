@@ -25,7 +25,7 @@ COUNTS = 10.0  # least counts in a step between amplitudes
 # counts, and share of the reach, below which a reversal of the position is noise
 TURN_COUNTS, TURN = 1.5, 0.02
 FEWEST_REPEATS = 2
-PLACES = 201
+GRID_POINTS = 201
 
 Branch = tuple[Vector, Vector]  # positions and forces
 
@@ -101,7 +101,7 @@ def _resampled(branch: Branch, amplitude: float) -> Branch:
     """
     position, back = np.unique(branch[0], return_inverse=True)
     force = np.bincount(back, branch[1]) / np.bincount(back)
-    grid = np.linspace(amplitude, -amplitude, PLACES)
+    grid = np.linspace(amplitude, -amplitude, GRID_POINTS)
     return grid, np.interp(grid, position, force)
 
 

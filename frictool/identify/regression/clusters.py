@@ -44,8 +44,8 @@ def _repetitions(sign: Vector, counts: Vector, rows: IntVector) -> IntVector:
     order = np.lexsort((counts, rows, sign))
     group = np.full(sign.size, -1, dtype=np.int64)
     repetitions = 0
-    for place, stroke in enumerate(order):
-        for other in order[place - 1 :: -1] if place else ():
+    for index, stroke in enumerate(order):
+        for other in order[index - 1 :: -1] if index else ():
             if sign[other] != sign[stroke] or rows[stroke] - rows[other] > SAME_ROWS:
                 break
             if abs(counts[stroke] - counts[other]) <= SAME_COUNTS:

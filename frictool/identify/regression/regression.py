@@ -108,15 +108,15 @@ def _jackknife(
     """Return standard deviations (times scale) and degrees of freedom (p,) of the jackknife."""
     rows = parts[:, :, :-1] / scale
     residual = parts[:, :, -1] - parts[:, :, :-1] @ value
-    place = np.unique(cluster, return_inverse=True)[1]
+    index = np.unique(cluster, return_inverse=True)[1]
     size = scale.size
-    count = int(place.max()) + 1
+    count = int(index.max()) + 1
     if count < 2:
         return np.full(size, np.inf), np.ones(size)
     products = np.zeros((count, size, size))
     scores = np.zeros((count, size))
-    np.add.at(products, place, np.swapaxes(rows, 1, 2) @ rows)
-    np.add.at(scores, place, np.einsum("gki,gk->gi", rows, residual))
+    np.add.at(products, index, np.swapaxes(rows, 1, 2) @ rows)
+    np.add.at(scores, index, np.einsum("gki,gk->gi", rows, residual))
     whole = products.sum(axis=0)
     remaining = whole - products
     usable = np.linalg.eigvalsh(remaining)[:, 0] > SINGULAR * np.trace(whole)

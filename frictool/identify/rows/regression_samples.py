@@ -305,11 +305,11 @@ def intervals(
 
     One cluster is left out at a time.
     """
-    place = np.unique(cluster, return_inverse=True)[1]
-    count = int(place.max()) + 1
+    index = np.unique(cluster, return_inverse=True)[1]
+    count = int(index.max()) + 1
     summed = np.zeros((count, *products.shape[1:]))
-    number = np.bincount(place, rows)
-    np.add.at(summed, place, products)
+    number = np.bincount(index, rows)
+    np.add.at(summed, index, products)
     whole = summed.sum(axis=0)
     total = float(number.sum())
     value = estimate(whole, total)

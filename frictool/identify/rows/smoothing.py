@@ -41,7 +41,7 @@ SHORTEST = 11  # samples, shortest window
 STROKE_SHARE = 1.0 / 6.0  # longest window relative to a stroke; a longer one leaves too few samples
 BLOCK = 1024  # samples filtered at a time
 # largest number of samples at which the acceleration is evaluated to choose a window
-PLACES = 20_000
+GRID_POINTS = 20_000
 FOURTH_DIFFERENCE_GAIN = math.sqrt(70.0)  # root of the sum of squares of (1, -4, 6, -4, 1)
 
 
@@ -121,7 +121,7 @@ def choose_window(record: MotionRecord, stroke_samples: float, share: float) -> 
 
 def _rms_acceleration(record: MotionRecord, window: int) -> float:
     """Return the rms of the acceleration, smoothed over `window`, from evenly spaced samples."""
-    every = max(1, record.position.size // PLACES)
+    every = max(1, record.position.size // GRID_POINTS)
     windows = sliding_window_view(record.position, window)[::every]
     acceleration = (windows - windows[:, :1]) @ acceleration_filter(window, record.period)
     return float(np.sqrt(np.mean(acceleration**2)))

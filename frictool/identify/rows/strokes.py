@@ -24,7 +24,7 @@ def turning_points(position: Vector, threshold: float, points: NDArray[np.int64]
 
     A reversal has to show by more than `threshold`. The first and last sample are not reversals.
     """
-    found, direction, extreme = 0, 0, 0
+    count, direction, extreme = 0, 0, 0
     lowest, highest = 0, 0
     for k in range(position.shape[0]):
         if direction == 0:
@@ -41,11 +41,11 @@ def turning_points(position: Vector, threshold: float, points: NDArray[np.int64]
         elif direction * (position[k] - position[extreme]) >= 0.0:
             extreme = k
         elif direction * (position[extreme] - position[k]) > threshold:
-            points[found] = extreme
-            found += 1
+            points[count] = extreme
+            count += 1
             direction = -direction
             extreme = k
-    return found
+    return count
 
 
 @kernel

@@ -94,14 +94,14 @@ def _array(path: Path, head: Mat4Header, name: str, start: int, size: int) -> Ma
     if head.kind or head.is_complex:
         return MatArray(name, head.shape, KINDS[head.kind] or f"complex {CLASSES[head.number]}")
     dtype = np.dtype(head.order + NUMBERS[head.number])
-    place = ArrayColumn(
+    column = ArrayColumn(
         partial(FileBytes, path, start, size - start),
         0,
         dtype,
         head.shape[0] * head.shape[1],
         dtype.itemsize,
     )
-    return MatArray(name, head.shape, CLASSES[head.number], place)
+    return MatArray(name, head.shape, CLASSES[head.number], column)
 
 
 def _head(data: bytes) -> Mat4Header | None:

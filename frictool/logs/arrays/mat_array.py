@@ -35,14 +35,14 @@ class MatArray:
 
     name: name with its path, such as `data.signals.values`.
     kind: MATLAB class.
-    place: location of the numbers in the file, in column order; None unless they are real.
+    column: location of the numbers in the file, in column order; None unless they are real.
     text: content of a char array, else None.
     """
 
     name: str
     shape: tuple[int, ...]
     kind: str
-    place: ArrayColumn | None = None
+    column: ArrayColumn | None = None
     text: str | None = None
 
     def __str__(self) -> str:
@@ -50,15 +50,15 @@ class MatArray:
 
     def columns(self) -> Iterator[tuple[str, ArrayColumn]]:
         """Yield name and column of each vector in the array."""
-        if self.place is None:
+        if self.column is None:
             return
         for line in lines(self.name, self.shape):
-            size = self.place.dtype.itemsize
+            size = self.column.dtype.itemsize
             yield (
                 line.name,
                 replace(
-                    self.place,
-                    offset=self.place.offset + line.first * size,
+                    self.column,
+                    offset=self.column.offset + line.first * size,
                     rows=line.rows,
                     step=line.stride * size,
                 ),

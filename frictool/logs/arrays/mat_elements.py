@@ -245,9 +245,9 @@ class _MatVariableReader:
             )
         # packed numbers are the last 4 bytes of the head
         offset = self.stream.position if tag.inline is None else self.stream.position - 4
-        place = ArrayColumn(self.open, offset, dtype, math.prod(shape), dtype.itemsize)
+        column = ArrayColumn(self.open, offset, dtype, math.prod(shape), dtype.itemsize)
         return MatArray(
-            name, shape, f"{'complex ' * is_complex}{kind}", None if is_complex else place
+            name, shape, f"{'complex ' * is_complex}{kind}", None if is_complex else column
         )
 
     def fields(self, name: str, shape: tuple[int, ...], depth: int) -> Iterator[MatArray]:

@@ -83,7 +83,7 @@ class CountedBytes:
         self.offset += len(data)
         return data
 
-    def _count(self, place: int) -> None:
-        if self._crc is not None and place > self._counted:
-            self._crc = zlib.crc32(self._held[self._counted : place], self._crc)
-            self._counted = place
+    def _count(self, end: int) -> None:
+        if self._crc is not None and end > self._counted:
+            self._crc = zlib.crc32(self._held[self._counted : end], self._crc)
+            self._counted = end

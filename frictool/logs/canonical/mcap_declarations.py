@@ -56,8 +56,8 @@ def declared(data: bytes, bounds: RecordBounds) -> Iterator[tuple[int, bytes]]:
 
     A chunk may not contain other declarations or other chunks.
     """
-    for place in np.flatnonzero(
+    for index in np.flatnonzero(
         (bounds.opcode == Opcode.SCHEMA) | (bounds.opcode == Opcode.CHANNEL)
     ).tolist():
-        start = int(bounds.start[place])
-        yield int(bounds.opcode[place]), data[start : start + int(bounds.length[place])]
+        start = int(bounds.start[index])
+        yield int(bounds.opcode[index]), data[start : start + int(bounds.length[index])]

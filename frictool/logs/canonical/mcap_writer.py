@@ -190,8 +190,8 @@ def write_streams(
 
     last: function that returns the metadata records known only after all samples have been read.
     """
-    for place, piece in merged(streams):
-        writer.chunk(place, piece.time + writer.shift_ns, piece.values)
+    for index, piece in merged(streams):
+        writer.chunk(index, piece.time + writer.shift_ns, piece.values)
     for name, entries in last().items():
         writer.describe(name, entries)
     writer.finish()

@@ -62,17 +62,17 @@ def merged(streams: Sequence[Iterator[SampleBlock]]) -> Iterator[tuple[int, Samp
     One block of each stream is read ahead.
     """
     waiting: list[tuple[int, int, SampleBlock]] = []
-    for place, stream in enumerate(streams):
-        _push(waiting, place, stream)
+    for index, stream in enumerate(streams):
+        _push(waiting, index, stream)
     while waiting:
-        _, place, piece = heapq.heappop(waiting)
-        yield place, piece
-        _push(waiting, place, streams[place])
+        _, index, piece = heapq.heappop(waiting)
+        yield index, piece
+        _push(waiting, index, streams[index])
 
 
 def _push(
-    waiting: list[tuple[int, int, SampleBlock]], place: int, stream: Iterator[SampleBlock]
+    waiting: list[tuple[int, int, SampleBlock]], index: int, stream: Iterator[SampleBlock]
 ) -> None:
     piece = next(stream, None)
     if piece is not None:
-        heapq.heappush(waiting, (int(piece.time[0]), place, piece))
+        heapq.heappush(waiting, (int(piece.time[0]), index, piece))

@@ -115,11 +115,11 @@ class EncoderCounter:
 
         Returns True (n,) for the steps that are still too long.
         """
-        places = np.flatnonzero(long)
-        if places.size == 0:
+        indices = np.flatnonzero(long)
+        if indices.size == 0:
             return long
         if self._index is None:  # the value to which most jumps return
-            landings, slack = raw[places], limit[places]
+            landings, slack = raw[indices], limit[indices]
             self._index = float(
                 landings[np.argmax(np.sum(np.abs(landings[:, None] - landings) <= slack, axis=0))]
             )
@@ -127,22 +127,22 @@ class EncoderCounter:
         # counts of the sample before index `after`
         counts = self._counts
         after = 0
-        for place in places.tolist():
-            if abs(raw[place] - self._index) > limit[place]:
+        for index in indices.tolist():
+            if abs(raw[index] - self._index) > limit[index]:
                 continue
-            counts += float(steps[after:place].sum())
-            expected = float(steps[place - 1]) if place else self._step
-            start = counts + expected - float(raw[place])
+            counts += float(steps[after:index].sum())
+            expected = float(steps[index - 1]) if index else self._step
+            start = counts + expected - float(raw[index])
             if self._start is not None and self._revolution is not None:
                 whole = self._start + self._revolution * round(
                     (start - self._start) / self._revolution
                 )
-                self.lost += abs(start - whole) if abs(start - whole) > limit[place] else 0.0
+                self.lost += abs(start - whole) if abs(start - whole) > limit[index] else 0.0
                 start = whole
-            steps[place] = start + raw[place] - counts
+            steps[index] = start + raw[index] - counts
             self._start = start
-            after = place
-            left[place] = False
+            after = index
+            left[index] = False
             self.resets += 1
         return left
 

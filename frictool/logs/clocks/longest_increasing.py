@@ -20,18 +20,18 @@ def increasing(time: Nanoseconds, after: int | None) -> NDArray[np.intp]:
     All chosen times are later than `after`; None sets no such limit.
     """
     ends: list[int] = []  # smallest last time of a subsequence of each length
-    places: list[int] = []
+    indices: list[int] = []
     before = np.full(time.size, -1)
-    for place, value in enumerate(time.tolist()):
+    for index, value in enumerate(time.tolist()):
         if after is not None and value <= after:
             continue
         length = bisect_left(ends, value)
-        before[place] = places[length - 1] if length else -1
+        before[index] = indices[length - 1] if length else -1
         ends[length : length + 1] = [value]
-        places[length : length + 1] = [place]
-    chosen = np.empty(len(places), dtype=np.intp)
-    place = places[-1] if places else -1
-    for position in range(len(places) - 1, -1, -1):
-        chosen[position] = place
-        place = int(before[place])
+        indices[length : length + 1] = [index]
+    chosen = np.empty(len(indices), dtype=np.intp)
+    index = indices[-1] if indices else -1
+    for position in range(len(indices) - 1, -1, -1):
+        chosen[position] = index
+        index = int(before[index])
     return chosen

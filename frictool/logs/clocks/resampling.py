@@ -34,12 +34,12 @@ class GridField:
     """One field of the resampled stream.
 
     stream: index of the stream that provides it.
-    place: index of the field within this stream.
+    field: index of the field within this stream.
     is_held: True if the value is held, False if it is interpolated.
     """
 
     stream: int
-    place: int
+    field: int
     is_held: bool
 
 
@@ -69,13 +69,13 @@ def grid(heads: Sequence[StreamHeader], derived: Sequence[str], period_ns: int) 
     parts: list[GridField] = []
     note = {"period_s": f"{period_ns / 1e9:.9g}"}
     for number, head in enumerate(heads):
-        for place, (name, unit) in enumerate(zip(head.fields, head.units, strict=True)):
+        for index, (name, unit) in enumerate(zip(head.fields, head.units, strict=True)):
             is_held = name in HELD or (name == EFFORT and head.topic in derived)
             new = name if name not in fields else _prefixed(head.topic, name, fields)
             was = message_path(head.topic, name)
             fields.append(new)
             units.append(unit)
-            parts.append(GridField(number, place, is_held))
+            parts.append(GridField(number, index, is_held))
             path = message_path(MAIN_TOPIC, new)
             note[path] = ("held" if is_held else "linear") + (
                 f", from {was}" if was != path else ""
@@ -110,9 +110,9 @@ def resampled(
     kept: list[SampleBlock | None] = [None] * len(streams)
     start: int | None = None
     row = 0
-    for place, piece in merged(streams):
-        before = kept[place]
-        kept[place] = piece if before is None else join_blocks([before, piece])
+    for index, piece in merged(streams):
+        before = kept[index]
+        kept[index] = piece if before is None else join_blocks([before, piece])
         there = [one for one in kept if one is not None]
         if len(there) < len(streams):
             continue
@@ -135,7 +135,7 @@ def resampled(
 
 def _at(samples: SampleBlock, part: GridField, time: Nanoseconds) -> Vector:
     """Return a signal at times (n,) in ns, all within the time range of its samples."""
-    values = samples.values[part.place]
+    values = samples.values[part.field]
     before = np.searchsorted(samples.time, time, side="right") - 1
     if part.is_held:
         return values[before]

@@ -178,7 +178,7 @@ def read_rows(
         cells = zero
         surplus = False
         inside = zero
-        found = listed
+        listed_now = listed
         empty = _is_blank_line(text, begin)
         more = not empty
         at = _over_blanks(text, begin, BLANK if empty else delimiter)
@@ -201,19 +201,19 @@ def read_rows(
                     and not (at == start + 2 and text[start] == QUOTE)
                 )
                 if slot != SKIP:
-                    found = _list(issues, found, row, CELL, lines, cells, start, at)
+                    listed_now = _list(issues, listed_now, row, CELL, lines, cells, start, at)
             cells += 1
             at, more = _next_cell(text, at, delimiter)
         if not last and (at >= end or (at == end - 1 and text[at] == RETURN)):
             break
         if not empty:
             if cells < columns or surplus:
-                found = _list(issues, listed, row, ROW, lines, cells, begin, at)
+                listed_now = _list(issues, listed, row, ROW, lines, cells, begin, at)
             if at >= end:
-                found = _list(issues, found, row, CUT, lines, cells, begin, at)
+                listed_now = _list(issues, listed_now, row, CUT, lines, cells, begin, at)
             last_line = lines
             row += 1
-        listed = found
+        listed = listed_now
         both = text[at] == RETURN and text[at + 1] == FEED
         begin = min(at + (2 if both else 1), end)
         lines += 1 + inside

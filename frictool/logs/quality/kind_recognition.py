@@ -34,7 +34,7 @@ LINES = 12
 PURE = 0.9
 LOBE = 2  # bins on each side of a line that a Hann window fills
 FEWEST_BINS = 64  # least number of lobe widths in the spectrum
-PLACES = 500  # samples at which the path length is evaluated
+GRID_POINTS = 500  # samples at which the path length is evaluated
 ONE_WAY_AND_BACK = 2.2  # largest path of a stroke, relative to the position's range
 
 
@@ -114,6 +114,7 @@ def _is_lines(values: Vector) -> bool:
 def _path(position: Vector) -> float:
     """Return the length of the path of the axis.
 
-    Only about PLACES samples are used, so that noise and alternation between counts do not count.
+    Only about GRID_POINTS samples are used, so that noise and alternation between counts do not
+    count.
     """
-    return float(np.abs(np.diff(position[:: max(1, position.size // PLACES)])).sum())
+    return float(np.abs(np.diff(position[:: max(1, position.size // GRID_POINTS)])).sum())

@@ -173,9 +173,9 @@ class RepeatedJumps:
         even number of steps is left out, because it returns to its start, as a glitch does.
         """
         sign = np.sign(self._ends[:, 3] - self._ends[:, 2])
-        place = self._ends[:, 4]
+        index = self._ends[:, 4]
         starts = np.flatnonzero(
-            (np.diff(sign, prepend=0.0) == 0.0) | (np.diff(place, prepend=-np.inf) > TO_AND_FRO)
+            (np.diff(sign, prepend=0.0) == 0.0) | (np.diff(index, prepend=-np.inf) > TO_AND_FRO)
         )
         length = np.diff(np.append(starts, sign.size))
         return np.asarray(starts[length % 2 == 1])
@@ -191,21 +191,21 @@ class RepeatedJumps:
             return
         steps = np.diff(self._position)
         self._extend(steps, start, end)
-        place = start + np.flatnonzero(np.abs(steps[start:end]) > self._long)
+        index = start + np.flatnonzero(np.abs(steps[start:end]) > self._long)
         padded = np.pad(steps, WINDOW, constant_values=np.nan)
         offsets = np.delete(np.arange(2 * WINDOW + 1), WINDOW)
         time, position = self._time, self._position
         ends: Matrix = np.column_stack(
             (
-                time[place],
-                time[place + 1],
-                position[place],
-                position[place + 1],
-                (self._first + place).astype(np.float64),
+                time[index],
+                time[index + 1],
+                position[index],
+                position[index + 1],
+                (self._first + index).astype(np.float64),
             )
         )
         self._ends = np.concatenate((self._ends, ends))[:MOST]
-        self._around = np.concatenate((self._around, padded[place[:, None] + offsets]))[:MOST]
+        self._around = np.concatenate((self._around, padded[index[:, None] + offsets]))[:MOST]
         kept = np.abs(self._ends[:, 3] - self._ends[:, 2]) > self._long
         self._ends, self._around = self._ends[kept], self._around[kept]
         dropped = max(0, end - WINDOW)

@@ -30,15 +30,15 @@ class VelocityRange:
         position = np.concatenate((self._position, position))
         for window in WINDOWS:
             first = max(before - window, 0)
-            way = position[first + window :] - position[first:-window]
-            if way.size:
-                velocity = way / (time[first + window :] - time[first:-window])
+            distance = position[first + window :] - position[first:-window]
+            if distance.size:
+                velocity = distance / (time[first + window :] - time[first:-window])
                 low, high = self._ranges[window]
                 self._ranges[window] = (
                     min(low, float(velocity.min())),
                     max(high, float(velocity.max())),
                 )
-                self._ways[window] = max(self._ways[window], float(np.abs(way).max()))
+                self._ways[window] = max(self._ways[window], float(np.abs(distance).max()))
         self._time, self._position = time[-WINDOWS[-1] :], position[-WINDOWS[-1] :]
 
     @property

@@ -173,8 +173,8 @@ def labels(
             names = [names[0][1:].strip(), *names[1:]] if names[0][1:].strip() else names[1:]
         named = next(
             (
-                place
-                for place, name in enumerate(names)
+                index
+                for index, name in enumerate(names)
                 if steps and name.lower() in (START, INCREMENT)
             ),
             len(trimmed(names)),

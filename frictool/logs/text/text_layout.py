@@ -95,17 +95,17 @@ def find_layout(
         return value(cell) is not None or is_stamp(cell)
 
     after = max(layout.header_line or 0, layout.unit_line or 0)
-    below = [[] if place < after else row for place, row in enumerate(rows)]
+    below = [[] if index < after else row for index, row in enumerate(rows)]
     first = first_row(below, is_number) if layout.first_line is None else layout.first_line - 1
     if first is None or first >= len(rows):
         raise LogError(path, _no_rows(rows, first, after))
     header, unit = _above(rows, first, layout, is_number)
     names = labels(rows, first, header, unit, value)
     stamps = next(
-        (place for place, cell in enumerate(rows[first][: len(names.names)]) if is_stamp(cell)),
+        (index for index, cell in enumerate(rows[first][: len(names.names)]) if is_stamp(cell)),
         None,
     )
-    units = tuple(ISO_8601 if place == stamps else one for place, one in enumerate(names.units))
+    units = tuple(ISO_8601 if index == stamps else one for index, one in enumerate(names.units))
     clock, period, start = names.clock, names.period_ns, names.start_ns
     if layout.period_s is not None:
         clock = "layout.period_s"
@@ -139,12 +139,12 @@ def _lines(path: Path, head: str, whole: bool, most: int) -> list[str]:
         raise LogError(path, "is empty; a table with a header is expected")
     if len(lines) > most or (not whole and len(lines) > 1):
         lines.pop()  # the rest of the text, or a line that continues beyond the head
-    for place, line in enumerate(lines, start=1):
+    for index, line in enumerate(lines, start=1):
         if len(line) >= LONGEST_LINE:
             raise LogError(
                 path,
                 f"is longer than {LONGEST_LINE} characters; a table with a header is expected",
-                line=place,
+                line=index,
             )
     return lines
 
@@ -170,7 +170,7 @@ def _above(
     if layout.unit_line is not None:
         unit = layout.unit_line - 1 if layout.unit_line else None
         header = max(
-            (place for place in range(first if unit is None else unit) if any(rows[place])),
+            (index for index in range(first if unit is None else unit) if any(rows[index])),
             default=None,
         )
     if layout.header_line is not None:

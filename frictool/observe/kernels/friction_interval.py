@@ -148,7 +148,7 @@ def friction_along(
     """
     p = axes[0]
     # at rest: position, largest static friction forward and backward, load
-    place = math.nan
+    rest_position = math.nan
     forward = 0.0
     backward = 0.0
     loaded = 0.0
@@ -160,12 +160,12 @@ def friction_along(
         speed, slowest, fastest = v[VALUE, k], v[LOW, k], v[HIGH, k]
         loose = _play(state, x[k], 1.0 if speed >= 0.0 else -1.0, gap[0])
         if slowest <= 0.0 <= fastest:
-            if x[k] != place:
-                place = x[k]
+            if x[k] != rest_position:
+                rest_position = x[k]
                 loaded = p[OFFSET] + load_effort(load, x[k])
                 forward, backward = (
-                    _strongest(p, 1.0, place, factors, zones),
-                    _strongest(p, -1.0, place, factors, zones),
+                    _strongest(p, 1.0, rest_position, factors, zones),
+                    _strongest(p, -1.0, rest_position, factors, zones),
                 )
             held = effort[k] - loaded
             step = effort[k] - state[LAST_EFFORT]

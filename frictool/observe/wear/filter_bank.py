@@ -68,9 +68,9 @@ class FilterBank:
         self.states = np.zeros_like(self.means)
         self.spreads = np.tile(np.eye(len(self.names)), (len(restrictions), 1, 1))
         self._matrix, self._fixed = first.matrix, first.fixed
-        self._place = self.names.index(name)
-        self._walk = walk / self.deviations[:, self._place]
-        self._changes = ChangeDetector(self.means.shape, self._place)
+        self._index = self.names.index(name)
+        self._walk = walk / self.deviations[:, self._index]
+        self._changes = ChangeDetector(self.means.shape, self._index)
         self._evidence = np.zeros(len(restrictions))
         self._restless = np.zeros_like(self.means)
         self._squares = np.full(len(restrictions), variance * PRIOR_ROWS)
@@ -92,14 +92,14 @@ class FilterBank:
         """Update the filters with a move; return True if it shows a change of `name`."""
         information, right, squares = self._information(move)
         missed = right - _times(information, self.states)
-        place = self._place
+        index = self._index
         noise = self._noise_of(
             information,
             missed,
             squares - np.einsum("ki,ki->k", self.states, right + missed),
             move.rows,
         )
-        self.spreads[:, place, place] += self._walk**2
+        self.spreads[:, index, index] += self._walk**2
         self._restless *= RESTLESS
         self._loosen(self._restless)
         gain = _gain(self.spreads, information, noise)
@@ -126,14 +126,14 @@ class FilterBank:
             - np.einsum("ki,ki->k", self.states, 2.0 * right - _times(information, self.states)),
             move.rows,
         )
-        return bool(walked[int(np.argmax(self.weights)), place] > 0.0)
+        return bool(walked[int(np.argmax(self.weights)), index] > 0.0)
 
     def value(self, name: str) -> tuple[float, float]:
         """Return mean and standard deviation of a parameter [SI]."""
-        place = self.names.index(name)
+        index = self.names.index(name)
         weights = self.weights
-        values = self.means[:, place] + self.deviations[:, place] * self.states[:, place]
-        variances = self.deviations[:, place] ** 2 * self.spreads[:, place, place]
+        values = self.means[:, index] + self.deviations[:, index] * self.states[:, index]
+        variances = self.deviations[:, index] ** 2 * self.spreads[:, index, index]
         mean = float(weights @ values)
         return mean, math.sqrt(float(weights @ (variances + (values - mean) ** 2)))
 

@@ -63,7 +63,7 @@ class ParameterRestriction:
     mean: Vector
     deviation: Vector
 
-    def place(self, name: str) -> int:
+    def index(self, name: str) -> int:
         """Return the index of the parameter `name` in `names`."""
         return self.names.index(name)
 
@@ -121,10 +121,10 @@ def dry_columns(layout: WeakFormLayout, side: str | None = None, zone: int | Non
     None for all zones.
     """
     chosen = np.zeros(len(layout.names))
-    for place, name in enumerate(layout.names):
+    for index, name in enumerate(layout.names):
         kind, *rest = name.split("_")
         if kind == "dry" and side in (None, rest[0]) and zone in (None, int(rest[1])):
-            chosen[place] = 1.0
+            chosen[index] = 1.0
     return chosen
 
 
@@ -212,14 +212,14 @@ def _known(
     }
     if slope.value > 0.0:
         out["asymmetry"] = (0.5 * (slope.value - opposite.value), ASYMMETRY * slope.value)
-    for place, knee in enumerate(map(float, layout.knees)):
+    for index, knee in enumerate(map(float, layout.knees)):
         width = unmodelled.bend * layout.friction / max(top - knee, 0.25 * top)
         bend = 0.0
         if knee in regime_viscous:
             bend = regime_viscous[knee].value - slope.value
             width = max(width, unsure[knee])
             slope = regime_viscous[knee]
-        out[f"bend_{place}"] = (bend, width)
+        out[f"bend_{index}"] = (bend, width)
     return out
 
 

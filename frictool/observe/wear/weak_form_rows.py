@@ -80,7 +80,7 @@ def slips(position: Vector, k: int, reach: int, carried: float, numbers: Vector)
 @kernel
 def remember(
     ring: Vector,
-    place: int,
+    index: int,
     window: int,
     x: float,
     speed: float,
@@ -92,7 +92,7 @@ def remember(
 ) -> None:
     """Write bends and friction of a sample into the ring.
 
-    They go to column `place` and again to `place` + window, so that any window is contiguous. ring:
+    They go to column `index` and again to `index` + window, so that any window is contiguous. ring:
     (h + z, 2 window). The first h rows are bends. The other z rows are one per zone: the friction
     [N m | N] at x [rad | m] in the zone of x, and 0 in other zones.
     """
@@ -104,9 +104,9 @@ def remember(
     while zone < zones - 1 and x >= edges[zone + 1]:
         zone += 1
     for j in range(bends):
-        ring[j, place] = ring[j, place + window] = max(speed - knees[j], 0.0)
+        ring[j, index] = ring[j, index + window] = max(speed - knees[j], 0.0)
     for j in range(zones):
-        ring[bends + j, place] = ring[bends + j, place + window] = friction if j == zone else 0.0
+        ring[bends + j, index] = ring[bends + j, index + window] = friction if j == zone else 0.0
 
 
 @kernel
@@ -141,16 +141,18 @@ def fill_row(
         acceleration += second[j] * (position[k] - origin)
         if phi[j] > 0.0:
             velocity += phi[j] * (position[k + 1] - position[k - 1])
-            given = weights[0] * effort[k - 1] + weights[1] * effort[k] + weights[2] * effort[k + 1]
-            driven += phi[j] * (given - load_effort(load, position[k] + numbers[HALF_COUNT]))
+            mean_effort = (
+                weights[0] * effort[k - 1] + weights[1] * effort[k] + weights[2] * effort[k + 1]
+            )
+            driven += phi[j] * (mean_effort - load_effort(load, position[k] + numbers[HALF_COUNT]))
     row[0] = acceleration
     row[1] = velocity / (2.0 * numbers[PERIOD])
     for j in range(bends + zones):
         total = 0.0
         for i in range(window):
             total += phi[i] * ring[j, first + i]
-        place = 2 + j if j < bends else 2 + j + side * zones
-        row[place] = sign * total
+        index = 2 + j if j < bends else 2 + j + side * zones
+        row[index] = sign * total
     row[2 + bends + 2 * zones + side] = sign
     row[row.shape[0] - 2] = sign * row[1]
     row[row.shape[0] - 1] = driven - numbers[OFFSET]
@@ -218,10 +220,10 @@ def walk(
             continue
         state[IDLE] = 0.0
         state[RUN] += 1.0
-        place = int(state[SEEN]) % window
+        index = int(state[SEEN]) % window
         side = 1 if direction > 0.0 else 0
         speed = abs(position[k + reach] - position[k - reach]) / (2.0 * reach * numbers[PERIOD])
-        remember(ring, place, window, position[k] + half, speed, side, knees, edges, dry, numbers)
+        remember(ring, index, window, position[k] + half, speed, side, knees, edges, dry, numbers)
         ready = state[RUN] - window
         if ready >= 0.0 and ready % every == 0.0:
             fill_row(
@@ -230,7 +232,7 @@ def walk(
                 effort,
                 k,
                 ring,
-                place + 1,
+                index + 1,
                 side,
                 zones,
                 phi,

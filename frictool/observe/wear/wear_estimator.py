@@ -127,8 +127,8 @@ class WearEstimator:
         changes = [0.0]
         lately = list(self._lately)
         for moves, count, behind in GOING_ON:
-            places = lately[-1 - moves * count :: moves] if len(lately) > moves * count else []
-            steps = [after - before for before, after in itertools.pairwise(places)]
+            lengths = lately[-1 - moves * count :: moves] if len(lately) > moves * count else []
+            steps = [after - before for before, after in itertools.pairwise(lengths)]
             if steps and (min(steps) > 0.0 or max(steps) < 0.0):
                 changes.append(behind / moves * min(abs(step) for step in steps))
         return max(changes)

@@ -48,9 +48,11 @@ class PiecewiseCubic:
         piece = np.clip(
             np.searchsorted(self.breaks, clamped, side="right") - 1, 0, len(self.cubic) - 1
         )
-        way = clamped - self.breaks[piece]
+        offset = clamped - self.breaks[piece]
         c0, c1, c2, c3 = (self.cubic[piece, power] for power in range(4))
-        return ((c3 * way + c2) * way + c1) * way + c0, (3.0 * c3 * way + 2.0 * c2) * way + c1
+        return ((c3 * offset + c2) * offset + c1) * offset + c0, (
+            3.0 * c3 * offset + 2.0 * c2
+        ) * offset + c1
 
 
 def monotone_cubic(positions: Sequence[float], values: Sequence[float]) -> PiecewiseCubic:
@@ -206,13 +208,13 @@ def _piece(curves: Curves, curve: int, x: float) -> tuple[int, float, bool]:
 
 def curve_value(curves: Curves, curve: int, x: float) -> float:
     """Return the value of a packed curve at x."""
-    piece, way, _ = _piece(curves, curve, x)
+    piece, offset, _ = _piece(curves, curve, x)
     c0, c1, c2, c3 = curves.cubic[piece].tolist()
-    return float(((c3 * way + c2) * way + c1) * way + c0)
+    return float(((c3 * offset + c2) * offset + c1) * offset + c0)
 
 
 def curve_slope(curves: Curves, curve: int, x: float) -> float:
     """Return the derivative of a packed curve at x; 0 beyond its ends."""
-    piece, way, within = _piece(curves, curve, x)
+    piece, offset, within = _piece(curves, curve, x)
     _, c1, c2, c3 = curves.cubic[piece].tolist()
-    return float((3.0 * c3 * way + 2.0 * c2) * way + c1) if within else 0.0
+    return float((3.0 * c3 * offset + 2.0 * c2) * offset + c1) if within else 0.0

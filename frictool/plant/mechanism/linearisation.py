@@ -99,10 +99,10 @@ class LinearMechanism:
         values, vectors = np.linalg.eig(grown[:, None] * system.a / grown)
         fastest = np.max(np.abs(values), initial=0.0)
         pairs = []
-        for place in np.argsort(np.abs(values), kind="stable"):
-            value = values[place]
+        for index in np.argsort(np.abs(values), kind="stable"):
+            value = values[index]
             if value.imag > STILL * fastest:
-                shape = np.asarray(vectors[:count, place] / scale, dtype=np.complex128)
+                shape = np.asarray(vectors[:count, index] / scale, dtype=np.complex128)
                 pairs.append(self._mode(complex(value), shape))
         return tuple(pairs)
 

@@ -127,12 +127,12 @@ def without_loops(
     for link in sorted(
         links, key=lambda link: link.gap > 0.0
     ):  # links with play last: the error of a loop then names the link with play
-        way = forest.way(link.a, link.b)
-        if way is None:
+        path = forest.way(link.a, link.b)
+        if path is None:
             forest.add(link)
             kept.add(link.name)
         else:
-            notes.append(_redundant(link, way, names))
+            notes.append(_redundant(link, path, names))
     _refuse_facing(
         forest, [link for link in links if link.name in kept and link.irreversible], names
     )
@@ -142,9 +142,9 @@ def without_loops(
 def _refuse_facing(forest: LinkForest, links: Sequence[Transmission], names: Sequence[str]) -> None:
     """Raise ElementError for two self-locking links that both drive the same rigid group."""
     for one, other in itertools.combinations(links, 2):
-        way = forest.way(one.a, other.a)
+        path = forest.way(one.a, other.a)
         if (
-            way and way[0][2] is one and way[-1][2] is other
+            path and path[0][2] is one and path[-1][2] is other
         ):  # way is empty if one block drives both links
             driven = (
                 names[one.b]
@@ -161,25 +161,25 @@ def _refuse_facing(forest: LinkForest, links: Sequence[Transmission], names: Seq
 
 
 def _redundant(
-    link: Transmission, way: list[tuple[int, float, Transmission]], names: Sequence[str]
+    link: Transmission, path: list[tuple[int, float, Transmission]], names: Sequence[str]
 ) -> str:
     """Return a note if the link is redundant; raise ElementError if it closes any other loop."""
     key = f"links.{link.name}"
     round_trip = 1.0 / link.ratio
-    for _, step, _ in way:
+    for _, step, _ in path:
         round_trip *= step
     loop = (
         f"{names[link.a]} - "
-        f"{' - '.join(f'{other.name} - {names[there]}' for there, _, other in way)} - {link.name}"
+        f"{' - '.join(f'{other.name} - {names[there]}' for there, _, other in path)} - {link.name}"
     )
-    if len(way) == 1 and abs(round_trip - 1.0) > CLOSED:
+    if len(path) == 1 and abs(round_trip - 1.0) > CLOSED:
         first = names[link.a]
         second = names[link.b]
-        other = way[0][2].name
+        other = path[0][2].name
         raise ElementError(
             key,
             f"moves {second} {link.ratio:.6g} as far as {first}, and {other} moves it "
-            f"{way[0][1]:.6g} as far: no motion solves both; "
+            f"{path[0][1]:.6g} as far: no motion solves both; "
             "allowed: the same ratio and direction, or one rigid link between two blocks",
         )
     if abs(round_trip - 1.0) > CLOSED:
@@ -190,7 +190,7 @@ def _redundant(
             "correct a ratio or a direction, or make a link compliant",
         )
     playing = next(
-        (other.name for other in (link, *(step[2] for step in way)) if other.gap > 0.0), None
+        (other.name for other in (link, *(step[2] for step in path)) if other.gap > 0.0), None
     )
     if playing is not None:
         raise ElementError(
@@ -199,7 +199,7 @@ def _redundant(
             "play with compliance; give it one",
         )
     lossy = next(
-        (other.name for other in (link, *(step[2] for step in way)) if not other.lossless), None
+        (other.name for other in (link, *(step[2] for step in path)) if not other.lossless), None
     )
     if lossy is not None:
         raise ElementError(
