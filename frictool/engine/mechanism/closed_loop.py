@@ -81,7 +81,7 @@ class DriftedNumbers(NamedTuple):
     """Conditions at each sample, and the numbers of the mechanism that they multiply.
 
     conditions (n, 8): engine/disturbances_and_faults.py, or (0, 8). At sample k, the entry
-    places[i] of the mechanism's floats is values[i] times conditions[k, columns[i]]. limit: limit
+    indices[i] of the mechanism's floats is values[i] times conditions[k, columns[i]]. limit: limit
     of the controlled drive; if the drive's sensor is wrong, the limit applies to the measured
     drive.
     """

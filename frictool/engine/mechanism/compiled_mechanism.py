@@ -47,24 +47,24 @@ class _SectionWriter:
         self.header = np.zeros(ly.HEADER, dtype=np.int64)
         self.whole: list[IntVector] = [self.header]
         self.numbers: list[Vector] = [np.zeros(1)]
-        self.size = ly.HEADER
-        self.size = 1
+        self.integers = ly.HEADER  # number of integers so far
+        self.floats = 1  # number of floats so far
 
     def put_whole(self, section: int, *columns: Any) -> None:
         """Append a section with `columns` to the integers; note its start in the header."""
         table = np.column_stack([np.asarray(column, dtype=np.int64) for column in columns]).ravel()
-        self.header[section] = self.size
+        self.header[section] = self.integers
         self.whole.append(table)
-        self.size += table.size
+        self.integers += table.size
 
     def put(self, section: int, *columns: Any) -> None:
         """Append a section with `columns` to the floats; note its start in the header."""
         table = np.column_stack(
             [np.asarray(column, dtype=np.float64) for column in columns]
         ).ravel()
-        self.header[section] = self.size
+        self.header[section] = self.floats
         self.numbers.append(table)
-        self.size += table.size
+        self.floats += table.size
 
 
 def _irreversible(packed: PackedMechanism) -> NDArray[np.bool_]:
