@@ -16,9 +16,9 @@ else:
     __getattr__, __dir__, __all__ = lazy_exports(
         __name__,
         {
-            "in_memory": ["log_of", "write_log"],
+            "log_from_arrays": ["log_of", "write_log"],
             "ingestion": ["IngestRequest", "ingest"],
             "log": ["Log", "Stream"],
-            "reading": ["read_log"],
+            "log_reader": ["read_log"],
         },
     )

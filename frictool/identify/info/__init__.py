@@ -8,4 +8,6 @@ if TYPE_CHECKING:
     from frictool.identify.info.log_information import Information as Information
     from frictool.identify.info.log_information import info as info
 else:
-    __getattr__, __dir__, __all__ = lazy_exports(__name__, {"information": ["Information", "info"]})
+    __getattr__, __dir__, __all__ = lazy_exports(
+        __name__, {"log_information": ["Information", "info"]}
+    )
