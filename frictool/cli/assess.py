@@ -13,6 +13,7 @@ from frictool.cli.console_output import note, print_json, say
 from frictool.cli.output_files import STDOUT, save_text
 
 if TYPE_CHECKING:
+    from frictool.adapters.drive_bound import DriveBound
     from frictool.documents.bench import Bench
     from frictool.identify.assess.assessment import Assessment, ParameterAssessment
 
@@ -30,6 +31,7 @@ Example:
 State which parameters this bench can identify, by which method and test, how precisely, and why.
 The report contains the bounds that quantisation sets, the filter that they require, the choice of
 the method, the precision of the proposed test (Cramér-Rao bounds), and the gain of a finer encoder.
+It also contains the shortest step response that the drive allows over the a-priori intervals.
 
 A precision is half of a 95 % interval divided by the a-priori value. If the a-priori interval of a
 parameter in bench.yaml is narrower than --wanted, the parameter must be identified more precisely
@@ -96,6 +98,11 @@ class PrecisionParam(click.ParamType[tuple[str | None, float]]):
     help="Expected presliding distance [rad | m].  [default: 1e-3 rad, 1e-5 m]",
 )
 @click.option(
+    "--step",
+    type=positive,
+    help=("Length of the step whose shortest response is shown [rad | m].  [default: the travel]"),
+)
+@click.option(
     "-o", "--output", type=NamedPath(), help="Also write the text to this file; - is stdout."
 )
 @json_option
@@ -106,6 +113,7 @@ def command(
     noise: float | None,
     effort: float | None,
     presliding: float | None,
+    step: float | None,
     output: Path | None,
     as_json: bool,
 ) -> None:
@@ -121,7 +129,7 @@ def command(
     named = {name: part for name, part in wanted if name is not None}
     everywhere = [part for name, part in wanted if name is None]
     requested = {**(dict.fromkeys(PARAMETERS, everywhere[-1]) if everywhere else {}), **named}
-    assessment = assess(document, requested, duration, noise, effort, presliding)
+    assessment = assess(document, requested, duration, noise, effort, presliding, step)
     if output is not None:
         save_text(output, text(assessment, document) + "\n", [bench])
     if as_json:
@@ -177,8 +185,18 @@ def summary(assessment: Assessment, bench: Bench) -> dict[str, Any]:
         }
         if entropy
         else None,
+        "time_optimal": None if assessment.drive is None else _drive(assessment.drive),
         "parameters": [_row(row, bench) for row in assessment.rows],
         "scheme": scheme(assessment),
+    }
+
+
+def _drive(bound: DriveBound) -> dict[str, Any]:
+    """Return the drive's shortest responses as JSON values; null for a drive that cannot move."""
+    times = {"best_s": bound.best, "worst_s": bound.worst}
+    return {
+        "step": bound.length,
+        **{name: time if math.isfinite(time) else None for name, time in times.items()},
     }
 
 
@@ -235,6 +253,11 @@ def text(assessment: Assessment, bench: Bench) -> str:
             f"entropy {assessment.entropy.nats:.3g} nats, "
             f"{assessment.entropy.counts:.0f} counts); twice the resolution adds 1 bit, "
             f"{100.0 * assessment.entropy.gain:.3g} %"
+        )
+    if assessment.drive is not None:
+        lines.append(
+            f"{assessment.drive.words(bench)}, {1e3 * assessment.drive.best:.4g} ms on the best "
+            "(time-optimal control, with lag and delay)"
         )
     if assessment.constant > 0.0:
         lines.append(

@@ -20,6 +20,7 @@ from frictool.report.hold_metrics import HoldMetrics, measure_holds
 from frictool.report.load_judge import judge_load
 from frictool.report.margin_judge import judge_margin
 from frictool.report.requirement import ReportRequest, Requirement, Verdict
+from frictool.report.response_judge import judge_response
 from frictool.report.rig_facts import RigFacts
 from frictool.report.tracking_judge import judge_tracking
 from frictool.report.worst_hold import Judge, JudgedStreams, judge_cycle, judge_of
@@ -176,6 +177,7 @@ def _meets(spec: Spec, stream: tuple[StreamEvidence, tuple[HoldMetrics, ...]]) -
 
 # key -> judge that does more than compare the worst hold or stream with the limit
 SPECIAL: dict[str, Judge] = {
+    "response_time_95_s": judge_response,
     "load_static_error": judge_load,
     "limit_cycle": judge_cycle,
     "modulus_margin": judge_margin,

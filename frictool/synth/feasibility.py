@@ -1,17 +1,12 @@
 """Check, before the design, for requirements that no controller can reach on this bench.
 
 Bands are compared with the encoder and the specification, times with the drive's limit. The
-shortest time t(s) for a step of length s from rest follows from bang-bang control of a plant with
-inertia J, Coulomb friction F and the actuator's effort E at its limit:
-
-    a+ = (E - F)/J    acceleration
-    a- = (E + F)/J    deceleration
-    x1 = 1.05 s a-/(a+ + a-)    switching position, so that the axis stops at 1.05 s
-
-The axis may overshoot by 5 % of s; t is the time at which it passes 0.95 s, and grows with the
-square root of s. Inside a backlash only the motor's smaller friction acts during the acceleration.
-Viscous friction, the drive's lag and, in one of the two directions, a load can only lengthen t; all
-three are neglected.
+shortest time of a step is that of plant/time_optimal.py: the drive at its limit towards the target,
+then at its limit against it, with its lag and the bench's delay. The most favourable reading of the
+specification counts, so that no controller can reach less: the axis stops short of the target by
+static_error, the encoder reads one count in favour of the zone, and the step begins inside the open
+backlash. Load, the voltage of the winding and resonances are neglected. For the rise time the drive
+need not stop, and has no lag.
 
 A specification does not state the length of its steps. The drive must be able to make the shortest
 step to which the specification can apply (else exit 4). The length of this step is 20 times
@@ -23,29 +18,35 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import NamedTuple
 
+from frictool.adapters.drive_bound import driven_axis
 from frictool.adapters.model_polytope import polytope
 from frictool.documents.design import Design
 from frictool.documents.model import Model
 from frictool.documents.quantity import PositiveLength, si_unit
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
+from frictool.plant.polytope import PlantPoint
+from frictool.plant.time_optimal import (
+    ZONE,
+    DrivenAxis,
+    StepZone,
+    shortest_time,
+    time_optimal_response,
+)
 
-WITHIN = 0.05  # share of the step: error band of response_time_95_s
 RISE = (0.1, 0.9)  # shares of the step between which rise_time_s counts
+LENGTHS = 20  # bisections of the length of a step
+ShortestTime = Callable[[DrivenAxis, float], float]  # of a step with a length [rad | m]
 
 
-class FastestStep(NamedTuple):
-    """Slowest plant of the bench with its drive at the limit.
+class SlowestStep(NamedTuple):
+    """Shortest time [s] of a step on the slowest plant of the model's polytope."""
 
-    `effort` [N m | N], `inertia` and `coulomb` in SI units; `per_root` is t(s)/sqrt(s).
-    """
-
-    effort: float
-    inertia: float
-    coulomb: float
-    per_root: float
+    time: float
+    plant: PlantPoint
 
 
 def check_feasible(model: Model, spec: Spec, design: Design) -> tuple[str, ...]:
@@ -56,16 +57,13 @@ def check_feasible(model: Model, spec: Spec, design: Design) -> tuple[str, ...]:
     """
     _check_bands(model, spec, design)
     notes = []
-    delay = model.bench.delay_samples * model.bench.sample_period_s
-    for key, part, before in (
-        ("response_time_95_s", _settling, delay),
-        ("rise_time_s", _rising, 0.0),
+    for key, least in (
+        ("response_time_95_s", _response(model, spec)),
+        ("rise_time_s", _rise),
     ):
         required = getattr(spec, key)
         if required is not None:
-            notes += _check_time(
-                (key, required, before), model, shortest_step(model, spec), fastest(model, part)
-            )
+            notes += _check_time(key, required, least, model, shortest_step(model, spec))
     return tuple(notes)
 
 
@@ -100,80 +98,107 @@ def _check_bands(model: Model, spec: Spec, design: Design) -> None:
 def shortest_step(model: Model, spec: Spec) -> float:
     """Return the shortest step [rad | m] to which a specified response time can apply."""
     resolution, travel = model.bench.encoder.resolution, model.bench.mechanics.travel
-    error = resolution if spec.static_error is None else max(resolution, spec.static_error.value)
-    return min(error / WITHIN, math.inf if travel is None else travel.high - travel.low)
+    error = max(resolution, _static_error(spec))
+    return min(error / ZONE, math.inf if travel is None else travel.high - travel.low)
 
 
-def _settling(up: float, down: float) -> float:
-    """Return the shortest time until a step of length 1 stays within 5 %.
+def _static_error(spec: Spec) -> float:
+    """Return the largest distance [rad | m] between the target and the final position."""
+    return 0.0 if spec.static_error is None else float(spec.static_error.value)
 
-    `up` and `down` are the largest acceleration and deceleration.
+
+def _response(model: Model, spec: Spec) -> ShortestTime:
+    """Return the shortest response time as a function of axis and length."""
+    bench = model.bench
+    count = bench.encoder.resolution
+
+    def least(axis: DrivenAxis, length: float) -> float:
+        final = length - min(_static_error(spec), length)
+        around = max(ZONE * length, count) + count
+        zone = StepZone(final - around, final + around)
+        return time_optimal_response(axis, zone, bench.sample_period_s, bench.delay_samples)
+
+    return least
+
+
+def _rise(axis: DrivenAxis, length: float) -> float:
+    """Return the shortest rise time at full drive without lag; braking comes later."""
+    at_once = replace(axis, lag=0.0)
+    low, high = (shortest_time(at_once, StepZone(share * length, math.inf)) for share in RISE)
+    return high - low
+
+
+def slowest_step(model: Model, least: ShortestTime, length: float) -> SlowestStep:
+    """Return the slowest vertex of the model's polytope for a step of a length [rad | m].
+
+    The drive can move every vertex, since synth/load_disturbance.py raises an error otherwise.
     """
-    turning = (1.0 + WITHIN) * down / (up + down)
-    if turning >= 1.0 - WITHIN:
-        return math.sqrt(2.0 * (1.0 - WITHIN) / up)
-    fastest_speed = math.sqrt(2.0 * up * turning)
-    return fastest_speed / up + (fastest_speed - math.sqrt(4.0 * WITHIN * down)) / down
+    times = [
+        SlowestStep(least(_opened(model, vertex), length), vertex)
+        for vertex in polytope(model).vertices
+    ]
+    return max(times, key=lambda one: one.time)
 
 
-def _rising(up: float, down: float) -> float:
-    """Return the shortest time from 10 % to 90 % of a step of length 1; braking comes later."""
-    low, high = RISE
-    return math.sqrt(2.0 * high / up) - math.sqrt(2.0 * low / up)
-
-
-def fastest(model: Model, part: Callable[[float, float], float]) -> FastestStep:
-    """Return the slowest vertex of the model's polytope, with the drive at its limit.
-
-    `part` maps the largest acceleration and deceleration to the time of a step of length 1. The
-    drive can move every vertex, since synth/load_disturbance.py raises an error otherwise.
-    """
-    known = model.bench.mechanics
-    limit = model.bench.actuator.limit.value
-    rates = []
-    loose = (
-        known.backlash_coulomb.value
-        if known.backlash is not None and known.backlash_coulomb is not None
-        else math.inf
-    )
-    for vertex in polytope(model).vertices:
-        effort = vertex.constant * limit
-        up = (effort - min(vertex.coulomb, loose)) / vertex.inertia
-        down = (effort + vertex.coulomb) / vertex.inertia
-        rates.append(FastestStep(effort, vertex.inertia, vertex.coulomb, part(up, down)))
-    return max(rates, key=lambda one: one.per_root)
+def _opened(model: Model, vertex: PlantPoint) -> DrivenAxis:
+    """Return a vertex with the bench's drive and an open backlash, if its friction is known."""
+    axis, known = driven_axis(model.bench, vertex), model.bench.mechanics
+    if known.backlash is None or known.backlash_coulomb is None:
+        return axis
+    friction = min(vertex.coulomb, known.backlash_coulomb.value)
+    return replace(axis, backlash=known.backlash.interval[1], backlash_coulomb=friction)
 
 
 def _check_time(
-    requirement: tuple[str, float, float], model: Model, shortest: float, slowest: FastestStep
+    key: str, required: float, least: ShortestTime, model: Model, shortest: float
 ) -> list[str]:
     """Return a note on longer steps, or raise NoSolutionError if the shortest one is too slow.
 
-    `requirement` is the key, its time and the delay before the axis moves [s]; `shortest` is the
-    length of the shortest step [rad | m].
+    `required` is the time [s] of the specification's key, `shortest` the length of the shortest
+    step [rad | m].
     """
-    (key, required, delay), bench, axis = requirement, model.bench, model.axis
-    unit, effort = si_unit("position", axis), si_unit("effort", axis)
-    plant = (
-        f"{slowest.effort:.4g} {effort} at its limit, inertia {slowest.inertia:.4g} "
-        f"{si_unit('inertia', axis)}, Coulomb friction "
-        f"{slowest.coulomb:.4g} {effort}"
-    )
-    least = delay + slowest.per_root * math.sqrt(shortest)
-    if required < least:
+    unit = si_unit("position", model.axis)
+    slowest = slowest_step(model, least, shortest)
+    if required < slowest.time:
         raise NoSolutionError(
             f"{key} of the specification is {required:.4g} s; the drive needs at least "
-            f"{least:.4g} s for a step of {shortest:.4g} {unit}, the "
-            f"shortest that it can mean ({plant}); raise {key}, take a drive with a higher "
-            "actuator.limit, or narrow the "
+            f"{slowest.time:.4g} s for a step of {shortest:.4g} {unit}, the "
+            f"shortest that it can mean ({_described(slowest.plant, model)}); raise {key}, take a "
+            "drive with a higher actuator.limit, or narrow the "
             "intervals of inertia and coulomb"
         ).at("spec", key)
-    longest = ((required - delay) / slowest.per_root) ** 2
-    travel = bench.mechanics.travel
-    if travel is None or longest >= travel.high - travel.low:
+    travel = model.bench.mechanics.travel
+    if travel is None:
         return []
+    whole = slowest_step(model, least, travel.high - travel.low)
+    if required >= whole.time:
+        return []
+    longest = _longest_step(model, least, required, (shortest, travel.high - travel.low))
     return [
         f"{key} of {required:.4g} s: for steps longer than {longest:.4g} {unit} no controller "
         "reaches it; the whole travel takes at least "
-        f"{delay + slowest.per_root * math.sqrt(travel.high - travel.low):.4g} s ({plant})"
+        f"{whole.time:.4g} s ({_described(whole.plant, model)})"
     ]
+
+
+def _longest_step(
+    model: Model, least: ShortestTime, required: float, between: tuple[float, float]
+) -> float:
+    """Return the length [rad | m] up to which steps are possible in the required time [s]."""
+    possible, impossible = between
+    for _ in range(LENGTHS):
+        middle = 0.5 * (possible + impossible)
+        if slowest_step(model, least, middle).time <= required:
+            possible = middle
+        else:
+            impossible = middle
+    return possible
+
+
+def _described(plant: PlantPoint, model: Model) -> str:
+    """Return drive and parameters of a plant as text."""
+    effort, axis = si_unit("effort", model.axis), driven_axis(model.bench, plant)
+    return (
+        f"{axis.effort:.4g} {effort} at its limit, inertia {plant.inertia:.4g} "
+        f"{si_unit('inertia', model.axis)}, Coulomb friction {plant.coulomb:.4g} {effort}"
+    )

@@ -203,3 +203,16 @@ def test_a_drive_that_moves_nothing(tmp_path: Path) -> None:
     weak = tmp_path / "bench.yaml"
     weak.write_text(CLUTCH.read_text().replace("value: 50, unit: A", "value: 10, unit: A"))
     refused(run("assess", "--bench", weak), 4, "nothing moves for certain", "actuator.limit")
+
+
+def test_the_drive_alone_needs_104_ms_for_the_steps_of_the_clutch() -> None:
+    shown = json.loads(run("assess", "--bench", CLUTCH, "--step", "50", "--json").stdout)
+    assert shown["time_optimal"] == {
+        "step": 50.0,
+        "best_s": pytest.approx(0.050),
+        "worst_s": pytest.approx(0.104),
+    }
+    whole = assess(clutch(), {}, DURATION).drive
+    assert whole is not None
+    assert whole.length == 63.0
+    assert whole.worst > 0.104

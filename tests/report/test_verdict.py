@@ -64,6 +64,28 @@ def test_every_key_of_the_specification_has_its_judge_in_order() -> None:
     )
 
 
+def test_the_response_time_stands_beside_what_the_drive_alone_needs() -> None:
+    """At the controller's vertices, for the longest step of the log; nothing without them."""
+    log = clutch_log()
+    judged = named(judge(clutch_spec(), [log], controller()), "response_time_95")
+    least = judged.details["drive_worst_s"]
+    assert judged.value is not None
+    assert 0.0 < judged.details["drive_best_s"] <= least < judged.value
+    length = judged.details["drive_step"]
+    assert length == max(
+        abs(one.hold.target - one.hold.origin)
+        for _, holds in judge(clutch_spec(), [log]).evidence
+        for one in holds
+        if one.hold.origin is not None
+    )
+    assert judged.reason.endswith(
+        f"the drive alone needs {1e3 * least:.4g} ms for a step of {length:.4g} rad on the worst "
+        "plant"
+    )
+    assert named(judge(clutch_spec(), [log]), "response_time_95").details == {}
+    assert named(judge(clutch_spec(), [log], controller(())), "response_time_95").details == {}
+
+
 def simulated(*topics: str) -> Log:
     return Log(tuple(stream(topic) for topic in topics), {"log": {"kind": "simulated"}}, "run.mcap")
 

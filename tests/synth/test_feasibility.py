@@ -1,5 +1,4 @@
-"""Requirements that no controller can reach are refused before the design; a simulated bang-bang
-step confirms the bounds."""
+"""Requirements that no controller can reach are refused before the design."""
 
 from __future__ import annotations
 
@@ -8,15 +7,23 @@ import math
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
+from frictool.adapters.drive_bound import drive_bound
+from frictool.adapters.model_polytope import polytope
 from frictool.documents.design import Design
 from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
-from frictool.synth.feasibility import _rising, _settling, check_feasible, fastest, shortest_step
+from frictool.plant.time_optimal import DrivenAxis
+from frictool.synth.feasibility import (
+    ShortestTime,
+    _response,
+    _rise,
+    check_feasible,
+    shortest_step,
+    slowest_step,
+)
 from studies.rigs.clutch_model import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
@@ -34,45 +41,9 @@ def with_band(band: float, design: Design = SPEED) -> Design:
     return msgspec.structs.replace(design, **{name: block})
 
 
-@given(st.floats(1.0, 1e5), st.floats(1.0, 4.0), st.floats(0.0, 1.0))
-def test_no_switching_of_a_bang_bang_drive_is_faster(up: float, ratio: float, share: float) -> None:
-    """Speed up with `up` over a share of the way, brake with `down`: what ends within 5 % and stays
-    there has not passed 95 % earlier."""
-    down = ratio * up
-    turning = share * 1.05
-    speed = math.sqrt(2.0 * up * turning)
-    end = turning + speed**2 / (2.0 * down)
-    if not 0.95 <= end <= 1.05:
-        return
-    before, after = (
-        min(turning, 0.95),
-        max(0.95 - turning, 0.0),
-    )  # of the way to 95 %, while it speeds up and while it brakes
-    passed = (
-        math.sqrt(2.0 * before / up) + (speed - math.sqrt(speed**2 - 2.0 * down * after)) / down
-    )
-    assert passed >= _settling(up, down) * (1.0 - 1e-9)
-
-
-@pytest.mark.parametrize(("effort", "coulomb"), [(0.7, 0.1), (0.2, 0.19)])
-def test_the_bound_is_the_time_of_a_simulated_step(effort: float, coulomb: float) -> None:
-    """In steps of a hundred thousandth of the time, from rest to rest at 105 %; where friction is
-    most of the effort it hardly brakes."""
-    inertia, length = 1.5e-5, 20.0
-    up, down = (effort - coulomb) / inertia, (effort + coulomb) / inertia
-    turning, bound = 1.05 * length * down / (up + down), _settling(up, down) * math.sqrt(length)
-    step = 1e-5 * bound
-    time = position = speed = 0.0
-    while position < 0.95 * length:
-        speed += step * (up if position < turning else -down)
-        position, time = position + step * speed, time + step
-    assert time == pytest.approx(bound, rel=1e-3)
-
-
 def test_the_slowest_plant_and_the_shortest_step_are_those_of_the_documents() -> None:
-    slowest = fastest(MODEL, _settling)
-    assert slowest.inertia == 1.53e-5
-    assert slowest.effort == pytest.approx(0.0128 * 50.0)
+    slowest = slowest_step(MODEL, _response(MODEL, SPEC), 50.0).plant
+    assert (slowest.inertia, slowest.constant) == (1.53e-5, 0.0128)
     assert shortest_step(MODEL, SPEC) == pytest.approx(2.0 / 0.05)
     assert shortest_step(MODEL, msgspec.structs.replace(SPEC, static_error=None)) == pytest.approx(
         20.0 * 2.0 * math.pi / 56.0
@@ -84,17 +55,12 @@ def test_the_slowest_plant_and_the_shortest_step_are_those_of_the_documents() ->
 
 
 @pytest.mark.parametrize(
-    ("key", "part"), [("response_time_95_s", _settling), ("rise_time_s", _rising)]
+    ("key", "least"), [("response_time_95_s", _response(MODEL, SPEC)), ("rise_time_s", _rise)]
 )
 def test_a_time_below_the_bound_has_no_solution_and_one_above_it_may(
-    key: str, part: object
+    key: str, least: ShortestTime
 ) -> None:
-    delay = (
-        MODEL.bench.delay_samples * MODEL.bench.sample_period_s
-        if key == "response_time_95_s"
-        else 0.0
-    )
-    bound = delay + fastest(MODEL, part).per_root * math.sqrt(40.0)
+    bound = slowest_step(MODEL, least, 40.0).time
     spec = msgspec.structs.replace(SPEC, **({"response_time_95_s": None} | {key: 0.999 * bound}))
     with pytest.raises(
         NoSolutionError,
@@ -104,7 +70,26 @@ def test_a_time_below_the_bound_has_no_solution_and_one_above_it_may(
         check_feasible(MODEL, spec, SPEED)
     (note,) = check_feasible(MODEL, msgspec.structs.replace(spec, **{key: 1.001 * bound}), SPEED)
     assert "for steps longer than 40." in note
+    whole = slowest_step(MODEL, least, 63.0).time
+    assert f"the whole travel takes at least {whole:.4g} s" in note
     assert check_feasible(MODEL, msgspec.structs.replace(spec, **{key: 2.0 * bound}), SPEED) == ()
+
+
+def test_the_refusal_takes_the_most_favourable_reading_of_the_specification() -> None:
+    """From within the backlash to a stop that is short by the static error and a count: less than
+    the 104 ms that the drive needs for 50 rad, and more than a step that is shorter by both."""
+    refused = slowest_step(MODEL, _response(MODEL, SPEC), 50.0).time
+    bench, plants = MODEL.bench, polytope(MODEL).vertices
+    assert drive_bound(bench, plants, 50.0, 0.05).worst == pytest.approx(0.104)
+    shorter = drive_bound(bench, plants, 50.0 - 3.0 - 2.0 - 3.0 * bench.encoder.resolution, 0.05)
+    assert shorter.worst - 0.004 < refused < 0.104
+
+
+def test_the_rise_is_that_of_a_drive_at_its_limit() -> None:
+    """From 10 to 90 % at constant acceleration: sqrt(2 s/a) (sqrt 0.9 - sqrt 0.1)."""
+    axis = DrivenAxis(2.0, 0.0, 0.25, 1.0, 0.1)
+    expected = math.sqrt(2.0 * 3.0 / 0.375) * (math.sqrt(0.9) - math.sqrt(0.1))
+    assert _rise(axis, 3.0) == pytest.approx(expected, rel=1e-9)
 
 
 def test_a_stronger_drive_or_less_inertia_is_never_slower() -> None:
@@ -114,7 +99,8 @@ def test_a_stronger_drive_or_less_inertia_is_never_slower() -> None:
             MODEL.bench.actuator, limit=Quantity(float(limit), unit="A")
         )
         bench = msgspec.structs.replace(MODEL.bench, actuator=actuator)
-        bounds.append(fastest(msgspec.structs.replace(MODEL, bench=bench), _settling).per_root)
+        model = msgspec.structs.replace(MODEL, bench=bench)
+        bounds.append(slowest_step(model, _response(model, SPEC), 50.0).time)
     assert (np.diff(bounds) < 0.0).all()
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from frictool.adapters.drive_bound import DriveBound, drive_bound
+from frictool.adapters.parameter_intervals import bench_intervals
 from frictool.documents.bench import Bench
 from frictool.errors import EXIT_NO, FrictoolError
 from frictool.identify.assess.assessment_inputs import AssessmentInputs, facts_of
@@ -12,6 +14,7 @@ from frictool.identify.assess.entropy import SensorEntropy, sensor_entropy
 from frictool.identify.assess.identifiability import PARAMETERS, QUANTILE, Identifiability, verdict
 from frictool.identify.excite.bench_limits import limits_of
 from frictool.identify.excite.cramer_rao import SLIDING, cramer_rao
+from frictool.plant.polytope import corner_points
 
 WANTED = 0.05  # default of the relative half width
 FINEST = 1e-6  # finest encoder tried, relative to the bench's step
@@ -58,12 +61,14 @@ class Assessment:
     - rows: assessment of each parameter
     - entropy: metric entropy of the encoder, None on an endless travel
     - constant: relative half width of the effort constant
+    - drive: shortest responses to a step over the a-priori intervals, None without its length
     """
 
     facts: AssessmentInputs
     rows: tuple[ParameterAssessment, ...]
     entropy: SensorEntropy | None
     constant: float
+    drive: DriveBound | None
 
 
 def assess(
@@ -73,6 +78,7 @@ def assess(
     noise: float | None = None,
     effort: float | None = None,
     presliding: float | None = None,
+    step: float | None = None,
 ) -> Assessment:
     """Return the parameters that a bench can identify, with the precision to expect.
 
@@ -90,11 +96,13 @@ def assess(
         Largest effort, N m | N; None for that of the bench.
     presliding
         Expected presliding distance z_max, rad | m; None for the default.
+    step
+        Length of the step for the drive's shortest response, rad | m; None for the travel.
 
     Returns
     -------
     Assessment
-        Verdict on each parameter, and the entropy of the encoder.
+        Verdict on each parameter, the entropy of the encoder, and the drive's shortest response.
 
     Raises
     ------
@@ -112,7 +120,13 @@ def assess(
         sensor_entropy(limits.travel, facts.sensing.step) if math.isfinite(limits.travel) else None
     )
     low, high = bench.actuator.constant.interval
-    return Assessment(facts, rows, entropy, 0.5 * (high - low) / bench.actuator.constant.value)
+    travel = bench.mechanics.travel
+    whole = None if travel is None else travel.high - travel.low
+    length = whole if step is None else step
+    plants = corner_points(bench_intervals(bench))
+    drive = None if length is None else drive_bound(bench, plants, length)
+    constant = 0.5 * (high - low) / bench.actuator.constant.value
+    return Assessment(facts, rows, entropy, constant, drive)
 
 
 def _row(

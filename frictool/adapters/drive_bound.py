@@ -1,0 +1,78 @@
+"""Shortest step response that a bench's drive allows, from the best to the worst plant."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from frictool.documents.bench import Bench
+from frictool.documents.quantity import si_unit
+from frictool.plant.polytope import PlantPoint
+from frictool.plant.time_optimal import DrivenAxis, step_zone, time_optimal_response
+
+
+class DriveBound(NamedTuple):
+    """Shortest response times [s] to 95 % of a step that the drive alone allows.
+
+    `length`: length of the step [rad | m]. `best` and `worst`: times of the fastest and of the
+    slowest plant; a time is infinite if the drive does not overcome the friction.
+    """
+
+    length: float
+    best: float
+    worst: float
+
+    def words(self, bench: Bench) -> str:
+        """Return the worst time with the length of the step as text."""
+        step = f"a step of {self.length:.4g} {si_unit('position', bench.axis)}"
+        if math.isinf(self.worst):
+            return f"the drive alone cannot make {step} on the worst plant"
+        return f"the drive alone needs {1e3 * self.worst:.4g} ms for {step} on the worst plant"
+
+
+def driven_axis(bench: Bench, plant: PlantPoint) -> DrivenAxis:
+    """Return a plant with the bench's drive at its limit, and with the backlash taken up."""
+    actuator = bench.actuator
+    return DrivenAxis(
+        plant.inertia,
+        plant.viscous,
+        plant.coulomb,
+        plant.constant * actuator.limit.value,
+        actuator.loop_time_constant_s,
+    )
+
+
+def drive_bound(
+    bench: Bench,
+    plants: Sequence[PlantPoint],
+    length: float,
+    overshoot: float | None = None,
+) -> DriveBound:
+    """Return the shortest response times of any controller on the bench.
+
+    Parameters
+    ----------
+    bench
+        Drive with its limit and lag, sample period, delay, and encoder.
+    plants
+        Plants, at least one: the vertices of a model, of a controller, or of a bench's intervals.
+    length
+        Length of the step, rad | m, above 0.
+    overshoot
+        Largest overshoot relative to the length; None if only the zone of 95 % limits it.
+
+    Returns
+    -------
+    DriveBound
+        The times of the fastest and of the slowest plant (plant/time_optimal.py). The step begins
+        with the backlash taken up.
+    """
+    zone = step_zone(length, bench.encoder.resolution, overshoot)
+    times = [
+        time_optimal_response(
+            driven_axis(bench, plant), zone, bench.sample_period_s, bench.delay_samples
+        )
+        for plant in plants
+    ]
+    return DriveBound(length, min(times), max(times))

@@ -1,0 +1,278 @@
+"""Shortest step response of one axis with a limited drive, over all controllers.
+
+    lag e' = u - e,  |u| <= E         effort e, commanded effort u, effort E at the drive's limit
+    J v' = e - viscous v - F,  x' = v     motion towards the target; F = coulomb also helps to brake
+
+The step starts at rest at x = 0 with e = 0. The response is the time at which the axis passes
+`arrival`, under the condition that it can come to rest at `farthest` or before. The optimum is
+u = +E up to one switching time and u = -E from there on: the answer h(t) of the position to a pulse
+of effort is log-concave, so that h(t_arrival - t)/h(t_rest - t) falls with t, and the command that
+maximises x(t_arrival) for a given x(t_rest) changes its sign once, from + to -. The axis comes to
+rest exactly at `farthest`, or passes `arrival` before a switch is necessary.
+
+After the rest the friction must hold the axis, or the drive must turn it before it leaves the zone
+again; the result is a lower bound in any case. A step that begins inside an open backlash meets
+only the smaller friction `backlash_coulomb` on its first part, `backlash`. The drive is then
+assumed to start with the effort E, which makes the result a lower bound.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
+
+from scipy.optimize import brentq
+
+ZONE = 0.05  # half width of the zone of the response time, relative to the step
+NEARLY_EQUAL = 1e-4  # difference of two exponents below which a derivative replaces a quotient
+SAMPLE_ROUNDING = 1e-9  # of a sample period
+ROOT = 1e-13  # relative tolerance of a time
+
+
+@dataclass(frozen=True)
+class DrivenAxis:
+    """Axis with a limited drive, SI, rotary | linear.
+
+    - inertia: kg m^2 | kg
+    - viscous: N m s/rad | N s/m
+    - coulomb: N m | N
+    - effort: effort of the drive at its limit, N m | N
+    - lag: time constant of the drive, s
+    - backlash: part of the step that lies inside an open backlash, rad | m
+    - backlash_coulomb: Coulomb friction inside the backlash, N m | N
+    """
+
+    inertia: float
+    viscous: float
+    coulomb: float
+    effort: float
+    lag: float = 0.0
+    backlash: float = 0.0
+    backlash_coulomb: float = 0.0
+
+    def friction(self, position: float) -> float:
+        """Return the Coulomb friction at a position [rad | m] of the step."""
+        return self.backlash_coulomb if position < self.backlash else self.coulomb
+
+
+class StepZone(NamedTuple):
+    """Positions of a step from 0, rad | m: first one of the zone, and last one allowed."""
+
+    arrival: float
+    farthest: float
+
+
+def step_zone(length: float, resolution: float, overshoot: float | None = None) -> StepZone:
+    """Return the zone of the response time to 95 % of a step.
+
+    Parameters
+    ----------
+    length
+        Length of the step, rad | m.
+    resolution
+        Step of the position sensor, rad | m: the zone is not narrower, and an overshoot below it
+        does not count.
+    overshoot
+        Largest overshoot relative to the length; None if only the zone limits it.
+
+    Returns
+    -------
+    StepZone
+        The zone around the target, whose upper end is cut at the overshoot.
+    """
+    zone = max(ZONE * length, resolution)
+    beyond = zone if overshoot is None else min(zone, max(overshoot * length, resolution))
+    return StepZone(length - zone, length + beyond)
+
+
+def time_optimal_response(axis: DrivenAxis, zone: StepZone, period: float, delay: int) -> float:
+    """Return the shortest response time [s] of any controller that runs at samples.
+
+    Parameters
+    ----------
+    axis
+        The plant with its drive.
+    zone
+        Zone that the axis must enter without leaving it again.
+    period
+        Sample period, s: the response time is that of a sample.
+    delay
+        Computational delay in samples, before which no command acts.
+
+    Returns
+    -------
+    float
+        Time from the step to the first sample in the zone; infinite if the drive does not overcome
+        the friction.
+    """
+    samples = delay + shortest_time(axis, zone) / period
+    return math.ceil(samples - SAMPLE_ROUNDING) * period if math.isfinite(samples) else math.inf
+
+
+def shortest_time(axis: DrivenAxis, zone: StepZone) -> float:
+    """Return the shortest time [s] from the first command to `zone.arrival`.
+
+    With an infinite `zone.farthest` the axis need not stop. The time is infinite if the drive does
+    not overcome the friction.
+    """
+    if zone.arrival <= 0.0:
+        return 0.0
+    if axis.effort <= max(axis.coulomb, axis.friction(0.0)):
+        return math.inf
+    driven = _driven(axis, zone.arrival)
+    end = driven[-1].end
+
+    def farthest(switch: float) -> float:
+        braked = _braked(axis, _point_at(axis, driven, switch))
+        return braked[-1].end.state.position - zone.farthest
+
+    if farthest(end.time) <= 0.0:
+        return end.time
+    switch = float(brentq(farthest, driven[0].start.time, end.time, rtol=ROOT))
+    return _passage(axis, _braked(axis, _point_at(axis, driven, switch)), zone.arrival)
+
+
+class _State(NamedTuple):
+    """Position, velocity and effort."""
+
+    position: float
+    velocity: float
+    effort: float
+
+
+class _Point(NamedTuple):
+    """State at a time [s] after the first command."""
+
+    time: float
+    state: _State
+
+
+class _Part(NamedTuple):
+    """Part of a motion with constant command and friction."""
+
+    start: _Point
+    command: float
+    end: _Point
+
+
+def _driven(axis: DrivenAxis, position: float) -> list[_Part]:
+    """Return the motion at full drive from rest to a position."""
+    overcome = max(axis.coulomb, 0.0)
+    waiting = -axis.lag * math.log1p(-overcome / axis.effort)
+    at_once = axis.backlash > 0.0 or axis.lag == 0.0
+    start = (
+        _Point(0.0, _State(0.0, 0.0, axis.effort))
+        if at_once
+        else _Point(waiting, _State(0.0, 0.0, overcome))
+    )
+    parts = []
+    for end in (*((axis.backlash,) if 0.0 < axis.backlash < position else ()), position):
+        scale = math.sqrt(end * axis.inertia / (axis.effort - axis.coulomb)) + axis.lag
+        parts.append(_until(axis, start, axis.effort, partial(_ahead, end), scale))
+        start = parts[-1].end._replace(state=parts[-1].end.state._replace(position=end))
+    return parts
+
+
+def _braked(axis: DrivenAxis, start: _Point) -> list[_Part]:
+    """Return the motion at full negative drive up to the rest."""
+    scale = start.state.velocity * axis.inertia / axis.effort + axis.lag
+    part = _until(axis, start, -axis.effort, lambda state: -state.velocity, scale)
+    edge = axis.backlash
+    if not start.state.position < edge < part.end.state.position:
+        return [part]
+    time = _passage(axis, [part], edge)
+    state = _advanced(axis, start.state, -axis.effort, time - start.time)
+    crossing = _Point(time, state._replace(position=edge))
+    return [part._replace(end=crossing), *_braked(axis, crossing)]
+
+
+def _until(
+    axis: DrivenAxis,
+    start: _Point,
+    command: float,
+    value: Callable[[_State], float],
+    scale: float,
+) -> _Part:
+    """Return the part from `start` to the sign change of `value` from below 0.
+
+    `scale` [s] is the first guess of its duration.
+    """
+
+    def after(span: float) -> float:
+        return value(_advanced(axis, start.state, command, span))
+
+    if after(0.0) >= 0.0:
+        return _Part(start, command, start)
+    longest = scale
+    while after(longest) < 0.0:
+        longest *= 2.0
+    span = float(brentq(after, 0.0, longest, rtol=ROOT))
+    end = _Point(start.time + span, _advanced(axis, start.state, command, span))
+    return _Part(start, command, end)
+
+
+def _point_at(axis: DrivenAxis, parts: list[_Part], time: float) -> _Point:
+    """Return the state of a motion at a time [s]."""
+    part = next((part for part in parts if time <= part.end.time), parts[-1])
+    span = time - part.start.time
+    return _Point(time, _advanced(axis, part.start.state, part.command, span))
+
+
+def _passage(axis: DrivenAxis, parts: list[_Part], position: float) -> float:
+    """Return the time [s] at which a motion that moves forwards passes a position."""
+    start, command, end = next(
+        (part for part in parts if part.end.state.position >= position), parts[-1]
+    )
+
+    def ahead(time: float) -> float:
+        return _ahead(position, _advanced(axis, start.state, command, time - start.time))
+
+    if ahead(start.time) >= 0.0:
+        return start.time
+    return float(brentq(ahead, start.time, end.time, rtol=ROOT))
+
+
+def _ahead(position: float, state: _State) -> float:
+    """Return the distance of a state beyond a position."""
+    return state.position - position
+
+
+def _advanced(axis: DrivenAxis, start: _State, command: float, time: float) -> _State:
+    """Return the state after `time` [s] of constant command and friction, in closed form."""
+    effort = start.effort if axis.lag > 0.0 else command
+    damped = axis.viscous / axis.inertia * time
+    lagged = time / axis.lag if axis.lag > 0.0 else math.inf
+    constant = (command - axis.friction(start.position)) / axis.inertia
+    decaying = (effort - command) / axis.inertia
+    velocity = start.velocity * math.exp(-damped) + time * (
+        constant * _mean(damped)
+        + (decaying * math.exp(-min(damped, lagged)) * _mean(abs(lagged - damped)))
+    )
+    position = (
+        start.position
+        + start.velocity * time * _mean(damped)
+        + time**2 * (constant * _second(0.0, damped) + decaying * _second(damped, lagged))
+    )
+    return _State(position, velocity, command + (effort - command) * math.exp(-lagged))
+
+
+def _mean(exponent: float) -> float:
+    """Return the mean of exp(-z) for z from 0 to `exponent`."""
+    if exponent == 0.0:
+        return 1.0
+    return -math.expm1(-exponent) / exponent
+
+
+def _second(first: float, second: float) -> float:
+    """Return the second divided difference of exp at 0, -first and -second."""
+    if math.isinf(second):
+        return 0.0
+    if abs(second - first) > NEARLY_EQUAL * (1.0 + second):
+        return (_mean(first) - _mean(second)) / (second - first)
+    middle = 0.5 * (first + second)
+    if middle < NEARLY_EQUAL:
+        return 0.5 - middle / 3.0
+    return (_mean(middle) - math.exp(-middle)) / middle
