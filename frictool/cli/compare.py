@@ -128,9 +128,9 @@ def _setting(path: Path | None) -> ComparisonSetting:
 
     from frictool.compare.actuator_setting import from_model
     from frictool.compare.comparison_setting import from_friction, table_3_1
+    from frictool.documents.document_text import compose, read_text
     from frictool.documents.friction import Friction
     from frictool.documents.model import Model
-    from frictool.documents.reading import compose, read_text
     from frictool.documents.registry import load
     from frictool.errors import InputFileError
 

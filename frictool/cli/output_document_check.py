@@ -14,8 +14,9 @@ def check_document(target: Path, text: str) -> None:
     named = re.match(r"(?:#.*\n|\s*\n)*format: (\w+)/\d+\n", text)
     if named is None:
         return
+    from frictool.documents.document_reader import DocumentReader
+    from frictool.documents.document_text import compose
     from frictool.documents.model import Model
-    from frictool.documents.reading import DocumentReader, compose
     from frictool.documents.registry import DOCUMENTS
     from frictool.errors import DocumentError, NoSolutionError
 

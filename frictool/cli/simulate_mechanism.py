@@ -25,7 +25,7 @@ def is_mechanism(path: Path) -> bool:
     """
     import yaml
 
-    from frictool.documents.reading import compose, read_text
+    from frictool.documents.document_text import compose, read_text
 
     node = compose(read_text(path), path)
     pairs = node.value if isinstance(node, yaml.MappingNode) else []

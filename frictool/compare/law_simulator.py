@@ -12,7 +12,7 @@ from frictool.compare.comparison_setting import ComparisonSetting
 from frictool.compare.trajectory import LawTrajectory, Phases, slow_phases
 from frictool.engine.body import BREAKS_AWAY, SLIPS_BACK, STOPS
 from frictool.engine.drive import held, ramped
-from frictool.engine.law_simulation import run_law
+from frictool.engine.law_simulation import LawRunSettings, run_law
 from frictool.engine.status_codes import MESSAGES, OK
 from frictool.errors import NoSolutionError
 from frictool.friction.hybrid_time_step import HybridBench, HybridSettings, violations
@@ -196,18 +196,18 @@ class LawSimulator:
         end = segments[-1][0]
         times = np.linspace(0.0, end, samples)
         p = self.packed(law)
-        speed = setting.stribeck_velocity
-        length = setting.presliding
         ran = run_law(
             friction_law,
             p,
             setting.mass,
             segments,
             times,
-            step=setting.step,
-            speed_scale=speed,
-            length_scale=length,
-            extension=setting.extension,
+            LawRunSettings(
+                step=setting.step,
+                speed_scale=setting.stribeck_velocity,
+                length_scale=setting.presliding,
+                extension=setting.extension,
+            ),
         )
         if ran.status != OK:
             raise NoSolutionError(

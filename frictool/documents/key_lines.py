@@ -8,7 +8,7 @@ from pathlib import Path
 
 import yaml
 
-from frictool.documents.reading import compose, read_text
+from frictool.documents.document_text import compose, read_text
 from frictool.errors import DocumentError, FrictoolError, InputFileError
 
 

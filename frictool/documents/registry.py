@@ -12,13 +12,14 @@ import yaml
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
+from frictool.documents.document_reader import DocumentReader
+from frictool.documents.document_text import compose, read_text
 from frictool.documents.example_values import examples_of
 from frictool.documents.friction import Friction
 from frictool.documents.key_meanings import meanings_of, structs_of, summary_of
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
 from frictool.documents.observer import Observer
-from frictool.documents.reading import DocumentReader, compose, read_text
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.errors import DocumentError, InputFileError

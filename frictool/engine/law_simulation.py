@@ -12,6 +12,7 @@ pointers.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -69,19 +70,33 @@ def _pointers(parts: Sequence[Any], types: Sequence[Any]) -> Any:
     return tuple(function_pointer(part, kind) for part, kind in zip(parts, types, strict=True))
 
 
+@dataclass(frozen=True)
+class LawRunSettings:
+    """Settings of a run of one law.
+
+    step: step [s] of a law that is printed for a fixed step; the other laws ignore it.
+    tolerance: relative tolerance of a dynamic law.
+    speed_scale: speed to which this tolerance is relative [m/s | rad/s].
+    length_scale: presliding to which this tolerance is relative [m | rad].
+    extension: extension of the law; the contact is made at 0 s.
+    most_events: largest number of events.
+    """
+
+    step: float | None = None
+    tolerance: float = STEP_TOLERANCE
+    speed_scale: float = 1e-3
+    length_scale: float = 1e-5
+    extension: FrictionExtension | None = None
+    most_events: int = ROOM_FOR_EVENTS
+
+
 def run_law(
     law: Law,
     p: Vector,
     mass: float,
     segments: Segments,
     times: ArrayLike,
-    *,
-    step: float | None = None,
-    speed_scale: float = 1e-3,
-    length_scale: float = 1e-5,
-    tolerance: float = STEP_TOLERANCE,
-    extension: FrictionExtension | None = None,
-    most_events: int = ROOM_FOR_EVENTS,
+    settings: LawRunSettings | None = None,
 ) -> Trajectory:
     """Simulate a law from rest at 0 through `segments`, sampled at `times` (n,).
 
@@ -95,16 +110,8 @@ def run_law(
         Pairs (end [s], drive) in order of time.
     times
         Ascending times [s] within the run.
-    step
-        Step [s] of a law that is printed for a fixed step; required for these only.
-    speed_scale, length_scale
-        Sizes of speed [m/s] and presliding [m] that the tolerance of a dynamic law is relative to.
-    tolerance
-        Relative tolerance of a dynamic law.
-    extension
-        friction/law_extension.py; the run begins with a contact made at 0 s.
-    most_events
-        Largest number of events.
+    settings
+        Step, tolerance, extension and number of events; by default LawRunSettings().
 
     Returns
     -------
@@ -116,20 +123,27 @@ def run_law(
     ValueError
         If segments, times or step are invalid, or the law does not support the extension.
     """
+    settings = settings or LawRunSettings()
+    extension, step = settings.extension, settings.step
     ends, drives, sample_times = segment_arrays(segments, times, 0.0)
     kernels = law.kernels
     p = np.array(p, dtype=np.float64)
     if isinstance(kernels, StaticKernels) and kernels.band(p) == 0.0:
-        return simulate(body_of(law, p, mass, extension), segments, times, most_events=most_events)
+        return simulate(
+            body_of(law, p, mass, extension), segments, times, most_events=settings.most_events
+        )
     packed = pack_plain_law(p) if extension is None or extension.plain else extension.pack(law, p)
     laws = (*packed, p.copy())
     samples = np.full((sample_times.size, SAMPLE_SIZE), np.nan)
-    events = np.zeros((most_events, EVENT_SIZE))
+    events = np.zeros((settings.most_events, EVENT_SIZE))
     if isinstance(kernels, DynamicKernels):
-        scales = np.array([tolerance, speed_scale, 0.0, length_scale])
+        scales = np.array([settings.tolerance, settings.speed_scale, 0.0, settings.length_scale])
         return _run_dynamic(kernels, laws, mass, (ends, drives), sample_times, samples, scales)
     if step is None or not 0.0 < step <= ends[-1]:
-        raise ValueError(f"{law.name} is simulated in steps of a length above 0 s, found {step}")
+        raise ValueError(
+            f"{law.name}: step: found {step}; allowed: above 0 s, and at most the duration of "
+            f"the run, {ends[-1]:g} s"
+        )
     state = np.zeros(3)
     if isinstance(kernels, HybridKernels):
         types = (

@@ -16,8 +16,9 @@ from typing import Any, cast
 
 from frictool import __version__
 from frictool.documents.bench import Bench
+from frictool.documents.document_reader import DocumentReader
+from frictool.documents.document_text import compose
 from frictool.documents.provenance import Input, Provenance, digest
-from frictool.documents.reading import DocumentReader, compose
 from frictool.documents.writing import to_yaml
 from frictool.errors import EXIT_DONE, EXIT_INPUT, FrictoolError, LogError
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs

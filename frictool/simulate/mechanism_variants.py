@@ -14,8 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from frictool.adapters.mechanism.assembly import assemble
+from frictool.documents.document_reader import DocumentReader
+from frictool.documents.document_text import compose
 from frictool.documents.mechanism import Mechanism
-from frictool.documents.reading import DocumentReader, compose
 from frictool.documents.scenario import Scenario
 from frictool.documents.writing import to_yaml
 from frictool.errors import DocumentError, FrictoolError

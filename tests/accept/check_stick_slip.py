@@ -9,7 +9,7 @@ import numpy as np
 
 from frictool.engine.body import BREAKS_AWAY, SLIPS_BACK, moving
 from frictool.engine.drive import EffortFunction, pid, spring
-from frictool.engine.law_simulation import body_of, run_law
+from frictool.engine.law_simulation import LawRunSettings, body_of, run_law
 from frictool.engine.status_codes import EVENTS_FULL, OK
 from frictool.engine.stick_slip_run import simulate
 from frictool.friction.law_extension import FrictionExtension
@@ -186,7 +186,7 @@ def limit_cycles() -> dict[str, Any]:
             1.0,
             [(300.0, PID)],
             np.linspace(0.0, 300.0, 300_001),
-            step=step,
+            LawRunSettings(step=step),
         )
         late = run.position[200_000:] - 1.0
         upwards = np.flatnonzero((late[:-1] < 0.0) & (late[1:] >= 0.0)) / 1e3

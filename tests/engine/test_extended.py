@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from frictool.engine.body import BOUNCES, BREAKS_AWAY, PASSES_KNEE, SLIPS_BACK, FrictionBody, moving
 from frictool.engine.drive import EffortFunction, held, pid, ramped, spring
-from frictool.engine.law_simulation import body_of, run_law
+from frictool.engine.law_simulation import LawRunSettings, body_of, run_law
 from frictool.engine.stick_slip_run import simulate
 from frictool.friction.law_extension import FrictionExtension
 from frictool.friction.law_registry import LAWS
@@ -254,8 +254,9 @@ def test_knees_and_end_stops_are_events() -> None:
 def test_what_a_body_does_not_take_is_refused() -> None:
     with pytest.raises(ValueError, match="takes its knees from the extension"):
         body(EXTENSIONS["dwell"], knee=0.5).as_array()
+    settings = LawRunSettings(extension=FrictionExtension(delay=1e-3))
     with pytest.raises(ValueError, match="a lag but no delay"):
-        run_law(LAW, P, MASS, [(1.0, SPRING)], [1.0], extension=FrictionExtension(delay=1e-3))
+        run_law(LAW, P, MASS, [(1.0, SPRING)], [1.0], settings)
     with pytest.raises(ValueError, match="falls to"):
         body(FrictionExtension(forward=(1.0, 1.0), travel=(-2.0, 0.0)))
     with pytest.raises(ValueError, match="takes no film"):

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 from frictool.engine.body import BREAKS_AWAY
 from frictool.engine.drive import EffortFunction, effort, held, ramped, spring
-from frictool.engine.law_simulation import body_of, run_law
+from frictool.engine.law_simulation import LawRunSettings, body_of, run_law
 from frictool.engine.status_codes import OK
 from frictool.engine.stick_slip_run import Trajectory, simulate
 from frictool.friction.law_extension import FrictionExtension
@@ -36,7 +36,7 @@ def run(
 ) -> Trajectory:
     law = LAWS[name]
     p = law.pack({**TABLE_3_1[name], **changes})
-    found = run_law(law, p, MASS, [(end, drive)], times, step=STEP, extension=extension)
+    found = run_law(law, p, MASS, [(end, drive)], times, LawRunSettings(STEP, extension=extension))
     assert found.status == OK
     return found
 
@@ -163,15 +163,14 @@ def test_lugre_agrees_with_a_stiff_integrator_of_the_formulae() -> None:
 def test_an_extension_that_changes_nothing_gives_the_plain_run(name: str) -> None:
     law = LAWS[name]
     p = law.pack(TABLE_3_1[name])
-    plain = run_law(law, p, MASS, [(0.5, held(1.7))], [0.5], step=STEP)
+    plain = run_law(law, p, MASS, [(0.5, held(1.7))], [0.5], LawRunSettings(STEP))
     extended = run_law(
         law,
         p,
         MASS,
         [(0.5, held(1.7))],
         [0.5],
-        step=STEP,
-        extension=FrictionExtension(travel=(0.0, 2.0)),
+        LawRunSettings(STEP, extension=FrictionExtension(travel=(0.0, 2.0))),
     )
     np.testing.assert_allclose(extended.samples, plain.samples, rtol=1e-6, atol=1e-12)
 

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 from frictool.engine.body import BREAKS_AWAY, STOPS
 from frictool.engine.drive import EffortFunction, effort, held, pid, ramped, reference, spring
-from frictool.engine.law_simulation import body_of, run_law
+from frictool.engine.law_simulation import LawRunSettings, body_of, run_law
 from frictool.engine.status_codes import EVENTS_FULL, LAW_FAILED, OK
 from frictool.engine.stick_slip_run import Trajectory, simulate
 from frictool.friction.hybrid_kernels import STUCK
@@ -33,7 +33,8 @@ def run(
     **changes: float,
 ) -> Trajectory:
     law = LAWS[name]
-    found = run_law(law, law.pack({**TABLE_3_1[name], **changes}), MASS, segments, times, step=step)
+    p = law.pack({**TABLE_3_1[name], **changes})
+    found = run_law(law, p, MASS, segments, times, LawRunSettings(step))
     assert found.status == OK
     return found
 
@@ -224,7 +225,7 @@ def test_a_tighter_tolerance_changes_a_dynamic_law_by_less_than_the_tolerance_al
     )
     p, times = law.pack(TABLE_3_1[name]), np.linspace(0.0, 4.0, 41)
     loose, tight = (
-        run_law(law, p, MASS, [(4.0, drive)], times, tolerance=tolerance)
+        run_law(law, p, MASS, [(4.0, drive)], times, LawRunSettings(tolerance=tolerance))
         for tolerance in (1e-7, 1e-10)
     )
     np.testing.assert_allclose(
@@ -248,9 +249,10 @@ def test_a_smoothed_law_creeps_where_the_law_sticks() -> None:
 
 def test_a_step_is_needed_and_events_need_room() -> None:
     law, p = LAWS["hybrid_a"], LAWS["hybrid_a"].pack(TABLE_3_1["hybrid_a"])
-    with pytest.raises(ValueError, match="simulated in steps of a length above 0 s"):
+    with pytest.raises(ValueError, match="hybrid_a: step: found None; allowed: above 0 s"):
         run_law(law, p, MASS, [(1.0, SPRING)], [1.0])
-    full = run_law(law, p, MASS, [(20.0, SPRING)], [0.0, 20.0], step=1e-4, room=1)
+    settings = LawRunSettings(step=1e-4, most_events=1)
+    full = run_law(law, p, MASS, [(20.0, SPRING)], [0.0, 20.0], settings)
     assert (full.status, full.events.shape[0]) == (EVENTS_FULL, 1)
     assert np.isnan(full.position[1])
     assert full.times_of(STOPS).size == 0

@@ -108,31 +108,8 @@ def validate(
         If the simulation fails.
     """
     record = record_of(match_bench(log, model.bench), model.bench)
-    if record.velocity is not None:
-        raise LogError(record.name, "has no position, with which the simulation is compared")
-    pieces = [
-        piece for piece in whole([record]) if piece.last - piece.first > skip + 3 * FILTER_ORDER
-    ]
-    if not pieces:
-        raise LogError(
-            record.name,
-            f"has no unbroken piece longer than the {skip} samples that are skipped; skip fewer",
-        )
-    if float(np.ptp(record.position)) <= 2.0 * record.resolution:
-        raise LogError(record.name, "the position does not change; a model is validated on motion")
-    if cutoff_hz * float(record.time[-1] - record.time[0]) < 1.0:
-        raise LogError(
-            record.name,
-            f"is shorter than the period of a cut-off at {cutoff_hz:g} Hz; raise --cutoff-hz",
-        )
-    if servo is not None and record.reference is None:
-        raise LogError(
-            record.name,
-            (
-                "has no channel reference, which a closed loop needs; without the gains, the "
-                "open loop is validated"
-            ),
-        )
+    _check(record, cutoff_hz, servo)
+    pieces = _pieces(record, skip)
     cutoff = min(cutoff_hz, HIGHEST_CUTOFF / record.period)
     force = _force(model, record)
     runs = [
@@ -144,21 +121,63 @@ def validate(
         name: tuple(np.concatenate([run[name][side][skip:] for run in runs]) for side in (0, 1))
         for name in runs[0]
     }
+    return _compared(signals, pieces, skip, closed=servo is not None)
+
+
+def _check(record: MotionRecord, cutoff_hz: float, servo: PositionServo | None) -> None:
+    """Raise LogError if the record does not suit a validation."""
+    if record.velocity is not None:
+        raise LogError(
+            record.name, "has a velocity and no position; a validation compares positions"
+        )
+    if float(np.ptp(record.position)) <= 2.0 * record.resolution:
+        raise LogError(
+            record.name, "the position does not change; validate the model on a log of motion"
+        )
+    duration = float(record.time[-1] - record.time[0])
+    if cutoff_hz * duration < 1.0:
+        raise LogError(
+            record.name,
+            f"lasts {duration:.3g} s; needed: at least one period of the cut-off, "
+            f"{1.0 / cutoff_hz:.3g} s; raise --cutoff-hz",
+        )
+    if servo is not None and record.reference is None:
+        raise LogError(
+            record.name,
+            "has no channel `reference`, which a closed loop follows; leave the gains out to "
+            "validate the open loop",
+        )
+
+
+def _pieces(record: MotionRecord, skip: int) -> list[RecordSegment]:
+    """Return the unbroken pieces that are long enough; raise LogError if there are none."""
+    pieces = [
+        piece for piece in whole([record]) if piece.last - piece.first > skip + 3 * FILTER_ORDER
+    ]
+    if not pieces:
+        raise LogError(
+            record.name,
+            f"has no unbroken piece longer than the {skip} samples that are skipped; skip fewer",
+        )
+    return pieces
+
+
+def _compared(
+    signals: dict[str, tuple[Vector, ...]], pieces: list[RecordSegment], skip: int, closed: bool
+) -> Validation:
+    """Return the signals (measured, simulated) without the skipped samples, and their errors."""
     gap = signals["position"][0] - signals["position"][1]
+    references = [piece.reference[skip:] for piece in pieces if piece.reference is not None]
     return Validation(
-        CLOSED if servo else OPEN,
+        CLOSED if closed else OPEN,
         skip,
-        np.concatenate([record.time[piece.first + skip : piece.last] for piece in pieces]),
+        np.concatenate([piece.record.time[piece.first + skip : piece.last] for piece in pieces]),
         {name: pair[0] for name, pair in signals.items()},
         {name: pair[1] for name, pair in signals.items()},
         float(np.sqrt(np.mean(gap**2))),
         float(np.max(np.abs(gap))),
-        {name: _relative(*pair) for name, pair in signals.items()},
-        None
-        if servo is None
-        else np.concatenate(
-            [piece.reference[skip:] for piece in pieces if piece.reference is not None]
-        ),
+        {name: _relative(pair[0], pair[1]) for name, pair in signals.items()},
+        np.concatenate(references) if closed else None,
     )
 
 

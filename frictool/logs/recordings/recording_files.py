@@ -12,7 +12,7 @@ from pathlib import Path
 import yaml
 from yaml.constructor import SafeConstructor
 
-from frictool.documents.reading import read_text
+from frictool.documents.document_text import read_text
 from frictool.documents.yaml_parser import compose
 from frictool.errors import InputFileError, LogError
 from frictool.logs.canonical.mcap_reader import is_canonical

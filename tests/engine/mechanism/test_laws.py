@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from frictool.engine.drive import spring
-from frictool.engine.law_simulation import run_law
+from frictool.engine.law_simulation import LawRunSettings, run_law
 from frictool.engine.mechanism.open_loop_run import run
 from frictool.engine.mechanism.preparation import prepare
 from frictool.engine.mechanism.state import rest
@@ -88,8 +88,7 @@ def _plays_as_alone(b: Builder, pulled: int, name: str) -> None:
         1.0,
         [(END, spring(STIFFNESS, SPEED)._replace(target=STRETCHED))],
         np.linspace(0.0, END, 31),
-        step=STEP,
-        tolerance=1e-9,
+        LawRunSettings(step=STEP, tolerance=1e-9),
     )
     end = b.block(1e9, 0.1)  # the spring's end
     b.coupling(end, pulled, STIFFNESS)
