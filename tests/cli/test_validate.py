@@ -158,7 +158,7 @@ def test_the_plot_is_the_same_each_time_and_text_tells_the_errors(tmp_path: Path
             "time,x,wanted,i",
             ["--cutoff-hz", "1e-10"],
             3,
-            "is shorter than the period of a cut-off at 1e-10 Hz; raise --cutoff-hz",
+            "lasts 4 s; needed: at least one period of the cut-off, 1e+10 s; raise --cutoff-hz",
         ),
         ("time,x,wanted,i", ["--speed-gain", "-1", "--position-gain", "1"], 2, "--speed-gain"),
     ],
