@@ -14,7 +14,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from frictool.identify.assess.assessment import WANTED
-from frictool.identify.assess.assessment_inputs import AssessmentInputs, facts_of
+from frictool.identify.assess.assessment_inputs import (
+    AssessmentInputs,
+    facts_of,
+    known_widths,
+)
 from frictool.identify.assess.entropy import metric_entropy, sensor_entropy
 from frictool.identify.assess.noise_filter import filter_for, noise_ratio
 from frictool.identify.assess.quantisation import inertia_error, viscous_error
@@ -35,6 +39,20 @@ from studies.rigs.identification_rigs import clutch
 AXIS = PriorAxis(inertia=2.0, viscous=3.0, coulomb=1.0)
 SENSING = SensorPrecision(period=1e-3, step=1e-4, noise=0.05)
 STROKES = [PlannedStroke(1.0, 0.12), PlannedStroke(0.5, 0.12, 2.0)]
+
+
+def test_a_parameter_without_an_interval_in_the_bench_has_no_known_width() -> None:
+    """The clutch's bench states an interval for each of these, and no breakaway."""
+    mechanics = clutch().mechanics
+    expected = {
+        name: 0.5 * (quantity.high - quantity.low) / quantity.value
+        for name, quantity in (
+            ("inertia", mechanics.inertia),
+            ("viscous", mechanics.viscous),
+            ("coulomb", mechanics.coulomb),
+        )
+    }
+    assert known_widths(clutch()) == pytest.approx(expected)
 
 
 def test_bounds_of_the_thesis() -> None:

@@ -16,7 +16,12 @@ from frictool.documents.registry import load
 from frictool.identify import outcome
 from frictool.identify.estimators import stribeck_curve
 from frictool.identify.fit_result import Interval
-from frictool.identify.interval_checks import below_coulomb, too_vague, why_uninformative
+from frictool.identify.interval_checks import (
+    below_coulomb,
+    contradicts,
+    too_vague,
+    why_uninformative,
+)
 from studies.command_line import run
 from tests.identify.arm import PERIOD, Arm, write_bench, write_log
 from tests.support.command_line import refused
@@ -118,6 +123,14 @@ def test_the_rule() -> None:
     assert "no smaller than in slip" in str(
         below_coulomb(Interval(1.0, 0.9, 1.1), Interval(1.2, 1.15, 1.3))
     )
+
+
+def test_intervals_that_touch_do_not_contradict_each_other() -> None:
+    known = Quantity(2.0, 1.0, 3.0)
+    assert not contradicts(Interval(4.0, 3.0, 5.0), known)
+    assert not contradicts(Interval(0.5, 0.0, 1.0), known)
+    assert contradicts(Interval(4.0, 3.1, 5.0), known)
+    assert contradicts(Interval(0.5, 0.0, 0.9), known)
 
 
 def test_a_model_that_cannot_be_read_is_not_written(
