@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 from msgspec import structs
 
@@ -102,12 +103,18 @@ def design_test(
 def _about(scenario: Scenario, vertices: int, drawn: int) -> str:
     """Return the description of a scenario and its plants."""
     unit = si_unit("position", scenario.axis)
-    targets = [step.reference.value for step in scenario.steps if step.reference is not None]
-    places = [] if scenario.start is None else [scenario.start.value]
-    longest = max((abs(b - a) for a, b in zip(places + targets, targets, strict=False)), default=0)
-    steps = f"{len(targets)} step{'s' if len(targets) != 1 else ''}"
+    count = sum(step.reference is not None for step in scenario.steps)
+    longest = longest_step_of(scenario)
+    steps = f"{count} step{'s' if count != 1 else ''}"
     on = f"nominal plant, {vertices} vertices, {drawn} drawn plants (seed {scenario.seed})"
     return (
         f"{scenario.name}, {steps} of at most {longest:.4g} {unit}, {scenario.seconds:.4g} s; "
         + (on if drawn > 0 else "nominal plant")
     )
+
+
+def longest_step_of(scenario: Scenario) -> float:
+    """Return the length of the longest step of a scenario [rad | m]."""
+    places = [] if scenario.start is None else [scenario.start.value]
+    places += [step.reference.value for step in scenario.steps if step.reference is not None]
+    return max((abs(b - a) for a, b in pairwise(places)), default=0.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -11,18 +12,28 @@ from frictool.cli.console_output import print_json, say, use_colour
 from frictool.cli.output_files import STDOUT, check_targets, command_line, save_text
 from frictool.cli.progress import note_step
 from frictool.cli.synth_play import play, read_test
+from frictool.cli.synth_search import SearchOutputs, beside, search_design
 from frictool.documents.synthesis_methods import METHODS
 from frictool.errors import EXIT_NO
+
+if TYPE_CHECKING:
+    from frictool.documents.design import Design
 
 METHOD_ROWS = "\n".join(
     f"  {name:<10}{method.problem}\n{'':<12}{method.use}" for name, method in METHODS.items()
 )
 HELP = f"""\b
 Example:
+  frictool synth model.yaml --spec spec.yaml -o controller.yaml
   frictool synth model.yaml --spec spec.yaml --design designs/speed.yaml -o controller.yaml
 
 Synthesise a controller for every plant that the intervals of model and bench span, and verify it
 as it will run.
+
+Without --design, the command searches the simplest controller that meets the specification with a
+reserve of 5 % when it is played, and writes its design with a comment on each value. That design
+can be changed and passed with --design. If no design is found, the message states the requirement
+that stops it and the best values reached, and the exit code is 4.
 
 \b
 Methods (`method` of the design), and the use of each:
@@ -47,7 +58,14 @@ is written in either case.
     "--spec", type=existing, required=True, help="Requirements on the closed loop (spec.yaml)."
 )
 @click.option(
-    "--design", type=existing, required=True, help="Structure, method and weights (design.yaml)."
+    "--design",
+    type=existing,
+    help="Structure, method and weights (design.yaml). [default: found by a search]",
+)
+@click.option(
+    "--save-design",
+    type=NamedPath(writes=("YAML",)),
+    help="Write the design that the search finds. [default: NAME.design.yaml beside -o NAME.yaml]",
 )
 @click.option(
     "--vertices-only",
@@ -59,7 +77,10 @@ is written in either case.
 @click.option(
     "--plot",
     type=NamedPath(writes=("SVG",)),
-    help="Write a picture of the trade that `relax: auto` finds (SVG).",
+    help=(
+        "Write a picture of the trade that `relax: auto` finds, or of the values that the search "
+        "reached (SVG)."
+    ),
 )
 @click.option(
     "--scenario",
@@ -78,7 +99,8 @@ def command(
     ctx: click.Context,
     model: Path,
     spec: Path,
-    design: Path,
+    design: Path | None,
+    save_design: Path | None,
     vertices_only: bool,
     plot: Path | None,
     scenario: Path | None,
@@ -95,30 +117,31 @@ def command(
     from frictool.documents.writing import to_yaml
     from frictool.errors import FrictoolError
 
-    model_document, spec_document, design_document = (
-        load(model, Model),
-        load(spec, Spec),
-        load(design, Design),
-    )
-    same_axis({model: model_document, spec: spec_document, design: design_document})
-    if plot is not None and design_document.relax == "no":
-        raise click.UsageError(
-            f"--plot shows the trade of relax: auto; {design.name} has no such key."
-        )
-    if no_play and scenario is not None:
-        raise click.UsageError("--no-play plays nothing; leave out --scenario.")
-    check_targets({"-o": output, "--plot": plot}, [model, spec, design, *_paths(scenario)])
+    model_document, spec_document = load(model, Model), load(spec, Spec)
+    design_document = None if design is None else load(design, Design)
+    named: dict[Path, Any] = {model: model_document, spec: spec_document}
+    same_axis(named if design is None else {**named, design: design_document})
+    _check_options(design_document, plot, save_design, scenario, no_play)
+    inputs = [model, spec, *(path for path in (design, scenario) if path is not None)]
+    saved = None if design is not None else save_design or beside(output)
+    check_targets({"-o": output, "--plot": plot, "--save-design": saved}, inputs)
     test = None if no_play else read_test(model_document, spec_document, scenario)
     from frictool.synth.json_view import json_view
     from frictool.synth.load_disturbance import disturbance
     from frictool.synth.synthesis import synthesise
     from frictool.synth.text_view import text
 
-    inputs = [model, spec, design]
+    # the scenario of a provided design changes no byte of its controller
+    read = inputs if design is None else [model, spec, design]
     words = {"model": model, "--spec": spec, "--design": design, "--vertices-only": vertices_only}
-    provenance = provenance_of_command(command_line("synth", words), inputs)
+    words |= {"--scenario": scenario} if design is None else {}
+    provenance = provenance_of_command(command_line("synth", words), read)
+    search = None
     try:
         load_disturbance = disturbance(model_document)
+        if design_document is None:
+            search = search_design(test, SearchOutputs(saved, plot, output, as_json), inputs)
+            design_document = search.design
         result = synthesise(
             model_document,
             spec_document,
@@ -128,7 +151,8 @@ def command(
             progress=note_step,
         )
     except FrictoolError as error:
-        raise in_file(error, {"model": model, "spec": spec, "design": design}) from None
+        files = {"model": model, "spec": spec}
+        raise in_file(error, files if design is None else {**files, "design": design}) from None
     if output is not None:
         save_text(output, to_yaml(result.controller), inputs)
     if plot is not None and result.trade is not None:
@@ -137,9 +161,15 @@ def command(
         save_text(plot, picture(result.trade, design_document.name) + "\n", inputs)
     played = None if test is None else play(test, result.controller)
     if as_json:
-        view = json_view(result, load_disturbance)
-        print_json("synth/1", {**view, "played": None if played is None else played.json()}, output)
+        view = {
+            **json_view(result, load_disturbance),
+            "search": None if search is None else search.json(),
+            "played": None if played is None else played.json(),
+        }
+        print_json("synth/1", view, output)
     else:
+        if search is not None:
+            say("\n".join(search.lines()), output)
         say(text(result, load_disturbance), output)
         if played is not None:
             say("\n".join(played.lines(use_colour(output == STDOUT))), output)
@@ -147,5 +177,24 @@ def command(
         ctx.exit(EXIT_NO)
 
 
-def _paths(scenario: Path | None) -> list[Path]:
-    return [] if scenario is None else [scenario]
+def _check_options(
+    design: Design | None,
+    plot: Path | None,
+    save_design: Path | None,
+    scenario: Path | None,
+    no_play: bool,
+) -> None:
+    """Raise UsageError for options that contradict each other."""
+    if design is not None and plot is not None and design.relax == "no":
+        raise click.UsageError(
+            f"--plot shows the trade of relax: auto, or of a search; the design {design.name} has "
+            "no such key."
+        )
+    if design is not None and save_design is not None:
+        raise click.UsageError("--save-design is for a search; leave out --design.")
+    if design is None and no_play:
+        raise click.UsageError(
+            "a search plays its candidates: leave out --no-play, or give --design."
+        )
+    if no_play and scenario is not None:
+        raise click.UsageError("--no-play plays nothing; leave out --scenario.")

@@ -91,10 +91,10 @@ def synthesise_verified(
     progress(f"synthesis by {design.method}")
     candidate = solver(design.method)(replace(posed, progress=progress))
     progress("verification at the vertices")
-    linear = _linear(posed, candidate)
+    linear = running_linear(posed, candidate)
     verified = accept(posed, candidate, linear, composed)
     controller, notes = (
-        _document(posed, linear, verified, composed, provenance),
+        controller_document(posed, linear, verified, composed, provenance),
         (*possible, *candidate.notes, *composed.notes),
     )
     if controller.resonances is not None:
@@ -126,7 +126,9 @@ def _with_resonances(posed: SynthesisProblem, controller: stored.Controller) -> 
     )
 
 
-def _linear(posed: SynthesisProblem, candidate: ControllerCandidate) -> stored.LinearController:
+def running_linear(
+    posed: SynthesisProblem, candidate: ControllerCandidate
+) -> stored.LinearController:
     """Return the candidate's stored forms, with the form that runs and its anti-windup selected."""
     linear = stored_forms(candidate.controller)
     design = posed.design
@@ -206,13 +208,14 @@ def _posed(model: Model, spec: Spec, design: Design) -> tuple[SynthesisProblem, 
     return posed, chosen
 
 
-def _document(
+def controller_document(
     posed: SynthesisProblem,
     linear: stored.LinearController,
     verified: stored.Verified,
     composed: SurroundingBlocks,
     provenance: Provenance,
 ) -> stored.Controller:
+    """Return the controller document of a problem and its parts."""
     design = posed.design
     bench = posed.model.bench
     return stored.Controller(

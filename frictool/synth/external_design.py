@@ -23,7 +23,7 @@ from frictool.documents.synthesis_methods import METHODS, SynthesisMethod
 from frictool.documents.weights import Weights
 from frictool.synth.acceptance import accept
 from frictool.synth.certificate_construction import certified_weights
-from frictool.synth.design import _document
+from frictool.synth.design import controller_document
 from frictool.synth.feasibility import check_feasible
 from frictool.synth.realisation import stored_forms
 from frictool.synth.surrounding_blocks import blocks
@@ -116,7 +116,7 @@ def external_controller(
     linear = stored_forms(lti)
     verified = accept(posed, ControllerCandidate(lti, lti), linear, composed)
     origin = provenance_of_call("frictool.synth.external_controller", model=model, spec=spec)
-    document = _document(posed, linear, verified, composed, origin)
+    document = controller_document(posed, linear, verified, composed, origin)
     return with_digests(
         msgspec.structs.replace(document, method="own", weights=certified_weights(chosen.weights))
     )

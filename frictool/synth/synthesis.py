@@ -56,12 +56,7 @@ def synthesise(
     InputFileError
         If the documents are not for one kind of axis.
     """
-    if model.bench_values_only is not None:
-        words = bench_values_words(f"the model {model.name}", model.bench_values_only)
-        raise NoSolutionError(
-            f"bench_values_only: {words}; identify the axis from a log that gives its inertia or "
-            "its friction"
-        ).at("model", "bench_values_only")
+    require_identified(model)
     same_axis({Path("model"): model, Path("spec"): spec, Path("design"): design})
     origin = provenance or provenance_of_call(
         "frictool.synth.synthesise", model=model, spec=spec, design=design
@@ -69,3 +64,14 @@ def synthesise(
     return synthesise_verified(
         model, spec, design, origin, beyond=not vertices_only, progress=progress
     )
+
+
+def require_identified(model: Model) -> None:
+    """Raise NoSolutionError if the model has the bench's values only."""
+    if model.bench_values_only is None:
+        return
+    words = bench_values_words(f"the model {model.name}", model.bench_values_only)
+    raise NoSolutionError(
+        f"bench_values_only: {words}; identify the axis from a log that gives its inertia or its "
+        "friction"
+    ).at("model", "bench_values_only")

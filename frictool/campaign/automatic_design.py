@@ -1,0 +1,163 @@
+"""Design from a specification alone: families of candidates, searched on their played verdict.
+
+    DesignTest ──shortened──▶ PlayedTests ──synth/search/──▶ FamilyOutcome of each family
+
+The families are tried in the order of simplicity; the first that meets the specification wins.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from msgspec import structs
+
+from frictool.campaign.draws.default_scenario import response_time
+from frictool.campaign.played_design import DesignTest, longest_step_of
+from frictool.campaign.trials.controller_judge import ControllerJudge, PlantValues
+from frictool.documents.design import Design
+from frictool.documents.scenario import Scenario
+from frictool.documents.spec import Spec
+from frictool.synth.feasibility import check_feasible
+from frictool.synth.load_disturbance import disturbance
+from frictool.synth.search.candidate_controller import candidate_controller
+from frictool.synth.search.design_scales import design_scales
+from frictool.synth.search.pi_cascade import PI_CASCADE
+from frictool.synth.search.played_search import CandidateSearch, FamilyOutcome
+from frictool.synth.search.played_tests import PlayedTests
+from frictool.synth.synthesis import require_identified, synthesise
+
+FAMILIES = (PI_CASCADE,)
+SHORT = 2.5  # response times, duration of a part in the tests before the whole one
+AT_REST = 2.25  # response times after which the axis must rest in these tests
+SCREENED = 2  # parts of the screen
+# ends of the ranges of the first plants of the screen: 1 is the high end, -1 the low end
+EXTREMES: tuple[PlantValues, ...] = (
+    {"inertia": 1, "constant": -1, "coulomb": 1, "viscous": 1},
+    {"inertia": -1, "constant": 1, "coulomb": -1, "viscous": -1},
+    {"inertia": 1, "constant": -1, "coulomb": -1, "viscous": -1},
+    {"inertia": -1, "constant": 1, "coulomb": 1, "viscous": 1},
+)
+
+
+@dataclass(frozen=True)
+class AutomaticDesign:
+    """Outcome of each family in the order of the search; the last one wins if it passed."""
+
+    outcomes: tuple[FamilyOutcome, ...]
+
+    @property
+    def passed(self) -> bool:
+        """Return True if a design meets every requirement."""
+        return self.outcomes[-1].passed
+
+    @property
+    def design(self) -> Design:
+        """Return the design that passed."""
+        best = self.outcomes[-1].best
+        assert best is not None
+        return best.design
+
+
+def design_automatically(
+    test: DesignTest, progress: Callable[[str], None] = lambda _: None
+) -> AutomaticDesign:
+    """Search the simplest family with a design that passes the test.
+
+    Parameters
+    ----------
+    test : DesignTest
+        Model, specification, steps and plants.
+    progress : callable
+        Called with the name of each step.
+
+    Returns
+    -------
+    AutomaticDesign
+        The outcome of each family that was searched.
+
+    Raises
+    ------
+    FrictoolError
+        If no controller can be designed for the documents.
+    """
+    model, spec = test.model, test.spec
+    require_identified(model)
+    disturbance(model)  # refuses loads that the structures cannot handle
+    length = longest_step_of(test.scenario)
+    scales = design_scales(model, spec, length, response_time(model, spec))
+    first = FAMILIES[0]
+    check_feasible(model, spec, first.design(scales, first.values(first.starts[0])))
+    tests = _tests(test)
+    outcomes = []
+    for family in FAMILIES:
+        search = CandidateSearch(
+            family,
+            scales,
+            tests,
+            lambda design: candidate_controller(model, spec, design),
+            lambda design: _verify(test, design),
+        )
+        outcomes.append(search.run(progress))
+        if outcomes[-1].passed:
+            break
+    return AutomaticDesign(tuple(outcomes))
+
+
+def _verify(test: DesignTest, design: Design) -> None:
+    synthesise(test.model, test.spec, design, vertices_only=True)
+
+
+def _tests(test: DesignTest) -> PlayedTests:
+    """Return the judges of rising cost."""
+    seconds = response_time(test.model, test.spec)
+    short, spec = _shortened(test.scenario, test.spec, seconds)
+    screened = structs.replace(short, steps=short.steps[:SCREENED])
+    judges = [
+        ControllerJudge(test.model, scenario, spec, test.plants) for scenario in (screened, short)
+    ]
+    return PlayedTests(judges[0], judges[1], test.judge, _hard(test))
+
+
+def _shortened(scenario: Scenario, spec: Spec, response: float) -> tuple[Scenario, Spec]:
+    """Return the scenario without its holds, and the specification that it can decide."""
+    steps = tuple(
+        step
+        if step.reference is None or step.duration_s is None
+        else structs.replace(step, duration_s=min(step.duration_s, SHORT * response))
+        for step in scenario.steps
+        if step.hold_s is None
+    )
+    rest = spec.rest
+    if rest is not None:
+        rest = structs.replace(rest, after_s=min(rest.after_s, AT_REST * response))
+    return structs.replace(scenario, steps=steps), structs.replace(
+        spec, rest=rest, limit_cycle=None
+    )
+
+
+def _hard(test: DesignTest) -> tuple[int, ...]:
+    """Return the vertices with which a search begins.
+
+    They are the slowest and the lightest plant, and the same two with the other ends of the
+    friction.
+    """
+    if not test.vertices:
+        return (0,)
+    vertices = test.plants[1 : 1 + test.vertices]
+    return tuple(
+        dict.fromkeys(
+            1 + max(range(len(vertices)), key=lambda k: _likeness(vertices[k], vertices, extreme))
+            for extreme in EXTREMES
+        )
+    )
+
+
+def _likeness(plant: PlantValues, plants: Sequence[PlantValues], extreme: PlantValues) -> float:
+    """Return a figure that is largest for the vertex with the ends that `extreme` names."""
+    total = 0.0
+    for name, sign in extreme.items():
+        values = [one[name] for one in plants]
+        low, high = min(values), max(values)
+        total += 0.0 if high == low else sign * (plant[name] - low) / (high - low)
+    return total

@@ -1,0 +1,69 @@
+"""Picture of a search: the trade between the response, the modulus margin and the effort."""
+
+from __future__ import annotations
+
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from frictool.campaign.automatic_design import AutomaticDesign
+from frictool.documents.metric_table import requirement_title
+from frictool.presentation.svg import drawing, render
+from frictool.synth.search.played_search import Candidate
+from frictool.synth.search.played_tests import shortfalls
+from frictool.typing import BoolVector, Vector
+
+WIDTH, HEIGHT = 9.0, 3.4  # inches
+OTHER, MET, LIMIT = "#b9c2cc", "#1f5fa8", "#c0392b"
+TRADED = ("response_time_95_s", "modulus_margin", "drive_peak", "overshoot_percent")
+PANELS = 3
+
+
+def search_picture(found: AutomaticDesign, name: str) -> str:
+    """Return the `<svg>` element; the same search gives the same bytes."""
+    played = [one for outcome in found.outcomes for one in outcome.trade]
+    with drawing("search"):
+        return render(
+            figure(played), f"{name}: figures of the played candidates, and the specified limits"
+        )
+
+
+def figure(played: list[Candidate]) -> Figure:
+    """Return one panel for each pair of the first three traded requirements."""
+    drawn = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
+    metrics = played[0].runs.metrics if played else ()
+    traded = [index for key in TRADED for index, one in enumerate(metrics) if one.key == key]
+    pairs = list(combinations(traded[:PANELS], 2))
+    if not pairs:
+        return drawn
+    values = np.array([_worst(one) for one in played])
+    met = np.array([shortfalls(one.runs, 0.0).max(initial=-1.0) <= 0.0 for one in played])
+    for axes, (across, up) in zip(np.atleast_1d(drawn.subplots(1, len(pairs))), pairs, strict=True):
+        _panel(axes, values[:, [across, up]], met, (metrics[across], metrics[up]))
+    return drawn
+
+
+def _worst(one: Candidate) -> list[float]:
+    """Return the worst value of each requirement, NaN if there is none."""
+    signs = [1.0 if metric.relation == "<=" else -1.0 for metric in one.runs.metrics]
+    worst = np.max(np.where(np.isnan(one.runs.values), -np.inf, one.runs.values * signs), axis=0)
+    return [float(value) for value in np.where(np.isfinite(worst), worst * signs, np.nan)]
+
+
+def _panel(axes: Axes, values: Vector, met: BoolVector, metrics: tuple[Any, Any]) -> None:
+    axes.plot(*values[~met].T, ".", color=OTHER, markersize=4, label="candidate")
+    axes.plot(*values[met].T, "o", color=MET, markersize=5, label="meets every requirement")
+    across, up = metrics
+    axes.axvline(across.limit, color=LIMIT, linewidth=1.0)
+    axes.axhline(up.limit, color=LIMIT, linewidth=1.0, label="specified")
+    axes.set_xlabel(_label(across))
+    axes.set_ylabel(_label(up))
+    axes.legend(loc="best", fontsize=7)
+
+
+def _label(metric: Any) -> str:
+    unit = f", {metric.unit}" if metric.unit else ""
+    return f"{requirement_title(metric.name)}{unit}"

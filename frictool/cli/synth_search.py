@@ -1,0 +1,89 @@
+"""Search of a design in `frictool synth` without `--design`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from frictool.cli.console_output import print_json
+from frictool.cli.output_files import STDOUT, save_text
+from frictool.cli.progress import note_step
+
+if TYPE_CHECKING:
+    from frictool.campaign.automatic_design import AutomaticDesign
+    from frictool.campaign.played_design import DesignTest
+    from frictool.documents.design import Design
+
+
+@dataclass(frozen=True)
+class SearchOutputs:
+    """Outputs of a search: design, picture, the controller's file, and JSON on stdout."""
+
+    design: Path | None
+    plot: Path | None
+    controller: Path | None
+    as_json: bool
+
+
+@dataclass(frozen=True)
+class FoundDesign:
+    """Result of a search that passed; `path` is the file of the design."""
+
+    found: AutomaticDesign
+    path: Path | None
+
+    @property
+    def design(self) -> Design:
+        """Return the design that passed."""
+        return self.found.design
+
+    def lines(self) -> list[str]:
+        """Return how the design was found, and its file."""
+        from frictool.campaign.views.search_view import design_line
+
+        written = [] if self.path is None else [f"its design: {self.path}"]
+        return [design_line(self.found), *written]
+
+    def json(self) -> dict[str, Any]:
+        """Return the search as JSON values."""
+        from frictool.campaign.views.search_view import search_json
+
+        return search_json(self.found)
+
+
+def beside(controller: Path | None) -> Path | None:
+    """Return the file of the design beside a controller's file, None without such a file."""
+    if controller is None or controller == STDOUT:
+        return None
+    return controller.with_name(f"{controller.stem}.design.yaml")
+
+
+def search_design(
+    test: DesignTest | None, outputs: SearchOutputs, inputs: list[Path]
+) -> FoundDesign:
+    """Search a design, write it and its picture.
+
+    Raises NoSolutionError if there is none, or if nothing can be played.
+    """
+    from frictool.campaign.automatic_design import design_automatically
+    from frictool.campaign.views.search_picture import search_picture
+    from frictool.campaign.views.search_view import design_line, refusal, search_json
+    from frictool.errors import NoSolutionError
+    from frictool.synth.search.design_text import design_text
+
+    if test is None:
+        raise NoSolutionError("without --design a controller is searched by play; give --design")
+    found = design_automatically(test, note_step)
+    if outputs.plot is not None:
+        save_text(outputs.plot, search_picture(found, test.model.name) + "\n", inputs)
+    if not found.passed:
+        reason = refusal(found, test)
+        if outputs.as_json:
+            view = {"reason": reason, "search": search_json(found)}
+            print_json("synth-refusal/1", view, outputs.controller)
+        raise NoSolutionError(reason)
+    if outputs.design is not None:
+        head = f"{design_line(found)}\nplayed: {test.about}\nThe search has fixed seeds."
+        save_text(outputs.design, design_text(found.design, head), inputs)
+    return FoundDesign(found, outputs.design)

@@ -1,0 +1,6 @@
+"""Search for a design whose controller meets a specification when it is played.
+
+model, spec ──design_scales.py──▶ DesignScales
+DesignScales, parameters ──candidate families──▶ Design ──candidate_controller.py──▶ Controller
+Controller ──judges, passed by the caller──▶ reserves ──played_search.py──▶ FoundDesign
+"""

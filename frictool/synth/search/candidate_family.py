@@ -1,0 +1,75 @@
+"""Family of designs with dimensionless parameters that a search may vary."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictool.documents.design import Design
+from frictool.synth.search.design_scales import DesignScales
+from frictool.typing import Vector
+
+DIGITS = 4  # significant digits of every value of a design, so that its file is exact
+
+
+@dataclass(frozen=True)
+class SearchedParameter:
+    """Dimensionless parameter with its range, in which it is searched on a logarithmic scale.
+
+    `starts`: values from which the search begins, one for each start of the family.
+    """
+
+    name: str
+    low: float
+    high: float
+    starts: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class CandidateFamily:
+    """Designs of one structure and method.
+
+    Attributes
+    ----------
+    name : str
+        Description of the family in messages.
+    parameters : tuple of SearchedParameter
+        Parameters that the search varies.
+    design : callable
+        `design(scales, values)` returns the design of parameter values by name.
+    candidates : int
+        Number of candidates that the search may play.
+    """
+
+    name: str
+    parameters: tuple[SearchedParameter, ...]
+    design: Callable[[DesignScales, Mapping[str, float]], Design]
+    candidates: int
+
+    @property
+    def starts(self) -> list[Vector]:
+        """Starting points in the unit cube, each (d,)."""
+        count = len(self.parameters[0].starts)
+        return [
+            np.array([_unit(one, one.starts[index]) for one in self.parameters])
+            for index in range(count)
+        ]
+
+    def values(self, unit: Vector) -> dict[str, float]:
+        """Return the parameters at a point (d,) of the unit cube by name."""
+        inside = np.clip(unit, 0.0, 1.0)
+        return {
+            one.name: float(one.low * (one.high / one.low) ** share)
+            for one, share in zip(self.parameters, inside, strict=True)
+        }
+
+
+def rounded(value: float) -> float:
+    """Return a value with DIGITS significant digits."""
+    return float(f"{value:.{DIGITS}g}")
+
+
+def _unit(one: SearchedParameter, value: float) -> float:
+    return float(np.log(value / one.low) / np.log(one.high / one.low))

@@ -1,0 +1,98 @@
+"""Scales of an actuator with which the parameters of a candidate are dimensionless.
+
+dead time     T (1 + delay) + lag                  half a period each from hold and difference
+loop gain     K/J, largest and smallest
+braking       (K limit + F)/J                      deceleration of the slowest plant
+time          response_time_95_s
+length        longest step of the test
+band          static_error, at least one encoder step
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from frictool.adapters.model_polytope import polytope
+from frictool.documents.bench import Bench
+from frictool.documents.model import Model
+from frictool.documents.quantity import si_unit
+from frictool.documents.spec import Spec
+from frictool.errors import NoSolutionError
+
+STATIC_ERROR = 0.04  # of the step, width of the band without static_error
+
+
+@dataclass(frozen=True)
+class DesignScales:
+    """Scales of one actuator and specification, in SI units.
+
+    Attributes
+    ----------
+    bench : Bench
+        The rig.
+    response, step : float
+        Specified response time [s], and length of the longest step [rad | m].
+    dead_time : float
+        Delay and lag of the loop without the filter of the speed [s].
+    gain : tuple of float
+        Smallest and largest effort per inertia of a unit of the drive.
+    braking : float
+        Deceleration of the slowest plant with the drive at its limit [rad/s^2 | m/s^2].
+    friction : float
+        Coulomb friction over inertia of the model [rad/s^2 | m/s^2].
+    band : float
+        Largest error at rest [rad | m].
+    """
+
+    bench: Bench
+    response: float
+    step: float
+    dead_time: float
+    gain: tuple[float, float]
+    braking: float
+    friction: float
+    band: float
+
+    @property
+    def period(self) -> float:
+        """Sample period [s]."""
+        return self.bench.sample_period_s
+
+    @property
+    def count(self) -> float:
+        """Encoder step [rad | m]."""
+        return self.bench.encoder.resolution
+
+
+def design_scales(model: Model, spec: Spec, step: float, response: float) -> DesignScales:
+    """Return the scales of a model and a specification.
+
+    `step` [rad | m] is the longest step of the test and `response` [s] the time that it may take.
+    Raises NoSolutionError if the specified static error is less than an encoder step.
+    """
+    bench = model.bench
+    count = bench.encoder.resolution
+    if spec.static_error is not None and spec.static_error.value < count:
+        unit = si_unit("position", bench.axis)
+        raise NoSolutionError(
+            f"static_error: found {spec.static_error.value:.4g} {unit}; allowed: at least the "
+            f"encoder's step, {count:.4g} {unit}, below which no error is measured"
+        ).at("spec", "static_error")
+    drive = bench.actuator.limit.value
+    if spec.drive_peak is not None:
+        drive = min(drive, spec.drive_peak.value)
+    vertices = polytope(model).vertices
+    gains = [point.constant / point.inertia for point in vertices]
+    today = model.parameters
+    band = STATIC_ERROR * step if spec.static_error is None else spec.static_error.value
+    return DesignScales(
+        bench=bench,
+        response=response,
+        step=step,
+        dead_time=bench.sample_period_s * (1 + bench.delay_samples)
+        + bench.actuator.loop_time_constant_s,
+        gain=(min(gains), max(gains)),
+        braking=min((point.constant * drive + point.coulomb) / point.inertia for point in vertices),
+        friction=today.coulomb.value / today.inertia.value,
+        band=max(band, count),
+    )

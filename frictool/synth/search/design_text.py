@@ -1,0 +1,68 @@
+"""Text of a design with a comment on each value, for a person who goes on from there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import msgspec
+
+from frictool.documents.design import Design
+from frictool.documents.writing import drop_unset, tree_to_yaml
+
+COLUMN = 64  # at which comments begin, if the value is shorter
+
+# key with its parents -> effect of the value
+EFFECTS = {
+    "structure": "a speed loop inside a position law",
+    "pid.speed_gain": "K of the speed loop: more is stiffer, with less modulus margin",
+    "pid.integral_time_s": "T_i: less overcomes friction sooner, and overshoots more",
+    "weights.bandwidth_rad_s": "slowest bandwidth that counts as good: more is faster",
+    "weights.disturbance": "of friction: more rejects it better, with less modulus margin",
+    "weights.drive": "on the drive that reaches the actuator: more is softer",
+    "weights.command": "on the commanded drive: more makes an encoder count cheaper",
+    "weights.noise": "of the encoder: more is softer at high frequency",
+    "weights.modulus_margin": "that the error weight requires: more is safer and slower",
+    "weights.static_error": "that the error weight allows, relative",
+    "channel_effort": "unit of the uncertainty channel",
+    "schedule": "parameters that span the polytope; the others are in the channel",
+    "position_law.formula": "gain k of the law: speed = k sqrt(error)",
+    "position_law.virtual_coulomb_factor": "on the friction F of the formula: more brakes later "
+    "and harder",
+    "position_law.gain_per_s": "gain of the law: more is faster, and overshoots more",
+    "position_law.action": "the drive brakes inside the band, then becomes 0",
+    "position_law.band": "half-width: more rests sooner, with a larger static error",
+    "position_law.settled_speed": "of the prefilter: the band acts below it",
+    "position_law.rest_speed": "measured: the drive becomes 0 below it",
+    "velocity.filter_rad_s": "of the encoder's difference: less is quieter, with more lag",
+    "velocity.order": "of this filter",
+    "prefilter.natural_frequency_rad_s": "of the reference: more is faster, and overshoots more",
+    "prefilter.damping": "of the reference: more overshoots less",
+    "friction_compensation.source": "friction of the model, added to the drive",
+    "friction_compensation.velocity": "whose sign the friction has",
+    "friction_compensation.smoothing_speed": "below it the added friction fades",
+    "friction_compensation.gain": "share of the model's friction: more starts sooner",
+    "recentring": "the inequalities are solved at this multiple of the smallest gamma",
+    "ease": "multiple of that gamma: more gives lower gains and more margin",
+}
+
+
+def design_text(design: Design, head: str) -> str:
+    """Return the text of a design, from which the reader makes the same design.
+
+    `head`: comment above the document; it may have several lines.
+    """
+    lines = [f"# {line}" for line in head.splitlines()]
+    return "\n".join([*lines, *_lines(drop_unset(msgspec.to_builtins(design)), ())]) + "\n"
+
+
+def _lines(values: Mapping[str, Any], parents: tuple[str, ...]) -> Iterator[str]:
+    for key, value in values.items():
+        if isinstance(value, dict) and value and "value" not in value:
+            yield f"{'  ' * len(parents)}{key}:"
+            yield from _lines(value, (*parents, key))
+            continue
+        pair = tree_to_yaml({key: value}).strip()  # in flow style if the value is a scalar
+        text = "  " * len(parents) + (pair[1:-1] if pair.startswith("{") else pair)
+        effect = EFFECTS.get(".".join((*parents, key)))
+        yield text if effect is None else f"{text:<{COLUMN}}  # {effect}"

@@ -1,0 +1,55 @@
+"""Cascade of a position law and a PI controller of the speed: the simplest candidate.
+
+    K     gain_product = omega_c (dead time + 1/filter), omega_c = K/J of the lightest plant
+    T_i   integral_product = T_i omega_c of the heaviest plant
+
+The starts and ranges were found on 40 random actuators, which no test and no acceptance uses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from frictool.documents.design import Design
+from frictool.documents.pid_gains import Pid
+from frictool.documents.quantity import Quantity, si_unit
+from frictool.documents.weights import Weights
+from frictool.synth.search import position_blocks
+from frictool.synth.search.candidate_family import CandidateFamily, SearchedParameter, rounded
+from frictool.synth.search.design_scales import DesignScales
+
+CANDIDATES = 450
+LOOP = (
+    SearchedParameter("gain_product", 0.1, 0.95, (0.4, 0.5)),
+    SearchedParameter("integral_product", 1.5, 60.0, (6.0, 14.0)),
+)
+
+
+def pi_design(scales: DesignScales, values: Mapping[str, float]) -> Design:
+    """Return the design of dimensionless parameters by name."""
+    bench = scales.bench
+    filtered = position_blocks.velocity(scales, values)
+    assert filtered.filter_rad_s
+    crossover = values["gain_product"] / (scales.dead_time + 1.0 / filtered.filter_rad_s)
+    low, high = scales.gain
+    gain = crossover / high * bench.actuator.constant.value
+    return Design(
+        format="design/1",
+        name=bench.name,
+        axis=bench.axis,
+        structure="speed_cascade",
+        method="pid",
+        weights=Weights(),
+        pid=Pid(
+            speed_gain=Quantity(value=rounded(gain), unit=si_unit("viscous", bench.axis)),
+            integral_time_s=rounded(values["integral_product"] * high / (low * crossover)),
+        ),
+        position_law=position_blocks.position_law(scales, values),
+        velocity=filtered,
+        prefilter=position_blocks.prefilter(scales, values),
+    )
+
+
+PI_CASCADE = CandidateFamily(
+    "PI cascade", (*position_blocks.PARAMETERS, *LOOP), pi_design, CANDIDATES
+)

@@ -1,0 +1,220 @@
+"""Search for the parameters of a family whose controller meets a specification when played.
+
+Each start is played first, then differential evolution (Storn and Price 1997, scipy) varies the
+parameters around the best one. The objective is the largest shortfall of all figures, with the
+reserve. A candidate is played on few plants first; a plant on which a good candidate fails joins
+them. The first candidate that passes the whole test with its reserve, and the verification, ends
+the search. If there is none, the best ones are played in the whole test without the reserve.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import differential_evolution
+
+from frictool.documents.controller import Controller
+from frictool.documents.design import Design
+from frictool.errors import FrictoolError
+from frictool.synth.search.candidate_family import CandidateFamily
+from frictool.synth.search.design_scales import DesignScales
+from frictool.synth.search.played_tests import (
+    FAILED,
+    RESERVE,
+    JudgedRuns,
+    PlayedTests,
+    shortfall,
+    shortfalls,
+)
+from frictool.typing import Vector
+
+SEED = 1
+POPULATION, SPREAD = 18, 0.25  # candidates of a generation; their spread around the best start
+MOST_HARD = 9  # largest number of plants of the screen
+RETRIED = 6  # candidates that are played again without the reserve
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Design with its objective and the figures of its last test."""
+
+    design: Design
+    shortfall: float
+    runs: JudgedRuns
+
+
+@dataclass(frozen=True)
+class FamilyOutcome:
+    """Result of the search in one family.
+
+    Attributes
+    ----------
+    family : str
+        Description of the family.
+    candidates : int
+        Number of candidates played.
+    best : Candidate or None
+        The candidate that passed, or the one with the smallest shortfall; None if no candidate
+        could be played.
+    passed, with_reserve : bool
+        True if the best candidate meets every requirement, and meets it with the reserve.
+    refusals : tuple of str
+        Reasons why candidates that passed the play were not verified.
+    trade : tuple of Candidate
+        Candidates in the order of play, for the trade between requirements.
+    """
+
+    family: str
+    candidates: int
+    best: Candidate | None
+    passed: bool
+    with_reserve: bool
+    refusals: tuple[str, ...]
+    trade: tuple[Candidate, ...]
+
+
+class _FoundError(Exception):
+    """A candidate passed everything."""
+
+    def __init__(self, candidate: Candidate) -> None:
+        super().__init__()
+        self.candidate = candidate
+
+
+class _ExhaustedError(Exception):
+    """The number of candidates is reached."""
+
+
+@dataclass
+class CandidateSearch:
+    """Search of a family.
+
+    Attributes
+    ----------
+    family : CandidateFamily
+        Designs to search.
+    scales : DesignScales
+        Scales of the actuator.
+    tests : PlayedTests
+        Judges of rising cost.
+    controller : callable
+        `controller(design)` returns the controller to play; raises FrictoolError.
+    verify : callable
+        `verify(design)` raises FrictoolError if the controller is not accepted.
+    """
+
+    family: CandidateFamily
+    scales: DesignScales
+    tests: PlayedTests
+    controller: Callable[[Design], Controller]
+    verify: Callable[[Design], None]
+    hard: list[int] = field(default_factory=list)
+    played: list[Candidate] = field(default_factory=list)
+    refusals: list[str] = field(default_factory=list)
+    tried: int = 0
+
+    def run(self, progress: Callable[[str], None]) -> FamilyOutcome:
+        """Return the outcome; the same inputs give the same outcome."""
+        self.hard = list(self.tests.hard)
+        progress(f"search: {self.family.name}")
+        try:
+            self._evolve()
+        except _FoundError as found:
+            return self._outcome(found.candidate, passed=True, with_reserve=True)
+        except _ExhaustedError:
+            pass
+        progress(f"search: {self.family.name}, the best candidates without reserve")
+        return self._without_reserve()
+
+    def _evolve(self) -> None:
+        starts = self.family.starts
+        figures = [self._objective(start) for start in starts]
+        best = starts[int(np.argmin(figures))]
+        random = np.random.Generator(np.random.PCG64(SEED))
+        spread = SPREAD
+        while True:  # until a candidate passes or their number is reached
+            population = best + random.normal(0.0, spread, (POPULATION, best.size))
+            population[: len(starts)] = starts
+            differential_evolution(
+                self._objective,
+                [(0.0, 1.0)] * best.size,
+                init=np.clip(population, 0.0, 1.0),
+                maxiter=self.family.candidates,
+                seed=random,
+                mutation=(0.4, 0.9),
+                recombination=0.8,
+                tol=0.0,
+                atol=0.0,
+                polish=False,
+            )
+            spread *= 2.0  # all candidates were equal
+
+    def _objective(self, unit: Vector) -> float:
+        """Return the shortfall at a point of the unit cube; raise _FoundError if it passes."""
+        if self.tried >= self.family.candidates:
+            raise _ExhaustedError
+        self.tried += 1
+        try:
+            design = self.family.design(self.scales, self.family.values(unit))
+            controller = self.controller(design)
+            runs = self.tests.screen(controller, self.hard)
+            value = shortfall(runs)
+            for test in (self.tests.short, self.tests.whole):
+                if value > 0.0:
+                    break
+                runs = test(controller, None)
+                value = shortfall(runs)
+                self._add_hard(runs)
+        except FrictoolError:
+            return FAILED
+        candidate = Candidate(design, value, runs)
+        self.played.append(candidate)
+        if value <= 0.0:
+            if self._verified(design):
+                raise _FoundError(candidate)
+            return 1.0
+        return value
+
+    def _verified(self, design: Design) -> bool:
+        try:
+            self.verify(design)
+        except FrictoolError as error:
+            self.refusals.append(str(error))
+            return False
+        return True
+
+    def _add_hard(self, runs: JudgedRuns) -> None:
+        """Add the plant with the largest shortfall to the plants of the screen."""
+        each = shortfalls(runs).max(axis=1)
+        worst = runs.plants[int(np.argmax(each))]
+        if each.max() > 0.0 and worst not in self.hard and len(self.hard) < MOST_HARD:
+            self.hard.append(worst)
+
+    def _without_reserve(self) -> FamilyOutcome:
+        ranked = sorted(self.played, key=lambda one: one.shortfall)
+        near = [one for one in ranked if one.shortfall <= 2.0 * RESERVE][:RETRIED]
+        for one in near:
+            controller = self.controller(one.design)
+            runs = self.tests.short(controller, None)
+            if shortfall(runs, 0.0) > 0.0:
+                continue
+            runs = self.tests.whole(controller, None)
+            if shortfall(runs, 0.0) <= 0.0 and self._verified(one.design):
+                found = Candidate(one.design, shortfall(runs), runs)
+                return self._outcome(found, passed=True, with_reserve=False)
+        return self._outcome(ranked[0] if ranked else None, passed=False, with_reserve=False)
+
+    def _outcome(
+        self, best: Candidate | None, *, passed: bool, with_reserve: bool
+    ) -> FamilyOutcome:
+        return FamilyOutcome(
+            self.family.name,
+            self.tried,
+            best,
+            passed,
+            with_reserve,
+            tuple(dict.fromkeys(self.refusals)),
+            tuple(self.played),
+        )

@@ -1,0 +1,98 @@
+"""Judges that play a candidate, as a search uses them; the caller provides them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+
+from frictool.documents.controller import Controller
+from frictool.typing import Vector
+
+RESERVE = 0.05  # relative distance to each limit that the search aims at
+EXACT = ("oscillations", "drive_peak", "rest", "limit_cycle", "saturation_time_s")  # without it
+WORST = 3.0  # largest shortfall of one requirement
+FAILED = 10.0  # shortfall of a candidate that cannot be played
+EACH = 0.02  # weight of the sum of all shortfalls beside the largest
+STANDSTILL = 2.0  # shortfall of a response that does not end
+
+
+class JudgedRuns(Protocol):
+    """Figures of one controller on p plants against r requirements."""
+
+    @property
+    def metrics(self) -> Sequence[Any]:
+        """Requirements with their `key`, `name`, `limit`, `unit` and `relation`."""
+
+    @property
+    def plants(self) -> tuple[int, ...]:
+        """Indices of the plants."""
+
+    @property
+    def values(self) -> Vector:
+        """Worst values (p, r) in SI."""
+
+    @property
+    def reserves(self) -> Vector:
+        """Relative distances (p, r) to the limits: negative beyond one, NaN if undecided."""
+
+    @property
+    def met(self) -> Any:
+        """1 met, 0 broken, -1 undecided (p, r)."""
+
+    @property
+    def failed(self) -> Mapping[int, str]:
+        """Plants that could not be simulated, with the reason."""
+
+
+class CandidateJudge(Protocol):
+    """Player of a controller on all plants, or on those of `only`, by index."""
+
+    def __call__(self, controller: Controller, only: Sequence[int] | None = None) -> JudgedRuns:
+        """Return the figures of a controller."""
+
+
+@dataclass(frozen=True)
+class PlayedTests:
+    """Tests of rising cost: a candidate is played in the next only if it passes the one before.
+
+    `screen`: two short steps, played on some plants. `short`: all steps, without their holds, on
+    all plants. `whole`: the test that decides. `hard`: plants on which the search begins.
+    """
+
+    screen: CandidateJudge
+    short: CandidateJudge
+    whole: CandidateJudge
+    hard: tuple[int, ...]
+
+
+def shortfalls(runs: JudgedRuns, reserve: float = RESERVE) -> Vector:
+    """Return the distance (p, r) of each figure to its limit with the reserve; 0 or less if met.
+
+    An undecided figure has no shortfall. A response that does not end is graded by the error at the
+    end of the hold, so that a search can reduce it.
+    """
+    wanted = np.array([0.0 if one.key in EXACT else reserve for one in runs.metrics])
+    reserves = np.array(runs.reserves, dtype=np.float64)
+    broken = (runs.met == 0) & ~(reserves < 0.0)
+    short = wanted - np.where(broken, -0.5, reserves)
+    for column, one in enumerate(runs.metrics):
+        if one.limit == 0.0:  # its reserve has a unit
+            short[:, column] = np.where(runs.met[:, column] == 0, 0.5, 0.0)
+    endless = np.isposinf(short)
+    error = next((k for k, one in enumerate(runs.metrics) if one.key == "static_error"), None)
+    if error is not None:
+        graded = STANDSTILL + np.clip(np.nan_to_num(short[:, error]), 0.0, 10.0) / 10.0
+        short = np.where(endless, graded[:, None], short)
+    return np.clip(np.where(np.isnan(short), 0.0, short), -1.0, WORST)
+
+
+def shortfall(runs: JudgedRuns, reserve: float = RESERVE) -> float:
+    """Return the objective of a search: 0 or less if every figure has its reserve."""
+    if runs.failed:
+        return FAILED
+    worst = shortfalls(runs, reserve).max(axis=0, initial=-1.0)
+    largest = float(worst.max(initial=-1.0))
+    return largest if largest <= 0.0 else largest + EACH * float(np.maximum(worst, 0.0).sum())

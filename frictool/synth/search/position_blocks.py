@@ -1,0 +1,81 @@
+"""Position law, prefilter and filter of the speed of a cascade, from dimensionless parameters.
+
+    law          k^2 = 2 braking_share braking         deceleration that the law requests
+    band         band_share times the largest error at rest, at least one encoder step
+    rest         rest_share of the law's speed at the edge of the band
+    settled      settled_share of step/response
+    prefilter    prefilter_product/response
+    velocity     velocity_product/dead time, at most MOST_FILTER of the sampling frequency
+
+A law with k^2 < 2F/J keeps the formula sqrt(F/J), whose factor is at least 1.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+
+from frictool.documents.design_blocks import PositionLawDesign, PrefilterDesign, VelocityDesign
+from frictool.documents.quantity import Quantity, si_unit
+from frictool.synth.search.candidate_family import SearchedParameter, rounded
+from frictool.synth.search.design_scales import DesignScales
+
+MOST_FILTER = 1.9  # rad/s times s: bandwidth of the filter times the period
+MOST_PREFILTER = 1.0  # rad/s times s: frequency of the prefilter times the period
+LINEAR_PART = 0.25  # of the step, error at which a proportional law equals the square-root law
+
+PARAMETERS = (
+    SearchedParameter("braking_share", 0.1, 1.1, (0.6, 0.3)),
+    SearchedParameter("band_share", 0.2, 0.93, (0.7, 0.8)),
+    SearchedParameter("rest_share", 0.03, 1.0, (0.3, 0.1)),
+    SearchedParameter("settled_share", 0.02, 1.0, (0.2, 0.17)),
+    SearchedParameter("prefilter_product", 4.0, 60.0, (10.0, 8.0)),
+    SearchedParameter("damping", 0.6, 1.3, (0.85, 1.0)),
+    SearchedParameter("velocity_product", 0.4, 8.0, (2.0, 4.0)),
+)
+
+
+def position_law(scales: DesignScales, values: Mapping[str, float]) -> PositionLawDesign:
+    """Return the law with its band and brake.
+
+    It is proportional if the model has no Coulomb friction.
+    """
+    bench = scales.bench
+    squared = 2.0 * values["braking_share"] * scales.braking
+    band = rounded(max(scales.count, values["band_share"] * scales.band))
+    while band < scales.count:  # rounding may go below one count
+        band = rounded(band * 1.001)
+    length, speed = (si_unit(name, bench.axis) for name in ("position", "velocity"))
+    edge = math.sqrt(squared * band)
+    shared = {
+        "action": "brake",
+        "band": Quantity(value=band, unit=length),
+        "settled_speed": Quantity(
+            value=rounded(values["settled_share"] * scales.step / scales.response), unit=speed
+        ),
+        "rest_speed": Quantity(value=rounded(values["rest_share"] * edge), unit=speed),
+    }
+    if scales.friction <= 0.0:
+        gain = math.sqrt(squared / (LINEAR_PART * scales.step))
+        return PositionLawDesign(kind="proportional", gain_per_s=rounded(gain), **shared)  # type: ignore[arg-type] # keys of one record
+    factor = squared / (2.0 * scales.friction)
+    strong = factor >= 1.0
+    return PositionLawDesign(
+        formula="sqrt(2F/J)" if strong else "sqrt(F/J)",
+        virtual_coulomb_factor=rounded(factor) if strong else rounded(max(1.0, 2.0 * factor)),
+        **shared,  # type: ignore[arg-type] # keys of one record
+    )
+
+
+def prefilter(scales: DesignScales, values: Mapping[str, float]) -> PrefilterDesign:
+    """Return the prefilter of the reference."""
+    frequency = min(values["prefilter_product"] / scales.response, MOST_PREFILTER / scales.period)
+    return PrefilterDesign(
+        natural_frequency_rad_s=rounded(frequency), damping=rounded(values["damping"])
+    )
+
+
+def velocity(scales: DesignScales, values: Mapping[str, float]) -> VelocityDesign:
+    """Return the filter of the encoder's difference."""
+    bandwidth = min(values["velocity_product"] / scales.dead_time, MOST_FILTER / scales.period)
+    return VelocityDesign(order=1, filter_rad_s=rounded(bandwidth))

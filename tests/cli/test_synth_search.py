@@ -1,0 +1,130 @@
+"""`frictool synth` without a design: from a specification to a controller, and its refusals."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import yaml
+
+from frictool.documents.controller import Controller
+from frictool.documents.design import Design
+from frictool.documents.registry import load
+from frictool.synth.search.pi_cascade import PI_CASCADE
+from studies.command_line import run
+from studies.rigs.clutch_model import ROOT
+from tests.support.command_line import refused
+
+RIG = ROOT / "configs/clutch"
+EASY = """\
+format: spec/1
+name: easy
+axis: rotary
+drive: current
+response_time_95_s: 0.35
+overshoot_percent: 10
+static_error: {value: 2.5, unit: rad}
+modulus_margin: 0.5
+drive_peak: {value: 50, unit: A}
+rest: {after_s: 2, drive: 0}
+"""
+
+
+@pytest.fixture
+def spec(tmp_path: Path) -> Path:
+    path = tmp_path / "spec.yaml"
+    path.write_text(EASY)
+    return path
+
+
+def _synth(spec: Path, *options: object) -> list[object]:
+    return ["synth", RIG / "nonlinear.yaml", "--spec", spec, "--vertices-only", *options]
+
+
+def test_a_specification_is_enough(spec: Path, tmp_path: Path) -> None:
+    controller, design = tmp_path / "controller.yaml", tmp_path / "controller.design.yaml"
+    done = run(*_synth(spec, "-o", controller))
+    assert done.code == 0, done.stderr
+    lines = done.stdout.splitlines()
+    assert lines[0].startswith("designed: PI cascade, ")
+    assert lines[0].endswith(" meets every requirement with a reserve of 5 %")
+    assert lines[1] == f"its design: {design}"
+    assert lines[-1] == "PASS: 6 of 6 requirements met, on 57 plants"
+
+    # the design gives the same controller, and every value of it has a comment
+    again = tmp_path / "again.yaml"
+    assert run(*_synth(spec, "--design", design, "--no-play", "-o", again)).code == 0
+    found, provided = load(controller, Controller), load(again, Controller)
+    assert found.linear == provided.linear
+    assert found.position_law == provided.position_law
+    assert found.prefilter == provided.prefilter
+    values = [
+        line
+        for line in design.read_text().splitlines()
+        if line.startswith("  ") and not line.endswith(":")
+    ]
+    assert len(values) >= 10
+    assert all("  # " in line for line in values)
+    assert load(design, Design).method == "pid"
+
+    # the same inputs give the same bytes
+    named, saved = tmp_path / "named.yaml", tmp_path / "saved.yaml"
+    told = run(*_synth(spec, "-o", named, "--save-design", saved, "--json"))
+    assert named.read_bytes() == controller.read_bytes()
+    assert saved.read_bytes() == design.read_bytes()
+    search = json.loads(told.stdout)["search"]
+    assert search["passed"]
+    assert search["reserve"] == 0.05
+    assert min(one["reserve"] for one in json.loads(told.stdout)["played"]["requirements"]) >= 0.0
+
+
+def test_a_requirement_that_no_candidate_reaches_is_named_with_the_trade(
+    spec: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    few = (replace(PI_CASCADE, candidates=25),)
+    monkeypatch.setattr("frictool.campaign.automatic_design.FAMILIES", few)
+    spec.write_text(EASY.replace("_95_s: 0.35", "_95_s: 0.115"))
+    controller, picture = tmp_path / "controller.yaml", tmp_path / "trade.svg"
+    done = run(*_synth(spec, "-o", controller, "--plot", picture, "--json"))
+    assert done.code == 4
+    assert done.stderr.startswith("error: no design found (PI cascade: 25 candidates")
+    assert "for the best candidate, specified " in done.stderr
+    assert "the drive alone needs 104" in done.stderr
+    assert not controller.exists()
+    assert picture.read_text().startswith("<svg")
+    told = json.loads(done.stdout)
+    assert told["format"] == "synth-refusal/1"
+    assert told["reason"] in done.stderr
+    reached = {one["key"]: one["best"] for one in told["search"]["reached"]}
+    assert 0.1 < reached["response_time_95_s"] < 0.35
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("value: 2.5", "value: 0.1", ["static_error", "0.1 rad", "encoder's step, 0.1122 rad"]),
+        ("_95_s: 0.35", "_95_s: 0.03", ["response_time_95_s", "0.03 s"]),
+    ],
+)
+def test_what_no_controller_can_do_is_refused_before_the_search(
+    spec: Path, old: str, new: str, words: list[str]
+) -> None:
+    spec.write_text(EASY.replace(old, new))
+    refused(run(*_synth(spec)), 4, *words)
+
+
+def test_options_of_a_search_and_of_a_design_exclude_each_other(spec: Path, tmp_path: Path) -> None:
+    assert "plays its candidates" in run(*_synth(spec, "--no-play")).stderr
+    design = RIG / "designs/speed.yaml"
+    both = run(*_synth(spec, "--design", design, "--save-design", tmp_path / "d.yaml"))
+    assert both.code == 2
+    assert "--save-design is for a search" in both.stderr
+    empty = {**yaml.safe_load(EASY)}
+    spec.write_text(
+        yaml.safe_dump({key: empty[key] for key in ("format", "name", "axis", "drive")})
+    )
+    nothing = run(*_synth(spec))
+    assert nothing.code == 4
+    assert "not played: the specification has no requirement" in nothing.stderr

@@ -1,0 +1,171 @@
+"""The search of a design: dimensionless parameters, shortfalls, and the text of the design."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from frictool.documents.controller import Controller
+from frictool.documents.design import Design
+from frictool.documents.registry import load
+from frictool.documents.spec import Spec
+from frictool.errors import NoSolutionError
+from frictool.synth.search.candidate_controller import candidate_controller
+from frictool.synth.search.design_scales import DesignScales, design_scales
+from frictool.synth.search.design_text import design_text
+from frictool.synth.search.pi_cascade import PI_CASCADE
+from frictool.synth.search.played_search import CandidateSearch
+from frictool.synth.search.played_tests import (
+    FAILED,
+    RESERVE,
+    STANDSTILL,
+    JudgedRuns,
+    PlayedTests,
+    shortfall,
+    shortfalls,
+)
+from studies.rigs.clutch_model import ROOT, clutch_model
+
+SPEC = load(ROOT / "configs/clutch/spec.yaml", Spec)
+KEYS = ("response_time_95_s", "static_error", "oscillations", "rest")
+
+
+def runs(
+    reserves: Sequence[Sequence[float]],
+    met: Sequence[Sequence[int]],
+    failed: dict[int, str] | None = None,
+) -> Any:
+    metrics = [SimpleNamespace(key=key, limit=0.0 if key == "rest" else 1.0) for key in KEYS]
+    return SimpleNamespace(
+        metrics=metrics,
+        plants=tuple(range(len(reserves))),
+        values=np.zeros((len(reserves), len(KEYS))),
+        reserves=np.array(reserves, dtype=float),
+        met=np.array(met),
+        failed=failed or {},
+    )
+
+
+def test_the_reserve_is_wanted_of_continuous_figures_only() -> None:
+    some = runs([[0.05, 0.3, 0.0, 0.0]], [[1, 1, 1, 1]])
+    assert shortfall(some) == pytest.approx(0.0)
+    less = runs([[0.02, 0.3, 0.0, 0.0]], [[1, 1, 1, 1]])
+    assert shortfalls(less)[0] == pytest.approx([0.03, -0.25, 0.0, 0.0])
+    assert shortfall(less) > 0.03
+    assert shortfall(less, 0.0) <= 0.0
+
+
+def test_failures_without_a_number_are_graded() -> None:
+    near = runs([[-np.inf, -1.0, 0.0, -4.0]], [[0, 0, 1, 0]])
+    far = runs([[-np.inf, -8.0, 0.0, -4.0]], [[0, 0, 1, 0]])
+    assert STANDSTILL < shortfall(near) < shortfall(far)
+    undecided = runs([[np.nan, 0.3, 0.0, np.nan]], [[-1, 1, 1, -1]])
+    assert shortfall(undecided) == 0.0
+    assert shortfall(runs([[1.0] * 4], [[1] * 4], {0: "stiff"})) == FAILED
+
+
+@pytest.fixture
+def scales() -> DesignScales:
+    return design_scales(clutch_model(), SPEC, 50.4, 0.22)
+
+
+def test_the_design_of_a_start_is_scaled_to_the_actuator(scales: DesignScales) -> None:
+    design = PI_CASCADE.design(scales, PI_CASCADE.values(PI_CASCADE.starts[0]))
+    assert scales.dead_time == pytest.approx(0.005)
+    assert scales.braking == pytest.approx((0.0128 * 50 + 0.018) / 1.53e-5)
+    assert design.prefilter is not None
+    assert design.prefilter.natural_frequency_rad_s == pytest.approx(10.0 / 0.22, rel=1e-3)
+    assert design.pid is not None
+    assert design.pid.speed_gain is not None
+    lightest = design.pid.speed_gain.value / 0.0134 * 0.014 / 1.11e-5
+    assert lightest == pytest.approx(0.4 / (0.005 + 0.005 / 2.0), rel=1e-3)
+    law = design.position_law
+    assert law is not None
+    assert law.band is not None
+    assert law.band.value == pytest.approx(0.7 * 2.0)
+
+
+def test_the_text_of_a_design_gives_the_same_design(scales: DesignScales, tmp_path: Path) -> None:
+    for start in PI_CASCADE.starts:
+        design = PI_CASCADE.design(scales, PI_CASCADE.values(start))
+        text = design_text(design, "found by a test\nin two lines")
+        assert text.startswith("# found by a test\n# in two lines\nformat: design/1\n")
+        (tmp_path / "design.yaml").write_text(text)
+        assert load(tmp_path / "design.yaml", Design) == design
+
+
+def test_a_static_error_below_one_count_is_refused() -> None:
+    model = clutch_model()
+    fine = 0.5 * model.bench.encoder.resolution
+    assert SPEC.static_error is not None
+    tight = Spec(
+        format="spec/1",
+        name="tight",
+        axis="rotary",
+        drive="current",
+        static_error=type(SPEC.static_error)(value=fine, unit="rad"),
+    )
+    with pytest.raises(NoSolutionError, match="encoder's step"):
+        design_scales(model, tight, 50.0, 0.22)
+
+
+@dataclass
+class Judge:
+    """Judge that wants the damping of the prefilter, on plant 5 a larger one."""
+
+    played: list[tuple[int, ...]] = field(default_factory=list)
+
+    def __call__(self, controller: Controller, only: Sequence[int] | None = None) -> JudgedRuns:
+        plants = tuple(range(6) if only is None else only)
+        self.played.append(plants)
+        assert controller.prefilter is not None
+        found = controller.prefilter.damping
+        reserves = [[found - (1.0 if plant == 5 else 0.9), 1.0, 1.0, 0.0] for plant in plants]
+        made: JudgedRuns = runs(reserves, [[int(row[0] >= 0.0), 1, 1, 1] for row in reserves])
+        made.plants = plants  # type: ignore[misc] # a simple namespace
+        return made
+
+
+def test_a_plant_on_which_a_candidate_fails_joins_the_screen(scales: DesignScales) -> None:
+    model = clutch_model()
+    screen, short, whole = Judge(), Judge(), Judge()
+    search = CandidateSearch(
+        PI_CASCADE,
+        scales,
+        PlayedTests(screen, short, whole, (0, 1)),
+        lambda design: candidate_controller(model, SPEC, design),
+        lambda design: None,
+    )
+    outcome = search.run(lambda step: None)
+    assert outcome.passed
+    assert outcome.with_reserve
+    assert outcome.best is not None
+    assert outcome.best.design.prefilter is not None
+    assert outcome.best.design.prefilter.damping >= 1.0 + RESERVE
+    assert screen.played[0] == (0, 1)
+    assert screen.played[-1] == (0, 1, 5)
+    assert len(whole.played) == 1
+    assert len(short.played) < len(screen.played)
+
+
+def test_a_candidate_that_is_not_verified_is_no_result(scales: DesignScales) -> None:
+    model = clutch_model()
+
+    def refuse(design: Design) -> None:
+        raise NoSolutionError("not verified: for the test")
+
+    family = type(PI_CASCADE)(PI_CASCADE.name, PI_CASCADE.parameters, PI_CASCADE.design, 40)
+    tests = PlayedTests(Judge(), Judge(), Judge(), (0,))
+    search = CandidateSearch(
+        family, scales, tests, lambda design: candidate_controller(model, SPEC, design), refuse
+    )
+    outcome = search.run(lambda step: None)
+    assert not outcome.passed
+    assert outcome.candidates == 40
+    assert outcome.refusals == ("not verified: for the test",)
