@@ -6,10 +6,10 @@ Log(s) ──streams──▶ StreamEvidence ──holds──▶ HoldMetrics �
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import PurePath
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -139,10 +139,12 @@ def gather_evidence(
             raise LogError(log.source, "has no stream of an axis; nothing to report on")
         beyond = "" if loop is None else loop.beyond(log)
         played = rig.played(log)
+        simulated = log.metadata.get("log", {}).get("kind") == "simulated"
         for stream in log.axes:
             margin, gap = (None, NO_CONTROLLER) if loop is None else loop.margin(log, stream.topic)
-            item = _evidence(spec, log, label, stream, played)
-            gathered.append(replace(item, modulus_margin=margin, margin_gap=gap, beyond=beyond))
+            nominal = stream.topic == MAIN_TOPIC or len(log.axes) == 1
+            about = AboutStream(label, nominal, simulated, margin, gap, beyond)
+            gathered.append(stream_evidence(spec, log.source, stream, played, about))
     return gathered
 
 
@@ -155,15 +157,32 @@ def log_labels(logs: Sequence[Log]) -> list[str]:
     ]
 
 
-def _evidence(spec: Spec, log: Log, label: str, stream: Stream, rig: RigFacts) -> StreamEvidence:
+class AboutStream(NamedTuple):
+    """Fields of StreamEvidence that do not follow from the stream's signals."""
+
+    label: str
+    nominal: bool
+    simulated: bool
+    modulus_margin: float | None
+    margin_gap: str
+    beyond: str
+
+
+def stream_evidence(
+    spec: Spec, source: str, stream: Stream, rig: RigFacts, about: AboutStream
+) -> StreamEvidence:
+    """Return the evidence of one stream of the log `source`.
+
+    Raises LogError as `gather_evidence` does.
+    """
     if stream.time.size == 0:
-        raise LogError(log.source, f"stream {stream.topic} has no samples")
+        raise LogError(source, f"stream {stream.topic} has no samples")
     for name in ("position", "reference"):
         unit = stream.units.get(name)
         expected = si_unit("position", spec.axis)
         if unit not in (None, "", expected):
             raise LogError(
-                log.source,
+                source,
                 f"{name} of {stream.topic} is in {unit}; the specification is of a "
                 f"{spec.axis} axis, in {expected}",
             )
@@ -189,23 +208,24 @@ def _evidence(spec: Spec, log: Log, label: str, stream: Stream, rig: RigFacts) -
     if position is not None and reference is not None:
         holds = find_holds(reference, position, resolution)
         gaps |= _without_steps(holds)
-    nominal = stream.topic == MAIN_TOPIC or len(log.axes) == 1
-    simulated = log.metadata.get("log", {}).get("kind") == "simulated"
     load = _load(stream, position, rig, resolution, gaps)
     if rig.drive_limit is None:
         gaps["drive_limit"] = "the drive's limit is not known; give --bench or --controller"
     return StreamEvidence(
-        label,
+        about.label,
         stream,
         resolution,
         holds,
         command,
         measured,
         gaps,
-        nominal,
-        simulated,
+        about.nominal,
+        about.simulated,
         load,
         rig.drive_limit,
+        about.modulus_margin,
+        about.margin_gap,
+        about.beyond,
     )
 
 

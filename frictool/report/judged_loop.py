@@ -49,9 +49,15 @@ class JudgedLoop:
         if not _simulated(log):
             return None, RECORDED
         plant = LoggedPlant.of_text(log.metadata.get(RECORD, {}).get(topic, ""))
-        if plant is None:
+        return self.margin_of(plant, unstated_words(log))
+
+    def margin_of(self, plant: LoggedPlant | None, unstated: str = "") -> tuple[float | None, str]:
+        """Return (modulus margin with a simulated plant, ""), or (None, reason).
+
+        `unstated`: reason why the rig of the plant is not known, or empty.
+        """
+        if plant is None or not plant.is_possible:
             return None, NO_PLANT
-        unstated = _unstated(log)
         return (None, unstated) if unstated else (self._margins(plant), "")
 
     def beyond(self, log: Log) -> str:
@@ -93,7 +99,7 @@ def _simulated(log: Log) -> bool:
     return log.metadata.get("log", {}).get("kind") == "simulated"
 
 
-def _unstated(log: Log) -> str:
+def unstated_words(log: Log) -> str:
     """Return which numbers of rig and model a simulated log lacks; empty if it has all.
 
     The message names the command that writes the log again.

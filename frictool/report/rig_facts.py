@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from frictool.documents.bench import Bench
@@ -40,11 +41,14 @@ class RigFacts:
         return RigFacts(bench.encoder.resolution, bench.actuator.limit.value, width, unsure, True)
 
     def played(self, log: Log) -> RigFacts:
-        """Return the facts with the encoder step and the drive limit of a log's simulation.
+        """Return the facts with those of a log's simulation, as `simulated` does."""
+        return self.simulated(facts_of_text(log.metadata.get(RECORD, {})))
+
+    def simulated(self, facts: Mapping[str, float]) -> RigFacts:
+        """Return the facts with the encoder step and the drive limit of a simulation.
 
         Of the limits of bench and simulation, the lower one applies.
         """
-        facts = facts_of_text(log.metadata.get(RECORD, {}))
         limits = [
             limit
             for limit in (self.drive_limit, facts.get("drive_limit"))

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from pathlib import PurePath
 from typing import TYPE_CHECKING
 
 from frictool.documents.bench import Bench
@@ -13,9 +14,16 @@ from frictool.documents.example_values import examples_words
 from frictool.documents.metric_table import REQUIREMENTS
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
-from frictool.logs.log import Log
+from frictool.logs.log import Log, Stream
 from frictool.report.drive_judges import judge_peak, judge_rest, judge_saturation
-from frictool.report.evidence import StreamEvidence, gather_evidence, log_labels
+from frictool.report.evidence import (
+    NO_CONTROLLER,
+    AboutStream,
+    StreamEvidence,
+    gather_evidence,
+    log_labels,
+    stream_evidence,
+)
 from frictool.report.hold_metrics import HoldMetrics, measure_holds
 from frictool.report.load_judge import judge_load
 from frictool.report.margin_judge import judge_margin
@@ -23,10 +31,11 @@ from frictool.report.requirement import ReportRequest, Requirement, Verdict
 from frictool.report.response_judge import judge_response
 from frictool.report.rig_facts import RigFacts
 from frictool.report.tracking_judge import judge_tracking
-from frictool.report.worst_hold import Judge, JudgedStreams, judge_cycle, judge_of
+from frictool.report.worst_hold import Judge, judge_cycle, judge_of
 
 if TYPE_CHECKING:
     from frictool.report.judged_loop import JudgedLoop
+    from frictool.verify.logged_plant import LoggedPlant
 
 
 def judge(
@@ -70,7 +79,10 @@ def verdict_of(request: ReportRequest) -> Verdict:
         raise FrictoolError("there is no log to judge; give at least one")
     loop = None if controller is None else _loop(controller, bench)
     bench = bench if bench is not None or controller is None else controller.bench
-    evidence = _measured(spec, logs, bench, loop, whole=True)
+    evidence = tuple(
+        (item, tuple(measure_holds(spec, item)))
+        for item in gather_evidence(spec, logs, RigFacts.of(bench), loop)
+    )
     requirements = tuple(
         make(spec, evidence, controller) for make in _specified_judges(spec).values()
     )
@@ -98,16 +110,40 @@ def _loop(controller: Controller, bench: Bench | None) -> JudgedLoop:
     return JudgedLoop(controller, bench)
 
 
-def log_requirements(
-    spec: Spec, log: Log, bench: Bench, loop: JudgedLoop
-) -> tuple[Requirement, ...]:
-    """Judge one simulated log by itself.
+class RunJudge:
+    """Judge of simulated runs of one controller, each by itself, prepared once.
 
-    The modulus margin is evaluated with the plant of the log only, not with the controller's
-    vertices.
+    The modulus margin is evaluated with the plant of the run only, not with the controller's
+    vertices. `records`: metadata with the rig and the intervals of the simulated plant, as the log
+    of a simulation has them.
     """
-    evidence = _measured(spec, [log], bench, loop, whole=False)
-    return tuple(make(spec, evidence, None) for make in _specified_judges(spec).values())
+
+    def __init__(
+        self, spec: Spec, controller: Controller, records: Mapping[str, dict[str, str]]
+    ) -> None:
+        from frictool.report.judged_loop import JudgedLoop, unstated_words
+
+        self.spec = spec
+        of_run = Log((), {"log": {"kind": "simulated"}, **records})
+        self._rig = RigFacts.of(controller.bench).played(of_run)
+        self._judges = tuple(_specified_judges(spec).values())
+        self._loop = None
+        if spec.modulus_margin is not None:
+            self._loop = JudgedLoop(controller)
+            self._beyond, self._unstated = self._loop.beyond(of_run), unstated_words(of_run)
+
+    def __call__(
+        self, source: str, stream: Stream, plant: LoggedPlant | None
+    ) -> tuple[Requirement, ...]:
+        """Return the judged requirements of the run `source`, in the specification's order."""
+        margin, gap, beyond = None, NO_CONTROLLER, ""
+        if self._loop is not None:
+            margin, gap = self._loop.margin_of(plant, self._unstated)
+            beyond = self._beyond
+        about = AboutStream(PurePath(source).name or source, True, True, margin, gap, beyond)
+        item = stream_evidence(self.spec, source, stream, self._rig, about)
+        evidence = ((item, tuple(measure_holds(self.spec, item, whole=False))),)
+        return tuple(make(self.spec, evidence, None) for make in self._judges)
 
 
 def _played_beyond(logs: Sequence[Log], loop: JudgedLoop | None) -> list[str]:
@@ -143,17 +179,6 @@ def _bench_values(logs: Sequence[Log]) -> list[str]:
         if KEY in one
     ]
     return list(dict.fromkeys(notes))
-
-
-def _measured(
-    spec: Spec, logs: Sequence[Log], bench: Bench | None, loop: JudgedLoop | None, whole: bool
-) -> JudgedStreams:
-    """Return the evidence with hold metrics; `whole` includes metrics that are not specified."""
-    margin_loop = loop if whole or spec.modulus_margin is not None else None
-    return tuple(
-        (item, tuple(measure_holds(spec, item, whole)))
-        for item in gather_evidence(spec, logs, RigFacts.of(bench), margin_loop)
-    )
 
 
 def _specified_judges(spec: Spec) -> dict[str, Judge]:

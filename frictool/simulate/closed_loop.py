@@ -10,10 +10,10 @@ also contains the true signals, which a bench cannot measure (simulate/axis_chan
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Generic, get_args
+from typing import Generic, NamedTuple, get_args
 
 import numpy as np
 from msgspec.structs import replace
@@ -29,7 +29,7 @@ from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.scenario import Scenario
 from frictool.errors import FrictoolError, NoSolutionError
-from frictool.logs.log import Log
+from frictool.logs.log import Log, Stream
 from frictool.logs.provenance import with_provenance
 from frictool.simulate.axis_channels import AxisChannels, fault_warning
 from frictool.simulate.axis_plant import AxisPlant
@@ -43,7 +43,7 @@ from frictool.simulate.scenario_limits import check_instants, check_length, chec
 from frictool.simulate.simulated_plant import SimulatedLoop, SimulatedPlant, V
 from frictool.typing import Vector
 from frictool.verify.certified_intervals import differences, outside_message
-from frictool.verify.logged_plant import INTERVALS, intervals_to_text
+from frictool.verify.logged_plant import INTERVALS, LoggedPlant, intervals_to_text
 from frictool.verify.logged_plant import RECORD as PLAYED
 from frictool.verify.rig_facts import RECORD as FACTS
 from frictool.verify.rig_facts import facts_to_text
@@ -102,6 +102,25 @@ def simulate_closed_loop(
     return test.log(scenario, provenance, progress, request.recorded)
 
 
+class PreparedScenario(NamedTuple, Generic[V]):
+    """Scenario in the form that the simulation takes.
+
+    `conditions` (n, 8) include those that affect the log only (engine/conditions.py).
+    """
+
+    variants: Sequence[V]
+    conditions: Vector
+    sensors: AxisChannels
+    loop: SimulatedLoop
+
+
+class SimulatedRun(NamedTuple):
+    """Signals of one run, and its linear plant for margins; None if the plant has none."""
+
+    stream: Stream
+    plant: LoggedPlant | None
+
+
 class StepTest(Generic[V]):
     """Closed loop of one plant and one controller, prepared once and run with several scenarios.
 
@@ -139,39 +158,16 @@ class StepTest(Generic[V]):
         plant = self.plant
         controller = self.controller
         rig = self.plant.rig
-        reference, start = self.reference(scenario, recorded)
-        variants = plant.variants(controller, scenario, self.names.model)
-        conditions = conditions_of(scenario, reference.size, rig.sample_period_s)
-        sensors = AxisChannels(
-            rig,
-            scenario,
-            reference.size,
-            reference,
-            conditions,
-            controller.velocity.source == "measured",
-            controller.measurement_hold_samples,
-        )
+        prepared = self._prepared(scenario, recorded, progress)
+        variants, loop, sensors = prepared.variants, prepared.loop, prepared.sensors
         streams = []
         warnings = _of_log(scenario, recorded)
         metadata = dict[str, dict[str, str]]()
-        known = _known_values(plant, variants, scheduled(controller, self._program))
-        loop = SimulatedLoop(
-            controller,
-            scenario,
-            self._running,
-            self.target,
-            start,
-            reference,
-            loop_conditions(conditions, rig),
-            known,
-            progress,
-        )
         for index, (variant, run) in enumerate(plant.play(variants, loop)):
-            used = (
-                self._used(reference, run.record, known[index] if known else {})
-                if with_speed
-                else None
-            )
+            used = None
+            if with_speed:
+                known = loop.scheduled[index] if loop.scheduled else {}
+                used = self._used(loop.reference, run.record, known)
             made = sensors.stream(variant.topic, index, run.record, used)
             streams += [made, *run.streams]
             warnings += [*run.warnings, *fault_warning(made, controller.measurement_hold_samples)]
@@ -189,7 +185,9 @@ class StepTest(Generic[V]):
         plants = {variant.topic: plant.described(variant) for variant in variants if variant.values}
         kept = {"bench": self.plant.rig.examples, "scenario": scenario.examples}
         examples = {name: ", ".join(keys) for name, keys in kept.items() if keys}
-        records = {"plants": plants, "examples": examples} | self._linear(variants, conditions)
+        records = {"plants": plants, "examples": examples} | self._linear(
+            variants, prepared.conditions
+        )
         metadata = {
             "log": about,
             **{name: record for name, record in records.items() if record},
@@ -198,6 +196,51 @@ class StepTest(Generic[V]):
         warnings += self._outside
         log = Log(tuple(streams), metadata, scenario.name, tuple(warnings))
         return log if provenance is None else with_provenance(log, provenance)
+
+    def runs(self, scenario: Scenario, recorded: Log | None = None) -> Iterator[SimulatedRun]:
+        """Yield the run of each variant of a scenario, with the signals of its log but no log.
+
+        Raises the errors of `log`.
+        """
+        prepared = self._prepared(scenario, recorded, no_progress)
+        played = self.plant.play(prepared.variants, prepared.loop)
+        for index, (variant, run) in enumerate(played):
+            stream = prepared.sensors.stream(variant.topic, index, run.record)
+            yield SimulatedRun(stream, self.plant.linear(variant, prepared.conditions))
+
+    def rig_records(self) -> dict[str, dict[str, str]]:
+        """Return the metadata with the rig and the known intervals of the plant's parameters."""
+        return {INTERVALS: self._intervals, FACTS: facts_to_text(self.plant.rig.facts)}
+
+    def _prepared(
+        self, scenario: Scenario, recorded: Log | None, progress: Progress
+    ) -> PreparedScenario[V]:
+        controller, rig = self.controller, self.plant.rig
+        reference, start = self.reference(scenario, recorded)
+        variants = self.plant.variants(controller, scenario, self.names.model)
+        conditions = conditions_of(scenario, reference.size, rig.sample_period_s)
+        sensors = AxisChannels(
+            rig,
+            scenario,
+            reference.size,
+            reference,
+            conditions,
+            controller.velocity.source == "measured",
+            controller.measurement_hold_samples,
+        )
+        known = _known_values(self.plant, variants, self._scheduled)
+        loop = SimulatedLoop(
+            controller,
+            scenario,
+            self._running,
+            self.target,
+            start,
+            reference,
+            loop_conditions(conditions, rig),
+            known,
+            progress,
+        )
+        return PreparedScenario(variants, conditions, sensors, loop)
 
     def reference(self, scenario: Scenario, recorded: Log | None = None) -> tuple[Vector, float]:
         """Return the reference (n,) and the initial position at rest [rad | m].
@@ -220,11 +263,7 @@ class StepTest(Generic[V]):
             for variant in variants
             if (system := self.plant.linear(variant, conditions)) is not None
         }
-        return {
-            PLAYED: linear,
-            INTERVALS: self._intervals,
-            FACTS: facts_to_text(self.plant.rig.facts),
-        }
+        return {PLAYED: linear, **self.rig_records()}
 
     @cached_property
     def _intervals(self) -> dict[str, str]:
@@ -243,6 +282,11 @@ class StepTest(Generic[V]):
     @cached_property
     def _program(self) -> Program:
         return controller_program(self.controller)
+
+    @cached_property
+    def _scheduled(self) -> dict[str, int]:
+        """State indices of the scheduled parameters by name."""
+        return scheduled(self.controller, self._program)
 
     @cached_property
     def _running(self) -> CompiledProgram:

@@ -36,6 +36,13 @@ class LoggedPlant:
         """Parameters that a scheduled controller uses."""
         return PlantPoint("", self.inertia, self.viscous, self.coulomb, self.constant)
 
+    @property
+    def is_possible(self) -> bool:
+        """True if all numbers are finite, the inertia is positive, and no list is empty."""
+        levels = self.inertia, self.viscous, self.coulomb, self.constant
+        finite = all(map(math.isfinite, (*levels, *self.slopes, *self.constants)))
+        return finite and self.inertia > 0.0 and bool(self.slopes and self.constants)
+
     def points(self) -> tuple[PlantPoint, ...]:
         """Return every linear plant that the axis takes: each slope with each constant."""
         pairs = itertools.product(self.slopes, self.constants)
@@ -60,9 +67,8 @@ class LoggedPlant:
             )
         except (ValueError, KeyError, TypeError):
             return None
-        finite = all(map(math.isfinite, (*levels.values(), *slopes, *constants)))
-        known = finite and levels["inertia"] > 0.0 and slopes and constants
-        return LoggedPlant(**levels, slopes=slopes, constants=constants) if known else None
+        plant = LoggedPlant(**levels, slopes=slopes, constants=constants)
+        return plant if plant.is_possible else None
 
 
 def intervals_to_text(intervals: Mapping[str, tuple[float, float]]) -> dict[str, str]:

@@ -19,9 +19,8 @@ from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.logs.log import Log
-from frictool.report.judged_loop import JudgedLoop
 from frictool.report.requirement import Requirement
-from frictool.report.verdict import log_requirements
+from frictool.report.verdict import RunJudge
 from frictool.simulate.axis_plant import AxisPlant
 from frictool.simulate.closed_loop import StepTest
 from frictool.simulate.document_agreement import DocumentNames
@@ -62,15 +61,14 @@ class ScenarioJudge:
         )
 
     @cached_property
-    def _loop(self) -> JudgedLoop:
-        """Loop of the controller, whose margins each run evaluates with its plant."""
-        return JudgedLoop(self.setting.controller)
+    def _judge(self) -> RunJudge:
+        """Judge of the runs of `test`."""
+        return RunJudge(self.setting.spec, self.setting.controller, self.test.rig_records())
 
     def judged(self, scenario: Scenario) -> tuple[Requirement, ...]:
         """Return the judged requirements of a scenario, in the order of the specification."""
-        setting = self.setting
-        log = self.test.log(scenario, recorded=setting.recorded, with_speed=False)
-        return log_requirements(setting.spec, log, setting.controller.bench, self._loop)
+        (run,) = self.test.runs(scenario, self.setting.recorded)
+        return self._judge(scenario.name, run.stream, run.plant)
 
 
 class TrialPlayer(ScenarioJudge):
