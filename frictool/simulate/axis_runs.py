@@ -13,6 +13,7 @@ import numpy as np
 
 from frictool.control.compiled_program import copy_program, hold, start_at
 from frictool.engine.closed_loop import RECORD_SIZE, advance_sample, encoder_reading, measure, run
+from frictool.engine.coded_loop import run_coded
 from frictool.engine.parallel_runs import closed_loops
 from frictool.engine.status_codes import MESSAGES, OK
 from frictool.errors import NoSolutionError
@@ -80,9 +81,11 @@ def _run_program(
         return statuses
     copy = copy_program(loop.running)  # starting threads takes longer than a short run
     start_at(copy, measure(states[0, POSITION], axes[0, ENCODER_STEP]))
-    statuses[0] = run(
-        axes[0], states[0], copy, loop.reference, period, delay, records[0], load, loop.conditions
-    )
+    rest_of_loop = loop.reference, period, delay, records[0], load, loop.conditions
+    if loop.code is None:
+        statuses[0] = run(axes[0], states[0], copy, *rest_of_loop)
+    else:
+        statuses[0] = run_coded(axes[0], states[0], copy, loop.code, *rest_of_loop)
     return statuses
 
 

@@ -21,6 +21,7 @@ from msgspec.structs import replace
 from frictool.adapters.controller_composition import controller_program, uses_speed
 from frictool.control.compiled_program import CompiledProgram
 from frictool.control.fixed_point import FixedPointOverflow
+from frictool.control.machine_code import machine_code
 from frictool.control.number_format import machine_in
 from frictool.control.program import Program
 from frictool.documents import bench_values
@@ -202,7 +203,7 @@ class StepTest(Generic[V]):
 
         Raises the errors of `log`.
         """
-        prepared = self._prepared(scenario, recorded, no_progress)
+        prepared = self._prepared(scenario, recorded, no_progress, coded=True)
         played = self.plant.play(prepared.variants, prepared.loop)
         for index, (variant, run) in enumerate(played):
             stream = prepared.sensors.stream(variant.topic, index, run.record)
@@ -213,7 +214,7 @@ class StepTest(Generic[V]):
         return {INTERVALS: self._intervals, FACTS: facts_to_text(self.plant.rig.facts)}
 
     def _prepared(
-        self, scenario: Scenario, recorded: Log | None, progress: Progress
+        self, scenario: Scenario, recorded: Log | None, progress: Progress, coded: bool = False
     ) -> PreparedScenario[V]:
         controller, rig = self.controller, self.plant.rig
         reference, start = self.reference(scenario, recorded)
@@ -233,6 +234,7 @@ class StepTest(Generic[V]):
             controller,
             scenario,
             self._running,
+            machine_code(self._running) if coded else None,
             self.target,
             start,
             reference,

@@ -1,0 +1,174 @@
+"""Program as straight-line machine code: the operations of one sample, without an interpreter.
+
+    CompiledProgram ──structure: operations and indices──▶ LLVM ──▶ function pointer
+                    ──coefficients and states: `real`────────────▶ memory of each call
+
+The code does the operations of `run_values` in the same order, each rounded to float64, so that
+drive and states are equal bit by bit. Coefficients are read from memory: two programs that differ
+in their coefficients only have one code. Compiling takes some hundredths of a second, which about a
+hundred runs of a thousand samples save.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+import math
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import numba
+from llvmlite import ir
+from numba import types
+from numba.core.compiler_lock import global_compiler_lock
+from numba.core.registry import cpu_target
+from numba.core.types import WrapperAddressProtocol
+
+from frictool.control import operation_codes as op
+from frictool.control.compiled_program import DOUBLE, OUTPUT, PORTS, CompiledProgram
+
+# address of `real` (n,), reference, position, velocity -> drive
+SIGNATURE: Any = types.float64(types.intp, types.float64, types.float64, types.float64)
+MOST_KEPT = 64  # codes of the last structures, each some kilobytes
+NAME = "control_sample"
+REAL = ir.DoubleType()
+ZERO, INFINITE = REAL(0.0), REAL(math.inf)
+# number of operands of each operation other than a dot
+OPERANDS = {
+    **dict.fromkeys((op.NEG, op.ABS, op.SQRT, op.NOT, op.VALID), 1),
+    **dict.fromkeys((op.ADD, op.SUB, op.MUL, op.MIN, op.MAX, op.LT, op.LE, op.AND, op.OR), 2),
+    op.SELECT: 3,
+}
+_serial = itertools.count()
+
+
+class MachineCode(WrapperAddressProtocol):  # type: ignore[misc]  # numba has no types
+    """Compiled function of one sample, which kernels take as a value of a function type.
+
+    `library`: compiled code, which exists as long as this object.
+    """
+
+    def __init__(self, library: Any, name: str) -> None:
+        self.library = library
+        self._address = int(library.get_pointer_to_function(name))
+
+    def __wrapper_address__(self) -> int:
+        """Return the address of the function."""
+        return self._address
+
+    def signature(self) -> Any:
+        """Return the signature of the function."""
+        return SIGNATURE
+
+
+class ProgramStructure(NamedTuple):
+    """Operations and indices of a program, without its coefficients; columns as in CompiledProgram.
+
+    `inputs`: index of each input of PORTS, or -1. `output`: index of the drive.
+    """
+
+    code: tuple[tuple[int, ...], ...]
+    terms: tuple[tuple[int, ...], ...]
+    writes: tuple[tuple[int, ...], ...]
+    inputs: tuple[int, ...]
+    output: int
+
+
+def machine_code(program: CompiledProgram) -> MachineCode | None:
+    """Return the code of a program in double; None for other formats and without a compiler."""
+    if program.number != DOUBLE or numba.config.DISABLE_JIT:
+        return None
+    code, terms, writes = (
+        tuple(map(tuple, rows.tolist())) for rows in (program.code, program.terms, program.writes)
+    )
+    inputs = tuple(program.ports[: len(PORTS)].tolist())
+    return compiled(ProgramStructure(code, terms, writes, inputs, int(program.ports[OUTPUT])))
+
+
+@lru_cache(MOST_KEPT)
+def compiled(structure: ProgramStructure) -> MachineCode:
+    """Return the code of a structure; equal structures share one code."""
+    name = f"{NAME}_{next(_serial)}"
+    with global_compiler_lock:
+        library = cpu_target.target_context.codegen().create_library(name)
+        library.add_ir_module(_module(structure, name))
+        library.finalize()
+    return MachineCode(library, name)
+
+
+def _module(structure: ProgramStructure, name: str) -> ir.Module:
+    """Return the module with one function, of type SIGNATURE."""
+    address = ir.IntType(64)
+    module = ir.Module(name)
+    function = ir.Function(module, ir.FunctionType(REAL, [address, *[REAL] * len(PORTS)]), name)
+    builder = ir.IRBuilder(function.append_basic_block())
+    memory = builder.inttoptr(function.args[0], REAL.as_pointer())
+    values = {
+        index: given
+        for index, given in zip(structure.inputs, function.args[1:], strict=True)
+        if index >= 0
+    }
+
+    def at(index: int) -> ir.Value:
+        """Return the value at an index; coefficients and states are read once."""
+        if index not in values:
+            values[index] = builder.load(_place(builder, memory, index))
+        return values[index]
+
+    for state, _ in structure.writes:  # the values before any state is written
+        at(state)
+    for operation, result, *operands in structure.code:
+        if operation == op.DOT:
+            products = [
+                builder.fmul(at(c), at(x)) for c, x, _ in structure.terms[slice(*operands[:2])]
+            ]
+            values[result] = functools.reduce(builder.fadd, products)
+        else:
+            count = OPERANDS[operation]
+            values[result] = _result(builder, operation, [at(index) for index in operands[:count]])
+    nexts = [at(source) for _, source in structure.writes]
+    for (state, _), value in zip(structure.writes, nexts, strict=True):
+        builder.store(value, _place(builder, memory, state))
+    builder.ret(at(structure.output))
+    return module
+
+
+def _place(builder: ir.IRBuilder, memory: ir.Value, index: int) -> ir.Value:
+    return builder.gep(memory, [ir.IntType(64)(index)], source_etype=REAL)
+
+
+def _result(builder: ir.IRBuilder, operation: int, operands: list[ir.Value]) -> ir.Value:
+    """Return the result of an operation other than a dot, as `run_values` defines it."""
+    a = operands[0]
+    b = operands[-1]
+    if operation in (op.ADD, op.SUB, op.MUL):
+        return {op.ADD: builder.fadd, op.SUB: builder.fsub, op.MUL: builder.fmul}[operation](a, b)
+    if operation == op.NEG:
+        return builder.fneg(a)
+    if operation == op.ABS:
+        return builder.select(builder.fcmp_ordered("<", a, ZERO), builder.fneg(a), a)
+    if operation == op.MIN:
+        return builder.select(builder.fcmp_ordered("<", b, a), b, a)
+    if operation == op.MAX:
+        return builder.select(builder.fcmp_ordered(">", b, a), b, a)
+    if operation == op.SQRT:
+        return _intrinsic(builder, "llvm.sqrt", a)
+    if operation == op.SELECT:
+        return builder.select(_is_true(builder, a), operands[1], operands[2])
+    holds = {
+        op.LT: lambda: builder.fcmp_ordered("<", a, b),
+        op.LE: lambda: builder.fcmp_ordered("<=", a, b),
+        op.AND: lambda: builder.and_(_is_true(builder, a), _is_true(builder, b)),
+        op.OR: lambda: builder.or_(_is_true(builder, a), _is_true(builder, b)),
+        op.NOT: lambda: builder.fcmp_ordered("==", a, ZERO),
+        op.VALID: lambda: builder.fcmp_ordered("<", _intrinsic(builder, "llvm.fabs", a), INFINITE),
+    }[operation]()
+    return builder.uitofp(holds, REAL)
+
+
+def _is_true(builder: ir.IRBuilder, value: ir.Value) -> ir.Value:
+    return builder.fcmp_unordered("!=", value, ZERO)
+
+
+def _intrinsic(builder: ir.IRBuilder, name: str, value: ir.Value) -> ir.Value:
+    return builder.call(builder.module.declare_intrinsic(name, [REAL]), [value])
