@@ -17,7 +17,6 @@ import math
 from functools import lru_cache
 from typing import Any, NamedTuple
 
-import numba
 from llvmlite import ir
 from numba import types
 from numba.core.compiler_lock import global_compiler_lock
@@ -26,6 +25,7 @@ from numba.core.types import WrapperAddressProtocol
 
 from frictool.control import operation_codes as op
 from frictool.control.compiled_program import DOUBLE, OUTPUT, PORTS, CompiledProgram
+from frictool.runtime.kernels import settings
 
 # address of `real` (n,), reference, position, velocity -> drive
 SIGNATURE: Any = types.float64(types.intp, types.float64, types.float64, types.float64)
@@ -42,7 +42,7 @@ OPERANDS = {
 _serial = itertools.count()
 
 
-class MachineCode(WrapperAddressProtocol):  # type: ignore[misc]  # numba has no types
+class MachineCode(WrapperAddressProtocol):
     """Compiled function of one sample, which kernels take as a value of a function type.
 
     `library`: compiled code, which exists as long as this object.
@@ -76,7 +76,7 @@ class ProgramStructure(NamedTuple):
 
 def machine_code(program: CompiledProgram) -> MachineCode | None:
     """Return the code of a program in double; None for other formats and without a compiler."""
-    if program.number != DOUBLE or numba.config.DISABLE_JIT:
+    if program.number != DOUBLE or settings.DISABLE_JIT:
         return None
     code, terms, writes = (
         tuple(map(tuple, rows.tolist())) for rows in (program.code, program.terms, program.writes)

@@ -23,7 +23,12 @@ import numpy as np
 
 from frictool.control.compiled_program import CompiledProgram, control_step
 from frictool.engine.axis_motion import advance, drive_from_now
-from frictool.engine.disturbances_and_faults import faulty, impose, true_command
+from frictool.engine.disturbances_and_faults import (
+    changes_parameters,
+    faulty,
+    impose,
+    true_command,
+)
 from frictool.engine.status_codes import OK
 from frictool.plant import axis as ax
 from frictool.plant.position_load import with_load
@@ -107,8 +112,8 @@ def advance_sample(
     """Apply the command of sample k, fill the record's row (7,), and advance to sample k + 1.
 
     axis (a,): parameters, followed by the load (plant/position_load.py `with_load`). p (a,):
-    workspace for the parameters under the conditions. waiting (delay_samples + 1,): commands that
-    do not act yet. The loop passes p and waiting from sample to sample. Returns a status of
+    parameters under the conditions of the sample before. waiting (delay_samples + 1,): commands
+    that do not act yet. The loop passes p and waiting from sample to sample. Returns a status of
     engine/status_codes.py.
     """
     changing = conditions.shape[0] > 0
@@ -118,7 +123,8 @@ def advance_sample(
     waiting[k % slots] = command
     acting = waiting[(k + 1) % slots]
     if changing:
-        impose(axis, p, conditions[k])
+        if k == 0 or changes_parameters(conditions[k - 1], conditions[k]):
+            impose(axis, p, conditions[k])
         acting = true_command(acting, axis[ax.DRIVE_LIMIT], conditions[k])
     row[MEASURED] = measured
     row[TRUE_POSITION] = state[ax.POSITION]

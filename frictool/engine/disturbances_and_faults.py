@@ -80,6 +80,17 @@ def impose(axis: Vector, p: Vector, row: Vector) -> None:
 
 
 @kernel
+def changes_parameters(before: Vector, row: Vector) -> bool:
+    """Return True if `impose` gives other parameters for a row (8,) than for the row before."""
+    return bool(
+        row[DISTURBANCE] != before[DISTURBANCE]
+        or row[FRICTION] != before[FRICTION]
+        or row[VISCOUS_FACTOR] != before[VISCOUS_FACTOR]
+        or row[CONSTANT_FACTOR] != before[CONSTANT_FACTOR]
+    )
+
+
+@kernel
 def true_command(command: float, limit: float, row: Vector) -> float:
     """Return the drive [A | V] at which the drive's sensor shows the limited command.
 

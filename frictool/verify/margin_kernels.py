@@ -1,0 +1,249 @@
+"""Kernels of the modulus margin: closed loop with one plant, and the peak of its sensitivity.
+
+The kernels compute the loop of verify/feedback_loops.py for one controller and thousands of plants.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.runtime.kernels import kernel
+from frictool.typing import ComplexVector, IntVector, Matrix, Vector
+
+# measured signals of a loop, in `sees` of the kernels
+SEES_ETA, SEES_DIFFERENCE, SEES_SPEED = 0, 1, 2
+# largest sum of a row of a matrix whose power series is summed; a larger matrix is halved before
+LARGEST_ROW = 0.5
+TERMS = 16  # of the series: the first term left out is below 1e-19
+NEAR = 0.9  # share of the largest gain above which a maximum is refined
+ZOOMS, ZOOMED = 4, 11  # rounds of refinement, and frequencies in each
+# relative difference between the gain by the modes and by the matrices, above which the modes are
+# not trusted
+AGREEMENT = 1e-7
+UNKNOWN = -1.0
+
+
+@kernel
+def exponential(matrix: Matrix) -> Matrix:
+    """Return e^matrix (n, n) of a small matrix, by halving, power series and squaring."""
+    n = matrix.shape[0]
+    largest = 0.0
+    for i in range(n):
+        largest = max(largest, np.sum(np.abs(matrix[i])))
+    halvings = 0
+    while largest > LARGEST_ROW:
+        largest *= 0.5
+        halvings += 1
+    scaled = matrix * 0.5**halvings
+    total = np.eye(n)
+    for k in range(TERMS, 0, -1):
+        total = np.eye(n) + _product(scaled, total) / k
+    for _ in range(halvings):
+        total = _product(total, total)
+    return total
+
+
+@kernel
+def _product(a: Matrix, b: Matrix) -> Matrix:
+    """Return a b; for matrices of a few rows faster than a library."""
+    n = a.shape[0]
+    out = np.zeros((n, n))
+    for i in range(n):
+        for k in range(n):
+            if a[i, k] != 0.0:
+                for j in range(n):
+                    out[i, j] += a[i, k] * b[k, j]
+    return out
+
+
+@kernel
+def sampled_axis(
+    drive: float, viscous: float, lag: float, period: float, sees: IntVector
+) -> tuple[Matrix, Vector, Matrix]:
+    """Return a (n, n), b (n,) of the command, and the rows (m, n) of the measured signals.
+
+    The system is that of `feedback_loops.measured_axis`. drive and viscous: rates of
+    plant/linear_axis.py. lag and period in s. sees (m,): SEES_ETA, SEES_DIFFERENCE or SEES_SPEED.
+    """
+    n = 3 if lag > 0.0 else 2
+    whole = np.zeros((n + 1, n + 1))
+    if lag > 0.0:
+        whole[0, 0] = -period / lag
+        whole[0, 3] = period / lag
+        whole[1, 0] = period * drive
+    else:
+        whole[0, 2] = period * drive
+    whole[n - 2, n - 2] = -period * viscous
+    whole[n - 1, n - 2] = -period
+    held = exponential(whole)
+    # position error, then the difference of two samples of it
+    kept = list(range(n - 1))
+    places = np.zeros(3, dtype=np.int64)
+    places[SEES_SPEED] = n - 2
+    for seen in (SEES_ETA, SEES_DIFFERENCE):
+        if np.any(sees == seen):
+            places[seen] = len(kept)
+            kept.append(n - 1 + seen)
+    a = np.zeros((len(kept), len(kept)))
+    b = np.zeros(len(kept))
+    for i in range(len(kept)):
+        row = min(kept[i], n - 1)
+        scale = 1.0 if kept[i] < n else 1.0 / period
+        b[i] = held[row, n] * scale
+        for j in range(len(kept)):
+            if kept[j] < n:
+                before = 1.0 if kept[i] == n and kept[j] == n - 1 else 0.0
+                a[i, j] = (held[row, kept[j]] - before) * scale
+    rows = np.zeros((sees.shape[0], len(kept)))
+    for i in range(sees.shape[0]):
+        rows[i, places[sees[i]]] = -1.0 if sees[i] == SEES_SPEED else 1.0
+    return a, b, rows
+
+
+@kernel
+def sensitivity(
+    controller: tuple[Matrix, Matrix, Matrix, Matrix],
+    delay_samples: int,
+    axis: tuple[Matrix, Vector, Matrix],
+) -> tuple[Matrix, Vector, Vector]:
+    """Return a (n, n), b (n,) and c (n,) of 1/(1 + L) - 1.
+
+    controller: matrices of its state space, with one input per measured signal and one output.
+    axis: result of `sampled_axis`. States: controller, delay, axis. The input is added to the
+    controller's drive.
+    """
+    ca, cb, cc, cd = controller
+    axis_a, push, seen = axis
+    n, m = ca.shape[0], axis_a.shape[0]
+    first = n + delay_samples
+    a = np.zeros((first + m, first + m))
+    b = np.zeros(first + m)
+    c = np.zeros(first + m)
+    c[:n] = cc[0]
+    a[:n, :n] = ca
+    a[first:, first:] = axis_a
+    for signal in range(seen.shape[0]):
+        for j in range(m):
+            c[first + j] += cd[0, signal] * seen[signal, j]
+            for i in range(n):
+                a[i, first + j] += cb[i, signal] * seen[signal, j]
+    if delay_samples > 0:
+        b[n] = 1.0
+        for k in range(1, delay_samples):
+            a[n + k, n + k - 1] = 1.0
+        a[first:, first - 1] = push
+    else:
+        b[first:] = push
+    for i in range(first + m):
+        if b[i] != 0.0:
+            for j in range(first + m):
+                a[i, j] += b[i] * c[j]
+    return a, b, c
+
+
+@kernel
+def _solve(matrix: NDArray[np.complex128], right: ComplexVector) -> bool:
+    """Solve matrix x = right in place by elimination; return False if the matrix is singular."""
+    n = right.shape[0]
+    for k in range(n):
+        best = k
+        for i in range(k + 1, n):
+            if abs(matrix[i, k]) > abs(matrix[best, k]):
+                best = i
+        if matrix[best, k] == 0.0:
+            return False
+        if best != k:
+            for j in range(k, n):
+                matrix[k, j], matrix[best, j] = matrix[best, j], matrix[k, j]
+            right[k], right[best] = right[best], right[k]
+        inverse = 1.0 / matrix[k, k]
+        for i in range(k + 1, n):
+            factor = matrix[i, k] * inverse
+            if factor != 0.0:
+                for j in range(k + 1, n):
+                    matrix[i, j] -= factor * matrix[k, j]
+                right[i] -= factor * right[k]
+    for k in range(n - 1, -1, -1):
+        for j in range(k + 1, n):
+            right[k] -= matrix[k, j] * right[j]
+        right[k] /= matrix[k, k]
+    return True
+
+
+@kernel
+def _by_modes(poles: ComplexVector, residues: ComplexVector, point: complex) -> float:
+    """Return |1/(1 + L)| at a point of the unit circle from the modes of the loop."""
+    total = complex(1.0)
+    for k in range(poles.shape[0]):
+        total += residues[k] / (point - poles[k])
+    return abs(total)
+
+
+@kernel
+def _by_matrices(loop: tuple[Matrix, Vector, Vector], point: complex) -> float:
+    """Return |1/(1 + L)| at a point of the unit circle from the matrices of the loop."""
+    a, b, c = loop
+    matrix = -a.astype(np.complex128)
+    for k in range(b.shape[0]):
+        matrix[k, k] += point
+    x = b.astype(np.complex128)
+    if not _solve(matrix, x):
+        return math.inf
+    return abs(1.0 + np.sum(c * x))
+
+
+@kernel
+def peak(
+    loop: tuple[Matrix, Vector, Vector],
+    poles: ComplexVector,
+    vectors: NDArray[np.complex128],
+    grid: Vector,
+) -> float:
+    """Return the largest gain of a stable loop; UNKNOWN if the modes do not give it.
+
+    loop: result of `sensitivity`. poles (n,), vectors (n, n): its eigenvalues and eigenvectors.
+    grid (k,): rising angles in [0, pi] at which the search starts, besides those of the poles. The
+    modes locate the frequency, and the matrices give the value.
+    """
+    _, b, c = loop
+    n = poles.shape[0]
+    residues = b.astype(np.complex128)
+    if not _solve(vectors.copy(), residues):
+        return UNKNOWN
+    for k in range(n):
+        residues[k] *= np.sum(c * vectors[:, k])
+    angles = np.empty(grid.shape[0] + n)
+    angles[: grid.shape[0]] = grid
+    for k in range(n):
+        angles[grid.shape[0] + k] = abs(np.angle(poles[k]))
+    angles = np.sort(angles)
+    last = angles.shape[0] - 1
+    responses = np.empty(last + 1)
+    for k in range(last + 1):
+        responses[k] = _by_modes(poles, residues, np.exp(1j * angles[k]))
+    least = NEAR * np.max(responses)
+    expected = 0.0
+    largest = 0.0
+    for k in range(last + 1):
+        left, right = max(k - 1, 0), min(k + 1, last)
+        if not responses[k] >= max(least, responses[left], responses[right]):
+            continue
+        low, high = angles[left], angles[right]
+        for _ in range(ZOOMS):
+            step = (high - low) / (ZOOMED - 1)
+            best, gain = 0, -1.0
+            for j in range(ZOOMED):
+                value = _by_modes(poles, residues, np.exp(1j * (low + j * step)))
+                if value > gain:
+                    best, gain = j, value
+            low, high, at = (
+                low + max(best - 1, 0) * step,
+                low + min(best + 1, ZOOMED - 1) * step,
+                low + best * step,
+            )
+        expected = max(expected, gain)
+        largest = max(largest, _by_matrices(loop, np.exp(1j * at)))
+    return largest if abs(largest - expected) <= AGREEMENT * largest else UNKNOWN
