@@ -106,7 +106,7 @@ def simulate_closed_loop(
 class PreparedScenario(NamedTuple, Generic[V]):
     """Scenario in the form that the simulation takes.
 
-    `conditions` (n, 8) include those that affect the log only (engine/conditions.py).
+    `conditions` (n, 8) include those that affect the log only (engine/disturbances_and_faults.py).
     """
 
     variants: Sequence[V]
