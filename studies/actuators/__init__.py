@@ -3,4 +3,6 @@
     python -m studies.actuators COUNT --seed TEXT -o table.json
 
 `drawing.py` draws actuators, `documents.py` writes them as model, specification and scenario.
+`judge.py` simulates exported controllers with `axis.c` and computes their figures (`figures.c`) and
+margins (`margin.py`).
 """
