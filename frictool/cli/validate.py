@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -11,10 +10,6 @@ from frictool.cli.common_options import FiniteRange, NamedPath, existing, json_o
 from frictool.cli.console_output import note, print_json, say
 from frictool.cli.output_files import check_targets, save_text
 from frictool.cli.position_loop_options import LAW, ServoGains, servo_options
-
-if TYPE_CHECKING:
-    from frictool.documents.model import Model
-    from frictool.identify.validate.validation import Validation
 
 HELP = f"""\b
 Example:
@@ -76,7 +71,7 @@ def command(
     check_targets({"--plot": plot}, [model, log])
     from frictool.documents.model import Model
     from frictool.documents.registry import load
-    from frictool.identify.validate.validation import validate
+    from frictool.identify.validate.validation import ValidationRequest, validate
     from frictool.logs.channels.bench_match import match_bench
     from frictool.logs.formats import refuse_swapped
     from frictool.logs.log_reader import read_log
@@ -87,54 +82,13 @@ def command(
     for warning in measured.warnings:
         note(f"warning: {log.name}: {warning}")
     servo = gains.servo(document.bench) if closed else None
-    validation = validate(
-        document, measured, skip=skip, cutoff_hz=cutoff_hz, servo=servo, moving=moving
-    )
+    request = ValidationRequest(skip, cutoff_hz, servo, moving)
+    validation = validate(document, measured, request)
     if plot is not None:
         from frictool.identify.validate.picture import picture
 
-        save_text(plot, picture(validation, document.name, document.axis) + "\n", [model, log])
+        save_text(plot, picture(validation, document.name) + "\n", [model, log])
     if as_json:
-        print_json("validate/1", summary(validation, document), plot)
+        print_json("validate/1", validation.as_json(), plot)
     else:
-        say(table(validation, document), plot)
-
-
-def summary(validation: Validation, model: Model) -> dict[str, Any]:
-    """Return the errors as JSON values.
-
-    Position errors are in rad | m, the others relative to the norm of the measured signal.
-    """
-    length = "m" if model.axis == "linear" else "rad"
-    return {
-        "loop": validation.loop,
-        "samples": int(validation.time.size),
-        "skip_samples": validation.skip,
-        f"position_rmse_{length}": validation.position_rmse,
-        f"position_error_largest_{length}": validation.largest,
-        **{f"{name}_error_rel": error for name, error in validation.errors.items()},
-    }
-
-
-def table(validation: Validation, model: Model) -> str:
-    """Return the errors as text."""
-    length = "m" if model.axis == "linear" else "rad"
-    how = (
-        "the measured effort through the model"
-        if validation.loop == "open"
-        else "the measured reference through controller and model"
-    )
-    lines = [
-        f"{validation.loop} loop: {how}, {validation.time.size} samples after the first "
-        f"{validation.skip}",
-        f"position error   {validation.position_rmse:.4g} {length} rms, {validation.largest:.4g} "
-        f"{length} at most",
-    ]
-    for name, error in validation.errors.items():
-        shown = (
-            "unknown: no sample is certain to slip"
-            if error is None
-            else f"{100.0 * error:.4g} % of the measured signal"
-        )
-        lines.append(f"{name:<16} {shown}")
-    return "\n".join(lines)
+        say("\n".join(validation.lines()), plot)

@@ -6,8 +6,9 @@ from frictool.runtime.lazy_exports import lazy_exports
 
 if TYPE_CHECKING:
     from frictool.identify.validate.validation import Validation as Validation
+    from frictool.identify.validate.validation import ValidationRequest as ValidationRequest
     from frictool.identify.validate.validation import validate as validate
 else:
     __getattr__, __dir__, __all__ = lazy_exports(
-        __name__, {"validation": ["Validation", "validate"]}
+        __name__, {"validation": ["Validation", "ValidationRequest", "validate"]}
     )

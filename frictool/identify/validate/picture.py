@@ -14,8 +14,9 @@ WIDTH, HEIGHT = 7.0, 1.9  # inches, of each axes
 MEASURED, SIMULATED, REFERENCE = "#444444", "#c0392b", "#1f5fa8"
 
 
-def picture(validation: Validation, name: str, axis: Axis) -> str:
+def picture(validation: Validation, name: str) -> str:
     """Return the `<svg>` element; equal validations give identical bytes."""
+    axis = validation.axis
     with drawing("validate"):
         figure = Figure(figsize=(WIDTH, HEIGHT * 4), layout="constrained")
         axes = figure.subplots(4, 1, sharex=True)

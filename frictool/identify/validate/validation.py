@@ -15,12 +15,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.signal import butter, filtfilt
 
 from frictool.adapters.axis_model import axis_of, load_of
 from frictool.documents.model import Model
+from frictool.documents.quantity import Axis, si_unit
 from frictool.engine.bench_position_loop import PositionServo, follow_reference
 from frictool.engine.effort_replay import FREE, replay, replay_parameters
 from frictool.engine.status_codes import MESSAGES, OK
@@ -35,17 +37,42 @@ from frictool.plant.axis import VELOCITY
 from frictool.typing import Vector
 
 OPEN, CLOSED = "open", "closed"
-SKIP = 20
-CUTOFF_HZ = 100.0
 FILTER_ORDER = 4
 FIELDS = (*PARAMETERS, *CURVE)  # fields of a model's parameters
 HIGHEST_CUTOFF = 0.4  # highest cut-off relative to the sampling rate
 
 
 @dataclass(frozen=True)
-class Validation:
-    """Measured and simulated signals of a model, and their errors.
+class ValidationRequest:
+    """Choices of a validation.
 
+    Attributes
+    ----------
+    skip : int
+        Samples left out at the start of each unbroken piece.
+    cutoff_hz : float
+        Cut-off of the low-pass for velocity and acceleration, Hz.
+    servo : PositionServo or None
+        Gains from position to effort. With them, the loop is closed along the measured reference;
+        without them, the measured effort drives the model.
+    moving : bool
+        Start with the measured speed, and not at rest.
+    """
+
+    skip: int = 20
+    cutoff_hz: float = 100.0
+    servo: PositionServo | None = None
+    moving: bool = False
+
+
+USUAL = ValidationRequest()
+
+
+@dataclass(frozen=True)
+class Validation:
+    """Measured and simulated signals of a model, and their errors, as JSON and as text.
+
+    - axis: kind of the axis
     - loop: `open` or `closed`
     - skip: samples left out at the start of each piece
     - time: time of each sample, (n,), s
@@ -56,6 +83,7 @@ class Validation:
     - reference: reference of a closed loop, (n,), rad | m, or None
     """
 
+    axis: Axis
     loop: str
     skip: int
     time: Vector
@@ -66,16 +94,43 @@ class Validation:
     errors: dict[str, float | None]
     reference: Vector | None = None
 
+    def as_json(self) -> dict[str, Any]:
+        """Return loop, numbers of samples and errors as a JSON object."""
+        unit = si_unit("position", self.axis)
+        return {
+            "loop": self.loop,
+            "samples": int(self.time.size),
+            "skip_samples": self.skip,
+            f"position_rmse_{unit}": self.position_rmse,
+            f"position_error_largest_{unit}": self.largest,
+            **{f"{name}_error_rel": error for name, error in self.errors.items()},
+        }
 
-def validate(
-    model: Model,
-    log: Log,
-    *,
-    skip: int = SKIP,
-    cutoff_hz: float = CUTOFF_HZ,
-    servo: PositionServo | None = None,
-    moving: bool = False,
-) -> Validation:
+    def lines(self) -> list[str]:
+        """Return loop, numbers of samples and errors as lines of text."""
+        unit = si_unit("position", self.axis)
+        how = {
+            OPEN: "the measured effort through the model",
+            CLOSED: "the measured reference through controller and model",
+        }
+        return [
+            f"{self.loop} loop: {how[self.loop]}, {self.time.size} samples after the first "
+            f"{self.skip}",
+            f"position error   {self.position_rmse:.4g} {unit} rms, {self.largest:.4g} {unit} "
+            "at most",
+            *(f"{name:<16} {_shown(error)}" for name, error in self.errors.items()),
+        ]
+
+
+def _shown(error: float | None) -> str:
+    return (
+        "unknown: no sample is certain to slip"
+        if error is None
+        else f"{100.0 * error:.4g} % of the measured signal"
+    )
+
+
+def validate(model: Model, log: Log, request: ValidationRequest = USUAL) -> Validation:
     """Replay a measured log through a model, and return the errors.
 
     Parameters
@@ -84,15 +139,8 @@ def validate(
         Model to validate.
     log
         Log with the measured position and effort, or drive.
-    skip
-        Samples left out at the start of each unbroken piece.
-    cutoff_hz
-        Cut-off of the low-pass for velocity and acceleration, Hz.
-    servo
-        Gains from position to effort. With them, the loop is closed along the measured reference;
-        without them, the measured effort drives the model.
-    moving
-        Start with the measured speed, and not at rest.
+    request
+        Loop, start and filter of the simulation.
 
     Returns
     -------
@@ -102,18 +150,19 @@ def validate(
     Raises
     ------
     LogError
-        If the log has no unbroken piece longer than `skip`, no motion, or no reference for a closed
-        loop, or does not fit the model's bench.
+        If the log has no unbroken piece longer than the skipped samples, no motion, or no reference
+        for a closed loop, or does not fit the bench of the model.
     NoSolutionError
         If the simulation fails.
     """
+    skip = request.skip
     record = record_of(match_bench(log, model.bench), model.bench)
-    _check(record, cutoff_hz, servo)
+    _check(record, request)
     pieces = _pieces(record, skip)
-    cutoff = min(cutoff_hz, HIGHEST_CUTOFF / record.period)
+    cutoff = min(request.cutoff_hz, HIGHEST_CUTOFF / record.period)
     force = _force(model, record)
     runs = [
-        _run(model, piece, servo, moving, cutoff)
+        _run(model, piece, request, cutoff)
         | {"force": (force[0][piece.first : piece.last], force[1][piece.first : piece.last])}
         for piece in pieces
     ]
@@ -121,10 +170,10 @@ def validate(
         name: tuple(np.concatenate([run[name][side][skip:] for run in runs]) for side in (0, 1))
         for name in runs[0]
     }
-    return _compared(signals, pieces, skip, closed=servo is not None)
+    return _compared(model.axis, request, signals, pieces)
 
 
-def _check(record: MotionRecord, cutoff_hz: float, servo: PositionServo | None) -> None:
+def _check(record: MotionRecord, request: ValidationRequest) -> None:
     """Raise LogError if the record does not suit a validation."""
     if record.velocity is not None:
         raise LogError(
@@ -135,13 +184,13 @@ def _check(record: MotionRecord, cutoff_hz: float, servo: PositionServo | None) 
             record.name, "the position does not change; validate the model on a log of motion"
         )
     duration = float(record.time[-1] - record.time[0])
-    if cutoff_hz * duration < 1.0:
+    if request.cutoff_hz * duration < 1.0:
         raise LogError(
             record.name,
             f"lasts {duration:.3g} s; needed: at least one period of the cut-off, "
-            f"{1.0 / cutoff_hz:.3g} s; raise --cutoff-hz",
+            f"{1.0 / request.cutoff_hz:.3g} s; raise --cutoff-hz",
         )
-    if servo is not None and record.reference is None:
+    if request.servo is not None and record.reference is None:
         raise LogError(
             record.name,
             "has no channel `reference`, which a closed loop follows; leave the gains out to "
@@ -163,12 +212,17 @@ def _pieces(record: MotionRecord, skip: int) -> list[RecordSegment]:
 
 
 def _compared(
-    signals: dict[str, tuple[Vector, ...]], pieces: list[RecordSegment], skip: int, closed: bool
+    axis: Axis,
+    request: ValidationRequest,
+    signals: dict[str, tuple[Vector, ...]],
+    pieces: list[RecordSegment],
 ) -> Validation:
     """Return the signals (measured, simulated) without the skipped samples, and their errors."""
+    skip, closed = request.skip, request.servo is not None
     gap = signals["position"][0] - signals["position"][1]
     references = [piece.reference[skip:] for piece in pieces if piece.reference is not None]
     return Validation(
+        axis,
         CLOSED if closed else OPEN,
         skip,
         np.concatenate([piece.record.time[piece.first + skip : piece.last] for piece in pieces]),
@@ -204,10 +258,10 @@ def _force(model: Model, record: MotionRecord) -> tuple[Vector, Vector]:
 
 
 def _run(
-    model: Model, piece: RecordSegment, servo: PositionServo | None, moving: bool, cutoff: float
+    model: Model, piece: RecordSegment, request: ValidationRequest, cutoff: float
 ) -> dict[str, tuple[Vector, Vector]]:
     """Return a mapping of signal to (measured, simulated), each (n,)."""
-    record = piece.record
+    record, servo = piece.record, request.servo
     axis = axis_of(model)
     p = replay_parameters(
         axis._replace(laws=axis.laws._replace(stops=(-math.inf, math.inf)), lag=record.lag)
@@ -216,7 +270,7 @@ def _run(
     n = piece.last - piece.first
     period = piece.record.period
     state = piece.start()
-    if not moving:
+    if not request.moving:
         state[VELOCITY] = 0.0
     x = np.empty(n)
     v = np.empty(n)
