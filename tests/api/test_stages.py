@@ -28,7 +28,7 @@ from frictool.errors import (
 )
 from frictool.export import export
 from frictool.identify import NothingIdentified, identify
-from frictool.identify.assess import assess
+from frictool.identify.assess import AssessmentRequest, assess
 from frictool.identify.excite import ExcitationSettings, excite
 from frictool.identify.info import info
 from frictool.identify.info.text_view import table
@@ -183,7 +183,10 @@ def test_a_log_that_tells_nothing_says_so() -> None:
 
 
 def test_what_a_bench_can_tell_is_asked_before_it_runs() -> None:
-    rows = {row.parameter: row.verdict for row in assess(BENCH, {"inertia": 0.05}, 30.0).rows}
+    rows = {
+        row.parameter: row.verdict
+        for row in assess(BENCH, AssessmentRequest({"inertia": 0.05})).rows
+    }
     assert rows["coulomb"].identifiable
 
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
 from frictool.identify.assess.assessment import Assessment, ParameterAssessment, assess
-from frictool.identify.assess.assessment_inputs import facts_of
+from frictool.identify.assess.assessment_inputs import AssessmentRequest, facts_of
 from frictool.identify.assess.identifiability import PARAMETERS, verdict
 from frictool.identify.methods import METHODS
 from studies.command_line import run
@@ -28,7 +28,9 @@ def rows(found: Assessment) -> dict[str, ParameterAssessment]:
 
 
 def test_clutch_as_4_4_1_concludes() -> None:
-    found = rows(assess(clutch(), {}, DURATION, effort=1.0))  # table 4.5: u_max = 1 N m
+    found = rows(
+        assess(clutch(), AssessmentRequest(duration=DURATION, effort=1.0))
+    )  # table 4.5: u_max = 1 N m
     inertia = found["inertia"].verdict
     assert inertia.bound == pytest.approx(3.0, rel=0.05)
     assert (
@@ -48,7 +50,7 @@ def test_clutch_as_4_4_1_concludes() -> None:
 
 
 def test_emps_all_by_least_squares() -> None:
-    found = rows(assess(load(EMPS, Bench), {}, DURATION))
+    found = rows(assess(load(EMPS, Bench), AssessmentRequest(duration=DURATION)))
     assert {found[name].verdict.method for name in ("inertia", "viscous", "coulomb")} == {
         "least-squares"
     }
@@ -58,7 +60,7 @@ def test_emps_all_by_least_squares() -> None:
 def test_a_filter_that_the_known_dynamics_bear(tmp_path: Path) -> None:
     """Table 4.1's mass: inertia/viscous known to a factor of 6, so that (4.8) may be used, down to
     its slowest filter and no further."""
-    facts = facts_of(mass_bench(tmp_path), DURATION, None, None, None)
+    facts = facts_of(mass_bench(tmp_path), AssessmentRequest(duration=DURATION))
     assert facts.dynamics_known
     raw = verdict("viscous", facts, 0.05)
     assert raw.filter is None
@@ -74,7 +76,7 @@ def test_a_filter_that_the_known_dynamics_bear(tmp_path: Path) -> None:
 @settings(max_examples=15)
 @given(st.sampled_from(PARAMETERS), st.floats(1e-4, 0.2), st.floats(0.0, 6.0))
 def test_a_finer_encoder_is_never_worse(parameter: str, wanted: float, decades: float) -> None:
-    facts = facts_of(clutch(), DURATION, None, None, None)
+    facts = facts_of(clutch(), AssessmentRequest(duration=DURATION))
     coarse = facts.with_step(facts.sensing.step * 10.0 ** (1.0 - decades))
     fine = coarse.with_step(0.5 * coarse.sensing.step)
     if verdict(parameter, coarse, wanted).identifiable:
@@ -83,8 +85,8 @@ def test_a_finer_encoder_is_never_worse(parameter: str, wanted: float, decades: 
 
 def test_the_step_that_would_do_is_the_coarsest() -> None:
     bench, wanted = clutch(), 1e-3
-    facts = facts_of(bench, DURATION, None, None, None)
-    for row in assess(bench, dict.fromkeys(PARAMETERS, wanted), DURATION).rows:
+    facts = facts_of(bench, AssessmentRequest(duration=DURATION))
+    for row in assess(bench, AssessmentRequest(dict.fromkeys(PARAMETERS, wanted), DURATION)).rows:
         assert row.step is not None
         assert verdict(row.parameter, facts.with_step(row.step), row.target).identifiable
         if row.step < facts.sensing.step * 0.999:
@@ -212,7 +214,7 @@ def test_the_drive_alone_needs_104_ms_for_the_steps_of_the_clutch() -> None:
         "best_s": pytest.approx(0.050),
         "worst_s": pytest.approx(0.104),
     }
-    whole = assess(clutch(), {}, DURATION).drive
+    whole = assess(clutch(), AssessmentRequest(duration=DURATION)).drive
     assert whole is not None
     assert whole.length == 63.0
     assert whole.worst > 0.104

@@ -16,6 +16,7 @@ from hypothesis import strategies as st
 from frictool.identify.assess.assessment import WANTED
 from frictool.identify.assess.assessment_inputs import (
     AssessmentInputs,
+    AssessmentRequest,
     facts_of,
     known_widths,
 )
@@ -177,7 +178,9 @@ def test_the_weak_form_errs_as_predicted() -> None:
 def test_sines_err_as_predicted() -> None:
     """Means of gated half sines with a white noise and counts at their ends, the regression written
     out: rms over draws."""
-    facts = replace(facts_of(clutch(), 10.0, 0.5, None, None), inertia=(1.0, 1.0, 1.0))
+    facts = replace(
+        facts_of(clutch(), AssessmentRequest(duration=10.0, noise=0.5)), inertia=(1.0, 1.0, 1.0)
+    )
     draw, errors, axis = np.random.default_rng(7), [], facts.axis
     for _ in range(400):
         rows, right, weights = [], [], []
@@ -210,7 +213,7 @@ def test_sines_err_as_predicted() -> None:
 
 
 def test_what_is_not_known_of_the_inertia_is_not_averaged_away() -> None:
-    long = facts_of(clutch(), 1e4, None, None, None)
+    long = facts_of(clutch(), AssessmentRequest(duration=1e4))
     known = replace(long, inertia=(1.0, 1.0, 1.0))
     assert np.all(sines_half_width(long, 2.0) > 10.0 * sines_half_width(known, 2.0))
 

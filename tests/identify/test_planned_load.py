@@ -15,6 +15,7 @@ from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.errors import NoSolutionError
 from frictool.identify.assess.assessment import assess
+from frictool.identify.assess.assessment_inputs import AssessmentRequest
 from frictool.identify.excite.bench_limits import axis_known, limits_of, sensing_of
 from frictool.identify.excite.cramer_rao import PlannedStroke, cramer_rao, regressors
 from frictool.identify.excite.excitation_kinds import ExcitationSettings, excite
@@ -119,7 +120,9 @@ def test_columns_are_those_of_the_positions() -> None:
 def test_what_does_not_know_the_load_is_not_promised() -> None:
     found = {
         row.parameter: row.verdict
-        for row in assess(loaded(clutch(), "gravity", most=0.1), {}, DURATION).rows
+        for row in assess(
+            loaded(clutch(), "gravity", most=0.1), AssessmentRequest(duration=DURATION)
+        ).rows
     }
     assert found["inertia"].method is None
     assert "the weak form does not know load.terms" in found["inertia"].why
@@ -127,9 +130,14 @@ def test_what_does_not_know_the_load_is_not_promised() -> None:
     assert "the method of sines does not know load.terms" in found["viscous"].why
     emps = {
         row.parameter: row
-        for row in assess(loaded(load(EMPS, Bench), "spring", most=5.0), {}, DURATION).rows
+        for row in assess(
+            loaded(load(EMPS, Bench), "spring", most=5.0), AssessmentRequest(duration=DURATION)
+        ).rows
     }
-    alone = {row.parameter: row for row in assess(load(EMPS, Bench), {}, DURATION).rows}
+    alone = {
+        row.parameter: row
+        for row in assess(load(EMPS, Bench), AssessmentRequest(duration=DURATION)).rows
+    }
     for name in ("inertia", "viscous", "coulomb"):
         assert emps[name].verdict.method == "least-squares"
         assert emps[name].least > alone[name].least

@@ -7,5 +7,9 @@ from frictool.runtime.lazy_exports import lazy_exports
 if TYPE_CHECKING:
     from frictool.identify.assess.assessment import Assessment as Assessment
     from frictool.identify.assess.assessment import assess as assess
+    from frictool.identify.assess.assessment_inputs import AssessmentRequest as AssessmentRequest
 else:
-    __getattr__, __dir__, __all__ = lazy_exports(__name__, {"assessment": ["Assessment", "assess"]})
+    __getattr__, __dir__, __all__ = lazy_exports(
+        __name__,
+        {"assessment": ["Assessment", "assess"], "assessment_inputs": ["AssessmentRequest"]},
+    )

@@ -8,8 +8,13 @@ from dataclasses import dataclass
 from frictool.adapters.drive_bound import DriveBound, drive_bound
 from frictool.adapters.parameter_intervals import bench_intervals
 from frictool.documents.bench import Bench
+from frictool.documents.quantity import Axis
 from frictool.errors import EXIT_NO, FrictoolError
-from frictool.identify.assess.assessment_inputs import AssessmentInputs, facts_of
+from frictool.identify.assess.assessment_inputs import (
+    AssessmentInputs,
+    AssessmentRequest,
+    facts_of,
+)
 from frictool.identify.assess.entropy import SensorEntropy, sensor_entropy
 from frictool.identify.assess.identifiability import PARAMETERS, QUANTILE, Identifiability, verdict
 from frictool.identify.excite.bench_limits import limits_of
@@ -19,6 +24,7 @@ from frictool.plant.polytope import corner_points
 WANTED = 0.05  # default of the relative half width
 FINEST = 1e-6  # finest encoder tried, relative to the bench's step
 BISECTIONS = 40
+USUAL = AssessmentRequest()
 
 
 class NotIdentifiable(FrictoolError):
@@ -41,6 +47,7 @@ class ParameterAssessment:
     - doubled: precision with half the encoder step
     - step: coarsest encoder step [rad | m] with which the parameter is identifiable; None if none
       down to FINEST suffices
+    - counts: counts per revolution of an encoder with that step; None for a linear axis
     """
 
     parameter: str
@@ -51,12 +58,14 @@ class ParameterAssessment:
     least: float | None
     doubled: float | None
     step: float | None
+    counts: float | None
 
 
 @dataclass(frozen=True)
 class Assessment:
     """Verdicts on all parameters of a bench.
 
+    - bench: assessed bench
     - facts: inputs of the decision
     - rows: assessment of each parameter
     - entropy: metric entropy of the encoder, None on an endless travel
@@ -64,6 +73,7 @@ class Assessment:
     - drive: shortest responses to a step over the a-priori intervals, None without its length
     """
 
+    bench: Bench
     facts: AssessmentInputs
     rows: tuple[ParameterAssessment, ...]
     entropy: SensorEntropy | None
@@ -71,33 +81,15 @@ class Assessment:
     drive: DriveBound | None
 
 
-def assess(
-    bench: Bench,
-    wanted: dict[str, float],
-    duration: float,
-    noise: float | None = None,
-    effort: float | None = None,
-    presliding: float | None = None,
-    step: float | None = None,
-) -> Assessment:
+def assess(bench: Bench, request: AssessmentRequest = USUAL) -> Assessment:
     """Return the parameters that a bench can identify, with the precision to expect.
 
     Parameters
     ----------
     bench
         Bench with its a-priori intervals.
-    wanted
-        Parameter -> relative half width; parameters that are not in it have that of WANTED.
-    duration
-        Duration of the proposed sines, s.
-    noise
-        Standard deviation of the measured drive, A | V; None for the default.
-    effort
-        Largest effort, N m | N; None for that of the bench.
-    presliding
-        Expected presliding distance z_max, rad | m; None for the default.
-    step
-        Length of the step for the drive's shortest response, rad | m; None for the travel.
+    request
+        Wanted precisions, and the proposed test.
 
     Returns
     -------
@@ -109,28 +101,29 @@ def assess(
     NoSolutionError
         If the drive does not overcome the friction, or if nothing limits the speed.
     """
-    facts = facts_of(bench, duration, noise, effort, presliding)
+    facts = facts_of(bench, request)
     limits = limits_of(bench)
     bounds = cramer_rao(list(facts.strokes), facts.axis, facts.sensing)
     least = {name: QUANTILE * float(bound) for name, bound in zip(SLIDING, bounds, strict=True)}
     rows = tuple(
-        _row(name, facts, wanted.get(name, WANTED), least.get(name)) for name in PARAMETERS
+        _row(name, facts, request.wanted.get(name, WANTED), least.get(name), bench.axis)
+        for name in PARAMETERS
     )
     entropy = (
         sensor_entropy(limits.travel, facts.sensing.step) if math.isfinite(limits.travel) else None
     )
     low, high = bench.actuator.constant.interval
+    constant = 0.5 * (high - low) / bench.actuator.constant.value
     travel = bench.mechanics.travel
     whole = None if travel is None else travel.high - travel.low
-    length = whole if step is None else step
+    length = whole if request.step is None else request.step
     plants = corner_points(bench_intervals(bench))
     drive = None if length is None else drive_bound(bench, plants, length)
-    constant = 0.5 * (high - low) / bench.actuator.constant.value
-    return Assessment(facts, rows, entropy, constant, drive)
+    return Assessment(bench, facts, rows, entropy, constant, drive)
 
 
 def _row(
-    parameter: str, facts: AssessmentInputs, wanted: float, least: float | None
+    parameter: str, facts: AssessmentInputs, wanted: float, least: float | None, axis: Axis
 ) -> ParameterAssessment:
     known = facts.known.get(parameter)
     target = min(wanted, known) if known else wanted
@@ -139,7 +132,10 @@ def _row(
     value = facts.value(parameter)
     relative = least / value if least is not None and value > 0.0 else None
     step = facts.sensing.step if result.identifiable else coarsest_step(parameter, facts, target)
-    return ParameterAssessment(parameter, result, wanted, known, target, relative, doubled, step)
+    counts = 2.0 * math.pi / step if step is not None and axis == "rotary" else None
+    return ParameterAssessment(
+        parameter, result, wanted, known, target, relative, doubled, step, counts
+    )
 
 
 def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> float | None:

@@ -6,7 +6,8 @@ The inputs include the proposed test. `with_step` changes them to another encode
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
@@ -69,19 +70,36 @@ class AssessmentInputs:
         )
 
 
-def facts_of(
-    bench: Bench,
-    duration: float,
-    noise: float | None,
-    effort: float | None,
-    presliding: float | None,
-) -> AssessmentInputs:
-    """Return the inputs for a bench and a proposed test.
+@dataclass(frozen=True)
+class AssessmentRequest:
+    """Choices of an assessment.
 
-    - duration: duration of the sines, s
-    - noise: standard deviation of the measured drive, A | V
-    - effort: largest effort in place of the default, N m | N
-    - presliding: expected distance z_max in place of the default, rad | m
+    Attributes
+    ----------
+    wanted : mapping of str to float
+        Parameter -> relative half width of its interval; a missing parameter has that of WANTED.
+    duration : float
+        Duration of the proposed sines, s.
+    noise : float or None
+        Standard deviation of the measured drive, A | V; None for the default.
+    effort : float or None
+        Largest effort of the test, N m | N; None for that of the bench.
+    presliding : float or None
+        Expected presliding distance z_max, rad | m; None for the default.
+    step : float or None
+        Length of the step for the drive's shortest response, rad | m; None for the travel.
+    """
+
+    wanted: Mapping[str, float] = field(default_factory=dict)
+    duration: float = 30.0
+    noise: float | None = None
+    effort: float | None = None
+    presliding: float | None = None
+    step: float | None = None
+
+
+def facts_of(bench: Bench, request: AssessmentRequest) -> AssessmentInputs:
+    """Return the inputs for a bench and a proposed test.
 
     Raises NoSolutionError if the drive does not overcome the friction.
     """
@@ -91,10 +109,10 @@ def facts_of(
     fastest, slowest = time_constants(bench)
     return AssessmentInputs(
         axis=axis_known(bench),
-        sensing=sensing_of(bench, noise),
+        sensing=sensing_of(bench, request.noise),
         speed=limits.speed,
-        effort=effort or bench.actuator.constant.value * bench.actuator.limit.value,
-        strokes=tuple(plan(limits, duration)),
+        effort=request.effort or bench.actuator.constant.value * bench.actuator.limit.value,
+        strokes=tuple(plan(limits, request.duration)),
         fastest=fastest,
         slowest=slowest,
         known=known_widths(bench),
@@ -102,7 +120,7 @@ def facts_of(
         breakaway=breakaway_range(bench)[1],
         rate=effort_rate(bench),
         onsets=2.0 * SEGMENTS,
-        presliding=presliding or PRESLIDING[bench.axis],
+        presliding=request.presliding or PRESLIDING[bench.axis],
     )
 
 

@@ -15,7 +15,7 @@ from frictool.documents.model import Model
 from frictool.documents.registry import load
 from frictool.documents.scenario import Scenario
 from frictool.identify.assess.assessment import assess
-from frictool.identify.assess.assessment_inputs import facts_of
+from frictool.identify.assess.assessment_inputs import AssessmentRequest, facts_of
 from frictool.identify.assess.quantisation import inertia_error, viscous_error
 from frictool.identify.breakaway.breakaway import Breakaway
 from frictool.identify.estimators.ordinary import ordinary
@@ -61,13 +61,16 @@ def _decision(part: Part, bench: Bench) -> None:
     """4.4.1: the bounds of table 4.5's constants, and where figure 4.4 leads."""
     facts = bench.mechanics.inertia
     assert facts is not None
-    step = facts_of(bench, DURATION, None, None, None).sensing.step
+    step = facts_of(bench, AssessmentRequest(duration=DURATION)).sensing.step
     inertia = inertia_error(facts.value, step, PERIOD, FULL_EFFORT)
     part.add(
         "section_4_4_1", {"inertia": 100.0 * inertia, "inertia_absolute": inertia * facts.value}
     )
     part.add("section_4_4_1", {"viscous": 100.0 * viscous_error(step, PERIOD, TOP_SPEED)})
-    rows = {row.parameter: row.verdict for row in assess(bench, {}, DURATION).rows}
+    rows = {
+        row.parameter: row.verdict
+        for row in assess(bench, AssessmentRequest(duration=DURATION)).rows
+    }
     part.add(
         "section_4_4_1",
         {
