@@ -59,6 +59,11 @@ class ProvedBound:
     below: float
     cells: int
 
+    @property
+    def modulus_margin(self) -> float | None:
+        """Modulus margin that a bound of the sensitivity proves; None for a norm."""
+        return 1.0 / self.below if self.of == "sensitivity" else None
+
 
 @dataclass(frozen=True)
 class CertificateCoordinates:

@@ -13,6 +13,7 @@ import msgspec
 
 from frictool.documents.controller import Controller, Robustness, Rounded, Schedule, Verified
 from frictool.documents.digests import SOLVED, changed_blocks, uncomputed_figures
+from frictool.documents.model import Model
 from frictool.plant.polytope import corner_points
 from frictool.presentation.tie_rule import TOLERANCE
 from frictool.verify.certificate_document import prove_document
@@ -21,6 +22,7 @@ from frictool.verify.document_box import box_of, check_box, check_corners
 from frictool.verify.document_check import check_document
 from frictool.verify.interior_search import points_inside
 from frictool.verify.loop_figures import HELD, OFFERED, LinearLoops, loops_of, tolerates_rounding
+from frictool.verify.model_check import ModelCheck, check_model
 from frictool.verify.scheduled_loop import scheduled_figures
 
 # Relative differences that rounding on another processor may cause; figures without an entry here
@@ -46,11 +48,14 @@ class FigureDifference:
 class Verification:
     """Result of `verify`.
 
-    `proved` are the bounds of the certificate, `differences` the stored figures that differ from
-    the computed ones, `changed` the blocks that were changed after the verification. `not_computed`
-    are the stored figures, by key, that `verify` cannot compute.
+    `model` is the check of the model; None without one. `proved` are the bounds of the certificate,
+    `differences` the stored figures that differ from the computed ones, `changed` the blocks that
+    were changed after the verification. `not_computed` are the stored figures, by key, that
+    `verify` cannot compute.
     """
 
+    controller: Controller
+    model: ModelCheck | None
     proved: tuple[ProvedBound, ...]
     differences: tuple[FigureDifference, ...]
     changed: tuple[str, ...]
@@ -61,8 +66,13 @@ class Verification:
         """True if every computable figure equals the stored one and no block was changed."""
         return not self.differences and not self.changed
 
+    @property
+    def holds(self) -> bool:
+        """True if there is a proof, nothing was altered, and the model's check holds."""
+        return bool(self.proved) and self.unaltered and (self.model is None or self.model.holds)
 
-def verify(controller: Controller) -> Verification:
+
+def verify(controller: Controller, model: Model | None = None) -> Verification:
     """Prove the certificate of a controller in integers, and recompute its stored figures.
 
     The figures are those under `verified` and `schedule`.
@@ -71,12 +81,14 @@ def verify(controller: Controller) -> Verification:
     ----------
     controller : Controller
         Controller document.
+    model : Model, optional
+        Model that the controller must be verified for.
 
     Returns
     -------
     Verification
         Stored figures that differ from the computed ones by more than rounding on another processor
-        explains, and blocks that were changed.
+        explains, blocks that were changed, and the check of the model.
 
     Raises
     ------
@@ -84,14 +96,22 @@ def verify(controller: Controller) -> Verification:
         If a bound is missing or not proved, the certificate's box does not hold the bench's
         intervals, a loop is unstable or misses the specified margin, or the stored forms do not
         describe one controller.
+    FrictoolError
+        If the model's bench has another axis, drive or timing than the controller's.
     """
+    checked = None if model is None else check_model(controller, model)
     check_box(controller)
     certificate = controller.certificate
     proved = () if certificate is None else prove_document(controller, certificate)
     check_document(controller)
     differences = (*_differences(controller), *_below_what_is_seen(controller.verified))
     return Verification(
-        proved, differences, changed_blocks(controller), uncomputed_figures(controller.verified)
+        controller,
+        checked,
+        proved,
+        differences,
+        changed_blocks(controller),
+        uncomputed_figures(controller.verified),
     )
 
 

@@ -1,0 +1,163 @@
+"""Text and JSON of a verification."""
+
+from __future__ import annotations
+
+from dataclasses import asdict
+from typing import Any
+
+from frictool.documents.quantity import drive_dimension, si_unit
+from frictool.verify.certificate_proof import ProvedBound
+from frictool.verify.loop_wording import delay_words, plant_words
+from frictool.verify.model_check import ModelCheck
+from frictool.verify.recheck import Verification
+
+NAMES = ("inertia", "viscous", "coulomb", "constant")
+MOST_LINES = 12  # differences that the text lists
+
+
+def json_view(verification: Verification) -> dict[str, Any]:
+    """Return the verification as JSON values."""
+    controller, checked = verification.controller, verification.model
+    certificate = controller.certificate
+    bounds = [
+        {**asdict(one), "modulus_margin_above": one.modulus_margin, "stable": True}
+        for one in verification.proved
+    ]
+    return {
+        "name": controller.name,
+        "sample_period_s": controller.sample_period_s,
+        "delay_samples": controller.delay_samples,
+        "certificate": bounds or None,
+        "box": None
+        if certificate is None
+        else {name: list(getattr(certificate.box, name)) for name in NAMES},
+        "not_proved": {} if certificate is None else certificate.not_proved,
+        "vertices_rechecked": len(controller.verified.vertices),
+        "differences": [asdict(one) for one in verification.differences],
+        "changed": list(verification.changed),
+        "not_computed": verification.not_computed,
+        "model": None if checked is None else _model_json(checked),
+    }
+
+
+def _model_json(checked: ModelCheck) -> dict[str, Any]:
+    resonant = checked.resonant
+    return {
+        "holds": checked.holds,
+        "outside": list(checked.beyond),
+        "modulus_margin": checked.margin,
+        "modulus_margin_with_resonances": None if resonant is None else resonant.modulus_margin,
+        "modulus_margin_specified": checked.specified,
+        "at": {name: getattr(checked.plant, name) for name in NAMES},
+        "plants": checked.plants,
+        "outside_margins": list(checked.outside_margins),
+    }
+
+
+def lines(verification: Verification) -> list[str]:
+    """Return the verification as lines of text."""
+    return [*_proved(verification), *_computed(verification), *_model(verification)]
+
+
+def _proved(verification: Verification) -> list[str]:
+    controller = verification.controller
+    certificate = controller.certificate
+    if certificate is None or not verification.proved:
+        reasons = () if certificate is None else certificate.not_proved.values()
+        why = "; ".join(reasons) or "frictool synth makes one"
+        return [
+            f"{controller.name}: no certificate, so that only the margins at its "
+            f"vertices hold ({why})"
+        ]
+    output = [f"{controller.name}: proved for every constant"]
+    constant = drive_dimension(controller.drive, constant=True)
+    for name, dimension in zip(NAMES, ("inertia", "viscous", "effort", constant), strict=True):
+        low, high = getattr(certificate.box, name)
+        output.append(f"  {name:<9} {low:.6g} to {high:.6g} {si_unit(dimension, controller.axis)}")
+    output.append(
+        f"the loop as it runs ({controller.sample_period_s * 1e3:g} ms, "
+        f"{delay_words(controller.delay_samples)}) is stable, and"
+    )
+    return [
+        *output,
+        *map(_bound, verification.proved),
+        *(f"not proved: {reason}" for reason in certificate.not_proved.values()),
+    ]
+
+
+def _bound(one: ProvedBound) -> str:
+    cells = f"({one.cells} cell{'s' if one.cells != 1 else ''})"
+    if one.modulus_margin is None:
+        return f"  norm from the weighted inputs to the weighted outputs < {one.below:.6g} {cells}"
+    return (
+        f"  largest sensitivity < {one.below:.6g}, so that the modulus margin is above "
+        f"{one.modulus_margin:.3f} {cells}"
+    )
+
+
+def _computed(verification: Verification) -> list[str]:
+    """Return the lines on the stored figures: all agree, or the list of those that do not."""
+    output = []
+    controller, differences = verification.controller, verification.differences
+    if not differences:
+        inside = "" if controller.verified.robustness is None else " and inside the box"
+        output.append(
+            f"figures computed again at {len(controller.verified.vertices)} "
+            f"vertices{inside}: all as stored"
+        )
+    shown = differences[:MOST_LINES]
+    output += [
+        f"{one.key}: found {_shown(one.stored)}, the coefficients give {_shown(one.computed)}"
+        for one in shown
+    ]
+    if len(differences) > MOST_LINES:
+        output.append(
+            f"... and {len(differences) - MOST_LINES} more figures that differ from those "
+            "of the coefficients (--json lists them)"
+        )
+    if not controller.verified.digests:
+        output.append(
+            "verified.digests: missing; a change of the position law or the prefilter "
+            "cannot be detected; run synth again"
+        )
+    elif verification.changed:
+        output.append(
+            f"changed after verification: {', '.join(verification.changed)}; run synth again"
+        )
+    if verification.not_computed:
+        names = ", ".join(name.removeprefix("verified.") for name in verification.not_computed)
+        output.append(f"not computed again, as they come from the design or from a solver: {names}")
+    return output
+
+
+def _model(verification: Verification) -> list[str]:
+    checked = verification.model
+    if checked is None:
+        return []
+    output = [
+        f"model: not what the controller was verified for: {phrase}" for phrase in checked.beyond
+    ] or [
+        "model: within the controller's intervals, with its timing, drive limit, winding and "
+        "encoder"
+    ]
+    output.append(
+        f"model: smallest modulus margin of {checked.plants} corners {checked.margin:.4f}, "
+        f"specified {checked.specified:g}, at "
+        f"{plant_words(checked.plant, verification.controller.bench)}"
+    )
+    if (worst := checked.resonant) is not None:
+        output.append(
+            f"model: with its resonances {worst.modulus_margin:.4f}, specified "
+            f"{checked.specified:g}, at {worst.where}"
+        )
+    output.append(
+        "model: nonlinear, so that no margin covers it, but simulate does: "
+        f"{', '.join(checked.outside_margins)}"
+    )
+    return output
+
+
+def _shown(value: Any) -> str:
+    return (
+        "nothing" if value is None else f"{value:.6g}" if isinstance(value, float) else str(value)
+    )
