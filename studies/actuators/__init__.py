@@ -4,5 +4,5 @@
 
 `drawing.py` draws actuators, `documents.py` writes them as model, specification and scenario.
 `judge.py` simulates exported controllers with `axis.c` and computes their figures (`figures.c`) and
-margins (`margin.py`).
+margins (`margin.py`). `search.py` says which actuators a simple controller (`cascade.c`) solves.
 """

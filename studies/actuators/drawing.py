@@ -110,11 +110,11 @@ def draw(seed: str, number: int) -> Actuator:
     counts_per_turn = round(_decades(rng, 24.0, 20_000.0)) if rotary else None
     if counts_per_turn:
         turns = 0.05, 60.0
-        least, most = (max(120.0, turns[0] * counts_per_turn), min(2e4, turns[1] * counts_per_turn))
+        least, most = (max(80.0, turns[0] * counts_per_turn), min(2e4, turns[1] * counts_per_turn))
         step = 2.0 * math.pi / counts_per_turn
         inertia = _decades(rng, 1e-7, 1e-1)
     else:
-        least, most = 120.0, 2e4
+        least, most = 80.0, 2e4
         step = _significant(_decades(rng, 1e-7, 1e-4), 2)
         inertia = _decades(rng, 1e-2, 1e2)
     amplitude = round(_decades(rng, least, most)) * step
@@ -162,10 +162,10 @@ def draw(seed: str, number: int) -> Actuator:
         backlash_coulomb=_significant(rng.uniform(0.2, 0.8) * coulomb.value, 4),
         amplitude=amplitude,
         response=_significant(response, 6),
-        overshoot=_significant(rng.uniform(3.0, 10.0), 2),
-        static_error=_significant(max(rng.uniform(0.01, 0.04) * amplitude, 2.5 * step), 4),
+        overshoot=_significant(_decades(rng, 1.0, 10.0), 2),
+        static_error=_significant(max(_decades(rng, 0.004, 0.04) * amplitude, 2.0 * step), 4),
         oscillations=1,
-        margin=_significant(rng.uniform(0.4, 0.5), 2),
+        margin=_significant(rng.uniform(0.45, 0.5), 2),
         bang_bang=duration,
     )
 

@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.linalg import block_diag, expm
 
-from frictool.typing import Matrix, Vector
+from frictool.typing import ComplexVector, Matrix, Vector
 from studies.actuators.drawing import Actuator, Plant
 
 FREQUENCIES = 600  # of the sweep, over five decades below half the sampling frequency
@@ -132,12 +132,17 @@ def loop_margin(axis: Sampled, controller: Sampled) -> float:
     return float(distances.min())
 
 
+def responses(system: Sampled, angles: Vector) -> ComplexVector:
+    """Return the response (outputs, n) of a system with one input at the angles [rad/sample]."""
+    circle = np.exp(1j * angles)[:, None, None]
+    resolvent = np.eye(system.a.shape[0]) * circle - system.a
+    states = np.linalg.solve(resolvent, np.broadcast_to(system.b, (angles.size, *system.b.shape)))
+    return np.asarray((system.c @ states + system.d)[:, :, 0].T)
+
+
 def _distances(loop: Sampled, angles: Vector) -> Vector:
     """Return |1 + L| at the angles [rad per sample]."""
-    circle = np.exp(1j * angles)
-    resolvent = np.eye(loop.a.shape[0])[None] * circle[:, None, None] - loop.a
-    states = np.linalg.solve(resolvent, np.broadcast_to(loop.b, (angles.size, *loop.b.shape)))
-    return np.asarray(np.abs(1.0 + (loop.c @ states)[:, 0, 0] + loop.d[0, 0]))
+    return np.asarray(np.abs(1.0 + responses(loop, angles)[0]))
 
 
 def _linear(document: Mapping[str, Any], plant: Plant) -> Sampled:

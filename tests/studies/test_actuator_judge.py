@@ -17,10 +17,11 @@ from frictool.documents.writing import save
 from frictool.logs.log_reader import read_log
 from frictool.plant.polytope import corner_points
 from frictool.typing import Vector
-from studies.actuators.drawing import VARIED, Actuator, Interval, Plant, draw
+from studies.actuators.drawing import VARIED, Actuator, Interval, Plant, draw, draw_plants
 from studies.actuators.judge import Run, axis_record, hold_figures, play
-from studies.actuators.margin import loop_margin, margin, sampled_axis
+from studies.actuators.margin import cascade_margin, loop_margin, margin, sampled_axis
 from studies.actuators.native import judge_library, load_exported
+from studies.actuators.search import search
 from studies.command_line import run_checked
 from studies.rigs.clutch_model import ROOT, clutch_model
 from studies.rigs.example_controllers import BRAKE_LAW, clutch_controller
@@ -230,3 +231,19 @@ def test_the_judge_and_verify_agree_on_margins(clutch: tuple[Path, dict[str, Any
         assert margin(clutch_actuator(), plant, document) == pytest.approx(
             vertex["modulus_margin"], rel=1e-5
         )
+
+
+def test_the_search_ends_with_a_controller_that_the_judge_accepts() -> None:
+    actuator = draw("test", 0)
+    plants = draw_plants(actuator, "test")
+    found = search(actuator, plants)
+    assert found.solved
+    assert found.verdict is not None
+    assert found.verdict.plants == (True,) * len(plants)
+    parameters = np.array(found.parameters)
+    assert found.verdict.worst["modulus_margin"] == pytest.approx(
+        min(cascade_margin(actuator, plant, parameters) for plant in plants)
+    )
+    assert not search(
+        dataclasses.replace(actuator, response=0.2 * actuator.response), plants, 20
+    ).solved

@@ -46,7 +46,7 @@ def test_ranges(drawn: list[Actuator]) -> None:
         largest = actuator.constant.value * actuator.limit
         assert 0.049 <= actuator.coulomb.high / largest <= 0.61
         assert 0.0 <= actuator.backlash <= 3.01 * actuator.encoder_step
-        assert 119 <= actuator.amplitude / actuator.encoder_step <= 20_001
+        assert 79 <= actuator.amplitude / actuator.encoder_step <= 20_001
 
 
 def test_plants(drawn: list[Actuator]) -> None:
