@@ -18,17 +18,13 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from llvmlite import ir
-from numba import types
 from numba.core.compiler_lock import global_compiler_lock
 from numba.core.registry import cpu_target
-from numba.core.types import WrapperAddressProtocol
 
 from frictool.control import operation_codes as op
 from frictool.control.compiled_program import DOUBLE, OUTPUT, PORTS, CompiledProgram
 from frictool.runtime.kernels import settings
 
-# address of `real` (n,), reference, position, velocity -> drive
-SIGNATURE: Any = types.float64(types.intp, types.float64, types.float64, types.float64)
 MOST_KEPT = 64  # codes of the last structures, each some kilobytes
 NAME = "control_sample"
 REAL = ir.DoubleType()
@@ -42,23 +38,16 @@ OPERANDS = {
 _serial = itertools.count()
 
 
-class MachineCode(WrapperAddressProtocol):
-    """Compiled function of one sample, which kernels take as a value of a function type.
+class MachineCode(NamedTuple):
+    """Compiled function of one sample.
 
-    `library`: compiled code, which exists as long as this object.
+    `address`: address of the function, for kernels. Its arguments are the address of `real` of the
+    program (int64), reference, position and velocity; it returns the drive. `library`: the compiled
+    code, which exists as long as this object.
     """
 
-    def __init__(self, library: Any, name: str) -> None:
-        self.library = library
-        self._address = int(library.get_pointer_to_function(name))
-
-    def __wrapper_address__(self) -> int:
-        """Return the address of the function."""
-        return self._address
-
-    def signature(self) -> Any:
-        """Return the signature of the function."""
-        return SIGNATURE
+    address: int
+    library: Any
 
 
 class ProgramStructure(NamedTuple):
@@ -93,11 +82,11 @@ def compiled(structure: ProgramStructure) -> MachineCode:
         library = cpu_target.target_context.codegen().create_library(name)
         library.add_ir_module(_module(structure, name))
         library.finalize()
-    return MachineCode(library, name)
+    return MachineCode(int(library.get_pointer_to_function(name)), library)
 
 
 def _module(structure: ProgramStructure, name: str) -> ir.Module:
-    """Return the module with one function, of type SIGNATURE."""
+    """Return the module with the function of one sample, see MachineCode."""
     address = ir.IntType(64)
     module = ir.Module(name)
     function = ir.Function(module, ir.FunctionType(REAL, [address, *[REAL] * len(PORTS)]), name)

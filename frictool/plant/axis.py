@@ -20,6 +20,7 @@ time constants are much shorter than that of the current loop.
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -74,7 +75,7 @@ class AxisParameters(NamedTuple):
         Raises ValueError with the name of a parameter that is out of range.
         """
         for name, value in zip(self._fields, self.numbers, strict=False):
-            if np.isnan(value) or (np.isinf(value) and name not in ("drive_limit", "supply")):
+            if math.isnan(value) or (math.isinf(value) and name not in ("drive_limit", "supply")):
                 raise ValueError(f"{name} is {value}; allowed: a finite number")
             if value < 0.0 and name != "offset":
                 raise ValueError(f"{name} is {value:g}; allowed: >= 0")

@@ -6,9 +6,10 @@ Each metric of documents/metric_table.py is in `values`, in `bounds`, or in `mis
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
-from frictool.documents.metric_table import HOLD_METRICS, STREAM_METRICS
+from frictool.documents.metric_table import HOLD_METRICS, STREAM_METRICS, Metric
 from frictool.documents.spec import Spec
 from frictool.metrics.reference_holds import Hold
 from frictool.report.evidence import StreamEvidence
@@ -37,16 +38,19 @@ class HoldMetrics:
         return self.hold.origin is not None
 
 
-def measure_holds(spec: Spec, evidence: StreamEvidence, whole: bool = True) -> list[HoldMetrics]:
-    """Return the metrics of every hold.
-
-    `whole`: True for all metrics, False for only the metrics that the specification needs.
-    """
-    wanted = [
+def needed_metrics(spec: Spec) -> tuple[Metric, ...]:
+    """Return the metrics of a hold that the specification needs."""
+    return tuple(
         metric
         for metric in HOLD_METRICS.values()
-        if whole or (metric.key and getattr(spec, metric.key) is not None)
-    ]
+        if metric.key and getattr(spec, metric.key) is not None
+    )
+
+
+def measure_holds(
+    spec: Spec, evidence: StreamEvidence, wanted: Sequence[Metric] = tuple(HOLD_METRICS.values())
+) -> list[HoldMetrics]:
+    """Return the `wanted` metrics of every hold."""
     metrics = []
     for number, hold in enumerate(evidence.holds, start=1):
         one = HoldMetrics(hold, number, float(evidence.stream.time[hold.start]))

@@ -24,7 +24,7 @@ from frictool.report.evidence import (
     log_labels,
     stream_evidence,
 )
-from frictool.report.hold_metrics import HoldMetrics, measure_holds
+from frictool.report.hold_metrics import HoldMetrics, measure_holds, needed_metrics
 from frictool.report.load_judge import judge_load
 from frictool.report.margin_judge import judge_margin
 from frictool.report.requirement import ReportRequest, Requirement, Verdict
@@ -126,6 +126,7 @@ class RunJudge:
         self.spec = spec
         of_run = Log((), {"log": {"kind": "simulated"}, **records})
         self._rig = RigFacts.of(controller.bench).played(of_run)
+        self._metrics = needed_metrics(spec)
         self._judges = tuple(_specified_judges(spec).values())
         self._loop = None
         if spec.modulus_margin is not None:
@@ -142,7 +143,7 @@ class RunJudge:
             beyond = self._beyond
         about = AboutStream(PurePath(source).name or source, True, True, margin, gap, beyond)
         item = stream_evidence(self.spec, source, stream, self._rig, about)
-        evidence = ((item, tuple(measure_holds(self.spec, item, whole=False))),)
+        evidence = ((item, tuple(measure_holds(self.spec, item, self._metrics))),)
         return tuple(make(self.spec, evidence, None) for make in self._judges)
 
 

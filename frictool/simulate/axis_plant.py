@@ -18,8 +18,8 @@ from frictool.simulate.axis_runs import play
 from frictool.simulate.axis_variants import (
     AxisVariant,
     count,
+    nominal_levels,
     parameters_of,
-    scheduled_values,
     variants_of,
 )
 from frictool.simulate.document_agreement import DocumentNames, disturbances_of, refuse
@@ -82,7 +82,12 @@ class AxisPlant:
         return parameters_of(self.model)
 
     def known(self, variant: AxisVariant) -> dict[str, float]:
-        return scheduled_values(self.model, variant)
+        return {name: variant.values.get(name, value) for name, value in self._levels.items()}
+
+    @cached_property
+    def _levels(self) -> dict[str, float]:
+        """Nominal values of the parameters that `known` returns."""
+        return nominal_levels(self.model)
 
     def play(
         self, variants: Sequence[AxisVariant], loop: SimulatedLoop
@@ -125,6 +130,8 @@ class AxisPlant:
         if travel is None:
             return
         position = record[:, closed_loop.TRUE_POSITION]
+        if travel.low < position.min() and position.max() < travel.high:
+            return
         for wall, against in (
             (travel.low, position <= travel.low),
             (travel.high, position >= travel.high),

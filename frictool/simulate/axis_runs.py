@@ -69,24 +69,29 @@ def _run_program(
 ) -> IntVector:
     """Fill the records (m, n, 7); return the statuses (m,)."""
     period, delay = loop.controller.sample_period_s, loop.controller.delay_samples
+    if len(variants) == 1:  # starting threads takes longer than a short run
+        return np.array([_run_alone(variants[0], loop, load, records[0])])
     states = np.stack([rest(loop.start)] * len(variants))
     axes = np.stack([variant.array for variant in variants])
     statuses = np.zeros(len(variants), dtype=np.int64)
-    if len(variants) > 1:
-        references = np.stack([loop.reference] * len(variants))
-        closed_loops(
-            axes, states, loop.running, references, period, delay, records, statuses, load,
-            loop.conditions,
-        )  # fmt: skip
-        return statuses
-    copy = copy_program(loop.running)  # starting threads takes longer than a short run
-    start_at(copy, measure(states[0, POSITION], axes[0, ENCODER_STEP]))
-    rest_of_loop = loop.reference, period, delay, records[0], load, loop.conditions
-    if loop.code is None:
-        statuses[0] = run(axes[0], states[0], copy, *rest_of_loop)
-    else:
-        statuses[0] = run_coded(axes[0], states[0], copy, loop.code, *rest_of_loop)
+    references = np.stack([loop.reference] * len(variants))
+    closed_loops(
+        axes, states, loop.running, references, period, delay, records, statuses, load,
+        loop.conditions,
+    )  # fmt: skip
     return statuses
+
+
+def _run_alone(variant: AxisVariant, loop: SimulatedLoop, load: Vector, record: Vector) -> int:
+    """Fill the record (n, 7) in this thread and return the status."""
+    axis, state = variant.array, rest(loop.start)
+    copy = copy_program(loop.running)
+    start_at(copy, measure(loop.start, axis[ENCODER_STEP]))
+    period, delay = loop.controller.sample_period_s, loop.controller.delay_samples
+    others = loop.reference, period, delay, record, load, loop.conditions
+    if loop.code is None:
+        return int(run(axis, state, copy, *others))
+    return int(run_coded(axis, state, copy, loop.code.address, *others))
 
 
 def _run_target(

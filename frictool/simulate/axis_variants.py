@@ -108,15 +108,7 @@ def variants_of(
     return variants
 
 
-def scheduled_values(model: Model, variant: AxisVariant) -> dict[str, float]:
-    """Return PARAMETERS of a variant's plant [SI] for a scheduled controller.
-
-    A parameter that the variant does not set has the nominal value of the model (`_levels`).
-    """
-    return {name: variant.values.get(name, value) for name, value in _levels(model).items()}
-
-
-def _levels(model: Model) -> dict[str, float]:
+def nominal_levels(model: Model) -> dict[str, float]:
     """Return the nominal PARAMETERS of the model, with the middle of each friction level."""
     coulomb, viscous = coulomb_level(model), viscous_level(model)
     values = (
@@ -135,7 +127,7 @@ def parameters_of(model: Model) -> dict[str, VariedParameter]:
     range: it keeps its ratio to the Coulomb friction unless the scenario sets it.
     """
     bench = model.bench
-    nominal = _levels(model)
+    nominal = nominal_levels(model)
     drive = drive_dimension(bench.actuator.drive, constant=True)
     dimensions = {
         "inertia": "inertia",

@@ -21,7 +21,7 @@ from msgspec.structs import replace
 from frictool.adapters.controller_composition import controller_program, uses_speed
 from frictool.control.compiled_program import CompiledProgram
 from frictool.control.fixed_point import FixedPointOverflow
-from frictool.control.machine_code import machine_code
+from frictool.control.machine_code import MachineCode, machine_code
 from frictool.control.number_format import machine_in
 from frictool.control.program import Program
 from frictool.documents import bench_values
@@ -234,7 +234,7 @@ class StepTest(Generic[V]):
             controller,
             scenario,
             self._running,
-            machine_code(self._running) if coded else None,
+            self._code if coded else None,
             self.target,
             start,
             reference,
@@ -300,6 +300,11 @@ class StepTest(Generic[V]):
                 f"{self.controller.name}: {self._number} cannot be scaled: {error}; bound what is "
                 "measured in the bench, or use float"
             ) from None
+
+    @cached_property
+    def _code(self) -> MachineCode | None:
+        """Machine code of `_running`; None for a format without one."""
+        return machine_code(self._running)
 
     def _used(self, reference: Vector, record: Vector, known: Mapping[int, float]) -> Vector | None:
         """Return the speed that the controller used; None if it uses none or measures it."""

@@ -44,7 +44,7 @@ def conditions_of(scenario: Scenario, samples: int, period: float) -> Vector:
         return NO_CONDITIONS
     rows = neutral(samples)
     for disturbance in on_axis(scenario):
-        rows[:, DISTURBANCE] += _effort(disturbance, samples, period)
+        _effort(disturbance, rows, period)
     if scenario.drifts is not None:
         _drift(rows, scenario.drifts, period)
     _fail(rows, scenario.sensor_faults, period)
@@ -68,41 +68,40 @@ def on_axis(scenario: Scenario) -> list[Disturbance]:
     return [disturbance for disturbance in scenario.disturbances if disturbance.on is None]
 
 
-def _overlap(begin: float, end: float, samples: int, period: float) -> tuple[Vector, Vector]:
-    """Return the begin and end (n,) of [begin, end] in each sample, as shares in [0, 1]."""
-    edges = np.arange(samples, dtype=np.float64)
-
-    def within(instant: float) -> Vector:
-        return np.clip(np.round(instant / period - edges, SAME_INSTANT), 0.0, 1.0)
-
-    return within(begin), within(end)
-
-
-def _effort(disturbance: Disturbance, samples: int, period: float) -> Vector:
-    """Return the mean effort over each sample (n,) [N m | N]."""
+def _effort(disturbance: Disturbance, rows: Vector, period: float) -> None:
+    """Add the mean effort over each sample [N m | N] to the rows that a disturbance overlaps."""
     end = math.inf if disturbance.duration_s is None else disturbance.at_s + disturbance.duration_s
-    first, last = _overlap(disturbance.at_s, end, samples, period)
+    begin = max(0, math.floor(disturbance.at_s / period) - 1)
+    until = rows.shape[0] if math.isinf(end) else min(rows.shape[0], math.ceil(end / period) + 1)
+    if begin >= until:
+        return
+    edges = np.arange(begin, until, dtype=np.float64)
+    first, last = (  # begin and end of the overlap in each sample, as shares in [0, 1]
+        np.clip(np.round(instant / period - edges, SAME_INSTANT), 0.0, 1.0)
+        for instant in (disturbance.at_s, end)
+    )
     mean: Vector = disturbance.effort.value * (last - first)
-    if disturbance.frequency_hz is None:
-        return mean
-    middle = (np.arange(samples) + 0.5 * (first + last)) * period - disturbance.at_s
-    # turns of the sine within the sample
-    turns = disturbance.frequency_hz * period * (last - first)
-    angle = 2.0 * math.pi * disturbance.frequency_hz * middle + math.radians(disturbance.phase_deg)
-    effort: Vector = (
-        mean * np.sin(angle) * np.sinc(turns)
-    )  # the mean of a sine over a span is its value in the middle times sinc
-    return effort
+    if disturbance.frequency_hz is not None:
+        middle = (edges + 0.5 * (first + last)) * period - disturbance.at_s
+        # turns of the sine within the sample
+        turns = disturbance.frequency_hz * period * (last - first)
+        phase = math.radians(disturbance.phase_deg)
+        angle = 2.0 * math.pi * disturbance.frequency_hz * middle + phase
+        # the mean of a sine over a span is its value in the middle times sinc
+        mean = mean * np.sin(angle) * np.sinc(turns)
+    rows[begin:until, DISTURBANCE] += mean
 
 
 def _drift(rows: Vector, drifts: Drifts, period: float) -> None:
-    middle = (np.arange(rows.shape[0]) + 0.5) * period
     for column, points in (
         (FRICTION, drifts.friction),
         (VISCOUS_FACTOR, drifts.viscous),
         (CONSTANT_FACTOR, drifts.constant),
     ):
-        if points:
+        if len(points) == 1:
+            rows[:, column] = points[0].factor
+        elif points:
+            middle = (np.arange(rows.shape[0]) + 0.5) * period
             rows[:, column] = np.interp(
                 middle, [point.at_s for point in points], [point.factor for point in points]
             )
@@ -113,11 +112,12 @@ def _fail(rows: Vector, faults: Sequence[SensorFault], period: float) -> None:
 
     Simultaneous faults of one kind add up; gains multiply.
     """
-    instants = np.arange(rows.shape[0], dtype=np.float64)
     for fault in faults:
-        until = math.inf if fault.until_s is None else fault.until_s
-        begin, end = (np.round(instant / period, SAME_INSTANT) for instant in (fault.at_s, until))
-        there = (instants >= begin) & (instants < end)
+        begin = math.ceil(np.round(fault.at_s / period, SAME_INSTANT))
+        end = rows.shape[0]
+        if fault.until_s is not None:
+            end = math.ceil(np.round(fault.until_s / period, SAME_INSTANT))
+        there = slice(begin, max(begin, end))
         if fault.counts is not None:
             rows[there, LOST] += fault.counts
         elif fault.offset is not None:

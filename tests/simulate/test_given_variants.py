@@ -19,10 +19,10 @@ from frictool.documents.writing import to_yaml
 from frictool.errors import DocumentError, FrictoolError
 from frictool.logs.log import Log
 from frictool.plant.polytope import PARAMETERS
+from frictool.simulate.axis_plant import AxisPlant
 from frictool.simulate.axis_variants import (
     AxisVariant,
     parameters_of,
-    scheduled_values,
     variants_of,
 )
 from frictool.simulate.closed_loop import simulate_closed_loop
@@ -77,10 +77,12 @@ def test_what_is_not_given_is_the_model_s() -> None:
 
 def test_a_scheduled_controller_is_told_what_is_given_and_else_the_middle() -> None:
     model = clutch_model()
-    middle = scheduled_values(model, AxisVariant("", axis_of(model)))
-    assert scheduled_values(
-        model, AxisVariant("given", axis_of(model), {"coulomb": 0.05, "offset": 1e-3})
-    ) == middle | {"coulomb": 0.05}
+    plant = AxisPlant(model)
+    middle = plant.known(AxisVariant("", axis_of(model)))
+    given_values = {"coulomb": 0.05, "offset": 1e-3}
+    assert plant.known(AxisVariant("given", axis_of(model), given_values)) == middle | {
+        "coulomb": 0.05
+    }
     assert set(middle) == set(PARAMETERS)
 
 

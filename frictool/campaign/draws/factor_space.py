@@ -9,13 +9,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
 
 from frictool.documents.quantity import Quantity, Span, factor_between
 from frictool.simulate.simulated_plant import VariedParameter
-from frictool.typing import Vector
+from frictool.typing import BoolVector, Vector
 
 # `plant`: parameters of the model or mechanism; other kinds: from the scenario's `spread`
 Kind = Literal["plant", "wear", "temperature", "drive", "start", "sensor", "load"]
@@ -44,13 +45,6 @@ class Factor:
     whole: bool = False
     least: tuple[str, float] | None = None
 
-    def at(self, unit: Vector) -> Vector:
-        """Return factor values (n,) for points (n,) of [0, 1]."""
-        if self.whole:
-            steps = np.floor(unit * (self.high - self.low + 1.0))
-            return np.asarray(self.low + np.minimum(steps, self.high - self.low))
-        return np.clip(self.low + unit * (self.high - self.low), self.low, self.high)
-
 
 @dataclass(frozen=True)
 class FactorSpace:
@@ -63,20 +57,32 @@ class FactorSpace:
         """Return the number of factors d."""
         return len(self.factors)
 
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the factors."""
-        return tuple(factor.name for factor in self.factors)
-
     def values(self, units: Vector) -> Vector:
         """Return factor values (n, d) in SI for points (n, d) of the unit cube."""
-        columns = [factor.at(units[:, index]) for index, factor in enumerate(self.factors)]
+        low, high, whole = self._ends
+        values = np.clip(low + units * (high - low), low, high)
+        steps = np.floor(units[:, whole] * (high[whole] - low[whole] + 1.0))
+        values[:, whole] = low[whole] + np.minimum(steps, high[whole] - low[whole])
         for index, factor in enumerate(self.factors):
             if factor.least is not None:
                 other, scale = factor.least
-                low = np.maximum(factor.low, scale * columns[self.names.index(other)])
-                columns[index] = low + units[:, index] * np.maximum(0.0, factor.high - low)
-        return np.stack(columns, axis=1) if columns else np.empty((units.shape[0], 0))
+                least = np.maximum(factor.low, scale * values[:, self.names.index(other)])
+                values[:, index] = least + units[:, index] * np.maximum(0.0, factor.high - least)
+        return np.asarray(values)
+
+    @cached_property
+    def _ends(self) -> tuple[Vector, Vector, BoolVector]:
+        """Lowest and highest value of each factor, and which take whole numbers only, (d,) each."""
+        return (
+            np.array([factor.low for factor in self.factors]),
+            np.array([factor.high for factor in self.factors]),
+            np.array([factor.whole for factor in self.factors], dtype=bool),
+        )
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the factors."""
+        return tuple(factor.name for factor in self.factors)
 
 
 def plant_factors(
