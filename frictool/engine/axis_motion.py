@@ -293,6 +293,45 @@ def _advance(state: Vector, command: float, p: Vector, laws: Laws, duration: flo
     return TOO_MANY_EVENTS
 
 
+@inner_kernel
+def _is_held(state: Vector, command: float, p: Vector, laws: Laws) -> bool:
+    opposing = _opposing(p, laws, state[ax.POSITION])
+    forward, backward = threshold(state, p, laws, 1.0), threshold(state, p, laws, -1.0)
+    now = breakaway_direction(p[ax.CONSTANT] * state[ax.DRIVE] - opposing, forward, backward)
+    later = breakaway_direction(p[ax.CONSTANT] * command - opposing, forward, backward)
+    return now == 0.0 and later == 0.0
+
+
+@kernel
+def is_held(state: Vector, command: float, p: Vector) -> bool:
+    """Return True if the axis rests and stays at rest as long as `command` [A | V] acts.
+
+    The drive tends monotonically to the command, and a breakaway does not fall at rest. The result
+    is False for an axis with a winding, whose drive is limited anew in each part of a period.
+    """
+    if state[ax.VELOCITY] != 0.0 or p[ax.RESISTANCE] > 0.0:
+        return False
+    command = min(max(command, -p[ax.DRIVE_LIMIT]), p[ax.DRIVE_LIMIT])
+    if p.shape[0] > al.PLAIN_SIZE:
+        return bool(_is_held(state, command, p, p))
+    return bool(_is_held(state, command, p, None))
+
+
+@kernel
+def rest_on(state: Vector, command: float, p: Vector, duration: float, decay: float) -> None:
+    """Advance an axis that `command` holds, as `advance` does.
+
+    decay: e^(-duration/lag), 0 without a lag.
+    """
+    command = min(max(command, -p[ax.DRIVE_LIMIT]), p[ax.DRIVE_LIMIT])
+    if decay == 0.0:
+        state[ax.DRIVE] = command
+    elif state[ax.DRIVE] != command:
+        state[ax.DRIVE] = command + (state[ax.DRIVE] - command) * decay
+    if p.shape[0] > al.PLAIN_SIZE:
+        state[ax.RESTED] += duration
+
+
 @kernel
 def drive_range(p: Vector, velocity: float) -> tuple[float, float]:
     """Return the lowest and highest drive [A | V] at a speed, by drive limit and winding."""

@@ -116,14 +116,39 @@ def advance_sample(
     that do not act yet. The loop passes p and waiting from sample to sample. Returns a status of
     engine/status_codes.py.
     """
-    changing = conditions.shape[0] > 0
+    acting, _ = begin_sample(axis, state, p, waiting, k, measured, command, row, conditions)
     parts = PARTS if axis[ax.RESISTANCE] > 0.0 else 1
     part = period / parts
+    for _ in range(parts):
+        status = advance(state, acting, p, part)
+        if status != OK:
+            return status
+    return OK
+
+
+@inner_kernel
+def begin_sample(
+    axis: Vector,
+    state: Vector,
+    p: Vector,
+    waiting: Vector,
+    k: int,
+    measured: float,
+    command: float,
+    row: Vector,
+    conditions: Vector,
+) -> tuple[float, bool]:
+    """Fill the record's row (7,) of sample k; return the acting drive, and if `p` has changed.
+
+    The arguments are those of `advance_sample`, which advances the axis under this drive.
+    """
     slots = waiting.shape[0]
     waiting[k % slots] = command
     acting = waiting[(k + 1) % slots]
-    if changing:
-        if k == 0 or changes_parameters(conditions[k - 1], conditions[k]):
+    changed = False
+    if conditions.shape[0] > 0:
+        changed = k == 0 or changes_parameters(conditions[k - 1], conditions[k])
+        if changed:
             impose(axis, p, conditions[k])
         acting = true_command(acting, axis[ax.DRIVE_LIMIT], conditions[k])
     row[MEASURED] = measured
@@ -133,8 +158,4 @@ def advance_sample(
     row[COMMAND] = command
     row[TRUE_DRIVE] = drive_from_now(state, acting, p)
     row[TRUE_MODE] = state[ax.MODE]
-    for _ in range(parts):
-        status = advance(state, acting, p, part)
-        if status != OK:
-            return status
-    return OK
+    return acting, changed

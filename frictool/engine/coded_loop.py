@@ -1,15 +1,19 @@
 """Closed loop of engine/closed_loop.py whose controller is machine code (control/machine_code.py).
 
-The record is that of `closed_loop.run`, bit by bit; a sample of the controller takes a sixth of the
-time of the interpreted program.
+The record is that of `closed_loop.run`, bit by bit. A sample of the controller takes a sixth of the
+time of the interpreted program. While the axis rests under a command that cannot move it, a sample
+only lets the drive decay.
 """
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from frictool.control.compiled_program import CompiledProgram
-from frictool.engine.closed_loop import advance_sample, encoder_reading, measure
+from frictool.engine.axis_motion import advance, is_held, rest_on
+from frictool.engine.closed_loop import PARTS, begin_sample, encoder_reading, measure
 from frictool.engine.mechanism.address_calls import FLOAT, INTEGER, call_by_address, function_type
 from frictool.engine.status_codes import OK
 from frictool.plant import axis as ax
@@ -43,12 +47,22 @@ def run_coded(
     waiting = np.zeros(delay_samples + 1)
     memory = np.int64(controller.real.ctypes.data)
     measured = measure(state[ax.POSITION], axis[ax.ENCODER_STEP])
+    parts = PARTS if axis[ax.RESISTANCE] > 0.0 else 1
+    decay = math.exp(-period / axis[ax.LAG]) if axis[ax.LAG] > 0.0 else 0.0
+    held, last = False, 0.0  # the axis rests and the last drive keeps it at rest
     for k in range(reference.shape[0]):
         measured = encoder_reading(axis, state, measured, conditions, k)
         command = control_sample(code, memory, reference[k], measured, state[ax.VELOCITY])
-        status = advance_sample(
-            axis, state, p, waiting, k, measured, command, period, record[k], conditions
+        acting, changed = begin_sample(
+            axis, state, p, waiting, k, measured, command, record[k], conditions
         )
-        if status != OK:
-            return status
+        if held and acting == last and not changed:
+            rest_on(state, acting, p, period, decay)
+            continue
+        for _ in range(parts):
+            status = advance(state, acting, p, period / parts)
+            if status != OK:
+                return status
+        held = is_held(state, acting, p)
+        last = acting
     return OK
