@@ -49,7 +49,9 @@ NO_CONDITIONS: Vector = np.empty((0, CONDITIONS_SIZE))
 
 def neutral(samples: int) -> Vector:
     """Return conditions (samples, 8) without any effect."""
-    return np.tile(np.array(NEUTRAL), (samples, 1))
+    rows = np.empty((samples, CONDITIONS_SIZE))
+    rows[:] = NEUTRAL
+    return rows
 
 
 @kernel

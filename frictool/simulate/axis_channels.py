@@ -22,6 +22,8 @@ disturbance                   mean external effort over the sample, if there is 
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, drive_dimension, si_unit
@@ -70,15 +72,22 @@ class AxisChannels:
         self.time: Vector = np.arange(samples, dtype=np.float64) * rig.sample_period_s
         self.gain: Vector | float = conditions[:, SENSOR_GAIN] if conditions.size else 1.0
         self.offset: Vector | float = conditions[:, SENSOR_OFFSET] if conditions.size else 0.0
-        self.happening = _happening(scenario, conditions)
+        self._happening = partial(_happening, scenario, conditions)
 
     def stream(
-        self, topic: str, index: int, record: Vector, used_speed: Vector | None = None
+        self,
+        topic: str,
+        index: int,
+        record: Vector,
+        used_speed: Vector | None = None,
+        *,
+        judged: bool = False,
     ) -> Stream:
         """Return the stream of variant number `index` from its record (n, 7).
 
         The noise of the drive is drawn from (seed, index). `used_speed` (n,): speed that the
-        controller used; None if it uses no speed.
+        controller used; None if it uses no speed. `judged`: True to leave out signals that no
+        metric reads: effort, true drive, true position of the motor, disturbance and drifts.
         """
         drive = self.rig.drive
         noise = np.random.Generator(np.random.PCG64([self.seed, index])).normal(
@@ -94,18 +103,24 @@ class AxisChannels:
             "position": (self._shown(record), "position"),
             **({} if self.reference is None else {"reference": (self.reference, "position")}),
             drive: (shown, CHANNEL_DIMENSIONS[drive]),
-            "effort": (self.rig.constant * shown, "effort"),
+            **({} if judged else {"effort": (self.rig.constant * shown, "effort")}),
             "command": (record[:, closed_loop.COMMAND], of_drive),
             "velocity": (velocity, "velocity"),
-            "position_true": (record[:, closed_loop.TRUE_POSITION], "position"),
+            **(
+                {}
+                if judged
+                else {"position_true": (record[:, closed_loop.TRUE_POSITION], "position")}
+            ),
             "load_position": (record[:, closed_loop.LOAD], "position"),
-            f"{drive}_true": (true_drive, of_drive),
+            **({} if judged else {f"{drive}_true": (true_drive, of_drive)}),
         }
         if self.senses_velocity:
             columns["velocity_measured"] = (velocity, "velocity")
         if used_speed is not None:
             columns["velocity_estimated"] = (used_speed, "velocity")
-        columns |= self.happening | self._invalid(record[:, closed_loop.MEASURED])
+        if not judged:
+            columns |= self._happening()
+        columns |= self._invalid(record[:, closed_loop.MEASURED])
         signals = {
             name: np.ascontiguousarray(values, dtype=np.float64)
             for name, (values, _) in columns.items()

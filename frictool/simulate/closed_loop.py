@@ -206,7 +206,7 @@ class StepTest(Generic[V]):
         prepared = self._prepared(scenario, recorded, no_progress, coded=True)
         played = self.plant.play(prepared.variants, prepared.loop)
         for index, (variant, run) in enumerate(played):
-            stream = prepared.sensors.stream(variant.topic, index, run.record)
+            stream = prepared.sensors.stream(variant.topic, index, run.record, judged=True)
             yield SimulatedRun(stream, self.plant.linear(variant, prepared.conditions))
 
     def rig_records(self) -> dict[str, dict[str, str]]:

@@ -68,7 +68,7 @@ def _distances(position: Vector) -> Vector:
     """
     # of equal neighbours one is enough, so that a resting axis costs no sorting
     changed = np.append(True, position[1:] != position[:-1])
-    values = np.unique(position[changed])
+    values = np.sort(position[changed])
     distances = np.diff(values)
     return np.asarray(distances[distances > 16 * np.spacing(np.abs(values).max())])
 
