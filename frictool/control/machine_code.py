@@ -24,6 +24,7 @@ from numba.core.registry import cpu_target
 from frictool.control import operation_codes as op
 from frictool.control.compiled_program import DOUBLE, OUTPUT, PORTS, CompiledProgram
 from frictool.runtime.kernels import settings
+from frictool.typing import Vector
 
 MOST_KEPT = 64  # codes of the last structures, each some kilobytes
 NAME = "control_sample"
@@ -72,6 +73,13 @@ def machine_code(program: CompiledProgram) -> MachineCode | None:
     )
     inputs = tuple(program.ports[: len(PORTS)].tolist())
     return compiled(ProgramStructure(code, terms, writes, inputs, int(program.ports[OUTPUT])))
+
+
+def started_values(program: CompiledProgram, position: float) -> Vector:
+    """Return the values (v,) of a program at rest at a finite position, as `start_at` sets them."""
+    values = program.real.copy()
+    values[program.starts] = position
+    return values
 
 
 @lru_cache(MOST_KEPT)

@@ -11,7 +11,6 @@ import math
 
 import numpy as np
 
-from frictool.control.compiled_program import CompiledProgram
 from frictool.engine.axis_motion import advance, is_held, rest_on
 from frictool.engine.closed_loop import PARTS, begin_sample, encoder_reading, measure
 from frictool.engine.mechanism.address_calls import FLOAT, INTEGER, call_by_address, function_type
@@ -28,7 +27,7 @@ control_sample = call_by_address(function_type(FLOAT, INTEGER, FLOAT, FLOAT, FLO
 def run_coded(
     axis: Vector,
     state: Vector,
-    controller: CompiledProgram,
+    controller: Vector,
     code: int,
     reference: Vector,
     period: float,
@@ -39,13 +38,13 @@ def run_coded(
 ) -> int:
     """Simulate the loop as `closed_loop.run` does, with the controller's machine code.
 
-    code: address of the code of `controller` (machine_code.MachineCode), which reads and writes the
-    values of `controller` in place.
+    controller (v,), in place: values of the program (machine_code.started_values). code: address of
+    its code (machine_code.MachineCode).
     """
     axis = with_load(axis, load)
     p = axis.copy()
     waiting = np.zeros(delay_samples + 1)
-    memory = np.int64(controller.real.ctypes.data)
+    memory = np.int64(controller.ctypes.data)
     measured = measure(state[ax.POSITION], axis[ax.ENCODER_STEP])
     parts = PARTS if axis[ax.RESISTANCE] > 0.0 else 1
     decay = math.exp(-period / axis[ax.LAG]) if axis[ax.LAG] > 0.0 else 0.0

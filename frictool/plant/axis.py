@@ -21,6 +21,7 @@ time constants are much shorter than that of the current loop.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -92,18 +93,20 @@ class AxisParameters(NamedTuple):
 
         Raises ValueError as `checked` and `AxisLaws.pack` do.
         """
-        axis = self.checked()
-        return np.concatenate(
-            [
-                axis.numbers,
-                self.laws.pack(AxisFrictionLevels(axis.viscous, axis.coulomb, axis.breakaway)),
-            ]
-        )
+        return _packed(self).copy()
 
     @property
     def numbers(self) -> tuple[float, ...]:
         """All fields that are numbers, thus all but the last one, `laws`."""
         return self[:PLAIN_SIZE]  # type: ignore[return-value]  # the laws are the last field
+
+
+@lru_cache(maxsize=1)  # an axis is packed once for its check, and again for its run
+def _packed(parameters: AxisParameters) -> NDArray[np.float64]:
+    """Return `as_array`."""
+    axis = parameters.checked()
+    levels = AxisFrictionLevels(axis.viscous, axis.coulomb, axis.breakaway)
+    return np.concatenate([axis.numbers, axis.laws.pack(levels)])
 
 
 def rest(position: float = 0.0, drive: float = 0.0) -> NDArray[np.float64]:

@@ -12,6 +12,7 @@ from collections.abc import Iterable, Iterator, Sequence
 import numpy as np
 
 from frictool.control.compiled_program import copy_program, hold, start_at
+from frictool.control.machine_code import started_values
 from frictool.engine.closed_loop import RECORD_SIZE, advance_sample, encoder_reading, measure, run
 from frictool.engine.coded_loop import run_coded
 from frictool.engine.parallel_runs import closed_loops
@@ -85,13 +86,15 @@ def _run_program(
 def _run_alone(variant: AxisVariant, loop: SimulatedLoop, load: Vector, record: Vector) -> int:
     """Fill the record (n, 7) in this thread and return the status."""
     axis, state = variant.array, rest(loop.start)
-    copy = copy_program(loop.running)
-    start_at(copy, measure(loop.start, axis[ENCODER_STEP]))
+    measured = measure(loop.start, axis[ENCODER_STEP])
     period, delay = loop.controller.sample_period_s, loop.controller.delay_samples
     others = loop.reference, period, delay, record, load, loop.conditions
-    if loop.code is None:
-        return int(run(axis, state, copy, *others))
-    return int(run_coded(axis, state, copy, loop.code.address, *others))
+    if loop.code is not None:
+        values = started_values(loop.running, measured)
+        return int(run_coded(axis, state, values, loop.code.address, *others))
+    copy = copy_program(loop.running)
+    start_at(copy, measured)
+    return int(run(axis, state, copy, *others))
 
 
 def _run_target(
