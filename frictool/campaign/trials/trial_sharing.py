@@ -7,12 +7,14 @@ order
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, Protocol
+from typing import Any, Protocol, overload
+
+import numpy as np
 
 from frictool.campaign.trials.trial_player import TrialPlayer
 from frictool.campaign.trials.trial_store import TrialStore
 from frictool.campaign.trials.trials import MetricLimit, TrialResult, Trials, collect_trials
-from frictool.typing import Vector
+from frictool.typing import IntVector, Vector
 
 Job = tuple[int, tuple[float, ...]]  # index of the draw, point in the cube
 ProgressCallback = Callable[[float], None]
@@ -30,6 +32,28 @@ class JobSharing(Protocol):
         """Yield (index of the job, result) in any order."""
 
 
+class DrawJobs(Sequence[Job]):
+    """Jobs of the draws `left` of `units` (n, d); each is made when a worker takes it."""
+
+    def __init__(self, units: Vector, left: IntVector) -> None:
+        self._units, self._left = units, left
+
+    def __len__(self) -> int:
+        return int(self._left.size)
+
+    @overload
+    def __getitem__(self, index: int) -> Job: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> DrawJobs: ...
+
+    def __getitem__(self, index: int | slice) -> Job | DrawJobs:
+        if isinstance(index, slice):
+            return DrawJobs(self._units, self._left[index])
+        draw = int(self._left[index])
+        return draw, tuple(self._units[draw].tolist())
+
+
 def run_trials(
     play: TrialPlayer,
     metrics: Sequence[MetricLimit],
@@ -44,9 +68,9 @@ def run_trials(
     `tell` takes the completed fraction (0 to 1). `each_s`: expected duration of a trial [s].
     """
     count = units.shape[0]
-    jobs: list[Job] = [
-        (draw, tuple(map(float, units[draw]))) for draw in range(count) if draw not in store.trials
-    ]
+    jobs = DrawJobs(
+        units, np.array([k for k in range(count) if k not in store.trials], dtype=np.int64)
+    )
     batch = int(
         min(max(1.0, TOGETHER_S / max(each_s, 1e-6)), MOST_TOGETHER, max(1.0, len(jobs) / 16))
     )

@@ -16,6 +16,7 @@ from types import TracebackType
 from typing import Any, TextIO
 
 from frictool.campaign.trials.differential_evolution import SearchResult
+from frictool.campaign.trials.stored_trials import StoredTrials
 from frictool.campaign.trials.trials import TrialResult
 from frictool.errors import FrictoolError, InputFileError, OutputError
 
@@ -37,7 +38,7 @@ class TrialStore:
 
     def __init__(self, path: Path | None, header: Header) -> None:
         self.path = path
-        self.trials = dict[int, TrialResult]()
+        self.trials = StoredTrials()
         self.worst = dict[SearchKey, SearchResult]()
         self._file: TextIO | None = None
         if path is None:
