@@ -8,6 +8,7 @@ from typing import Any, Literal, get_args
 
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
+from frictool.documents.metric_table import requirement_title
 from frictool.documents.spec import Spec
 from frictool.logs.log import MAIN_TOPIC, Log
 from frictool.report.evidence import StreamEvidence
@@ -58,6 +59,34 @@ class Requirement:
     def outcome(self) -> str:
         """Return MET, NOT MET or UNDECIDED."""
         return "UNDECIDED" if self.met is None else "MET" if self.met else "NOT MET"
+
+    @property
+    def title(self) -> str:
+        """Return the title of the metric."""
+        return requirement_title(self.name)
+
+    @property
+    def value_text(self) -> str:
+        """Return the value with its unit; empty without a value."""
+        return "" if self.value is None else self._quantity(self.value)
+
+    @property
+    def limit_text(self) -> str:
+        """Return the limit with its unit."""
+        return self._quantity(self.limit)
+
+    @property
+    def sign(self) -> str:
+        """Return the relation as one character."""
+        return {"<=": "≤", ">=": "≥"}[self.relation]
+
+    @property
+    def remark(self) -> str:
+        """Return location and reason as text; empty without both."""
+        return "; ".join(part for part in (str(self.where or ""), self.reason) if part)
+
+    def _quantity(self, value: float) -> str:
+        return f"{number(value)} {unit_shown(self.unit)}".rstrip()
 
     def as_json(self) -> dict[str, Any]:
         """Return the fields as JSON values."""

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import click
 
-from frictool.documents.metric_table import requirement_title
 from frictool.presentation.sections import plain
-from frictool.report.requirement import Requirement, Verdict, number, unit_shown
+from frictool.report.requirement import Requirement, Verdict
 
 COLOURS = {
     "MET": "green",
@@ -38,8 +37,5 @@ def _painted(text: str, outcome: str, colour: bool) -> str:
 
 def _cells(requirement: Requirement) -> tuple[str, str, str, str]:
     """Return title, value, limit, and location with reason of a requirement."""
-    unit = unit_shown(requirement.unit)
-    value = "-" if requirement.value is None else f"{number(requirement.value)} {unit}"
-    limit = f"{requirement.relation} {number(requirement.limit)} {unit}"
-    remark = "; ".join(part for part in (str(requirement.where or ""), requirement.reason) if part)
-    return requirement_title(requirement.name), value.rstrip(), limit.rstrip(), remark
+    limit = f"{requirement.relation} {requirement.limit_text}"
+    return requirement.title, requirement.value_text or "-", limit, requirement.remark
