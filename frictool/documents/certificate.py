@@ -121,6 +121,11 @@ class Bound(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     factor: tuple[Row, ...]
     cells: tuple[Cell, ...]
 
+    @property
+    def modulus_margin(self) -> float | None:
+        """Modulus margin that a bound of the sensitivity states; None for a norm."""
+        return 1.0 / self.below if self.of == "sensitivity" else None
+
     def __post_init__(self) -> None:
         n = len(self.factor)
         if not 1 <= n <= LARGEST_ORDER or any(

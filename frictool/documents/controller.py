@@ -85,11 +85,16 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     sos_anti_windup: tuple[float, ...] = ()
     conditional: bool = False
 
+    @property
+    def order(self) -> int:
+        """Number of states."""
+        return len(self.discrete.a)
+
     def __post_init__(self) -> None:
-        if len(self.anti_windup) != len(self.discrete.a):
+        if len(self.anti_windup) != self.order:
             raise ValueError(
                 f"anti_windup has {len(self.anti_windup)} gains; allowed: "
-                f"{len(self.discrete.a)}, one for each state"
+                f"{self.order}, one for each state"
             )
         for index, row in enumerate(self.sos):
             if len(row) != 6 or row[3] != 1.0:
@@ -359,6 +364,11 @@ class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     margins: Margins | None = None
     robustness: Robustness | None = None
     digests: dict[str, str] = {}
+
+    @property
+    def modulus_margin(self) -> float:
+        """Smallest modulus margin of all vertices."""
+        return min(vertex.modulus_margin for vertex in self.vertices)
 
 
 class Corner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

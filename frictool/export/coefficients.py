@@ -199,7 +199,7 @@ def matlab_files(
     """
     linear = rounded_linear(controller.linear, number)
     space = linear.discrete
-    n = len(linear.discrete.a)
+    n = linear.order
     values: dict[str, Value] = {
         "a": np.array(space.a, dtype=np.float64).reshape(n, n),
         "b": np.array(space.b, dtype=np.float64).reshape(n, 1),

@@ -54,7 +54,7 @@ class ExportResult:
             "files": list(self.files),
             "language": self.language,
             "number": self.number,
-            "order": len(self.controller.linear.discrete.a),
+            "order": self.controller.linear.order,
             "sample_period_s": self.controller.sample_period_s,
             "sha256": self.origin.sha256,
             "rounded": {

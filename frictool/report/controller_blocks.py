@@ -125,7 +125,7 @@ def _linear(controller: Controller) -> str:
     )
     form = "second-order sections" if linear.form == "sos" else "state space"
     conditional = ", integrators held while the drive is limited" if linear.conditional else ""
-    return f"order {len(linear.discrete.a)} from {entering}, runs as {form}{conditional}"
+    return f"order {linear.order} from {entering}, runs as {form}{conditional}"
 
 
 def _compensation(block: FrictionCompensation) -> str:

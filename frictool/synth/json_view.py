@@ -26,8 +26,8 @@ def json_view(result: SynthesisResult, disturbance: LoadDisturbance) -> dict[str
         "domain": controller.domain,
         "sample_period_s": controller.sample_period_s,
         "delay_samples": controller.delay_samples,
-        "order": len(controller.linear.discrete.a),
-        "modulus_margin": min(vertex.modulus_margin for vertex in verified.vertices),
+        "order": controller.linear.order,
+        "modulus_margin": verified.modulus_margin,
         "position_law": None
         if law is None
         else {"gain": law.gain, "formula": law.formula, "kind": law.kind},

@@ -49,7 +49,7 @@ def _head(controller: Controller) -> list[str]:
     lines = [
         f"{controller.name}: {controller.structure.replace('_', ' ')} by {controller.method} in "
         f"{controller.domain} time, "
-        f"order {len(controller.linear.discrete.a)}, {controller.sample_period_s * 1e3:g} ms, "
+        f"order {controller.linear.order}, {controller.sample_period_s * 1e3:g} ms, "
         f"{delay_words(controller.delay_samples)}; {required}verified {verified.gamma_verified:.4g}"
     ]
     if law is not None and law.kind == "proportional":
@@ -145,9 +145,9 @@ def _vertices(controller: Controller) -> list[str]:
             f"{cell:<{width}}" for cell, width in zip([v.name, *values], COLUMNS, strict=True)
         )
         lines.append(f"{plant} {v.norm:<7.4g} {v.sampled_norm:<7.4g} {margins}")
-    worst = min(vertex.modulus_margin for vertex in verified.vertices)
     lines.append(
-        f"verified: stable at all {len(verified.vertices)} vertices, modulus margin {worst:.3f} "
+        f"verified: stable at all {len(verified.vertices)} vertices, modulus margin "
+        f"{verified.modulus_margin:.3f} "
         f">= {verified.modulus_margin_specified:g}"
     )
     return lines
@@ -219,8 +219,8 @@ def _beyond(controller: Controller) -> list[str]:
         for bound in controller.certificate.bounds:
             what = (
                 "norm"
-                if bound.of == "norm"
-                else f"modulus margin > {1.0 / bound.below:.3f}: sensitivity"
+                if bound.modulus_margin is None
+                else f"modulus margin > {bound.modulus_margin:.3f}: sensitivity"
             )
             lines.append(
                 f"proved for every constant plant of the box: {what} < {bound.below:.4g} "

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from frictool.documents.certificate import Certificate, CertifiedWeights
+from frictool.documents.certificate import Bound, Certificate, CertifiedWeights
 from frictool.documents.controller import Controller
 from frictool.errors import NoSolutionError
 from frictool.verify.certificate_loop import CertificateLoop
-from frictool.verify.certificate_proof import ProvedBound, prove
+from frictool.verify.certificate_proof import prove
 
 
 def certified_loop(controller: Controller, weights: CertifiedWeights) -> CertificateLoop:
@@ -25,7 +25,7 @@ def certified_loop(controller: Controller, weights: CertifiedWeights) -> Certifi
     )
 
 
-def prove_document(controller: Controller, certificate: Certificate) -> tuple[ProvedBound, ...]:
+def prove_document(controller: Controller, certificate: Certificate) -> tuple[Bound, ...]:
     """Prove every bound of the certificate for the stored coefficients of the controller.
 
     Raises

@@ -49,23 +49,6 @@ ENDS = ("low", "high")
 
 
 @dataclass(frozen=True)
-class ProvedBound:
-    """Proved bound: every constant plant of the box has a stable loop, and quantity `of` < `below`.
-
-    `cells` is the number of rectangles in the proof.
-    """
-
-    of: Literal["norm", "sensitivity"]
-    below: float
-    cells: int
-
-    @property
-    def modulus_margin(self) -> float | None:
-        """Modulus margin that a bound of the sensitivity proves; None for a norm."""
-        return 1.0 / self.below if self.of == "sensitivity" else None
-
-
-@dataclass(frozen=True)
 class CertificateCoordinates:
     """Coordinates x_new = W x.
 
@@ -91,8 +74,11 @@ class CertificateCoordinates:
         return CertificateCoordinates(forth, Enclosure(back, back * 0), forth.centre @ back)
 
 
-def prove(certificate: Certificate, loop: CertificateLoop) -> tuple[ProvedBound, ...]:
-    """Prove every bound of the certificate for `loop`, which has the certificate's weights.
+def prove(certificate: Certificate, loop: CertificateLoop) -> tuple[Bound, ...]:
+    """Prove and return every bound of the certificate.
+
+    `loop` has the certificate's weights. Every constant plant of the box has a stable loop, whose
+    quantity is below the bound.
 
     Raises NoSolutionError (exit 4) for the first inequality that does not hold, with its cell and
     minor. Raises it also if the cells do not cover the box, or if the matrices do not fit the loop.
@@ -101,10 +87,9 @@ def prove(certificate: Certificate, loop: CertificateLoop) -> tuple[ProvedBound,
         raise NoSolutionError(
             "not proved: the certificate states no bound; synthesise the controller anew"
         )
-    return tuple(
+    for bound in certificate.bounds:
         _prove(bound, certificate.box, quantity_loop(loop, bound.of))
-        for bound in certificate.bounds
-    )
+    return certificate.bounds
 
 
 def quantity_loop(loop: CertificateLoop, of: Literal["norm", "sensitivity"]) -> CertificateLoop:
@@ -117,7 +102,7 @@ def quantity_loop(loop: CertificateLoop, of: Literal["norm", "sensitivity"]) -> 
     return replace(loop, controlled="position", weights=SENSITIVITY)
 
 
-def _prove(bound: Bound, box: BoxDocument, loop: CertificateLoop) -> ProvedBound:
+def _prove(bound: Bound, box: BoxDocument, loop: CertificateLoop) -> None:
     what = f"not proved: {bound.of} < {bound.below:.6g}"
     n = len(loop.states)
     if len(bound.factor) != n:
@@ -160,7 +145,6 @@ def _prove(bound: Bound, box: BoxDocument, loop: CertificateLoop) -> ProvedBound
                 "proof was found; synthesise it anew, or relax the weights if that does not give "
                 "a certificate"
             )
-    return ProvedBound(bound.of, bound.below, len(bound.cells))
 
 
 def enclose_loop(

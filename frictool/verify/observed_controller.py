@@ -134,7 +134,7 @@ def with_observer(
         msgspec.structs.replace(merged, verified=verified, certificate=_certificate(controller)),
         controller,
     )
-    before = min(vertex.modulus_margin for vertex in controller.verified.vertices)
+    before = controller.verified.modulus_margin
     return ObservedController(merged, before, margin_with_it, vertices[at].name)
 
 

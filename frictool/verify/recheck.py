@@ -11,13 +11,13 @@ from typing import Any
 
 import msgspec
 
+from frictool.documents.certificate import Bound
 from frictool.documents.controller import Controller, Robustness, Rounded, Schedule, Verified
 from frictool.documents.digests import SOLVED, changed_blocks, uncomputed_figures
 from frictool.documents.model import Model
 from frictool.plant.polytope import corner_points
 from frictool.presentation.tie_rule import TOLERANCE
 from frictool.verify.certificate_document import prove_document
-from frictool.verify.certificate_proof import ProvedBound
 from frictool.verify.document_box import box_of, check_box, check_corners
 from frictool.verify.document_check import check_document
 from frictool.verify.interior_search import points_inside
@@ -56,7 +56,7 @@ class Verification:
 
     controller: Controller
     model: ModelCheck | None
-    proved: tuple[ProvedBound, ...]
+    proved: tuple[Bound, ...]
     differences: tuple[FigureDifference, ...]
     changed: tuple[str, ...]
     not_computed: dict[str, float]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
+from frictool.documents.certificate import Bound
 from frictool.documents.quantity import drive_dimension, si_unit
-from frictool.verify.certificate_proof import ProvedBound
 from frictool.verify.loop_wording import delay_words, plant_words
 from frictool.verify.model_check import ModelCheck
 from frictool.verify.recheck import Verification
@@ -20,7 +20,13 @@ def json_view(verification: Verification) -> dict[str, Any]:
     controller, checked = verification.controller, verification.model
     certificate = controller.certificate
     bounds = [
-        {**asdict(one), "modulus_margin_above": one.modulus_margin, "stable": True}
+        {
+            "of": one.of,
+            "below": one.below,
+            "cells": len(one.cells),
+            "modulus_margin_above": one.modulus_margin,
+            "stable": True,
+        }
         for one in verification.proved
     ]
     return {
@@ -85,8 +91,9 @@ def _proved(verification: Verification) -> list[str]:
     ]
 
 
-def _bound(one: ProvedBound) -> str:
-    cells = f"({one.cells} cell{'s' if one.cells != 1 else ''})"
+def _bound(one: Bound) -> str:
+    count = len(one.cells)
+    cells = f"({count} cell{'s' if count != 1 else ''})"
     if one.modulus_margin is None:
         return f"  norm from the weighted inputs to the weighted outputs < {one.below:.6g} {cells}"
     return (

@@ -16,14 +16,13 @@ import msgspec
 import numpy as np
 import pytest
 
-from frictool.documents.certificate import Certificate
+from frictool.documents.certificate import Bound, Certificate
 from frictool.documents.controller import Controller, DelayCheck
 from frictool.documents.digests import GIVEN, SOLVED, changed_blocks, with_digests
 from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
 from frictool.verify import document_check as controller_checks
 from frictool.verify import recheck
-from frictool.verify.certificate_proof import ProvedBound
 from frictool.verify.loop_figures import LinearLoops
 from studies.command_line import run
 from tests.support.certified_controllers import Named, certified
@@ -61,11 +60,11 @@ def _silent(document: Controller) -> bool:
 def _figures_once() -> Iterator[None]:
     """Figures and proofs that an edit does not reach are computed once for all tests: each is kept
     by everything that it is computed of."""
-    proofs: list[tuple[Controller, tuple[ProvedBound, ...]]] = []
+    proofs: list[tuple[Controller, tuple[Bound, ...]]] = []
     checks: dict[bytes, tuple[DelayCheck, ...]] = {}
     prove, check = recheck.prove_document, controller_checks.loop_checks
 
-    def proved_once(controller: Controller, certificate: Certificate) -> tuple[ProvedBound, ...]:
+    def proved_once(controller: Controller, certificate: Certificate) -> tuple[Bound, ...]:
         for known, proved in proofs:
             if msgspec.structs.replace(controller, verified=known.verified) == known:
                 return proved
