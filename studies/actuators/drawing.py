@@ -162,10 +162,10 @@ def draw(seed: str, number: int) -> Actuator:
         backlash_coulomb=_significant(rng.uniform(0.2, 0.8) * coulomb.value, 4),
         amplitude=amplitude,
         response=_significant(response, 6),
-        overshoot=_significant(_decades(rng, 1.0, 10.0), 2),
-        static_error=_significant(max(_decades(rng, 0.004, 0.04) * amplitude, 2.0 * step), 4),
+        overshoot=_significant(_decades(rng, 2.0, 10.0), 2),
+        static_error=_significant(max(_decades(rng, 0.006, 0.04) * amplitude, 2.0 * step), 4),
         oscillations=1,
-        margin=_significant(rng.uniform(0.45, 0.5), 2),
+        margin=_significant(rng.uniform(0.4, 0.5), 2),
         bang_bang=duration,
     )
 

@@ -42,9 +42,13 @@ class Run(NamedTuple):
 
 @dataclass(frozen=True)
 class Verdict:
-    """Worst figure of each requirement over the plants, in SI, and the plants that meet all."""
+    """Worst figure and limit of each requirement over the plants, and the plants that meet all.
+
+    Figures are in SI; that of rest is the motion in counts, infinite with a drive.
+    """
 
     worst: dict[str, float]
+    limits: dict[str, float]
     met: dict[str, bool]
     plants: tuple[bool, ...]
 
@@ -197,6 +201,7 @@ def judge(
     worst = [*figures[:, :-1].max(axis=0), figures[:, -1].min()]
     return Verdict(
         dict(zip(REQUIREMENTS, np.array(worst).tolist(), strict=True)),
+        dict(zip(REQUIREMENTS, limits(actuator).tolist(), strict=True)),
         dict(zip(REQUIREMENTS, [bool(column.all()) for column in good.T], strict=True)),
         tuple(bool(row.all()) for row in good),
     )

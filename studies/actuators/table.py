@@ -1,0 +1,100 @@
+"""Table of trials: kept line by line while they run, printed, and written as JSON."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from dataclasses import asdict
+from multiprocessing import get_context
+from pathlib import Path
+
+from studies.actuators.judge import REQUIREMENTS
+from studies.actuators.trial import MET, MISSED, Trial, summary, try_actuator
+
+SHORT = dict(
+    zip(
+        REQUIREMENTS,
+        ("response", "overshoot", "error", "oscill.", "peak", "rest", "margin"),
+        strict=True,
+    )
+)
+HEADER = (
+    f"{'no.':>4} {'synth':<8}{'judge':<7}{'search':<7}{'time':>7}  "
+    + " ".join(f"{name:<9}" for name in SHORT.values())
+    + "actuator"
+)
+
+
+def run_trials(seed: str, count: int, kept: Path, cores: int = 1) -> Iterator[Trial]:
+    """Yield the trials of a seed as they end.
+
+    Each trial is appended to the file `kept`. Trials of this seed that the file contains are not
+    run again.
+    """
+    header = json.dumps({"seed": seed})
+    lines = kept.read_text().splitlines() if kept.is_file() else []
+    trials = map(_read, lines[1:]) if lines[:1] == [header] else ()
+    done = {trial.number: trial for trial in trials if trial is not None}
+    kept.parent.mkdir(parents=True, exist_ok=True)
+    kept.write_text("".join(f"{line}\n" for line in (header, *map(_line, done.values()))))
+    yield from (trial for number, trial in sorted(done.items()) if number < count)
+    left = [number for number in range(count) if number not in done]
+    for trial in _run(seed, left, cores):
+        with kept.open("a") as file:
+            file.write(f"{_line(trial)}\n")
+        yield trial
+
+
+def _run(seed: str, numbers: Sequence[int], cores: int) -> Iterator[Trial]:
+    if cores == 1:
+        yield from (try_actuator(seed, number) for number in numbers)
+        return
+    with ProcessPoolExecutor(cores, get_context("spawn")) as pool:
+        for job in as_completed([pool.submit(try_actuator, seed, number) for number in numbers]):
+            yield job.result()
+
+
+def _line(trial: Trial) -> str:
+    return json.dumps(asdict(trial))
+
+
+def _read(line: str) -> Trial | None:
+    """Return the trial of a line; None for a line that was not written completely."""
+    try:
+        return Trial(**json.loads(line))
+    except (ValueError, TypeError):
+        return None
+
+
+def row(trial: Trial) -> str:
+    """Return the line of a trial: verdicts, time, and each requirement's figure over its limit."""
+    said = {MET: "met", MISSED: "missed", -1: "no end"}.get(trial.code, "refused")
+    judged = "-" if not trial.met else "met" if trial.solved else "missed"
+    cells = [_cell(trial, name) for name in REQUIREMENTS]
+    found = str(trial.candidates) if trial.searched else "none"
+    return (
+        f"{trial.number:>4} {said:<8}{judged:<7}{found:<7}{trial.seconds:>6.1f}s  "
+        + " ".join(f"{cell:<9}" for cell in cells)
+        + trial.actuator
+        + (f"\n     {trial.message}" if trial.message else "")
+    )
+
+
+def _cell(trial: Trial, name: str) -> str:
+    if name not in trial.met:
+        return "-"
+    limit = trial.limits[name]
+    share = f"{trial.worst[name] / limit:.2f}" if limit else f"{trial.worst[name]:g}"
+    return share if trial.met[name] else f"{share} !"
+
+
+def write_table(seed: str, trials: Sequence[Trial], target: Path) -> None:
+    """Write summary and trials as JSON."""
+    ordered = sorted(trials, key=lambda trial: trial.number)
+    document = {
+        "seed": seed,
+        "summary": summary(ordered),
+        "trials": [asdict(trial) for trial in ordered],
+    }
+    target.write_text(json.dumps(document, indent=2) + "\n")
