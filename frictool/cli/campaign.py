@@ -249,7 +249,7 @@ def _campaign(paths: CampaignPaths, options: CampaignOptions) -> int:
 def _check_targets(paths: CampaignPaths, options: CampaignOptions) -> None:
     """Check before any simulation that outputs are separate files and no inputs."""
     if options.keep == STDOUT:
-        raise click.UsageError("--keep needs a file that can be read again.")
+        raise click.UsageError("--keep needs a regular file, not a stream.")
     check_targets(
         {"-o": options.output, "--table": options.table, "--keep": options.kept},
         list(paths.inputs.values()),

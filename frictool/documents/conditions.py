@@ -71,10 +71,11 @@ def check_course(kind: str, lasts: bool, swings: bool) -> None:
     """
     if kind == "step" and lasts:
         raise ValueError(
-            "a step lasts to the end; one with duration_s is a pulse: write kind: pulse"
+            "a step lasts to the end of the run and has no duration_s; for a limited duration "
+            "write kind: pulse"
         )
     if kind == "pulse" and not lasts:
-        raise ValueError("a pulse needs duration_s; without an end it is a step: write kind: step")
+        raise ValueError("a pulse needs duration_s; for an effort without an end write kind: step")
     if kind == "ramp" and not lasts:
         raise ValueError("a ramp needs duration_s, in which it reaches its level")
     if (kind == "sine") != swings:

@@ -134,14 +134,10 @@ class PositionLaw(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     def __post_init__(self) -> None:
         if self.action == "brake" and self.rest_speed == 0.0:
             raise ValueError(
-                "action brake needs rest_speed > 0: no measured speed is below 0, the "
-                "drive would never be cut"
+                "action brake needs rest_speed > 0; with 0 the drive would never be released"
             )
         if self.band == 0.0 and (self.kind == "square_root" or self.action != "none"):
-            raise ValueError(
-                "a square-root law, cut and brake need band > 0: below it the root is "
-                "continued by a straight line"
-            )
+            raise ValueError("a square-root law and the actions cut and brake need band > 0")
 
 
 class Velocity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

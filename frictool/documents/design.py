@@ -222,8 +222,8 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             and self.prefilter is not None
         ):
             raise ValueError(
-                f"position_law.settled_speed: missing; action {law.action} waits until "
-                "the prefilter moves slower than it"
+                f"position_law.settled_speed: missing; action {law.action} waits until the "
+                "prefilter is slower than settled_speed"
             )
         if (
             compensation is not None

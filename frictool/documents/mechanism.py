@@ -440,7 +440,7 @@ class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
                 "which need it"
             )
         if self.effort is not None and self.drive != "effort":
-            raise ValueError("effort, a constant one, belongs to drive: effort")
+            raise ValueError("effort (a constant effort) belongs to drive: effort")
         if self.winding is not None and self.drive != "current":
             raise ValueError("winding is for drive: current; a voltage is limited by `limit`")
 

@@ -56,6 +56,6 @@ def check_gains(design: Design) -> None:
         )
     if design.structure == "speed_cascade" and design.weights != Weights():
         raise ValueError(
-            "weights: of a speed loop of method pid, the sensitivity is verified without "
-            "weights; write weights: {}"
+            "weights: method pid verifies the sensitivity of a speed loop without weights; write "
+            "weights: {}"
         )

@@ -60,8 +60,8 @@ class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
             )
         if (self.duration_s is None) != (self.hold_s is not None):
             raise ValueError(
-                "duration_s belongs to reference, ramp_to and sine, which need it; "
-                "hold_s is a duration itself"
+                "duration_s belongs to reference, ramp_to and sine, which need it; hold_s already "
+                "is a duration"
             )
 
     @property

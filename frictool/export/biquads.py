@@ -75,9 +75,9 @@ def fixed_biquads(name: str, sections: tuple[Row, ...], number: Number, entering
     reach = [entering, *(entering * response_sum(sections[: k + 1]) for k in range(len(sections)))]
     if not all(math.isfinite(one) for one in reach):
         raise NoSolutionError(
-            f"{name}: the sections have no bound in {number}: one has a pole on the "
-            "unit circle or outside (an integrator), where "
-            "CMSIS-DSP wraps; use --number float, or --lang c, which saturates and holds its states"
+            f"{name}: the sections have no bound in {number}: one of them has a pole on or outside "
+            "the unit circle (an integrator), and CMSIS-DSP wraps on overflow; use --number "
+            "float, or --lang c, which saturates"
         )
     scales = [one / REACH if one > 0.0 else 1.0 for one in reach]
     scaled = [

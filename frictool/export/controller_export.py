@@ -162,10 +162,13 @@ def _remedy(controller: Controller, error: FixedPointOverflow) -> str:
         return "rescale the units, or use --number float"
     if controller.schedule is not None:
         return (
-            "no bound holds for the states of a controller whose coefficients move; use "
-            "--number float, or leave scheduled out of the design"
+            "the states of a scheduled controller have no proved bound; use --number float, or "
+            "leave scheduled out of the design"
         )
-    return "a travel and a top speed in the bench bound what is measured, or use --number float"
+    return (
+        "give travel and top_speed in the bench, which bound the measured values, or use --number "
+        "float"
+    )
 
 
 def _c(controller: Controller, number: Number, origin: ExportOrigin) -> ExportResult:
@@ -184,8 +187,8 @@ def _c(controller: Controller, number: Number, origin: ExportOrigin) -> ExportRe
             else ""
         )
         more.append(
-            f"rounding of the signals: the drive is {vectors.away:.3g} {unit} away from "
-            f"double's at most, {vectors.rms:.3g} rms{apart}"
+            "rounding of the signals: the drive differs from the drive in double by at most "
+            f"{vectors.away:.3g} {unit}, {vectors.rms:.3g} rms{apart}"
         )
     return ExportResult(controller, "c", number, origin, files, loop, vectors, tuple(more))
 

@@ -84,8 +84,8 @@ def _too_rough(stream: StreamSurvey) -> str | None:
     distance = max(map(abs, stream.velocity)) / stream.base.rate_hz
     share = step / distance
     return (
-        f"a count is {100 * share:.2g} % of the way in a sample at top speed (allowed: "
-        f"{100 * COARSEST:g} %)"
+        f"one encoder count is {100 * share:.2g} % of the distance per sample at top speed "
+        f"(allowed: {100 * COARSEST:g} %)"
         if share > COARSEST
         else None
     )

@@ -165,7 +165,7 @@ class IdentifyJob:
         except FrictoolError as error:
             return self._without(group, _named(str(error), paths, group), EXIT_INPUT)
         except MemoryError:
-            return self._without(group, "needs more memory than there is", EXIT_INPUT)
+            return self._without(group, "needs more memory than this machine has", EXIT_INPUT)
         except OSError as error:
             return self._without(group, f"cannot be read: {error.strerror or error}", EXIT_INPUT)
         except Exception as error:  # a programming error with one log must not stop the other logs

@@ -17,9 +17,9 @@ from frictool.identify.orientation import opposite_signs
 from frictool.identify.outcome import Outcome, accept, bench_interval, sliding_intervals
 
 POSITION_HIDES_INERTIA = (
-    "friction varies with the position, and the position with the acceleration along a stroke, so "
-    "that their effects cannot be separated; the bench's value is kept. The weak form (auto, "
-    "weak) fits friction over the position in separate columns if it shows in slip"
+    "friction varies with the position, and along a stroke the acceleration does too, so that "
+    "their effects cannot be separated; the bench's value is used. The weak form (--method auto "
+    "or weak) separates them if friction in slip varies with the position"
 )
 
 
@@ -66,8 +66,8 @@ def _breakaway(logs: AxisLogs, identified: Mapping[str, Interval]) -> Breakaway:
         and logs.bench.mechanics.offset is None
     ):
         raise UnusableLogs(
-            "breakaways in one direction only, which an offset shifts, and neither a log nor the "
-            "bench gives the offset"
+            "the breakaways are in one direction only, and neither a log nor the bench gives the "
+            "offset, which shifts them"
         )
     return ramp
 

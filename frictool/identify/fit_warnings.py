@@ -84,5 +84,6 @@ def doubt_warnings(fit: SlidingFit, method: str) -> list[str]:
     )
     return [
         f"{shown} {100 * left:.3g} %, above {100 * DOUBTFUL_FORCE_ERROR:g} %: the effort is noisy, "
-        f"or something acts that is not in the model, and the intervals do not hold that; {advice}"
+        "or the model lacks an effect that acts on the axis; the intervals do not cover this; "
+        f"{advice}"
     ]

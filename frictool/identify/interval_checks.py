@@ -39,7 +39,7 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
         return "the motion does not repeat often enough to compute its uncertainty"
     if name in NEVER_NEGATIVE and interval.value < 0.0:
         hint = (
-            "; do position and drive have one sign (encoder.direction)?"
+            "; do position and drive have the same positive direction (encoder.direction)?"
             if interval.high < 0.0
             else ""
         )
@@ -54,7 +54,7 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
             and interval.high > LARGEST_FACTOR * known.value
         ):
             return (
-                f"the log's interval {shown} reaches zero and {LARGEST_FACTOR:g} times the "
+                f"the log's interval {shown} contains zero and {LARGEST_FACTOR:g} times the "
                 f"bench's value, {known.value:.4g}"
             )
         return None

@@ -77,7 +77,7 @@ def method_warnings(
     ):
         unit = si_unit("position", bench.axis)
         lines += [
-            f"the simulated position is off by {requested.position:.3g} {unit} (rms), not by "
+            f"the simulated position is off by {requested.position:.3g} {unit} (rms), instead of "
             f"{reference.position:.3g} {unit}"
         ]
     return _warning(fit, how, lines)

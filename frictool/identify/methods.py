@@ -81,8 +81,8 @@ class IdentificationMethod:
 _ROWS = (
     IdentificationMethod(
         "auto",
-        "least squares, the power balance, sines or output error: by what encoder and motion "
-        "allow, and says why",
+        "least squares, the power balance, sines or output error: chosen from encoder and motion, "
+        "with the reason",
         "any log; drops a term that does not help to predict strokes that the fit has not seen",
         ("window",),
         velocity=True,
@@ -124,7 +124,7 @@ _ROWS = (
     IdentificationMethod(
         "weak",
         "the weak (integral) form: windows of (1 - s^2)^3, nothing differentiated",
-        "a coarse encoder; closest to what it can give of the inertia",
+        "a coarse encoder; closest to the best possible precision of the inertia",
         ("window",),
     ),
     IdentificationMethod(
@@ -168,8 +168,8 @@ _ROWS = (
     ),
     IdentificationMethod(
         "output-error",
-        "simulation error: the axis that, driven by the measured effort, goes where the measured "
-        "one went; load terms by held-out halves",
+        "simulation error: the simulated axis, driven by the measured effort, follows the "
+        "measured position; load terms by held-out halves",
         "a model that has to simulate; several strokes, and an effort that was measured",
         load=True,
         known_terms="simulation_error",
@@ -339,12 +339,12 @@ def _check(method: str, records: list[MotionRecord], bench: Bench) -> None:
     if blind is not None and not METHODS[method].velocity:
         able = ", ".join(name for name, row in METHODS.items() if row.velocity)
         raise UnusableLogs(
-            f"{blind} has a velocity and no position, which {method} needs; these do without: "
-            f"{able}"
+            f"{blind} has a velocity and no position, which {method} needs; these methods need no "
+            f"position: {able}"
         )
     if bench.load is not None and bench.load.terms != ("offset",) and not METHODS[method].load:
         able = ", ".join(name for name, row in METHODS.items() if row.load)
         raise UnusableLogs(
-            f"{method} does not know load.terms of the bench, "
-            f"{', '.join(bench.load.terms) or 'none'}; these do: {able}"
+            f"{method} cannot fit load.terms of the bench, "
+            f"{', '.join(bench.load.terms) or 'none'}; these methods can: {able}"
         )

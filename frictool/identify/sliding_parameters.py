@@ -33,7 +33,8 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
     if fit.force_error is not None and fit.force_error > LARGEST_FORCE_ERROR:
         raise UnusableLogs(
             f"the model does not explain the effort: force error {100 * fit.force_error:.3g} % "
-            f"(allowed: {100 * LARGEST_FORCE_ERROR:g} %); is it of this motion?"
+            f"(allowed: {100 * LARGEST_FORCE_ERROR:g} %); was this effort recorded with this "
+            "motion?"
         )
     return fit
 

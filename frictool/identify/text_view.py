@@ -115,7 +115,10 @@ def presliding_lines(model: Model) -> list[str]:
         if law is not None:
             limit = getattr(law, "elastic_limit", None)
             elastic = "" if limit is None else f", {shown('elastic limit', limit)}"
-            unseen = f"off by {100.0 * law.held_out:.3g} % of the breakaway on branches not seen"
+            unseen = (
+                f"off by {100.0 * law.held_out:.3g} % of the breakaway on branches left out of the "
+                "fit"
+            )
             lines.append(f"  {name}: {shown('stiffness', law.stiffness)}{elastic}; {unseen}")
     if presliding.preisach is not None:
         size = presliding.preisach
@@ -150,9 +153,9 @@ def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
     upper = f"up to {fall.high:.2g} {unit}" if isfinite(fall.high) else "of any size"
     lower = f" from {fall.low:.2g}" if fall.low > 0.0 else ""
     return (
-        f"its interval holds Stribeck velocities{lower} {upper}, which the encoder does not tell "
-        "apart; a finer encoder, a slower ramp, or "
-        "constant speeds with --method stribeck-curve narrow it"
+        f"its interval holds Stribeck velocities{lower} {upper}, which this encoder cannot "
+        "distinguish; a finer encoder, a slower ramp, or runs at constant speeds (--method "
+        "stribeck-curve) narrow the interval"
     )
 
 
@@ -190,7 +193,7 @@ def table(result: Identification, model: Model) -> str:
         lines.append(fall_line(result.ramp.fall, si_unit("velocity", model.axis)))
     if result.fit is not None and result.fit.dropped:
         lines.append(
-            "taken to be 0, unseen strokes are predicted no worse without: "
+            "set to 0, because strokes left out of the fit are predicted as well without: "
             f"{', '.join(result.fit.dropped)}"
         )
     lines += law_lines(model) + presliding_lines(model) + measurement_lines(model)

@@ -79,8 +79,8 @@ def quiet_gains(
     """
     if not 0.0 < decay <= 1.0 or not factor > 1.0:
         raise ValueError(
-            f"a decay of {decay:g} and a factor of {factor:g}; allowed: above 0 and at most 1, "
-            "and above 1"
+            f"found a decay of {decay:g} and a factor of {factor:g}; allowed: a decay above 0 and "
+            "at most 1, a factor above 1"
         )
     t = state_units(modes)
     for index, mode in modes.items():
@@ -101,9 +101,8 @@ def quiet_gains(
         t = t @ np.linalg.inv(cholesky(np.mean(list(gains.p.values()), axis=0)))
     if best is None:
         raise NoSolutionError(
-            f"no gains were found that are proved to decay by {decay:g} a sample within "
-            f"{factor:g} times the smallest gamma: ask for a "
-            "decay nearer to 1, or a larger factor"
+            f"found no gains with a proved decay of {decay:g} per sample and at most {factor:g} "
+            "times the smallest gamma; choose a decay nearer to 1, or a larger factor"
         )
     return best
 

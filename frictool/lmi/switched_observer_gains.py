@@ -170,10 +170,9 @@ def refuse_undetectable(index: int, mode: ObserverMode) -> None:
         )
         if values[-1] <= UNSEEN * values[0]:
             raise NoSolutionError(
-                f"mode {index}: its state at the pole {pole if pole.imag else pole.real:.4g} is "
-                "not seen by what is measured, and does not "
-                "die out by itself: no observer exists; friction that is 0 there tells nothing of "
-                "its wear"
+                f"mode {index}: the state with the pole {pole if pole.imag else pole.real:.4g} is "
+                "not observable and does not decay, so that no observer exists; where the "
+                "friction is 0, its wear has no effect"
             )
 
 

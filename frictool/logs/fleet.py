@@ -59,8 +59,7 @@ def members(logs: Iterable[Path]) -> list[FleetLog]:
     if not by_path:
         raise LogError(
             logs[0],
-            "is a table about logs, or holds nothing else; name logs, "
-            "or the folder that they are in",
+            "is a table of logs, or contains such tables only; name logs, or a folder of logs",
         )
     return list(by_path.values())
 

@@ -183,8 +183,8 @@ def refuse_swapped(document: Path, log: Path) -> None:
     if match and document.stat().st_size and not _document_key().search(head_of(document)):
         raise LogError(
             log,
-            f"is a document ({match[1].decode()}), and {document.name} is none; "
-            "write the document first, then the log",
+            f"is a document ({match[1].decode()}), but {document.name} is not; write the document "
+            "first, then the log",
         )
 
 

@@ -82,9 +82,9 @@ def loss_count_text(losses: list[DataLoss]) -> str:
     if all(loss.samples is not None for loss in losses):
         return f"{known} {number}"
     return (
-        f"{known} and more that nobody can count, {number}"
+        f"{known} and an unknown number more, {number}"
         if samples
-        else f"samples that nobody can count, {number}"
+        else f"an unknown number of samples, {number}"
     )
 
 

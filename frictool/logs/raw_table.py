@@ -154,7 +154,7 @@ class DetectedLayout(Protocol):
 
 
 # advice in messages about a damaged file
-SALVAGE = "`frictool ingest --salvage` keeps what is whole"
+SALVAGE = "`frictool ingest --salvage` keeps the readable part"
 
 
 def fail_at(table: RawTable, row: int, message: str) -> LogError:

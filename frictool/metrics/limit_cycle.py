@@ -61,7 +61,7 @@ def limit_cycle(time: Vector, position: Vector, resolution: float = 0.0) -> Limi
     if duration <= least:
         return LimitCycle(
             None,
-            reason=f"held for {duration:.3g} s only; a limit cycle is reported absent after "
+            reason=f"held for {duration:.3g} s only; a limit cycle can be excluded after "
             f"{LEAST_HOLD:g} s",
         )
     if float(np.ptp(x)) <= threshold or _has_ended(t, x, turns, threshold):
@@ -71,7 +71,7 @@ def limit_cycle(time: Vector, position: Vector, resolution: float = 0.0) -> Limi
         f"moves by {float(np.ptp(x)):.3g} after the first {duration / 3.0:.3g} s of the hold and "
         f"{still}"
     )
-    return LimitCycle(None, reason=f"{moved}; a longer hold tells whether it cycles")
+    return LimitCycle(None, reason=f"{moved}; a longer hold shows whether this is a limit cycle")
 
 
 def limit_cycle_amplitude(cycle: LimitCycle) -> float | str:

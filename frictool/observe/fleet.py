@@ -91,7 +91,7 @@ class ObserveJob:
         except FrictoolError as error:
             return self.lost(member, str(error).removeprefix(f"{path}: "))
         except MemoryError:
-            return self.lost(member, "needs more memory than there is")
+            return self.lost(member, "needs more memory than this machine has")
         except OSError as error:
             return self.lost(member, f"cannot be read: {error.strerror or error}")
         except Exception as error:  # a defect of this program in one log must not stop the others

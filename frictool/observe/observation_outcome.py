@@ -154,8 +154,8 @@ def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
         shown.append(
             (
                 "scale",
-                f"{_range(estimate.scale)}   "
-                "(the actuator's constant: on the wear, not on a ratio)",
+                f"{_range(estimate.scale)}   (uncertainty of the actuator's constant; it does not "
+                "affect a ratio)",
             )
         )
     shown += [

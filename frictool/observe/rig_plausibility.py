@@ -24,8 +24,8 @@ def implausible(model: Model, estimate: WearEstimate) -> tuple[str, ...]:
     odd = [] if inertia is None or estimate.moves == 0 else _inertia(model, inertia, estimate.scale)
     if estimate.moves and estimate.wear.high <= 0.0:
         odd.append(
-            "the wear is below 0, which dry friction cannot be: "
-            "is the sign of the position or of the drive reversed?"
+            "the wear is below 0, which is impossible for dry friction: is the sign of the "
+            "position or of the drive reversed?"
         )
     return tuple(odd)
 
@@ -45,6 +45,6 @@ def _inertia(model: Model, estimate: EstimateRange, scale: EstimateRange | None)
         return []
     allowed = f"the bench and its constant allow {low:.3g} to {high:.3g}"
     return [
-        f"the inertia is {estimate.value:.3g} of the model's, {allowed}: do not trust the wear; "
+        f"the inertia is {estimate.value:.3g} times the model's, {allowed}: do not trust the wear; "
         f"{TRY}"
     ]

@@ -68,8 +68,8 @@ def _of_all_and_parts(
                 limit,
                 True,
                 True,
-                f"{_shown(f'{name} {part}', worn)} is above {limit:g}; "
-                f"that of all is {judged.value:.4g}",
+                f"{_shown(f'{name} {part}', worn)} is above {limit:g}; the wear of all friction is "
+                f"{judged.value:.4g}",
             )
     return of_all
 
@@ -81,7 +81,8 @@ def _judged(name: str, estimate: EstimateRange, moves: int, limit: float) -> Wea
             limit,
             None,
             False,
-            "no move determines the wear yet: a move goes from rest or reversal to the next",
+            "no move determines the wear yet: a move is the motion from one rest or reversal to "
+            "the next",
         )
     if estimate.high <= 0.0:
         return WearVerdict(

@@ -27,11 +27,11 @@ def final(chain: ReductionChain, axis: Axis) -> StepReport:
             )
             predicted = max(predicted, side.misses)
     if not (one.forward.flat and one.backward.flat):
-        neglects.append("what polynomials miss of the curves")
+        neglects.append("error of the polynomials")
     neglects += neglected_memory(chain.last, chain.last.links)
     velocities = {link.parameters["stribeck_velocity"].value for link in _stribeck(chain)}
     if len(velocities) > 1:
-        neglects.append(f"that {len(velocities)} Stribeck velocities are not one")
+        neglects.append(f"difference of {len(velocities)} Stribeck velocities")
     if one.play.width > 0.0:
         figures += _of_play(one, inertia, effort, position)
         neglects.append("masses behind the play")
@@ -47,8 +47,8 @@ def final(chain: ReductionChain, axis: Axis) -> StepReport:
             )
     if chain.kept:
         notes.append(
-            f"{', '.join(chain.kept)} still yields: its resonances are model.yaml's "
-            "`resonances`, its mechanism is --reduced"
+            f"{', '.join(chain.kept)} stays compliant: model.yaml lists the resonances, and "
+            "--reduced writes the mechanism"
         )
         neglects.append("the twist of links that still yield")
     did = "one inertia, C_r(theta, sign) by polynomials, one backlash"

@@ -243,7 +243,7 @@ def bench_of(chain: ReductionChain, ends: Ends, axis: Axis) -> Bench:
 def _actuator(source: Source, name: str, axis: Axis) -> Actuator:
     if source.limit is None:
         raise NoSolutionError(
-            f"sources.{name}.limit: missing; a model's bench has the drive's limit: give it"
+            f"sources.{name}.limit: missing; the bench of a model needs the drive's limit"
         )
     drive = "current" if source.drive == "effort" else source.drive
     unit = si_unit(drive_dimension(drive, constant=True), axis)
@@ -300,8 +300,8 @@ def merged(bench: Bench, derived: Bench) -> Bench:
         )
         if not equal:
             raise NoSolutionError(
-                f"bench {bench.name}: {key}: found {provided}, the mechanism says {expected}; "
-                "allowed: the same rig"
+                f"bench {bench.name}: {key}: found {provided}, but {expected} in the mechanism; "
+                "both must describe the same rig"
             )
     missing = {
         name: getattr(derived.mechanics, name)

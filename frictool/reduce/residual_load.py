@@ -187,10 +187,10 @@ def _refusal(x: Vector, mean: Vector, half: Vector, nearest: ResidualLoad, words
         tried += ", with one model for each part" if len(ranges) > 1 else ", where they suffice"
     return (
         f"{words.name}: at {side * x[worst]:.4g} {words.position_unit} the load is "
-        f"{side * mean[worst]:.4g} {words.effort} and friction holds "
-        f"{half[worst]:.4g} {words.effort} of it; a constant with a spring "
-        f"or with one harmonic leaves {left[worst]:.3g} {words.effort} "
-        f"more than that, and no law of model.yaml has it; try {tried}"
+        f"{side * mean[worst]:.4g} {words.effort}, of which friction holds {half[worst]:.4g} "
+        f"{words.effort}; a fit of a constant with a spring or one harmonic leaves "
+        f"{left[worst]:.3g} {words.effort} more, which no law of model.yaml represents; try "
+        f"{tried}"
     )
 
 

@@ -94,9 +94,8 @@ def _velocity(velocity: Velocity) -> str:
 def _observer(observer: Observer) -> str:
     if observer.tracking is not None:
         return (
-            f"from a tracking observer of {number(observer.tracking.bandwidth_rad_s)} "
-            "rad/s, which moves by the model and the drive, and "
-            "is put right by the encoder"
+            f"from a tracking observer of {number(observer.tracking.bandwidth_rad_s)} rad/s, which "
+            "predicts from the model and the drive, and is corrected by the encoder"
         )
     return f"from the switched observer of {observer.kind} wear"
 
@@ -132,8 +131,8 @@ def _compensation(block: FrictionCompensation) -> str:
     part = f"{100.0 * block.gain:.3g} % of the friction"
     if block.source == "observer":
         return (
-            f"{part} that an observer of {number(block.observer_rad_s)} rad/s finds, "
-            "a baseline for comparison"
+            f"{part} that an observer of {number(block.observer_rad_s)} rad/s estimates, a "
+            "baseline for comparison"
         )
     return f"{part} of the model, by the {block.velocity} speed, a baseline for comparison"
 

@@ -168,8 +168,8 @@ def _load(evidence: list[StreamEvidence], unit: str) -> PageFigure:
         bounded = any(item.load_is_bounded for item in evidence)
         known = (
             (
-                "Where only the motor's position was measured: between the bounds that it "
-                "and the backlash leave."
+                "If only the motor's position was measured, the figure shows the bounds of the "
+                "load's position."
             )
             if bounded
             else ""
@@ -195,7 +195,7 @@ def _sensor(evidence: list[StreamEvidence], unit: str) -> PageFigure:
 
 
 def _error(evidence: list[StreamEvidence], unit: str) -> PageFigure:
-    caption = "Reference less position, of the logs without a step."
+    caption = "Reference minus position, of the logs without a step."
     return _over_time(
         "error",
         f"error [{unit}]",

@@ -116,6 +116,6 @@ def unstated_words(log: Log) -> str:
         return ""
     command = log.metadata.get("provenance", {}).get("command", "frictool simulate")
     return (
-        f"the log does not state the {', '.join(lacking)}, as an earlier version wrote it; "
-        f"write it again: {command} -o {log.source}"
+        f"an earlier version wrote the log without the {', '.join(lacking)}; write it again: "
+        f"{command} -o {log.source}"
     )

@@ -11,7 +11,7 @@ from frictool.report.measured_part import tracked_signal
 from frictool.report.requirement import Requirement
 from frictool.report.worst_hold import Judge, JudgedStreams, largest_value, worst_stream
 
-NO_MOTION = "the reference does not move, or by steps only, which no axis can track"
+NO_MOTION = "the reference does not move, or moves by steps only, which no axis can track"
 
 
 def judge_tracking(key: str) -> Judge:

@@ -48,8 +48,8 @@ class AxisPlant:
             refuse(
                 names.model,
                 "resonances",
-                f"found those of {links}, which a single axis cannot have; simulate the "
-                "mechanism, or what `frictool reduce --reduced` wrote",
+                f"found resonances of {links}, which a single axis cannot have; simulate the "
+                "mechanism, or the one that `frictool reduce --reduced` wrote",
             )
         for key in ("sources", "duration_s"):
             if getattr(scenario, key):

@@ -150,7 +150,8 @@ def bench_test(
         )
     if abs(stream.period / rig.sample_period_s - 1.0) > SAME_PERIOD:
         problem = (
-            f"has a period of {stream.period:.6g} s, the model's bench {rig.sample_period_s:.6g} s"
+            f"has a period of {stream.period:.6g} s, but sample_period_s of the model's bench is "
+            f"{rig.sample_period_s:.6g} s"
         )
         raise LogError(excitation.source, f"{problem}; write it for that bench")
     generator = np.random.Generator(np.random.PCG64(seed))

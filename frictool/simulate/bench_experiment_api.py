@@ -53,6 +53,9 @@ def play(
         If the test cannot be simulated.
     """
     if servo is None and not is_ramps(test):
-        raise LogError(test.source, "is a reference; give the servo of the bench, which follows it")
+        raise LogError(
+            test.source,
+            "is a test with a reference; give `servo`, the gains of the bench's position loop",
+        )
     origin = provenance or provenance_of_call("frictool.simulate.play", model=model)
     return bench_test(model, test, servo or AT_REST, drive_noise, seed, origin)

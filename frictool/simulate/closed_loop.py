@@ -354,7 +354,7 @@ def _reference(
             refuse(
                 names.scenario,
                 "reference.log",
-                "is a log to replay, and there is none; pass it as `recorded`",
+                "names a log to replay; pass this log as `recorded`",
             )
         reference = reference_from_log(scenario.reference, recorded, rig.axis, period)
         check_length(reference.size, runs, "reference", names.scenario, plant.width)

@@ -66,8 +66,8 @@ def reference_from_log(replay: Replay, log: Log, axis: Axis, period: float) -> V
         first = float(instants[int(np.argmin(np.isfinite(reference)))])
         raise LogError(
             log.source,
-            f"has no number for {replay.channel} at {first:g} s; replay a part without, by from_s "
-            "and to_s",
+            f"has no number for {replay.channel} at {first:g} s; replay a part without such "
+            "samples by from_s and to_s",
         )
     reference = reference + (replay.shift.value if replay.shift is not None else 0.0)
     return np.concatenate(

@@ -232,8 +232,7 @@ def check_pace(assembled: AssembledMechanism, seconds: float, period: float, own
     pace = fastest_link(assembled)
     if pace.rate * period > FASTEST or pace.rate * seconds > MOST_TURNS:
         problem = (
-            f"is so stiff, or so damped, for what it carries that it answers at {pace.rate:.3g} "
-            "rad/s"
+            f"is so stiff, or so damped, for its load that it responds at {pace.rate:.3g} rad/s"
         )
         allowed = (
             f"at most {min(FASTEST / period, MOST_TURNS / seconds):.3g} rad/s in a test of "
@@ -260,7 +259,7 @@ def check_mechanism_scenario(
     check_pace(assembled, scenario.seconds, document.sample_period_s, names.model)
     if scenario.variants == "vertices":
         message = (
-            "found vertices, which are numbers of one axis; allowed for a mechanism: nominal, "
+            "found vertices, which only a single axis has; allowed for a mechanism: nominal, "
             "random, given"
         )
         refuse(names.scenario, "variants", message)

@@ -72,7 +72,7 @@ def rig_of_mechanism(
         name = assembled.sensors[sensor]
         raise ElementError(
             f"sensors.{name}.measures",
-            f"found {senses.measures}; allowed: position, for what a controller follows",
+            f"found {senses.measures}; allowed for the sensor of a controller: position",
         )
     driven = int(assembled.packed.sources.block[source])
     sensed = assembled.sensor_blocks[sensor]

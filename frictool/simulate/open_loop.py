@@ -155,8 +155,7 @@ def _check(
         refuse(
             names.scenario,
             key,
-            "is a reference, which a controller follows: give --controller; without one: "
-            "duration_s and sources",
+            "is for a test with a controller: give --controller, or write duration_s and sources",
         )
     samples = samples_of(scenario.seconds, period)
     if samples < 1:
@@ -192,8 +191,8 @@ def _check(
 def _check_undetermined(scenario: Scenario, names: DocumentNames) -> None:
     """Raise DocumentError if the scenario needs a controlled axis, which is not determined."""
     reason = (
-        f"{names.model} does not say which source and sensor are a controller's (control: "
-        f"{{source: .., sensor: ..}})"
+        f"{names.model} does not state the source and the sensor of a controller (control: "
+        "{source: .., sensor: ..})"
     )
     for key in ("start", "sensor_faults", "drive_noise"):
         if getattr(scenario, key):

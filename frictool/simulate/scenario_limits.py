@@ -81,15 +81,15 @@ def check_instants(scenario: Scenario, seconds: float, period: float, name: str)
             refuse(
                 name,
                 f"{key}.{begin[0]}",
-                f"found {begin[1]:g}, after the end; allowed: below {seconds:g}, how long the "
-                "scenario lasts",
+                f"found {begin[1]:g}, after the end; allowed: below {seconds:g}, the duration of "
+                "the scenario",
             )
         if end is not None and end[1] > limit:
             refuse(
                 name,
                 f"{key}.{end[0]}",
-                f"ends at {end[1]:g} s, after the end; allowed: {seconds:g} s, how long the "
-                "scenario lasts",
+                f"ends at {end[1]:g} s, after the end; allowed: {seconds:g} s, the duration of the "
+                "scenario",
             )
     for index, fault in enumerate(scenario.sensor_faults):
         if fault.until_s is not None and fault.until_s - fault.at_s < period * (1.0 - SAME_INSTANT):

@@ -127,7 +127,7 @@ def _check_ends(
                     .removeprefix(f"{names.model} as given: ")
                     .removesuffix("; give another")
                 )
-                problem = f"found {value:g} {span.unit}, which no plant can have"
+                problem = f"found {value:g} {span.unit}, with which no plant can be simulated"
                 refuse(
                     names.scenario, f"spread.parameters.{parameter}.{end}", f"{problem}: {reason}"
                 )
@@ -142,8 +142,8 @@ def _check_times(
         refuse(
             name,
             f"{key}.at_s",
-            f"found {one.at_s.high:g}, after the end; allowed: below {seconds:g}, how long the "
-            "scenario lasts",
+            f"found {one.at_s.high:g}, after the end; allowed: below {seconds:g}, the duration of "
+            "the scenario",
         )
     if lasts is None:
         return
@@ -158,6 +158,6 @@ def _check_times(
         refuse(
             name,
             f"{key}.{of_it}",
-            f"may end at {end:g} s, after the end; allowed: {seconds:g} s, how long the scenario "
-            "lasts",
+            f"may end at {end:g} s, after the end; allowed: {seconds:g} s, the duration of the "
+            "scenario",
         )

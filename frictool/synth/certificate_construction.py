@@ -115,9 +115,8 @@ def _bound(loop: CertificateLoop, box: Box, of: Literal["norm", "sensitivity"]) 
         if cells is not None:
             return Bound(of, below, BITS_KEPT, rows, cells)
     return (
-        f"{of} < {below:.4g} needs more than {MOST_CELLS} cells, though no more than {worst:.4g} "
-        "is seen; "
-        "narrower intervals of the model or of the bench need fewer"
+        f"{of} < {below:.4g} needs more than {MOST_CELLS} cells, although the largest value found "
+        f"is {worst:.4g}; narrower intervals of the model or of the bench need fewer cells"
     )
 
 

@@ -35,7 +35,9 @@ from frictool.verify.feedback_loops import DIFFERENCE, FeedbackLoop, from_positi
 
 FILTER = 10.0  # times the prefilter's frequency, "10 fois plus rapide" under (5.70)
 BRAKE_SAMPLES = 10.0  # samples, time constant of the limiter's brake near standstill
-NOT_LINEAR = "it is not linear: what is verified is the loop without it, simulate plays it"
+NOT_LINEAR = (
+    "it is nonlinear: the loop is verified without it; check the whole loop with frictool simulate"
+)
 
 
 @dataclass(frozen=True)
@@ -132,9 +134,9 @@ class _BlockRules:
         bandwidth = None if requested is None else requested.filter_rad_s
         if bandwidth is None and prefilter is None:
             raise FrictoolError(
-                "velocity.filter_rad_s: missing in the design, and a prefilter to take 10 times "
-                "its frequency; give one of them, "
-                "or 0 for the encoder's difference itself"
+                "velocity.filter_rad_s: missing; the default, 10 times the prefilter's frequency, "
+                "needs a prefilter; give the key or a prefilter, or 0 for the unfiltered "
+                "difference"
             ).at("design", "velocity.filter_rad_s")
         if bandwidth is None and prefilter is not None:
             value = FILTER * prefilter.natural_frequency_rad_s

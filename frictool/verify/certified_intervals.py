@@ -74,6 +74,6 @@ def outside_message(controller: str, names: Iterable[str]) -> str:
     The caller puts the subject before it: the model, the mechanism or the bench.
     """
     return (
-        f"is not what {controller} was verified for, so that its margins are not proved for it: "
-        f"{'; '.join(names)}; synthesise it anew"
+        f"is outside the range for which {controller} was verified, so that the verified margins "
+        f"do not hold: {'; '.join(names)}; synthesise the controller anew"
     )

@@ -20,8 +20,8 @@ def delay_words(samples: int) -> str:
 def no_certificate(speed: str) -> str:
     """Return why a loop has no certificate if it feeds back `speed` (a name)."""
     return (
-        f"what is proved is a loop around eta, and this one is fed by {speed}; `verify` finds its "
-        "margins again"
+        f"a certificate exists for a loop that feeds back eta only; this loop feeds back {speed}, "
+        "and `verify` computes its margins again"
     )
 
 

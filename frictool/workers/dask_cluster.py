@@ -105,8 +105,8 @@ def _answers(client: Any, address: str) -> Any:
     The function waits for a silent worker until the scheduler removes that worker.
     """
     text = (
-        f"{address}: a worker does not answer; it is waited for, "
-        "until the scheduler gives it up (its worker-ttl, 5 min unless set)"
+        f"{address}: a worker does not answer; frictool waits until the scheduler removes this "
+        "worker (worker-ttl of the scheduler, by default 5 min)"
     )
     slow = threading.Timer(SLOW_S, copy_context().run, (notifications.remark, text))
     slow.daemon = True
@@ -210,8 +210,8 @@ class ClusterRun:
         elif now - self._last_seen > NO_WORKER_S:
             state = f"whose memory allows another task ({LIMIT})" if paused else "at all"
             raise ClusterError(
-                f"{self._address}: the scheduler has had no worker {state} "
-                f"for {NO_WORKER_S:g} s; what was done before is kept"
+                f"{self._address}: the scheduler has had no worker {state} for {NO_WORKER_S:g} s; "
+                "finished jobs are kept"
             )
 
     def _paused(self) -> bool:
@@ -240,7 +240,8 @@ class ClusterRun:
             self._give_up(HOPELESS * AHEAD * self._workers)
             if not self._suspects:
                 notifications.remark(
-                    f"{self._address}: workers were ended; their jobs are repeated at the end"
+                    f"{self._address}: workers ended during their jobs; these jobs are repeated at "
+                    "the end"
                 )
             self._suspects.extend((one,) for one in task)
         else:
@@ -253,7 +254,7 @@ class ClusterRun:
             return task, results
         self._give_up(ALONE)
         ((index, job),) = task
-        reason = "each worker that received it was ended; is memory short?"
+        reason = "every worker that received this job ended; is memory short?"
         if self._instead is None:
             raise WorkerLost(index, f"job {index}: {reason}")
         return task, [self._instead(job, reason)]
@@ -317,7 +318,9 @@ class ClusterRun:
                 time.sleep(POLL_S)
 
     def _gone(self) -> ClusterError:
-        return ClusterError(f"{self._address}: the scheduler is gone; what was done before is kept")
+        return ClusterError(
+            f"{self._address}: the connection to the scheduler is lost; finished jobs are kept"
+        )
 
     def _hear(self, event: tuple[float, str]) -> None:
         """Notify the user, once per machine, that the machine compiles its kernels."""

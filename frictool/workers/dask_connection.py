@@ -176,8 +176,8 @@ def _barred(address: str, error: BaseException, certificates: dict[str, Any]) ->
     other = f"{'tcp' if scheme == 'tls' else 'tls'}://{location}"
     what = "speaks no TLS" if failed is not None else "is not a Dask scheduler of this kind"
     return (
-        f"{address}: what answers there {what}; is it {other}, "
-        "or another port (8787 is the dashboard's)?"
+        f"{address}: the server at this address {what}; is the address {other}, or another port "
+        "(8787 is the dashboard's)?"
     )
 
 

@@ -154,9 +154,9 @@ def _size(sent: tuple[FileDescription, ...]) -> int:
 
 def _too_large(size: int) -> str:
     return (
-        f"is not at its path on the worker, and {size / 1e6:.0f} MB are not sent "
-        f"(allowed: {LARGEST_SENT / 1e6:.0f}); "
-        "put it where the workers see it under the same path"
+        f"does not exist under its path on the worker, and its {size / 1e6:.0f} MB are too large "
+        f"to be sent (allowed: {LARGEST_SENT / 1e6:.0f} MB); put the file into a folder that all "
+        "workers share under one path"
     )
 
 

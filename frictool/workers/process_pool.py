@@ -184,9 +184,7 @@ class ProcessPool:
         cause = dead.cause()
         pending = dead.pending
         if not dead.ready:
-            raise WorkerLost(
-                None, f"a process to share the work with does not start ({cause}); try one core"
-            )
+            raise WorkerLost(None, f"a worker process does not start ({cause}); try one core")
         self._replace(index)
         if pending is None:
             return []
@@ -197,11 +195,11 @@ class ProcessPool:
             return [
                 self._given_up(
                     pending.task,
-                    f"each of {deaths} processes that were at it was ended ({cause}); "
-                    "is memory short?",
+                    f"each of {deaths} worker processes that started this job ended ({cause}); is "
+                    "memory short?",
                 )
             ]
-        notifications.remark(f"a process was ended ({cause}); its jobs are repeated")
+        notifications.remark(f"a worker process ended ({cause}); its jobs are repeated")
         self._again.extend(PendingTask((one,), deaths) for one in pending.task)
         return []
 

@@ -157,7 +157,7 @@ def test_the_tables_of_earlier_runs_are_no_logs_whatever_they_are_called(
         run("convert", fleet.first, "--bench", CLUTCH, "-o", tmp_path / "log.parquet")
     kept = {"a.csv", "log.parquet"} & {path.name for path in tmp_path.iterdir()}
     assert {member.name.file for member in members([tmp_path])} == kept
-    with pytest.raises(LogError, match=r"is a table about logs, or holds nothing else"):
+    with pytest.raises(LogError, match=r"is a table of logs, or contains such tables only"):
         members([tmp_path / "fleet.csv"])
 
 

@@ -195,7 +195,7 @@ def test_the_clocks_of_two_instruments(tmp_path: Path):
     assert clock["drift"] == pytest.approx(2e-4, rel=0.02)
     text = (
         f"clock: /axis/laser shows position {clock['offset_s']:.4g} s after /axis, drift "
-        f"{1e6 * clock['drift']:.4g} us in a second\n"
+        f"{1e6 * clock['drift']:.4g} us per second\n"
     )
     assert text in run("info", path).stdout
 
@@ -283,7 +283,7 @@ def test_a_recording_with_samples_behind_the_damage_is_sent_to_a_salvage_that_wo
     refused(
         run("ingest", path, "--bench", CLUTCH, "-o", target),
         3,
-        "`frictool ingest --salvage` keeps what is whole",
+        "`frictool ingest --salvage` keeps the readable part",
     )
     assert (
         run("ingest", path, "--bench", CLUTCH, "--salvage", "-o", target).code == 3

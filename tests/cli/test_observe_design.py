@@ -152,7 +152,7 @@ def test_no_solution_is_exit_4_and_no_file(model: Path) -> None:
     refused(
         run(*words, "multiplicative", "--intervals", "2"),
         4,
-        "the forward friction turns at",
+        "the forward friction has an extremum at",
         "allowed: at least 3",
     )
     model.write_text(model.read_text().replace("    top_speed: {value: 400, unit: rad/s}\n", ""))

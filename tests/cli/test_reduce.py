@@ -135,7 +135,7 @@ def test_a_bench_of_another_rig_is_refused(train: Path) -> None:
     refused(
         run("reduce", train / "mechanism.yaml", "--bench", train / "bench.yaml"),
         4,
-        "actuator.constant: found 0.3, the mechanism says 0.2",
+        "actuator.constant: found 0.3, but 0.2 in the mechanism",
     )
 
 
@@ -195,7 +195,7 @@ def test_a_differential_is_refused_with_both_ratios(tmp_path: Path) -> None:
     refused(
         run("reduce", path, "--bandwidth", "100"),
         4,
-        "links.bypass: shaft moves 1 times as far as the source by motor, and -0.2 times by gear",
+        "links.bypass: shaft moves 1 times as far as the source by motor, but -0.2 times by gear",
     )
 
 

@@ -201,5 +201,5 @@ def test_a_log_in_the_place_of_the_model(tmp_path: Path):
     refused(
         run("validate", log, model),
         3,
-        "model.yaml: is a document (model/2), and log.mcap is none; write the document first",
+        "model.yaml: is a document (model/2), but log.mcap is not; write the document first",
     )

@@ -50,7 +50,7 @@ def test_the_schema_describes_the_laws() -> None:
         (
             "value: 150.0",
             "value: 300.0",
-            ["regimes: found a knee at 260 after one at 300; allowed: rising"],
+            ["regimes: found a knee at 260 after one at 300; allowed: knees in rising order"],
         ),
         ("fresh: 0.9", "fresh: 0.0", ["laws.dwell.fresh", "> 0"]),
         ("rise_time_s: 0.25", "rise_time_s: 0", ["laws.dwell.rise_time_s", "> 0"]),

@@ -83,14 +83,14 @@ def test_a_model_with_two_directions_is_taken_where_it_predicts_better(folder: P
 
 def test_the_text_says_what_was_tried_each_score_and_why_the_winner_won(folder: Path) -> None:
     why = identified(folder, "monday")[0]["chosen_because"]
-    assert "predicted on strokes that were not seen (position error rms, force error)" in why
+    assert "predicted on strokes left out of the fit (position error rms, force error)" in why
     for candidate in (
         "least-squares",
         "least-squares with viscous friction by direction",
         "output-error with viscous friction by direction",
     ):
         assert f"{candidate} 0.0" in why
-    assert "is the first within a tenth of the best allowed one" in why
+    assert "is the first method within 10 % of the best allowed one" in why
 
 
 def test_two_days_together_explain_the_effort_and_say_that_they_disagree(folder: Path) -> None:

@@ -207,7 +207,9 @@ def test_a_mode_that_sees_nothing_of_what_stays_is_named() -> None:
         np.array([[1.0, 0.1], [0.0, 1.0]]), np.array([[1.0, 0.0]]), np.ones((2, 1)), np.eye(2)
     )
     blind = replace(seen, a=np.diag([0.5, 1.0]))
-    with pytest.raises(NoSolutionError, match=r"^mode 1: its state at the pole 1 is not seen"):
+    with pytest.raises(
+        NoSolutionError, match=r"^mode 1: the state with the pole 1 is not observable"
+    ):
         switched_gains({0: seen, 1: blind}, ALL)
     fading = replace(seen, a=np.diag([0.5, 0.9]))
     assert np.isfinite(switched_gains({0: seen, 1: fading}, ALL).gamma)

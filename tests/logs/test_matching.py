@@ -45,7 +45,8 @@ def test_a_constant_that_has_changed_is_applied_and_said():
     log = match_bench(made(rig), stronger(rig, 3.0))
     assert log.main.signals["effort"] == pytest.approx(3.0 * CURRENT)
     assert log.warnings == (
-        "effort made anew from current with the bench's actuator.constant, 3 N m/A; the log's was "
+        "effort computed again from current with the bench's actuator.constant, 3 N m/A; "
+        "the log's was "
         "made with 2 N m/A",
     )
 
@@ -82,14 +83,15 @@ def test_an_effort_made_from_another_drive_is_not_taken():
 
 def test_a_rotary_log_is_none_of_a_linear_bench():
     with pytest.raises(
-        LogError, match=r"/axis.position is in 'rad', the linear axis of bench 'rig' has it in 'm'"
+        LogError,
+        match=r"/axis.position is in 'rad', but the linear axis of bench 'rig' has it in 'm'",
     ):
         match_bench(made(bench(COLUMNS)), bench(COLUMNS, axis="linear"))
 
 
 @pytest.mark.parametrize("period", [0.0015, 0.0005, 1.0])
 def test_another_period_is_refused(period: float):
-    with pytest.raises(LogError, match=r"the period is 0\.001 s, the bench's sample_period_s"):
+    with pytest.raises(LogError, match=r"the period is 0\.001 s, but sample_period_s of the bench"):
         match_bench(made(bench(COLUMNS)), bench(COLUMNS, sample_period_s=period))
 
 

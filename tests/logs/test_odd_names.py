@@ -108,7 +108,7 @@ def test_a_file_without_a_finite_number_is_one_line(name: str, tmp_path: Path):
     refused(
         run("ingest", "--guess", log, "--axis", "rotary", "-o", tmp_path / "guess.yaml"),
         3,
-        "has no column of numbers with a finite one",
+        "has no column with a finite number",
     )
 
 

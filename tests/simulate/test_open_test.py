@@ -200,7 +200,7 @@ def test_names_of_signals_are_those_that_ros_takes() -> None:
         ),
         ({}, {"duration_s": 1e-5}, "duration_s: found 1e-05; allowed: one sample"),
         ({}, {"duration_s": 1e9}, r"duration_s: asks for 1e\+12 samples"),
-        ({}, {"variants": "vertices"}, "variants: found vertices, which are numbers of one axis"),
+        ({}, {"variants": "vertices"}, "variants: found vertices, which only a single axis has"),
         (
             {},
             {"axis": "rotary"},

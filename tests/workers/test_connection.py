@@ -64,7 +64,7 @@ def test_work_is_done_by_tls_and_by_nobody_without_its_certificates(
     assert loopback.address.startswith("tls://")
     assert shared(loopback.address, settings) == {number: -number for number in range(5)}
     plain = loopback.address.replace("tls", "tcp")
-    assert f"is it {loopback.address}, or another port" in refused(plain, {})
+    assert f"is the address {loopback.address}, or another port" in refused(plain, {})
     assert "scheduler's certificate is not accepted" in refused(loopback.address, strangers)
     own = {f"{TLS}.client.{part}": strangers[f"{TLS}.client.{part}"] for part in ("cert", "key")}
     assert "client.cert in Dask's configuration, distributed.comm.tls has to be signed" in refused(

@@ -192,9 +192,9 @@ def _refuse_loose(
         names = ", ".join(blocks.names[block] for block in part)
         raise ElementError(
             f"blocks.{blocks.names[part[0]]}",
-            f"no link, source or sensor ties {names} to the rest, and nothing to the ground, "
-            "so that it would not affect the motion; link it, ground it by a spring, friction or "
-            "stop, or leave it out",
+            f"no link, source or sensor connects {names} to the rest of the mechanism, and nothing "
+            "to the ground; add a link, or a spring, friction or stop on the ground, or leave it "
+            "out",
         )
 
 

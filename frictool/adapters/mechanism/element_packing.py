@@ -124,7 +124,8 @@ class ElementArrays:
         if spring.preload is not None and spring.stiffness is None:
             raise ElementError(
                 f"{key}.preload",
-                "found without stiffness; allowed: with stiffness; a constant effort is a source",
+                "found preload without stiffness; allowed: preload of a spring with stiffness; "
+                "write a constant effort as a source",
             )
         stiffness = 0.0 if spring.stiffness is None else spring.stiffness.value
         free = (
@@ -207,8 +208,8 @@ class ElementArrays:
         stiffness, damping = stop.compliance.stiffness.value, stop.compliance.damping.value
         if not (math.isfinite(low) and math.isfinite(high)):
             self.notes.append(
-                f"{name} has one side: {stop.on} meets the like of it {FAR[kind]:g} "
-                f"{si_unit('position', kind)} away on the other"
+                f"{name} has one side; {stop.on} meets its other side {FAR[kind]:g} "
+                f"{si_unit('position', kind)} away"
             )
         low, high = (
             (low if math.isfinite(low) else high - FAR[kind]),
@@ -269,9 +270,9 @@ class ElementArrays:
                     or max(positions) > curve.breaks[-1] + slack
                 ):
                     self.notes.append(
-                        f"{key.partition('.')[2]} ends before the stops of {element.on} do, "
-                        f"at {curve.breaks[0]:g} and "
-                        f"{curve.breaks[-1]:g}: beyond, it stays as it is there"
+                        f"{key.partition('.')[2]} is defined from {curve.breaks[0]:g} to "
+                        f"{curve.breaks[-1]:g}, but the stops of {element.on} are farther apart; "
+                        "beyond its ends the curve is constant"
                     )
 
     def _couple(self, name: str, row: CouplingRow) -> None:

@@ -153,8 +153,8 @@ def _thread_losses(key: str, link: Screw, coefficient: float) -> tuple[float, fl
         raise ElementError(
             f"{key}.friction_coefficient",
             (
-                f"found {coefficient:g}, with which the screw cannot drive the nut; allowed: "
-                f"< {most:.4g} = 1/tan(alpha)"
+                f"found {coefficient:g}; the screw cannot drive the nut with this friction; "
+                f"allowed: < {most:.4g} = 1/tan(alpha)"
             ),
         )
     return (
@@ -218,7 +218,7 @@ def _compliance(key: str, link: Transmitting, end: str, blocks: BlockNames) -> C
         raise ElementError(
             f"{key}.backlash.restitution",
             (
-                "found restitution and a compliance of the link, by which it rebounds; "
+                "found restitution and a compliance of the link; both determine the rebound; "
                 "allowed: one of them"
             ),
         )

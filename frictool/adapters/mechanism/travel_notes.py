@@ -68,6 +68,6 @@ def _travel(document: Mechanism, blocks: BlockNames, start: Vector) -> list[str]
         return []
     unit = si_unit("position", blocks.kind(f"sensors.{sensor}.on", block))
     return [
-        f"travel from {travel.low:.6g} to {travel.high:.6g} {unit} does not hold where "
-        f"{block} starts, {start_position:.6g} {unit}"
+        f"travel from {travel.low:.6g} to {travel.high:.6g} {unit} does not contain the start of "
+        f"{block}, {start_position:.6g} {unit}"
     ]

@@ -41,7 +41,7 @@ def draws_of(method: Method, count: int | None, factors: int, seed: int) -> Unit
             corners,
         )
     if count is None:
-        raise ValueError("random draws and a Latin hypercube need their number")
+        raise ValueError("random draws and a Latin hypercube need a number of draws")
     return UnitDraws(
         _random(count, factors, seed) if method == "random" else _latin(count, factors, seed)
     )

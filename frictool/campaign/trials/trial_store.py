@@ -161,7 +161,7 @@ def _same_campaign(path: Path, stored: Any, header: Header) -> None:
             seen = f": found {there}, here {here}" if max(len(there), len(here)) <= 40 else ""
             raise InputFileError(
                 path,
-                f"is of another campaign, with another {key}{seen}; name another file, "
+                f"belongs to another campaign, whose {key} is different{seen}; name another file, "
                 "or remove this one",
             )
 

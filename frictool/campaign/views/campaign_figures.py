@@ -160,7 +160,7 @@ def failing_plane(findings: Findings) -> PageFigure | None:
             ylabel=axis_label(second.label, unit_shown(second.unit), pair.second),
         )
         svg = render_compact(figure, "trials that fail in the plane of two factors")
-    explained = f"The two explain {pair.joint:.0%} of the variance of pass or fail".replace(
+    explained = f"The two factors explain {pair.joint:.0%} of the variance of pass or fail".replace(
         "%", " %"
     )
     beyond = (
@@ -227,7 +227,7 @@ def _metric_caption(findings: Findings, one: Distribution, drawn: bool) -> str:
     if one.histogram.outside:
         said.append(f"{one.histogram.outside} with finite values lie outside of the picture.")
     if one.beyond:
-        said.append(f"{one.beyond} never come to a value and lie to the right.")
+        said.append(f"{one.beyond} have an infinite value and lie to the right.")
     if one.missing:
         said.append(f"{one.missing} have none.")
     return " ".join(said)

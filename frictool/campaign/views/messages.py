@@ -117,8 +117,8 @@ def _required_text(findings: Findings) -> str:
     shown = f"; shown are {percent(rate.at_least, 'down')}, required {percent_text(required)}"
     if required == 1.0:
         return (
-            f"{shown}, which no number of draws can show; lower --at-least, or leave it "
-            "out so that every draw must pass"
+            f"{shown}; no number of draws can show this; lower --at-least, or leave it out so that "
+            "every draw must pass"
         )
     needed = findings.draws_needed
     return shown if needed is None else f"{shown}: {needed} draws suffice if the same share passes"
@@ -140,7 +140,7 @@ def caveat(findings: Findings) -> str:
     drawn = "independently" if rate.method == "random" else "as a Latin hypercube"
     above = any(factor.least is not None for factor in findings.trials.space.factors)
     over = (
-        "its range, a breakaway over the part that is not below its Coulomb friction"
+        "its range (a breakaway over the part of its range that is not below the Coulomb friction)"
         if above
         else "its range"
     )

@@ -66,7 +66,7 @@ def verdict(parameter: str, facts: AssessmentInputs, wanted: float) -> Identifia
     `parameter` is inertia, viscous, coulomb, breakaway or presliding.
     """
     if facts.value(parameter) <= 0.0:
-        return Identifiability(False, None, None, "the bench says that it is 0")
+        return Identifiability(False, None, None, "the bench states that it is 0")
     return _JUDGES[parameter](facts, wanted)
 
 
@@ -162,7 +162,7 @@ def _inertia(facts: AssessmentInputs, wanted: float) -> Identifiability:
     refusal = refusal_of_differentiation("inertia", facts)
     bound = raw_bound("inertia", facts)
     if not facts.axis.loads.plain:
-        why = f"{refusal}; the weak form does not know load.terms"
+        why = f"{refusal}; the weak form cannot fit load.terms"
         return Identifiability(False, precision, bound, why)
     if precision <= wanted:
         why = f"{refusal} (weak form)"
@@ -189,7 +189,7 @@ def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identif
     if not facts.axis.loads.plain:
         fine = precision <= wanted
         why = (
-            f"{refusal}; least squares over windows, since the method of sines does not know "
+            f"{refusal}; least squares over windows, because the method of sines cannot fit "
             "load.terms"
         )
         method = DIFFERENTIATION if fine else None
@@ -203,8 +203,8 @@ def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identif
         sines_half_width(facts, QUANTILE)[("viscous", "coulomb").index(parameter)]
     ) / facts.value(parameter)
     why = (
-        f"{refusal}; {percent(by_sines)} by means over strokes, which difference nothing, on a "
-        "position loop that follows to 3 %"
+        f"{refusal}; {percent(by_sines)} by means over strokes, without differences, if the "
+        "position loop follows to 3 %"
     )
     fine = by_sines <= wanted
     return Identifiability(fine, by_sines, bound, why, STROKE_MEANS if fine else None, SINES)
@@ -217,8 +217,8 @@ def _breakaway(facts: AssessmentInputs, wanted: float) -> Identifiability:
     late = onset_precision.latest / facts.breakaway
     precision = QUANTILE * onset_precision.deviation / facts.breakaway
     why = (
-        f"the onset under a ramp of {facts.rate:.3g} a second is seen {up_to(late)} late; "
-        f"corrected over {facts.onsets:g} onsets"
+        f"the onset under a ramp of {facts.rate:.3g} per second is detected {up_to(late)} late; "
+        f"corrected with {facts.onsets:g} onsets"
     )
     fine = precision <= wanted
     return Identifiability(fine, precision, late, why, "ramps" if fine else None, RAMPS)

@@ -37,8 +37,8 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.typing import Vector
 
 OFFSET_REASON = (
-    "friction differs between the directions by more than a constant, and half of their difference "
-    "and an offset are one number; give the bench's (mechanics.offset)"
+    "friction differs between the directions by more than a constant, and the logs cannot "
+    "separate half of this difference from an offset; give mechanics.offset in the bench"
 )
 
 

@@ -175,8 +175,8 @@ def onset_data(records: list[MotionRecord], bench: Bench) -> OnsetData:
     ]
     if not used:
         raise UnusableLogs(
-            f"{len(onsets)} breakaways under an effort that rises from a low level along a line; "
-            f"at least {FEWEST_ONSETS} in one direction are needed"
+            f"found {len(onsets)} breakaways under an effort that rises linearly from a low level; "
+            f"needed: at least {FEWEST_ONSETS} in one direction"
         )
     position = np.array([o.position for o in used])
     direction = np.array([o.direction for o in used])

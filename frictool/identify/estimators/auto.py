@@ -141,8 +141,8 @@ def _differentiated(
         fits = [replace(efficient, method=REFERENCE, why=why)]
     else:
         why = (
-            f"{apart} with equal weights is outside what weights by speed give: friction "
-            "differs at low speed, where samples count less"
+            f"{apart} with equal weights lies outside its interval with weights by speed: friction "
+            "differs at low speed, where weights by speed are small"
         )
         fits = [
             replace(robust, method=POWER_BALANCE, why=why),

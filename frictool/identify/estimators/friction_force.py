@@ -78,7 +78,7 @@ def friction_force(
     value = np.array([value[0], value[1], value[0] + value[2], *value[3:]])
     estimates = intervals_around(names, value, half)
     refused = {
-        "inertia": "the friction force is the effort less that of the bench's, "
+        "inertia": "the method takes the inertia from the bench, "
         f"{bench.mechanics.inertia.value:.4g}"
     }
     if not both and rows.known_offset is not None:

@@ -97,9 +97,8 @@ def _refuse_backlash(records: list[MotionRecord], bench: Bench) -> None:
     share = inside / sum(record.position.size for record in records)
     if share > LARGEST_BACKLASH_SHARE:
         raise UnusableLogs(
-            f"{100 * share:.2g} % of the samples may lie within the bench's backlash, of which "
-            "this pipeline knows nothing "
-            f"(allowed: {100 * LARGEST_BACKLASH_SHARE:g} %); use least-squares"
+            f"{100 * share:.2g} % of the samples may lie within the bench's backlash, which this "
+            f"pipeline neglects (allowed: {100 * LARGEST_BACKLASH_SHARE:g} %); use least-squares"
         )
 
 
@@ -126,8 +125,8 @@ def _unresolved(
     if noise > LARGEST_NOISE:
         shown = f"{100 * noise:.2g} % of the speed (allowed: {100 * LARGEST_NOISE:g} %)"
         reason = (
-            f"the encoder's noise on the velocity is {shown}, so that its sign changes where "
-            "the motion does not; use least-squares"
+            f"the encoder's noise of the velocity is {shown}, so that the velocity changes its "
+            "sign without a reversal; use least-squares"
         )
         refused |= {"viscous": reason, "coulomb": reason}
     return refused

@@ -152,8 +152,8 @@ def _winner(allowed: Sequence[PredictionScore]) -> tuple[PredictionScore, Slidin
     return (
         second,
         other,
-        f"; {winner.name} is not taken: its {apart} contradicts {twin.name}, so that an effect "
-        "is missing in both",
+        f"; {winner.name} is not chosen: its {apart} contradicts that of {twin.name}, so that both "
+        "lack an effect",
     )
 
 
@@ -179,9 +179,9 @@ def _why(
 ) -> str:
     """Return the text of the comparison: candidates, scores, and the reason for the choice."""
     how = (
-        "predicted on strokes that were not seen"
+        "predicted on strokes left out of the fit"
         if unseen
-        else "simulated on the logs themselves, which are too short for halves"
+        else "simulated on the fitted logs, which are too short to be divided"
     )
     tried = "; ".join(score.shown(unit) for score in scores)
     smallest = min(scores, key=lambda score: score.force)
@@ -193,8 +193,8 @@ def _why(
     barred = lost if best.force > MOST_FORCE * smallest.force else ""
     tried = f"tried, {how} (position error rms, force error): {tried}"
     if winner is scores[0]:
-        return f"{first.why}; {tried}; no other allowed one is better by a tenth{barred}"
-    return f"{tried}; {winner.name} is the first within a tenth of the best allowed one{barred}"
+        return f"{first.why}; {tried}; no other allowed method is better by 10 %{barred}"
+    return f"{tried}; {winner.name} is the first method within 10 % of the best allowed one{barred}"
 
 
 def regression_scores(

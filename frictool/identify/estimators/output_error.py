@@ -332,8 +332,8 @@ def output_error(
     """
     if bench.load is not None and "coulomb_by_direction" in bench.load.terms:
         raise UnusableLogs(
-            "output-error takes what is constant for an offset; write offset for "
-            "coulomb_by_direction in load.terms"
+            "output-error fits an offset and cannot fit coulomb_by_direction; write offset "
+            "instead in load.terms"
         )
     known = start_values(power_balance(records, bench, settings), bench)
     terms, errors = choose_terms(records, bench, known, settings.confidence)

@@ -40,7 +40,7 @@ def power_balance(
     if bench.load is not None and bench.load.terms != ("offset",):
         terms = ", ".join(bench.load.terms) or "none"
         raise UnusableLogs(
-            f"power-balance on differences does not know load.terms of the bench, {terms}; leave "
+            f"power-balance on differences cannot fit load.terms of the bench, {terms}; leave "
             "--time-constant out"
         )
     return differenced_fit(records, bench, settings, by_speed)

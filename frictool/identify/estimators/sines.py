@@ -46,7 +46,7 @@ from frictool.typing import Matrix, Vector
 
 COLUMNS = ("viscous", "coulomb", "offset")
 NO_INERTIA = (
-    "the method of sines does not look for it: the mean acceleration of a stroke's middle is "
+    "the method of sines does not identify it: the mean acceleration in the middle of a stroke is "
     "nearly zero"
 )
 GATE = 0.5  # speed relative to the stroke's largest, above which samples count

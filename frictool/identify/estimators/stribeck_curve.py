@@ -129,7 +129,7 @@ def _fitted(
     residual = runs.effort - design @ value
     return SlidingFit(
         estimates,
-        {"inertia": "at a constant speed it does not act"},
+        {"inertia": "the inertia has no effect at a constant speed"},
         float(np.linalg.norm(residual) / np.linalg.norm(runs.effort)),
         None,
         solution.condition,

@@ -104,7 +104,7 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
         kept = {name: interval for name, interval in result.parameters.items() if name != "inertia"}
         reason = (
             f"the weak form over {window} samples reaches {percent(precision)}, and the bench "
-            f"knows it to {percent(known)}"
+            f"states it within {percent(known)}"
         )
         return replace(result, parameters=kept, refused={**result.refused, "inertia": reason})
     return replace(

@@ -89,9 +89,9 @@ def limits_of(bench: Bench) -> BenchLimits:
     if left <= 0.0:
         also = " and the load take" if load else " takes"
         raise NoSolutionError(
-            f"{bench.name}: the drive's limit gives {effort:.3g} {si_unit('effort', bench.axis)} "
-            f"at least, friction{also} up to {coulomb + offset + load:.3g}: nothing moves for "
-            "certain; raise actuator.limit or narrow mechanics.coulomb"
+            f"{bench.name}: the drive gives at least {effort:.3g} {si_unit('effort', bench.axis)} "
+            f"at its limit, and friction{also} takes up to {coulomb + offset + load:.3g}: motion "
+            "is not certain; raise actuator.limit or narrow mechanics.coulomb"
         )
     if known.top_speed is None and viscous <= 0.0:
         raise NoSolutionError(f"{bench.name}: no value limits the speed; give mechanics.top_speed")

@@ -32,7 +32,7 @@ def table(information: Information) -> str:
         drift = (
             "too short to estimate a drift"
             if one["drift"] is None
-            else f"drift {1e6 * one['drift']:.4g} us in a second"
+            else f"drift {1e6 * one['drift']:.4g} us per second"
         )
         lines.append(
             f"clock: {one['source']} shows {one['signal']} {one['offset_s']:.4g} s after "

@@ -74,8 +74,8 @@ def _checked(fit: T) -> T:
     """Return the fit; raise UnusableLogs if it predicts badly or does not determine z_max."""
     if isinstance(fit, PreslidingFit | MaxwellFit) and fit.held_out > LARGEST_ERROR:
         raise UnusableLogs(
-            f"on branches not seen it is off by {100.0 * fit.held_out:.3g} % of the breakaway "
-            f"(allowed: {100 * LARGEST_ERROR:g} %)"
+            f"on branches left out of the fit its force is off by {100.0 * fit.held_out:.3g} % of "
+            f"the breakaway (allowed: {100 * LARGEST_ERROR:g} %)"
         )
     if isinstance(fit, MaxwellFit) and not (fit.limit.low > 0.0 and fit.stiffness.low > 0.0):
         raise UnusableLogs(

@@ -44,8 +44,8 @@ def unresolved_inertia(
     raw = inertia_error(prior.value, record.resolution, record.period, effort)
     if bound >= known:
         return (
-            f"quantisation can move it by {_percent(bound, prior.value)} after smoothing "
-            f"{smoothing} ({_percent(raw, 1.0)} without), and the bench knows it to "
+            f"quantisation can change it by {_percent(bound, prior.value)} after smoothing "
+            f"{smoothing} ({_percent(raw, 1.0)} without), and the bench states it within "
             f"{_percent(known, prior.value)}"
         )
     return None

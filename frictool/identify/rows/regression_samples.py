@@ -33,8 +33,8 @@ ONE_DIRECTION = (
 )
 NO_OFFSET = "the bench says that there is none (load.terms)"
 KNOWN_OFFSET = {
-    "offset": "the motion is in one direction only; the bench's offset is taken off the Coulomb "
-    "friction"
+    "offset": "the motion is in one direction only; the bench's offset is subtracted from the "
+    "Coulomb friction"
 }
 # fields of RegressionSamples with one value a row
 ROW_SIGNALS = ("acceleration", "velocity", "effort", "stroke", "sign", "counts")

@@ -211,9 +211,7 @@ class CanonicalReader:
                     yield from self._taken(channel, records, part)
                     which &= ~fits
             if which.any():
-                wrong = (
-                    f"{int(which.sum())} messages of channel {number} are not as its schema says"
-                )
+                wrong = f"{int(which.sum())} messages of channel {number} do not match its schema"
                 if part.whole:
                     raise ValueError(wrong)
                 self._lose(FileSection(part.at, reason=wrong))

@@ -89,7 +89,7 @@ class MissingSamples:
                 for number, count in missing.items()
             ]
         else:
-            reason = "the statistics count so many more than are there"
+            reason = "the statistics count this many samples more than the file contains"
             self.lost += [
                 CanonicalLoss(reason, number, samples=count) for number, count in missing.items()
             ]

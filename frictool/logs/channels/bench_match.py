@@ -55,7 +55,7 @@ def match_bench(log: Log, bench: Bench) -> Log:
         if np.any(drive) and abs(before / constant - 1.0) > SAME_CONSTANT:
             unit = si_unit(drive_dimension(bench.actuator.drive, constant=True), bench.axis)
             made = (
-                f"effort made anew from {bench.actuator.drive} with the bench's "
+                f"effort computed again from {bench.actuator.drive} with the bench's "
                 f"actuator.constant, {constant:.6g} {unit}"
             )
             noted.append(f"{made}; the log's was made with {before:.6g} {unit}")
@@ -72,8 +72,8 @@ def _check_units(log: Log, stream: Stream, bench: Bench) -> None:
         wanted = si_unit(CHANNEL_DIMENSIONS[name], bench.axis)
         if unit != wanted:
             mismatch = (
-                f"{message_path(stream.topic, name)} is in {unit!r}, "
-                f"the {bench.axis} axis of bench {bench.name!r} has it in {wanted!r}"
+                f"{message_path(stream.topic, name)} is in {unit!r}, but the {bench.axis} axis of "
+                f"bench {bench.name!r} has it in {wanted!r}"
             )
             raise LogError(log.source, f"{mismatch}; is this the bench of this log?")
 

@@ -146,9 +146,7 @@ def read_start(tables: Sequence[RawTable]) -> list[MemoryTable]:
             if table.names:
                 # raises LogError if the rows are refused or damaged
                 next(iter(table.blocks(table.names)), None)
-        raise LogError(
-            tables[0].source, "has no column of numbers with a finite one in its first rows"
-        )
+        raise LogError(tables[0].source, "has no column with a finite number in its first rows")
     return memory_tables
 
 

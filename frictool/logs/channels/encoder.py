@@ -151,8 +151,7 @@ class EncoderCounter:
         odd = []
         if self.lost:
             odd.append(
-                f"the encoder lost {self.lost:.0f} counts, which its index pulses made good "
-                f"({self.resets} of them)"
+                f"the encoder lost {self.lost:.0f} counts; {self.resets} index pulses restored them"
             )
         jumps = self.jumps.text()
         return (*odd, jumps) if jumps else tuple(odd)

@@ -41,8 +41,8 @@ EFFORT = "effort"
 
 MOST_COUNTS = 2.0**53  # largest count up to which a double represents every integer
 ROUNDED = (
-    "times are so large that a double holds them to {:.2g} s; to keep each ns, "
-    "count them from the start, or write ISO 8601"
+    "times are so large that a double resolves them to {:.2g} s; to keep each ns, count times "
+    "from the start, or write ISO 8601"
 )
 RATE_NOTED = 0.01  # relative difference of the log's period from the bench's that is a warning
 RATE_REFUSED = 0.2  # relative difference that is an error
@@ -312,7 +312,7 @@ def _factor(table: RawTable, bench: Bench, channel: str, name: str, column: Colu
     dimension = CHANNEL_DIMENSIONS.get(channel, TIME)
     key = f"columns.{channel}.unit of bench {bench.name!r}"
     if declared == ISO_8601:
-        dates = "holds dates and dates the rows by itself; leave it out of columns"
+        dates = "contains dates and already dates the rows; leave this column out of columns"
         raise LogError(
             table.source,
             f"column {name!r} {dates} (found in columns.{channel} of bench {bench.name!r})",
@@ -350,7 +350,7 @@ def check_rate(source: str, base: TimeBase, wanted: float | None) -> tuple[str, 
     noted = []
     if wanted is not None:
         difference = abs(period / wanted - 1.0)
-        rates = f"the period is {period:.6g} s, the bench's sample_period_s {wanted:.6g} s"
+        rates = f"the period is {period:.6g} s, but sample_period_s of the bench is {wanted:.6g} s"
         if difference > RATE_REFUSED:
             raise LogError(
                 source, f"{rates}; allowed: within {RATE_REFUSED:.0%}; is the unit of time right?"

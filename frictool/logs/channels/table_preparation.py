@@ -37,7 +37,7 @@ def prepare_tables(
         return ready, []
     if len(ready) > 1:
         raise LogError(
-            ready[0].source, f"has {len(ready)} time bases; quadrature is made of files of one"
+            ready[0].source, f"has {len(ready)} time bases; allowed with quadrature: one"
         )
     counted = QuadratureTable(ready[0], bench.quadrature)
     return (_latched(counted, bench),), [counted.findings]

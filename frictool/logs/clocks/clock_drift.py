@@ -123,7 +123,7 @@ class ClockPair:
         if abs(apart) <= max(period, CLEAR * drift.spread):
             return None
         runs = (
-            f"the recorder's clock gains {1e6 * drift.drift:.4g} us in a second on {clock}, "
+            f"the recorder's clock gains {1e6 * drift.drift:.4g} us per second on {clock}, in all "
             f"{apart:.4g} s over these messages"
         )
         return f"{runs}; the log is dated by {clock}"

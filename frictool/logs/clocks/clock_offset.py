@@ -86,15 +86,15 @@ def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> Clo
     explained = 1.0 - left(tau) / max(float(np.sum(y**2)), np.finfo(float).tiny)
     if explained < LEAST_EXPLAINED:
         raise ValueError(
-            f"at best, at {tau:.6g} s, the one explains {max(explained, 0.0):.0%} of the other; "
-            "are they the same quantity?"
+            f"the best offset, {tau:.6g} s, explains {max(explained, 0.0):.0%} of the other "
+            "signal; do both measure the same quantity?"
         )
     half = NORMAL_95 * _deviation(t, x, u, y, tau, width)
     _refuse_others(lags, misfit, best, max(half, 2.0 * step))
     if half > most / 2.0:
         raise ValueError(
-            f"the offset is {tau:.6g} s, give or take {half:.2g} s; "
-            f"that is no information within {most:g} s"
+            f"the offset is {tau:.6g} s +- {half:.2g} s, which is no information within the "
+            f"allowed {most:g} s"
         )
     return ClockOffset(tau, tau - half, tau + half, explained)
 
@@ -137,5 +137,5 @@ def _refuse_others(lags: Vector, misfit: Vector, best: int, near: float) -> None
     if others:
         both = f"{lags[best]:.6g} s and {lags[others[0]]:.6g} s"
         raise ValueError(
-            f"offsets of {both} fit alike; allow less than half a period of the motion"
+            f"offsets of {both} fit equally well; allow less than half a period of the motion"
         )

@@ -5,8 +5,8 @@ from __future__ import annotations
 KINDS = {
     "sines": "the axis is driven by one sine or several",
     "ramp": "the effort grows from rest until the axis moves, falls back, grows again (breakaway)",
-    "steps": "the reference jumps from place to place, "
-    "or the axis rests at one place after the other",
+    "steps": "the reference jumps between positions, or the axis rests at several positions in "
+    "turn",
     "stroke": "the axis goes one way, or one way and back",
     "free": "it moves in any other manner",
     "rest": "the position does not move",

@@ -151,7 +151,7 @@ def _lines(path: Path, head: str, whole: bool, most: int) -> list[str]:
 
 def _no_rows(rows: list[list[str]], first: int | None, after: int) -> str:
     if first is not None:
-        return f"has {len(rows)} lines, layout.first_line of the bench says {first + 1}"
+        return f"has {len(rows)} lines, but layout.first_line of the bench is {first + 1}"
     if after:
         return f"has no row of numbers after line {after}, which layout names"
     if sum(any(row) for row in rows) == 1:

@@ -89,9 +89,9 @@ def _intervals(observer: Observer, switched: Switched) -> str:
     ):
         return ""
     return (
-        f"an interval of {min(widths):.3g} {si_unit('position', observer.axis)} "
-        "is passed within a sample at top speed: "
-        f"fewer --intervals, or --transitions direction{_made_up(switched)}"
+        f"at top speed an interval of {min(widths):.3g} {si_unit('position', observer.axis)} is "
+        "passed within one sample; use fewer --intervals, or --transitions "
+        f"direction{_made_up(switched)}"
     )
 
 
@@ -113,10 +113,9 @@ def _turning(observer: Observer, switched: Switched) -> str:
         return ""
     unit = si_unit("velocity", observer.axis)
     return (
-        f"at its limit the drive changes the speed by {change:.3g} {unit} a sample, "
-        "so that a motion may turn without passing mode 0 "
-        f"(below {switched.switch_speed.value:g} {unit}), "
-        f"a switch that the certificate does not hold{_made_up(switched)}"
+        f"at its limit the drive changes the speed by {change:.3g} {unit} a sample, so that a "
+        f"motion may reverse without passing mode 0 (below {switched.switch_speed.value:g} "
+        f"{unit}); the certificate does not include this switch{_made_up(switched)}"
     )
 
 
@@ -126,7 +125,9 @@ def _made_up(switched: Switched) -> str:
 
 
 def _rest(switched: Switched) -> list[str]:
-    said = "at rest alpha stands still, an eigenvalue of 1 that the certificate does not cover"
+    said = (
+        "at rest alpha does not change (an eigenvalue of 1), which the certificate does not cover"
+    )
     after = switched.motion_after_rest_s
     return [
         said

@@ -80,10 +80,9 @@ def switch_speed_of(model: Model, settings: SwitchedObserverSettings) -> float:
     if settings.switch_speed is not None:
         if top is not None and settings.switch_speed >= top.value:
             raise UnsuitableSetting(
-                f"switch speed: found {settings.switch_speed:g} {unit}; "
-                "allowed: below the bench's mechanics.top_speed, "
-                f"{top.value:g} {unit}, or the axis is stuck at every speed; "
-                "the default is a fortieth of that"
+                f"switch speed: found {settings.switch_speed:g} {unit}; allowed: below the bench's "
+                f"mechanics.top_speed, {top.value:g} {unit}, otherwise the axis counts as stuck at "
+                "every speed; the default is a fortieth of that"
             )
         return settings.switch_speed
     if top is None:

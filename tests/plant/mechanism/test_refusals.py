@@ -223,7 +223,7 @@ def test_ways_that_do_not_fit_each_other_are_noted(tmp_path: Path) -> None:
                 "stops: ends leaves it 0.045 m"
             ],
         ),
-        ("44", "1", ["travel from 1 to 100 rad does not hold where motor starts, 0 rad"]),
+        ("44", "1", ["travel from 1 to 100 rad does not contain the start of motor, 0 rad"]),
         ("44", "0", []),
     ):
         text = TRAIN.replace("value: 0.2, unit: mm", f"value: {play}, unit: mm")
@@ -345,8 +345,8 @@ def test_a_curve_that_ends_before_the_stops_is_told(tmp_path: Path) -> None:
         TRAIN.replace(SPRING, f"  spring: {{kind: spring, between: [cart, ground], {curve}}}\n")
     )
     assert load_mechanism(path)[1].notes == (
-        "spring.force ends before the stops of cart do, at 0 and 0.02: beyond, it stays as it is "
-        "there",
+        "spring.force is defined from 0 to 0.02, but the stops of cart are farther apart; beyond "
+        "its ends the curve is constant",
     )
 
 
@@ -378,7 +378,7 @@ def test_a_compliant_stop_of_one_side_tells_where_its_other_is(tmp_path: Path) -
         )
     )
     assert load_mechanism(path)[1].notes == (
-        "ends has one side: cart meets the like of it 1000 m away on the other",
+        "ends has one side; cart meets its other side 1000 m away",
     )
 
 
