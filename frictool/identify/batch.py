@@ -105,7 +105,7 @@ def groups(members: Sequence[FleetLog], each: str) -> list[LogGroup]:
 
 
 def _called(members: list[FleetLog], each: str) -> PurePosixPath:
-    """Return the path that names a group: its log, or the folder that holds its logs."""
+    """Return the path after which a group is named: its only log, or the folder of its logs."""
     log = PurePosixPath(members[0].name.file)
     if each == "log":
         return log

@@ -6,7 +6,7 @@ A constant effort is fitted almost exactly by Coulomb friction and an offset, wh
 Inertia and viscous friction then come out near zero in narrow intervals. A constant effort is valid
 data only
 
-- at constant speed, since nothing changes that the effort would have to follow;
+- at constant speed, because a constant speed needs a constant effort;
 - at several levels (an open-loop test), since one set of parameters has to explain all levels;
 - at zero, since the axis coasts.
 

@@ -1,9 +1,9 @@
 """Second fit, with the refused parameters fixed at the bench's values.
 
-A model carries the bench's value for each refused parameter. The other parameters were fitted
-jointly with another value of the refused one, and do not explain the log together with the bench's
-value. They are therefore fitted again with the bench's value fixed. Their intervals are widened by
-the effect of the bench's interval of the fixed parameter.
+A model contains the bench's value of each refused parameter. The other parameters were fitted
+together with another value of the refused parameter, so that they do not explain the log together
+with the bench's value. Therefore they are fitted again with the bench's value fixed. Their
+intervals are widened by the effect of the bench's interval of the fixed parameter.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ def refit(
 ) -> SlidingFit:
     """Return the fit by the same method and structure, with these parameters fixed.
 
-    A parameter that `auto` set to 0 stays 0. An inertia that `auto` took from another method stays.
-    Raises UnusableLogs as the method does.
+    A parameter that `auto` set to 0 stays 0. An inertia that `auto` took from another method is
+    kept. Raises UnusableLogs if the identification method does.
     """
     assert fit.method is not None
     fixed_settings = with_held(settings, fit, fixed)

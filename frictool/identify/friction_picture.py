@@ -2,8 +2,8 @@
 
 - over speed: mean |effort| of the middle of each stroke over its mean speed, and the law (figures
   4.9, 4.10). If friction depends on position, the deviation of each stroke's positions from the
-  mean friction is subtracted. A stroke with speeds on both sides of a knee lies above the law at
-  its mean speed.
+  mean friction is subtracted. A stroke whose speeds lie on both sides of a knee appears above the
+  law at its mean speed.
 - over position, with ramps: each breakaway, and the polynomials with the intervals of their levels
   (figure 4.12)
 - over both, if friction depends on position and strokes give its level: friction in slip (figure

@@ -1,17 +1,17 @@
 """Detect a logged effort that changes far less often than the position is logged.
 
 A current read at 20 Hz, or a set point that is held, repeats its value in many rows of a log at 1
-kHz. On average it is late by half of the time between two updates. Inertia and viscous friction
-then come out wrong by tens of per cent, in narrow intervals.
+kHz. On average the logged value is late by half of the time between two updates. The fitted inertia
+and viscous friction then have errors of tens of per cent, but narrow intervals.
 
-A drive may also really hold its effort between two updates of a slow controller. Both cases look
-alike in the effort, but the motion differs. Let y be the effort that the motion needs, y_held its
-value at the last update, and b the residual share:
+A drive can also hold its true effort between two updates of a slow controller. The logged effort
+looks the same in both cases, but the motion differs. Let y be the effort that the motion needs,
+y_held its value at the last update, and b the residual share:
 
     logged effort = inertia a + viscous v + coulomb sign(v) + offset + declared loads
                     + b (y_held - y)
 
-b is 1 for a slow sample and 0 for an effort that acted as it was logged.
+b is 1 for an effort that was read too rarely, and 0 for an effort that acted as it was logged.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Warn of logs that disagree.
+"""Warnings about logs that disagree about a parameter.
 
 The interval of all logs together is then much wider than that of one log, and the common model fits
 none of them.

@@ -6,7 +6,8 @@
 - commanded effort: the effort follows from the motion alone, without friction. It was computed from
   the encoder, by a controller with the drive off or by a model, and not measured.
 
-The last fault is detected after a fit: the residual is tiny and there is next to no friction.
+The last fault is detected after a fit: the residual is tiny, and the fitted friction is almost
+zero.
 """
 
 from __future__ import annotations

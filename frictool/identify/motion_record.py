@@ -7,9 +7,9 @@ causes an error of viscous T/2 in the inertia.
 
 A log with a measured velocity and no position becomes a record too: its position is the trapezoidal
 integral of the velocity, starting at 0. Second differences of this position are differences of the
-velocity, so that methods that look only at motion work unchanged. The absolute position is unknown,
-and velocity errors accumulate in it. Methods that depend on the position refuse such a record
-(`methods`).
+velocity, so that methods without a term over the position work unchanged. The absolute position is
+unknown, and velocity errors accumulate in it. Methods that depend on the position refuse such a
+record (`methods`).
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Check that position and drive have the same positive direction.
 
 Inertia resists acceleration, and friction takes energy out of the motion. If the position or the
-drive of a log is negated, both come out negative. The check fits the following model to the samples
-of a log that certainly slip:
+drive of a log is negated, the fitted inertia and friction are negative. The check fits the
+following model to the samples of a log that certainly slip:
 
     effort = inertia a + friction sign(v) + offset + declared loads
 

@@ -1,10 +1,10 @@
 """Wear estimate of a unit at commissioning, and the ratio of a later one to it.
 
-Errors that both estimates share cancel in the ratio. They are the actuator's constant, which scales
-both alike (wear/constant_error.py), and a friction that differs from the model's but keeps its
-shape. Both estimates also share the error of the model's shape over position and speed (the floor
-of an interval). This error is kept in both intervals, so that the ratio's interval is rather too
-wide.
+Errors that both estimates share cancel in the ratio. Two such errors are a wrong actuator constant,
+which scales both estimates alike (wear/constant_error.py), and a friction that differs from the
+model's by a factor. Both estimates also share the error of the model's shape over position and
+speed (the floor of an interval). This error is kept in both intervals, so that the ratio's interval
+is rather too wide.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Table of a fleet as text, CSV, Parquet and JSON: one row per log.
 
-Each row has the wear and its ratio to that of the unit's first log.
+Each row has the wear, and the ratio of this wear to the wear in the unit's first log.
 """
 
 from __future__ import annotations

@@ -5,8 +5,8 @@ shortest time of a step is that of plant/time_optimal.py: the drive at its limit
 then at its limit against it, with its lag and the bench's delay. The most favourable reading of the
 specification counts, so that no controller can reach less: the axis stops short of the target by
 static_error, the encoder reads one count in favour of the zone, and the step begins inside the open
-backlash. Load, the voltage of the winding and resonances are neglected. For the rise time the drive
-need not stop, and has no lag.
+backlash. Load, the voltage of the winding and resonances are neglected. For the rise time, the axis
+need not stop and the drive has no lag.
 
 A specification does not state the length of its steps. The drive must be able to make the shortest
 step to which the specification can apply (else exit 4). The length of this step is 20 times

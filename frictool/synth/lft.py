@@ -1,9 +1,9 @@
 """Method `lft`: H-infinity synthesis for the centre plant with a real uncertainty channel.
 
 The uncertain parameters form the channel with |Delta| < 1, annex (20)-(23), figure 5. A gamma of at
-most 1 for the whole plant, channel included, is the small-gain condition for all parameters moving
-together (plant/uncertainty_channel.py). The controller is verified at every corner of the parameter
-box.
+most 1 for the whole plant, including the channel, satisfies the small-gain condition for all
+uncertain parameters at once (plant/uncertainty_channel.py). The controller is verified at every
+corner of the parameter box.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
 """Method `lpv_grid`: X and Y of (5.62) as polynomials of the scheduled parameters, on a grid.
 
-The inequalities are checked between the grid points too. Method `lpv` has one X and one Y, which
-covers parameters that jump; this method assumes constant or slow parameters and reaches a lower
-gamma. The plants on the grid are exact, none is linearised. Coulomb friction only scales an input:
-if it is scheduled, its largest value is used everywhere. The controller is frozen at one plant
-(5.3.4) and accepted after its loop was verified at every vertex.
+The inequalities are checked between the grid points too. Method `lpv` has one X and one Y and
+therefore covers parameters that jump; method `lpv_grid` assumes constant or slow parameters and
+reaches a lower gamma. All plants on the grid are exact; no plant is linearised. Coulomb friction
+only scales an input: if it is scheduled, its largest value is used everywhere. The controller is
+frozen at one plant (5.3.4) and accepted after its loop was verified at every vertex.
 """
 
 from __future__ import annotations

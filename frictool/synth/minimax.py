@@ -4,10 +4,10 @@ The inequalities of theorem 5.3.1 bound the norm of a scheduled controller only,
 controller frozen at one plant (5.3.4). This method minimises the verified norm itself, over the
 parameters of one constant controller (structured_controller.py).
 
-The problem is not convex. Seeded random starts are improved at the least order that can stabilise.
-The best of them are extended by a pole and a zero that cancel, until they have the requested order.
-The extension does not change the controller, so the norm never rises with the order. The result is
-an upper bound of the optimum, and the notes say so.
+The problem is not convex. The search improves seeded random controllers of the least order that can
+stabilise. It then extends the best ones by a pole and a zero that cancel, until they have the
+requested order. The extension does not change the controller, so the norm never rises with the
+order. The result is an upper bound of the optimum, and the notes say so.
 """
 
 from __future__ import annotations

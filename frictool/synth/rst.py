@@ -16,8 +16,8 @@ comparison with this controller is therefore fair. The margin is not guaranteed:
 placed at the centre of the intervals, and the loop is verified at every vertex like any other.
 
 T = S, with the prefilter (5.69) on the reference. T = P_aux/B(1) would cancel the auxiliary poles
-in the response to the reference but needs a second filter on the target. With T = S the target runs
-drive = (S/R)(reference - position), the same code as for every other method.
+in the response to the reference, but would need a second filter on the target. With T = S the
+target runs drive = (S/R)(reference - position), the same code as for every other method.
 """
 
 from __future__ import annotations

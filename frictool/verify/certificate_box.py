@@ -1,9 +1,9 @@
 """Parameter box of a certificate in the rates k = K/J and s = sigma_v/J.
 
 The functions decide which rectangles of rates contain plants of the box, and which of them the
-cells cover. The plants of a rectangle have 1/J in one interval, because k and s restrict it
-independently: J is within its interval, K = k J within that of K, and sigma_v = s J within that of
-sigma_v. All numbers are fractions of integers.
+cells cover. For the plants of a rectangle, 1/J lies in one interval, which three conditions
+restrict independently: J lies in its interval, K = k J in the interval of K, and sigma_v = s J in
+the interval of sigma_v. All numbers are fractions of integers.
 """
 
 from __future__ import annotations

@@ -12,10 +12,10 @@ linear_axis.py is
     e = h_0(0, lambda),  h_q = h_q(sigma, 0),  a = h_1(sigma, lambda),  b = h_2(sigma, lambda)
 
 Each h_q is a sum of decaying exponentials whose weights are nonnegative and sum to at most one.
-Apart from the sign, the same holds for its derivatives. Over the rectangle each h is a cubic in
-sigma within w^4/384, with w the width of the rectangle times T. The axis therefore lies in the
-convex hull of eight corners, widened by that remainder: two ends in k times the four Bernstein
-control points of the cubics in s.
+Apart from the sign, the same holds for the derivatives of h_q. Over the rectangle, each h_q differs
+from a cubic in sigma by at most w^4/384, where w is T times the width of the rectangle in s. The
+axis therefore lies in the convex hull of eight corners, widened by that remainder: two ends in k
+times the four Bernstein control points of the cubics in s.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ CONTROL_POINTS = 4
 class EnclosedAxis:
     """Coefficients of the axis at one corner, each an Enclosure of a number.
 
-    With `lagless` the command is the drive.
+    If `lagless` is set, the drive equals the command.
     """
 
     lagless: bool

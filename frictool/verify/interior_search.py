@@ -77,7 +77,8 @@ def worst_inside(
 ) -> tuple[WorstPlant, WorstPlant]:
     """Return the worst norm at the vertices, and the worst inside the box.
 
-    The worst inside is that of POINTS plants and of a search that starts at the worst plant so far.
+    Inside, POINTS scattered plants are evaluated first; a local search then starts at the worst
+    plant, vertices included.
     """
     box = enclosing_box(vertices)
     at_vertices = worst_norm(controller, plant, vertices)
@@ -91,7 +92,7 @@ def worst_sensitivity(
 ) -> tuple[float, float, PlantPoint]:
     """Return the largest sensitivity at the vertices, the largest inside and its plant.
 
-    The plants inside are POINTS scattered ones.
+    Inside, POINTS scattered plants are evaluated.
     """
 
     def sensitivity(point: PlantPoint) -> float:

@@ -185,7 +185,7 @@ def delays_checked(delay: int) -> tuple[int, ...]:
 
 
 def tolerates_rounding(rounded: stored.Rounded, claimed: float, required: float) -> bool:
-    """Return True if a number format keeps the claimed norm within 1 % and the required margin."""
+    """Return True if rounding raises the norm by at most 1 % and keeps the required margin."""
     return (
         rounded.gamma <= CLAIM * claimed
         and rounded.modulus_margin >= required

@@ -3,10 +3,10 @@
     controller.yaml, observer.yaml -> velocity: {source: observer, observer: ...}
     -> loops at the vertices -> a controller document
 
-If the linear part is fed by the speed, the verified figures belong to another loop. The margins are
-then computed again with the observer in slip, and the figures that cannot be computed (norms,
-certificate, robustness) are removed. If the linear part uses the position only (eta or the position
-error), its loop is unchanged, and only the speed-dependent brake is checked.
+If the linear part uses the speed, the verified figures do not hold for the loop with the observer.
+The margins are then computed again with the observer in slip, and the figures that cannot be
+computed (norms, certificate, robustness) are removed. If the linear part uses the position only
+(eta or the position error), its loop is unchanged, and only the speed-dependent brake is checked.
 """
 
 from __future__ import annotations
@@ -93,7 +93,7 @@ def with_observer(
     Raises
     ------
     FrictoolError
-        If the two are not of one rig, or if the controller uses no speed.
+        If controller and observer belong to different rigs, or if the controller uses no speed.
     NoSolutionError
         If a loop is unstable at a vertex with any of the checked delays.
     """

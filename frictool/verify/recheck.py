@@ -36,7 +36,8 @@ TOLERANCES = {"interior": SEARCHED, "spectral_radius": ROOTS}
 class FigureDifference:
     """Stored figure that differs from the computed one.
 
-    `key` is its path in the document; None means no value.
+    `key` is the path of the figure in the document. A value of None means that there is no such
+    figure.
     """
 
     key: str

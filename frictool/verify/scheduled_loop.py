@@ -71,8 +71,9 @@ def weights(
 ) -> NDArray[np.float64]:
     """Return the weights alpha_i (k,) of (5.46), which are nonnegative and sum to 1.
 
-    alpha_i is the product over the parameters of the distance to the opposite end over the width. A
-    parameter outside its interval counts as at its end; an interval of width zero has no factor.
+    alpha_i is a product with one factor per parameter: the distance to the opposite end of the
+    interval, divided by the width of the interval. A parameter outside its interval counts as at
+    the nearer end; an interval of width zero contributes no factor.
     """
     shares = np.ones(len(corners))
     for name in names:

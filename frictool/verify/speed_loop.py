@@ -60,6 +60,6 @@ def check_loop(controller: Lti, rates: AxisRates, lag: float, delay_samples: int
 def performance(controller: Lti, plant: GeneralisedPlant) -> float:
     """Return the H-infinity norm of the generalised plant with the controller; inf if unstable.
 
-    Both are in the same domain.
+    Generalised plant and controller are both continuous, or both sampled.
     """
     return norm(plant.closed(controller))[0]

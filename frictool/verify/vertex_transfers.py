@@ -51,7 +51,7 @@ ENTRIES: dict[Name, tuple[int, int]] = {"error": (0, 0), "drive": (1, 0), "distu
 class WorstGain:
     """Largest weighted gain over the vertices relative to gamma, and its frequency [rad/s].
 
-    A ratio above 1 is outside the template.
+    A ratio above 1 means that the gain exceeds its template.
     """
 
     ratio: float

@@ -30,7 +30,7 @@ from frictool.typing import Vector
 
 
 class CampaignSetting(NamedTuple):
-    """Data that all trials share; it is sent to the worker processes.
+    """Data that all trials share, and that every worker process receives once.
 
     `recorded`: log that the scenario replays; None if it replays no log.
     """

@@ -8,8 +8,9 @@
                       velocity
 
 This differs from the thesis in one respect. If the inertia fails (4.8), the thesis uses the
-a-priori value. But that bound sums the errors of all counts with the worst sign, whereas these
-errors average out over windows of a stroke. The weak form is judged by the remaining error.
+a-priori value. But (4.8) sums the errors of all counts with the worst sign, whereas these errors
+average out over windows of a stroke. The weak form is therefore judged by the error that remains
+after averaging.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Inputs of the decision scheme from recorded motion, in place of the test that `assess` proposes.
 
 A stroke of a record counts as the half sine of its distance and duration. A few strokes, evenly
-spaced over the durations, represent all. If the bench has no interval of a parameter, anything
-better than a factor of two is useful.
+spaced over the durations, represent all strokes. If the bench has no interval of a parameter, an
+interval of less than a factor of two is useful.
 """
 
 from __future__ import annotations

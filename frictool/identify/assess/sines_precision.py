@@ -5,10 +5,10 @@ follows from the counts at its ends:
 
     variance = noise^2/n + (viscous step)^2/(6 duration^2)
 
-The a-priori range of the inertia, times the mean acceleration, adds an error. That acceleration is
-0 if the axis follows the sine. The position loop is assumed to keep the speeds at both ends of the
-gate equal to within FOLLOWED of the top speed. Repetition does not average this part; it is added
-as a bound.
+The a-priori range of the inertia, times the mean acceleration, adds an error. The mean acceleration
+is 0 if the axis follows the sine. The position loop is assumed to keep the speeds at both ends of
+the gate equal to within FOLLOWED of the top speed. Repetition does not average this part; it is
+added as a bound.
 """
 
 from __future__ import annotations

@@ -1,9 +1,10 @@
 """Breakaway from ramps (4.3, figure 4.6), corrected for the delay of the encoder.
 
-The thesis takes the largest effort before each visible motion. By then the axis has been moving for
-some time while the ramp continued: the maximum is too high by several steps of the ramp. Here the
-ramp is a line fitted to the effort at rest, evaluated at the onset that the later motion reveals
-(`onset`). This needs the inertia and the friction in slip; their uncertainty widens the interval.
+The thesis takes the largest effort before each visible motion. At that time the axis has already
+moved for some time while the ramp continued, so that this maximum is too high by several steps of
+the ramp. Here the ramp is a line fitted to the effort at rest, evaluated at the onset that the
+later motion reveals (`onset`). This needs the inertia and the friction in slip; their uncertainty
+widens the interval.
 
 Breakaway is a function of position and direction (`position_law`); a constant is the simplest one.
 Friction in slip determines how fast the visible motion is, and is assumed to be proportional to the

@@ -146,8 +146,8 @@ def _timing(time: Vector, distance: Vector, record: MotionRecord) -> float:
 def _above(record: MotionRecord) -> float:
     """Return the mean excess of the effort between two rows over their line, in ramp steps.
 
-    A held effort acts half a sample later than its row. An effort that lags behind a held command
-    curves towards the command.
+    A held effort acts half a sample later than its row; an effort behind a lag approaches the held
+    command gradually.
     """
     before, _, after = effort_weights(record.period, record.lag)
     return after - before

@@ -4,9 +4,10 @@
 
 xi is the position scaled to [-1, 1], and P_k is a Legendre polynomial, so that c_0 is the mean over
 the range. The order is the smallest whose leave-one-out error is within two standard errors of the
-best order's, compared breakaway by breakaway. A needless order is then accepted in one log of
-twenty; with one standard error (Breiman et al. 1984) it would be three of twenty. The same rule
-decides between a polynomial for each direction and a common one with an offset of the effort.
+best order's, compared breakaway by breakaway. With this rule a needless order is accepted in one
+log of twenty; with one standard error (Breiman et al. 1984) it is accepted in three of twenty. The
+same rule decides between a polynomial for each direction and a common one with an offset of the
+effort.
 """
 
 from __future__ import annotations

@@ -3,9 +3,9 @@
     F_s(t) = full (1 - (1 - fresh) tau/(tau + t))      t: time at rest before the breakaway
                                                        (friction/rising_breakaway.py)
 
-The law is linear in full and in full (1 - fresh) for a fixed tau, which is searched. It has to
-predict left-out breakaways better than a constant. Ramps of several rates are needed, since with a
-single rate t is always the same.
+For a fixed tau the law is linear in `full` and in `full (1 - fresh)`; tau is searched. The law is
+used only if it predicts left-out breakaways better than a constant. Ramps of several rates are
+needed, since with a single rate t is always the same.
 """
 
 from __future__ import annotations

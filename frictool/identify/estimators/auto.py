@@ -2,10 +2,10 @@
 
 The verdicts on the encoder and the motion are those of `assess/identifiability.py`.
 
-1. If assess refuses differentiated velocities, the method is sines.
+1. If `assess` refuses differentiated velocities, the method is sines.
 2. If the efficient estimate (`least_squares`) and the robust one (`power_balance`) disagree by more
-   than their intervals, power-balance is preferred. Friction is then not viscous + Coulomb at all
-   speeds, and the slow samples are different.
+   than their intervals, power-balance is preferred. The disagreement means that friction at low
+   speed is not viscous + Coulomb.
 3. Otherwise least-squares is preferred.
 4. The candidates are the methods of steps 2 and 3, the same methods with the load terms that the
    simulation selects, and output error. The best prediction of unseen strokes wins; the preferred

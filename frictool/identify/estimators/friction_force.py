@@ -13,8 +13,8 @@ the other parameters are linear, so that only v_p is searched.
 
 Every sample of a stroke counts, also at rest, as in the publication. Samples at rest shift Coulomb
 friction towards the effort at rest; select the moving part of the log with `ingest --from --to`.
-The intervals hold for the curve with residuals that the filter correlates (`newey_west`). They do
-not include errors from samples at rest, from the inertia, or from the instruments' clocks.
+The intervals take into account that the filter correlates the residuals (`newey_west`). They do not
+include errors from samples at rest, from the inertia, or from the instruments' clocks.
 """
 
 from __future__ import annotations

@@ -14,8 +14,8 @@ is well below it.
 The values are those of the published pipeline, the intervals are not. The pipeline has systematic
 errors that its residuals do not show. It treats a held effort as measured at its sample, which is
 half a period early. It also treats samples at rest, and reversals smeared by the decimation filter,
-as slip. The power balance (`power_balance`) has neither error, so that the interval spans the
-pipeline's own and that of the power balance.
+as slip. The power balance (`power_balance`) has neither error, so that the reported interval spans
+the pipeline's interval and that of the power balance.
 
 A log that violates the conditions of the method is an error. Within a backlash only the motor
 moves, and an encoder whose noise is large relative to the speed produces false reversals.

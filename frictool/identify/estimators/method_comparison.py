@@ -132,9 +132,9 @@ def best_by_prediction(data: ComparedData) -> SlidingFit:
 def _winner(allowed: Sequence[PredictionScore]) -> tuple[PredictionScore, SlidingFit, str]:
     """Return the winner, its fit, and the reason against output error if that was best.
 
-    If a regression of the same structure lies outside the intervals of output error, an effect is
-    missing in both models, for example a breakaway at the reversals. It shifts the simulated
-    position, and output error compensates it by wrong parameters.
+    If a regression of the same structure lies outside the intervals of output error, both models
+    lack an effect, for example a breakaway at the reversals. The missing effect shifts the
+    simulated position, and output error compensates this shift by wrong parameters.
     """
     best = min(score.position for score in allowed)
     winner = next(score for score in allowed if REFINED * score.position <= best)

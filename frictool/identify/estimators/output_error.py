@@ -8,8 +8,8 @@ An observer follows the measured position, and the effort that it has to add is 
 lacks. This effort is added to the simulation stroke by stroke (or by clusters, `clusters`), and the
 resulting change of the parameters is the stroke's influence. The variance is the sum of the squared
 influences, which holds for any correlation within a stroke. The effort errors are computed with the
-regression's parameters. They would come out too small with the parameters of the simulation, since
-the simulation was fitted to these errors. In closed loop, the residuals themselves are errors of
+regression's parameters. With the parameters of the simulation these errors would be too small,
+because the simulation was fitted to them. In closed loop, the residuals themselves are errors of
 the effort.
 
 Over many seconds the position says little about the inertia. If the regression gives a much

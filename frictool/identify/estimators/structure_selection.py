@@ -11,9 +11,9 @@ Each half of the records is simulated with a fit to the other half.
   test of pairs of strokes) and the held-out error falls by a fifth. The fifth is required since
   strokes of one record share the conditions of one day, and days differ more than strokes do.
 
-A richer structure always fits the data of its fit better. If the log is too short for halves,
-nothing is compared and nothing added. Of long records, evenly spaced parts are simulated: an effect
-that does not show in five minutes is not worth a term.
+A structure with more terms always has a smaller error on the data to which it was fitted. If the
+log is too short for halves, nothing is compared and nothing added. Of long records, evenly spaced
+parts are simulated: an effect that does not show in five minutes is not worth a term.
 """
 
 from __future__ import annotations

@@ -8,8 +8,9 @@ solves (Golub and Van Loan 1980, generalised)
 
     (M - lambda S) [theta; -1] = 0
 
-with lambda the smallest generalised eigenvalue, which is 1 if S is right. The noise of acceleration
-and velocity at one instant is uncorrelated, since one filter is even and the other odd.
+with lambda the smallest generalised eigenvalue; lambda is 1 if S is correct. The noise of
+acceleration and velocity at one instant is uncorrelated, since one filter is even and the other
+odd.
 """
 
 from __future__ import annotations

@@ -2,8 +2,8 @@
 
 With the scaling (4.33) by sqrt(2)/V, every top speed V has the same condition, 19, the minimum of
 (4.30). The remaining choice follows (4.3) and (4.4): speed relative to a count per sample, and
-acceleration, which grows with the frequency. Of the sines that the bench can follow, the one is
-chosen whose worst relative Cramér-Rao bound of inertia, viscous and Coulomb friction is least.
+acceleration, which grows with the frequency. Among the sines that the bench can follow, the chosen
+sine has the smallest worst relative Cramér-Rao bound over inertia, viscous and Coulomb friction.
 """
 
 from __future__ import annotations

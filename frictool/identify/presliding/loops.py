@@ -2,7 +2,8 @@
 
 The axis hardly accelerates, so that friction is the effort without its offset. While the encoder
 stays within one count, the mean effort belongs to the middle of that count. If the effort reverses
-within a count, its mean has no unique position, and the row only continues the path.
+while the encoder stays within a count, the mean effort belongs to no unique position; this row
+continues the path but is not fitted.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Interval of a sum of a normal deviation and of uniform variables with known ranges.
 
-If a range dominates, the half width is `confidence` times the range, and not 1.96/sqrt(3) = 1.13
-times it, which would always contain the value. The distribution of the sum is inverted from its
-characteristic function (Gil-Pelaez):
+If one range +-r dominates, the half width is `confidence` times r. A normal distribution of equal
+variance would give 1.96/sqrt(3) r = 1.13 r, which always contains the value. The distribution of
+the sum is inverted from its characteristic function (Gil-Pelaez):
 
     P(|X| < h) = 2/pi int_0^inf sin(h t)/t  e^(-deviation^2 t^2/2)  prod_k sinc(r_k t) dt
 """

@@ -1,9 +1,9 @@
 """Fits on position differences (4.2), unfiltered or through the first-order filter of 4.2.2.
 
 All signals refer to one instant: acceleration is the second difference, velocity the central one,
-and the effort is averaged over the triangle of the second difference. If each signal were taken at
-its own row, the velocity of (4.2) and a held effort would each be off by half a sample. That causes
-an error of viscous T/2 in the inertia (+12 % of table 4.1's).
+and the effort is averaged over the triangle of the second difference. Taken at its own row, the
+velocity of (4.2) would be off by half a sample, and so would a held effort. That causes an error of
+viscous T/2 in the inertia (+12 % of table 4.1's).
 """
 
 from __future__ import annotations

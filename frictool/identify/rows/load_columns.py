@@ -5,8 +5,8 @@
     gravity_sine, _cosine        sin x, cos x
     ripple_sine, _cosine         sin n x, cos n x
 
-A harmonic needs a travel over which it bends: over a short distance its sine looks like a spring
-and its cosine like an offset.
+A harmonic needs a sufficient travel: over a short distance its sine cannot be distinguished from a
+spring, and its cosine from an offset.
 """
 
 from __future__ import annotations

@@ -5,8 +5,8 @@
     gravity     + gravity_sine sin(x) + gravity_cosine cos(x)      rotary: an unbalanced arm
     ripple      + ripple_sine sin(n x) + ripple_cosine cos(n x)    n known: poles, slots, teeth
 
-Coulomb friction that differs by direction cannot be separated from the offset, so that it is no
-term here.
+Coulomb friction that differs by direction cannot be separated from the offset; therefore it is not
+a load term.
 
 A term enters the model only if held-out data support it (`structure_selection`, `term_selection`),
 not because it can be fitted. If the bench declares its terms (`load.terms`), no others are

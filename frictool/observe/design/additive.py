@@ -3,9 +3,9 @@
     X^+     = A_i X^ + B_i (u - s (f^(y) + alpha)) + L_X (y - C X^)
     alpha^+ = alpha + L_alpha (y - C X^)            s: direction of motion
 
-The thesis prints + B_i alpha in (6.22). Friction would then be f - alpha forward and f + alpha
-backward, and the matrices of (6.25) would have another sign; figure 6.8 shows f + alpha. Here alpha
-adds to the friction in both directions, and A_a(i) has -s B_i, as in (6.25).
+The thesis prints + B_i alpha in (6.22). With this sign the friction would be f - alpha forward and
+f + alpha backward, in contradiction to figure 6.8, which shows f + alpha, and to the matrices of
+(6.25). Here alpha adds to the friction in both directions, and A_a(i) has -s B_i, as in (6.25).
 """
 
 from __future__ import annotations

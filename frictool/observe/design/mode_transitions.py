@@ -3,7 +3,7 @@
 Modes 1..n are for positive motion, in the intervals of rising position; modes -1..-n are for
 negative motion, in the intervals of that direction; mode 0 is for a stuck axis. In forward motion,
 mode i stays, goes to i + 1, or to 0. In backward motion, mode -i stays, goes to the interval below
-it, or to 0. Any mode may follow mode 0. A motion that turns thus passes mode 0.
+it, or to 0. Any mode may follow mode 0. A motion that reverses therefore passes mode 0.
 
 If repeated turns without mode 0 were allowed, (6.6) would have no gains. A wrong alpha shows in the
 position two samples later; if the direction has changed by then, the correction of alpha has the

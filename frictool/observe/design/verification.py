@@ -9,12 +9,13 @@ pair (the first mode, then the second; also alternating if both switches are all
 allowed sequences. The disturbances are white, constant, and the worst, which an iteration of the
 recursion and its adjoint finds.
 
-A rest needs a separate bound. In mode 0 the inequalities take alpha as measured. In fact the
-estimate of alpha takes the place of the measurement. Its error stays constant (eigenvalue 1), so
-that the decay does not cover it. Over a rest of any length and the first sample after it, e' P e
-may therefore grow by a factor, which is computed from the true recursion. The same is done for a
-switch between two moving modes that is not allowed, such as a turn that skips mode 0. The report
-includes how long a motion must last until its decay makes up for either growth.
+A rest needs a separate bound. In mode 0 the inequalities treat alpha as measured, but the observer
+uses its own estimate of alpha instead. The error of this estimate stays constant at rest
+(eigenvalue 1), so that the proved decay does not cover it. Over a rest of any length and the first
+sample after it, e' P e may therefore grow by a factor, which is computed from the true recursion.
+The same is done for a switch between two moving modes that is not allowed, such as a turn that
+skips mode 0. The report includes how long a motion must last until its decay makes up for either
+growth.
 """
 
 from __future__ import annotations

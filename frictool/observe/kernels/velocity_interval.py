@@ -15,9 +15,9 @@
     r          peak of the observed misfit, decaying with the observer's error. Impacts, and
                friction that begins late, show there
 
-Predicted and observed misfit are the same error, seen twice, hence the larger of them. ROUNDED and
-MODEL_PART are chosen so that the intervals cover the true velocity on clutches with the bench's
-spread, with encoders of 56 to 1e5 counts (docs/theory/velocity.md).
+Predicted and observed misfit are two estimates of the same error; the larger of them is used.
+ROUNDED and MODEL_PART are chosen so that the intervals cover the true velocity on clutches with the
+bench's spread, with encoders of 56 to 1e5 counts (docs/theory/velocity.md).
 """
 
 from __future__ import annotations

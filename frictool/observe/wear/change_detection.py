@@ -7,8 +7,8 @@ denominators of successive moves are summed, weighted with each value of MEMORIE
 their age, to detect a drift that no single move shows. Without a change, delta is normal with that
 standard deviation, because the innovations are white.
 
-A change of one parameter resembles those of others. Only the likeliest is therefore reported, and a
-change of the wear is likelier a priori by FAVOUR.
+A change of one parameter resembles those of others. Therefore only the likeliest change is
+reported; a priori, a change of the wear is likelier than any other by FAVOUR.
 """
 
 from __future__ import annotations

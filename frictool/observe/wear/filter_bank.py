@@ -1,4 +1,4 @@
-"""Bank of filters over moves, with different beliefs of how far friction over speed may deviate.
+"""Bank of filters over moves; each filter allows another deviation of friction over speed.
 
     prior N(m, P)  ──move: information A/r, b/r──▶  P' = (P^-1 + A/r)^-1,  m' = m + P' (b - A m)/r
                    ──random walk──▶  the next move

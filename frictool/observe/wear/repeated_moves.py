@@ -1,7 +1,8 @@
 """Count of moves that repeat each other.
 
 Similar moves share the errors of the model, so that together they count as one. Two moves are alike
-if they have passed the same zones: their normalised friction columns differ by less than ALIKE.
+if they pass the same zones, that is, if their normalised friction columns differ by less than
+ALIKE.
 """
 
 from __future__ import annotations

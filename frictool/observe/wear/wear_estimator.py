@@ -1,4 +1,4 @@
-"""Wear from moves as they come, by filters with a long memory that react to sudden changes.
+"""Estimator of the wear from successive moves: long memory, fast reaction to sudden changes.
 
     MotionBlock ──log_moves.py──▶ Move ──filter_bank.py──▶ wear, inertia, viscous friction, offset
                                    └─wear_kinds.py───▶ kind of wear, by direction and zone
