@@ -156,7 +156,7 @@ def test_columns_that_are_not_asked_for_may_be_text_or_blank(tmp_path: Path):
     assert read(tmp_path, text, ["x", 1]) == {"x": [1, 2], "t": [0, 1]}
     found = (
         r"raw.csv:2: column 'state': found 'idle'; allowed: a number; `frictool ingest "
-        r"--salvage` keeps what is whole$"
+        r"--salvage` keeps the readable part$"
     )
     with pytest.raises(LogError, match=found):
         read(tmp_path, text)
@@ -264,7 +264,7 @@ def test_the_layout_of_the_bench_is_not_looked_for(tmp_path: Path):
     assert read(tmp_path, "x,y\n0,1", layout=Layout(whole=True)) == {"x": [0], "y": [1]}
     with pytest.raises(LogError, match=r"has no row of numbers after line 4, which layout names"):
         opened(tmp_path, GOOD, Layout(header_line=4))
-    with pytest.raises(LogError, match=r"layout.first_line of the bench says 9"):
+    with pytest.raises(LogError, match=r"layout.first_line of the bench is 9"):
         opened(tmp_path, GOOD, Layout(first_line=9))
 
 

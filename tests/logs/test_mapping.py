@@ -186,7 +186,7 @@ def test_another_rate_warns_and_a_very_different_one_is_refused():
     assert at(0.001).warnings == ()
     assert "the period is 0.0011 s" in at(0.0011).warnings[0]
     for period in (0.0007, 0.0013, 1.0):
-        with pytest.raises(LogError, match=r"sample_period_s 0.001 s; allowed: within 20%"):
+        with pytest.raises(LogError, match=r"sample_period_s of the bench is 0.001 s; allowed: within 20%"):
             at(period)
 
 
@@ -240,7 +240,7 @@ def test_times_that_a_double_rounds_are_told(unit: str, start: float, period: fl
         assert log.warnings == ()
         return
     (warning,) = log.warnings
-    rounding = float(re.findall(r"holds them to (\S+) s", warning)[0])
+    rounding = float(re.findall(r"resolves them to (\S+) s", warning)[0])
     assert 1e-7 < rounding < 3e-7
     seconds = [time * (Decimal("1e-9") if unit == "ns" else 1) for time in meant]
     off = [

@@ -138,7 +138,7 @@ def test_what_is_not_determined_is_not_logged_as_an_axis() -> None:
     for keys, words in (
         (
             {"start": Quantity(value=1.0, unit="rad")},
-            "start: belongs to the controlled axis, and mechanism.yaml does not say which",
+            "start: belongs to the controlled axis, and mechanism.yaml does not state the source",
         ),
         (
             {"disturbances": (Disturbance("step", Quantity(value=0.1, unit="N m"), 0.0),)},

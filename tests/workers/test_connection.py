@@ -114,7 +114,7 @@ def test_who_answers_and_is_no_scheduler_is_told(
 
         one = threading.Thread(target=answer, daemon=True)
         one.start()
-        assert f"not a Dask scheduler of this kind; is it tls://127.0.0.1:{port}" in refused(
+        assert f"not a Dask scheduler of this kind; is the address tls://127.0.0.1:{port}" in refused(
             f"tcp://127.0.0.1:{port}", {}
         )
         assert f"speaks no TLS; is it tcp://127.0.0.1:{port}" in refused(

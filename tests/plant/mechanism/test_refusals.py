@@ -133,7 +133,7 @@ WRONG = [
      ["found a list of 3; allowed: at most 2"]),
     # what has no part in anything
     (CART, CART + "  idle: {inertia: {value: 1, unit: kg m^2}}\n", "blocks.idle",
-     ["ties idle to the rest", "ground it"]),
+     ["connects idle to the rest", "ground it"]),
 ]  # fmt: skip
 
 
@@ -276,7 +276,7 @@ def test_a_loop_with_a_solution(tmp_path: Path) -> None:
         (
             "lead_angle: {value: 60, unit: deg}, friction_coefficient: 0.6",
             "friction_coefficient",
-            "the screw cannot drive the nut; allowed: < 0.5774",
+            "the screw cannot drive the nut with this friction; allowed: < 0.5774",
         ),
         (
             "lead: {value: 5, unit: mm}, friction_coefficient: 0.1, friction_form: thesis, "
