@@ -213,9 +213,7 @@ def test_a_model_needs_a_controller_and_a_mechanism_its_sources() -> None:
 def test_a_scenario_that_replays_a_log_asks_for_it() -> None:
     replay = load(CLUTCH / "scenarios/replay.yaml", Scenario)
     for stage in (simulate, lambda *documents: campaign(*documents, clutch_spec())):
-        with pytest.raises(
-            DocumentError, match=r"scenario: reference\.log: is a log to replay, and there is none"
-        ):
+        with pytest.raises(DocumentError, match=r"scenario: reference\.log: names a log to replay"):
             stage(MODEL, truthful(controller()), replay)
 
 

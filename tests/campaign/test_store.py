@@ -64,7 +64,7 @@ def test_a_kill_at_any_byte_loses_the_line_that_was_written_at_most(
 
 def test_another_campaign_s_file_is_refused_by_what_differs(path: Path) -> None:
     with pytest.raises(
-        InputFileError, match="another campaign, with another seed: found 4, here 5"
+        InputFileError, match="another campaign, whose seed is different: found 4, here 5"
     ):
         TrialStore(path, HEADER | {"seed": 5})
     with pytest.raises(InputFileError, match="another model; name another file"):

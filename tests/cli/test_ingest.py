@@ -253,6 +253,6 @@ def test_a_column_of_dates_is_no_column_of_numbers(tmp_path: Path, line: str):
     refused(
         run("ingest", raw, "--bench", bench, "-o", tmp_path / "x.mcap"),
         3,
-        "column 'when' holds dates",
-        "leave it out of columns",
+        "column 'when' contains dates",
+        "leave this column out of columns",
     )

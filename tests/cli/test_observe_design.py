@@ -49,8 +49,8 @@ def test_text_tells_modes_gamma_and_what_the_certificate_does_not_hold(model: Pa
     )
     for note in (
         "the encoder is coarse",
-        "may turn without passing mode 0",
-        "alpha stands still",
+        "may reverse without passing mode 0",
+        "alpha does not change",
         "viscous friction above a knee",
     ):
         assert note in result.stdout

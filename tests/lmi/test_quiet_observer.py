@@ -108,5 +108,7 @@ def test_what_has_no_solution_is_refused() -> None:
     with pytest.raises(NoSolutionError, match=r"mode 1: .* not seen"):
         quiet_gains({0: _axis(1.0), 1: _axis(0.0)}, ALL, NOISE, 1.0, 2.0)
     for decay, factor in ((0.0, 2.0), (1.1, 2.0), (0.9, 1.0), (0.9, np.nan)):
-        with pytest.raises(ValueError, match="allowed: above 0 and at most 1, and above 1"):
+        with pytest.raises(
+            ValueError, match="allowed: a decay above 0 and at most 1, a factor above 1"
+        ):
             quiet_gains({0: _axis(1.0)}, [(0, 0)], NOISE, decay, factor)

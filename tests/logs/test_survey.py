@@ -120,7 +120,9 @@ def test_which_methods_a_log_can_feed():
         }.items()
     )
     coarse = 0.05 * np.rint(20.0 * fine)
-    assert "one encoder count is" in str(told(with_signals(position=coarse, effort=force))["inverse-dynamic"])
+    assert "one encoder count is" in str(
+        told(with_signals(position=coarse, effort=force))["inverse-dynamic"]
+    )
     assert told(with_signals(position=coarse, effort=force))["least-squares"] is None
     one_way = told(with_signals(position=k * 1e-3, current=force))
     assert "in one direction only" in str(one_way["least-squares"])

@@ -272,7 +272,7 @@ def test_a_format_that_breaks_the_margin_is_told_or_refused() -> None:
             "pid_limiter",
             [
                 "limiter: by energy (inertia 1 kg, F_c 1 N), band 0.02 m",
-                "limiter: it is not linear",
+                "limiter: it is nonlinear",
                 "proved for every constant",
             ],
         ),

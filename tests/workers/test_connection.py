@@ -114,10 +114,11 @@ def test_who_answers_and_is_no_scheduler_is_told(
 
         one = threading.Thread(target=answer, daemon=True)
         one.start()
-        assert f"not a Dask scheduler of this kind; is the address tls://127.0.0.1:{port}" in refused(
-            f"tcp://127.0.0.1:{port}", {}
+        assert (
+            f"not a Dask scheduler of this kind; is the address tls://127.0.0.1:{port}"
+            in refused(f"tcp://127.0.0.1:{port}", {})
         )
-        assert f"speaks no TLS; is it tcp://127.0.0.1:{port}" in refused(
+        assert f"speaks no TLS; is the address tcp://127.0.0.1:{port}" in refused(
             f"tls://127.0.0.1:{port}", settings
         )
         one.join(5.0)
