@@ -67,7 +67,7 @@ def test_another_campaign_s_file_is_refused_by_what_differs(path: Path) -> None:
         InputFileError, match="another campaign, whose seed is different: found 4, here 5"
     ):
         TrialStore(path, HEADER | {"seed": 5})
-    with pytest.raises(InputFileError, match="another model; name another file"):
+    with pytest.raises(InputFileError, match="whose model is different; name another file"):
         TrialStore(path, HEADER | {"model": "b" * 64})
 
 
@@ -84,7 +84,9 @@ def test_trials_kept_before_a_change_of_a_metric_are_refused(
         TrialStore(kept, campaign_inputs.header_of(trial, paths, "random", None)).close()
     metric = package / "metrics/overshoot.py"
     metric.write_text(metric.read_text(encoding="utf-8").replace("100.0", "200.0"))
-    with pytest.raises(InputFileError, match="another campaign, with another code of the metrics"):
+    with pytest.raises(
+        InputFileError, match="another campaign, whose code of the metrics is different"
+    ):
         TrialStore(kept, campaign_inputs.header_of(trial, paths, "random", None))
 
 

@@ -105,7 +105,7 @@ def test_what_has_no_solution_is_refused() -> None:
         quiet_gains(
             {0: _axis(1.0), 1: _axis(-1.0)}, ALL, NOISE, 1.0, 100.0
         )  # turns without 0: docs/theory/observers.md
-    with pytest.raises(NoSolutionError, match=r"mode 1: .* not seen"):
+    with pytest.raises(NoSolutionError, match=r"mode 1: .* not observable"):
         quiet_gains({0: _axis(1.0), 1: _axis(0.0)}, ALL, NOISE, 1.0, 2.0)
     for decay, factor in ((0.0, 2.0), (1.1, 2.0), (0.9, 1.0), (0.9, np.nan)):
         with pytest.raises(

@@ -103,7 +103,7 @@ def test_the_limiter_has_the_models_friction_and_the_encoders_step() -> None:
     assert found.limiter is not None
     assert (found.limiter.inertia, found.limiter.coulomb) == (1.32e-5, FRICTION)
     assert told(found)["limiter.band"] == found.limiter.band == pytest.approx(STEP)
-    assert any("not linear" in note for note in found.notes)
+    assert any("nonlinear" in note for note in found.notes)
 
 
 def test_a_band_below_the_encoders_step_is_refused() -> None:

@@ -90,7 +90,7 @@ def limits_of(bench: Bench) -> BenchLimits:
         also = " and the load take" if load else " takes"
         raise NoSolutionError(
             f"{bench.name}: the drive gives at least {effort:.3g} {si_unit('effort', bench.axis)} "
-            f"at its limit, and friction{also} takes up to {coulomb + offset + load:.3g}: motion "
+            f"at its limit, and friction{also} up to {coulomb + offset + load:.3g}: motion "
             "is not certain; raise actuator.limit or narrow mechanics.coulomb"
         )
     if known.top_speed is None and viscous <= 0.0:
