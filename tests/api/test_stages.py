@@ -153,7 +153,7 @@ def test_a_test_is_planned_played_identified_and_validated() -> None:
     assert found.model.provenance.command == "frictool.identify.identify() in Python"
     assert found.records[0].time.size == log.main.time.size
     assert validate(found.model, log).errors["velocity"] < 0.2
-    with pytest.raises(LogError, match="give the servo"):
+    with pytest.raises(LogError, match="give `servo`"):
         play(MODEL, sines.as_log("sines"))
 
 

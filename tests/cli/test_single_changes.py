@@ -133,11 +133,11 @@ def test_a_change_that_matters_is_named_by_simulate_and_report(tmp_path: Path, i
     rig = ControllerRig(tmp_path)
     rig.write(model(), played(), 0.1)
     (tmp_path / "model.yaml").write_text(yaml.safe_dump(edit.document, sort_keys=False))
-    assert "is not what " in rig.simulate().stderr, edit.label
+    assert "is outside the range " in rig.simulate().stderr, edit.label
     shown = rig.report("--json")
     assert margin_of(shown.stdout)["met"] is None, edit.label
     assert any(
-        "is not what speed was verified for" in line
+        "is outside the range for which speed was verified" in line
         for line in json.loads(shown.stdout)["warnings"]
     )
     told = run("verify", tmp_path / "controller.yaml", "--model", tmp_path / "model.yaml", "--json")

@@ -36,7 +36,7 @@ def reason(records: list[MotionRecord]) -> str:
 
 def test_a_saturated_measurement(log: MotionRecord) -> None:
     top = 0.4 * float(np.abs(log.effort).max())
-    assert "its measurement is saturated" in reason(
+    assert "the measurement of the effort is saturated" in reason(
         [replace(log, effort=np.clip(log.effort, -top, top))]
     )
 

@@ -114,7 +114,7 @@ def test_an_effort_of_another_constant_is_made_anew_and_a_measured_one_kept(tmp_
     )
     (piece,) = derived.pieces()
     np.testing.assert_array_equal(piece.effort, 2.0 * current)
-    assert any("effort made anew" in remark for remark in derived.remarks())
+    assert any("effort computed again" in remark for remark in derived.remarks())
     effort = 1.9 * current + 0.1 * np.sin(time)
     measured = open_stream(
         save(log(time, current=current, effort=effort), tmp_path / "measured.mcap"), BENCH

@@ -350,4 +350,4 @@ def test_processes_change_nothing_and_one_that_is_ended_loses_its_own_log_only(
     )
     assert found[:1] == observe_logs(fleet[:1], believed(), ObservationSettings(), cores=1)
     assert found[1].outcome is None
-    assert "was ended" in found[1].reason
+    assert "ended" in found[1].reason

@@ -82,7 +82,7 @@ def test_a_limit_cycle_is_told_absent_by_a_hold_of_15_s_and_by_no_shorter_one() 
     assert (found.met, found.value, found.reason) == (True, 0.0, "")
     found = asked("limit_cycle", rad(0.0), one(references=((55.0, 1.1), (5.0, 14.9))))
     assert (found.met, found.value) == (None, None)
-    assert "absent after 15 s" in found.reason
+    assert "excluded after 15 s" in found.reason
 
 
 def test_the_rms_drive_is_over_the_whole_record_and_needs_no_step() -> None:

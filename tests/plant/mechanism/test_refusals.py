@@ -133,7 +133,7 @@ WRONG = [
      ["found a list of 3; allowed: at most 2"]),
     # what has no part in anything
     (CART, CART + "  idle: {inertia: {value: 1, unit: kg m^2}}\n", "blocks.idle",
-     ["connects idle to the rest", "ground it"]),
+     ["connects idle to the rest", "stop on the ground"]),
 ]  # fmt: skip
 
 
