@@ -26,8 +26,8 @@ def unreachable(row: ParameterAssessment) -> str:
         return f"{wanted}: {row.verdict.why}"
     longer = (precision / row.target) ** 2
     return (
-        f"{wanted} by a finer encoder, but by {longer:.3g} times as long a test, or less "
-        "noise of the measured drive"
+        f"{wanted} by a finer encoder, but by a test that is {longer:.3g} times as long, or by "
+        "less noise of the measured drive"
     )
 
 
