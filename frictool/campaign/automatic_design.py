@@ -20,14 +20,16 @@ from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.synth.feasibility import check_feasible
 from frictool.synth.load_disturbance import disturbance
-from frictool.synth.search.candidate_controller import candidate_controller
+from frictool.synth.search.candidate_controller import CandidateControllers
+from frictool.synth.search.compensated_cascade import COMPENSATED_CASCADE
 from frictool.synth.search.design_scales import design_scales
+from frictool.synth.search.lpv_cascade import LPV_CASCADE
 from frictool.synth.search.pi_cascade import PI_CASCADE
 from frictool.synth.search.played_search import CandidateSearch, FamilyOutcome
 from frictool.synth.search.played_tests import PlayedTests
 from frictool.synth.synthesis import require_identified, synthesise
 
-FAMILIES = (PI_CASCADE,)
+FAMILIES = (PI_CASCADE, COMPENSATED_CASCADE, LPV_CASCADE)
 SHORT = 2.5  # response times, duration of a part in the tests before the whole one
 AT_REST = 2.25  # response times after which the axis must rest in these tests
 SCREENED = 2  # parts of the screen
@@ -89,13 +91,14 @@ def design_automatically(
     first = FAMILIES[0]
     check_feasible(model, spec, first.design(scales, first.values(first.starts[0])))
     tests = _tests(test)
+    controllers = CandidateControllers(model, spec)
     outcomes = []
     for family in FAMILIES:
         search = CandidateSearch(
             family,
             scales,
             tests,
-            lambda design: candidate_controller(model, spec, design),
+            controllers,
             lambda design: _verify(test, design),
         )
         outcomes.append(search.run(progress))

@@ -16,9 +16,11 @@ from frictool.documents.design import Design
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.errors import NoSolutionError
-from frictool.synth.search.candidate_controller import candidate_controller
+from frictool.synth.search.candidate_controller import CandidateControllers
+from frictool.synth.search.compensated_cascade import COMPENSATED_CASCADE
 from frictool.synth.search.design_scales import DesignScales, design_scales
 from frictool.synth.search.design_text import design_text
+from frictool.synth.search.lpv_cascade import LPV_CASCADE
 from frictool.synth.search.pi_cascade import PI_CASCADE
 from frictool.synth.search.played_search import CandidateSearch
 from frictool.synth.search.played_tests import (
@@ -92,12 +94,23 @@ def test_the_design_of_a_start_is_scaled_to_the_actuator(scales: DesignScales) -
 
 
 def test_the_text_of_a_design_gives_the_same_design(scales: DesignScales, tmp_path: Path) -> None:
-    for start in PI_CASCADE.starts:
-        design = PI_CASCADE.design(scales, PI_CASCADE.values(start))
+    for family in (PI_CASCADE, COMPENSATED_CASCADE, LPV_CASCADE):
+        design = family.design(scales, family.values(family.starts[1]))
         text = design_text(design, "found by a test\nin two lines")
         assert text.startswith("# found by a test\n# in two lines\nformat: design/1\n")
         (tmp_path / "design.yaml").write_text(text)
         assert load(tmp_path / "design.yaml", Design) == design
+
+
+def test_the_weights_of_the_clutch_are_those_of_its_fast_form(scales: DesignScales) -> None:
+    design = LPV_CASCADE.design(scales, LPV_CASCADE.values(LPV_CASCADE.starts[0]))
+    fast = load(ROOT / "configs/clutch/designs/fast.yaml", Design)
+    for name in ("bandwidth_rad_s", "disturbance", "drive", "command"):
+        expected = getattr(fast.weights, name)
+        assert getattr(design.weights, name) == pytest.approx(expected, rel=0.02)
+    assert design.weights.noise is not None
+    assert design.weights.noise.value == pytest.approx(0.01, rel=0.02)
+    assert design.channel_effort == pytest.approx(0.003, rel=0.1)
 
 
 def test_a_static_error_below_one_count_is_refused() -> None:
@@ -139,7 +152,7 @@ def test_a_plant_on_which_a_candidate_fails_joins_the_screen(scales: DesignScale
         PI_CASCADE,
         scales,
         PlayedTests(screen, short, whole, (0, 1)),
-        lambda design: candidate_controller(model, SPEC, design),
+        CandidateControllers(model, SPEC),
         lambda design: None,
     )
     outcome = search.run(lambda step: None)
@@ -162,9 +175,7 @@ def test_a_candidate_that_is_not_verified_is_no_result(scales: DesignScales) -> 
 
     family = type(PI_CASCADE)(PI_CASCADE.name, PI_CASCADE.parameters, PI_CASCADE.design, 40)
     tests = PlayedTests(Judge(), Judge(), Judge(), (0,))
-    search = CandidateSearch(
-        family, scales, tests, lambda design: candidate_controller(model, SPEC, design), refuse
-    )
+    search = CandidateSearch(family, scales, tests, CandidateControllers(model, SPEC), refuse)
     outcome = search.run(lambda step: None)
     assert not outcome.passed
     assert outcome.candidates == 40

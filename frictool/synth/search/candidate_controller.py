@@ -7,6 +7,7 @@ from frictool.documents.design import Design
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.spec import Spec
+from frictool.errors import FrictoolError
 from frictool.synth.design import controller_document, problem, running_linear
 from frictool.synth.methods import solver
 from frictool.synth.surrounding_blocks import blocks
@@ -15,32 +16,40 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 UNVERIFIED = Provenance("candidate of a search", "0")
 
 
-def candidate_controller(
-    model: Model, spec: Spec, design: Design, solved: ControllerCandidate | None = None
-) -> stored.Controller:
-    """Return the controller of a design without its verification.
+class CandidateControllers:
+    """Controllers of candidates; call it with a design.
 
-    Parameters
-    ----------
-    model, spec, design
-        The documents.
-    solved : ControllerCandidate, optional
-        Result of the method, if it is known already.
-
-    Raises
-    ------
-    FrictoolError
-        If the method has no solution, or a block does not suit the model.
+    The linear part is computed once for equal weights and gains. Raises FrictoolError if the method
+    has no solution, or a block does not suit the model.
     """
-    posed = problem(model, spec, design)
-    candidate = solver(design.method)(posed) if solved is None else solved
-    return controller_document(
-        posed,
-        running_linear(posed, candidate),
-        _unverified(posed),
-        blocks(model, design),
-        UNVERIFIED,
-    )
+
+    def __init__(self, model: Model, spec: Spec) -> None:
+        self.model, self.spec = model, spec
+        self._solved: dict[tuple[object, ...], ControllerCandidate | FrictoolError] = {}
+
+    def __call__(self, design: Design) -> stored.Controller:
+        """Return the controller of a design without its verification."""
+        posed = problem(self.model, self.spec, design)
+        return controller_document(
+            posed,
+            running_linear(posed, self._linear(posed)),
+            _unverified(posed),
+            blocks(self.model, design),
+            UNVERIFIED,
+        )
+
+    def _linear(self, posed: SynthesisProblem) -> ControllerCandidate:
+        design = posed.design
+        key = (design.method, design.weights, design.schedule, design.channel_effort, design.pid)
+        if key not in self._solved:
+            try:
+                self._solved[key] = solver(design.method)(posed)
+            except FrictoolError as error:
+                self._solved[key] = error
+        solved = self._solved[key]
+        if isinstance(solved, FrictoolError):
+            raise solved
+        return solved
 
 
 def _unverified(posed: SynthesisProblem) -> stored.Verified:

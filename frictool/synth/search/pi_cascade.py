@@ -18,7 +18,7 @@ from frictool.synth.search import position_blocks
 from frictool.synth.search.candidate_family import CandidateFamily, SearchedParameter, rounded
 from frictool.synth.search.design_scales import DesignScales
 
-CANDIDATES = 450
+CANDIDATES = 600
 LOOP = (
     SearchedParameter("gain_product", 0.1, 0.95, (0.4, 0.5)),
     SearchedParameter("integral_product", 1.5, 60.0, (6.0, 14.0)),

@@ -2,9 +2,10 @@
 
 Each start is played first, then differential evolution (Storn and Price 1997, scipy) varies the
 parameters around the best one. The objective is the largest shortfall of all figures, with the
-reserve. A candidate is played on few plants first; a plant on which a good candidate fails joins
-them. The first candidate that passes the whole test with its reserve, and the verification, ends
-the search. If there is none, the best ones are played in the whole test without the reserve.
+reserve. A candidate is played on few plants first, and on all if it is promising; the plant on
+which it is worst joins the few. The first candidate that passes the whole test with its reserve,
+and the verification, ends the search. If there is none, the best ones are played in the whole test
+without the reserve.
 """
 
 from __future__ import annotations
@@ -30,10 +31,13 @@ from frictool.synth.search.played_tests import (
 )
 from frictool.typing import Vector
 
+# errors of a candidate, which is then rejected: its numbers may be far outside of what is usual
+UNUSABLE = (FrictoolError, ArithmeticError, ValueError)
 SEED = 1
 POPULATION, SPREAD = 18, 0.25  # candidates of a generation; their spread around the best start
-MOST_HARD = 9  # largest number of plants of the screen
-RETRIED = 6  # candidates that are played again without the reserve
+PROMISING = RESERVE  # shortfall on the screen up to which a candidate is played on all plants
+MOST_HARD = 10  # largest number of plants of the screen
+RETRIED = 12  # candidates that are played again without the reserve
 
 
 @dataclass(frozen=True)
@@ -161,13 +165,15 @@ class CandidateSearch:
             controller = self.controller(design)
             runs = self.tests.screen(controller, self.hard)
             value = shortfall(runs)
-            for test in (self.tests.short, self.tests.whole):
-                if value > 0.0:
-                    break
-                runs = test(controller, None)
+            if value <= PROMISING:
+                runs = self.tests.short(controller, None)
+                value = max(value, shortfall(runs))
+                self._add_hard(runs)
+            if value <= 0.0:
+                runs = self.tests.whole(controller, None)
                 value = shortfall(runs)
                 self._add_hard(runs)
-        except FrictoolError:
+        except UNUSABLE:
             return FAILED
         candidate = Candidate(design, value, runs)
         self.played.append(candidate)
@@ -180,7 +186,7 @@ class CandidateSearch:
     def _verified(self, design: Design) -> bool:
         try:
             self.verify(design)
-        except FrictoolError as error:
+        except UNUSABLE as error:
             self.refusals.append(str(error))
             return False
         return True
@@ -197,8 +203,7 @@ class CandidateSearch:
         near = [one for one in ranked if one.shortfall <= 2.0 * RESERVE][:RETRIED]
         for one in near:
             controller = self.controller(one.design)
-            runs = self.tests.short(controller, None)
-            if shortfall(runs, 0.0) > 0.0:
+            if shortfall(self.tests.short(controller, None), 0.0) > 0.0:
                 continue
             runs = self.tests.whole(controller, None)
             if shortfall(runs, 0.0) <= 0.0 and self._verified(one.design):
