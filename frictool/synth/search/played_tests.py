@@ -13,10 +13,10 @@ from frictool.typing import Vector
 
 RESERVE = 0.05  # relative distance to each limit that the search aims at
 EXACT = ("oscillations", "drive_peak", "rest", "limit_cycle", "saturation_time_s")  # without it
-WORST = 3.0  # largest shortfall of one requirement
 FAILED = 10.0  # shortfall of a candidate that cannot be played
 EACH = 0.02  # weight of the sum of all shortfalls beside the largest
-STANDSTILL = 2.0  # shortfall of a response that does not end
+# shortfall of a response that does not end, and its growth with that of the static error
+STANDSTILL, PER_ERROR = 2.0, 0.3
 
 
 class JudgedRuns(Protocol):
@@ -71,8 +71,8 @@ class PlayedTests:
 def shortfalls(runs: JudgedRuns, reserve: float = RESERVE) -> Vector:
     """Return the distance (p, r) of each figure to its limit with the reserve; 0 or less if met.
 
-    An undecided figure has no shortfall. A response that does not end is graded by the error at the
-    end of the hold, so that a search can reduce it.
+    An undecided figure has no shortfall. Beyond 1 it grows with the logarithm. A response
+    that does not end is graded by the static error, so that a search can reduce it.
     """
     wanted = np.array([0.0 if one.key in EXACT else reserve for one in runs.metrics])
     reserves = np.array(runs.reserves, dtype=np.float64)
@@ -81,12 +81,12 @@ def shortfalls(runs: JudgedRuns, reserve: float = RESERVE) -> Vector:
     for column, one in enumerate(runs.metrics):
         if one.limit == 0.0:  # its reserve has a unit
             short[:, column] = np.where(runs.met[:, column] == 0, 0.5, 0.0)
-    endless = np.isposinf(short)
+    short = np.where(np.isnan(short), 0.0, short)
     error = next((k for k, one in enumerate(runs.metrics) if one.key == "static_error"), None)
-    if error is not None:
-        graded = STANDSTILL + np.clip(np.nan_to_num(short[:, error]), 0.0, 10.0) / 10.0
-        short = np.where(endless, graded[:, None], short)
-    return np.clip(np.where(np.isnan(short), 0.0, short), -1.0, WORST)
+    rest = 0.0 if error is None else np.where(np.isinf(short[:, error]), 0.0, short[:, error])
+    endless = STANDSTILL + PER_ERROR * np.log1p(np.maximum(rest, 0.0))
+    graded = np.where(np.isposinf(short), np.reshape(endless, (-1, 1)), short)
+    return np.maximum(np.where(graded > 1.0, 1.0 + np.log(np.maximum(graded, 1.0)), graded), -1.0)
 
 
 def shortfall(runs: JudgedRuns, reserve: float = RESERVE) -> float:
