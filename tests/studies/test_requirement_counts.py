@@ -110,7 +110,7 @@ def test_what_is_missed_is_told() -> None:
     assert missed(fast) == [
         "vertices: 15 of 16, asked 16",
         "random plants: 994 of 1000, asked 995",
-        "1 vertices slower than 0.13 s",
+        "1 vertices slower than 0.122 s",
     ]
     assert missed(Counted("fast", 0.4, good, (good,) * 16, (good,) * 1000)) == [
         "modulus margin 0.400, asked 0.5"
