@@ -13,12 +13,12 @@ def drive_peak(measured: Vector) -> float:
 
     The result is at least 0; without noise it is the largest |drive|.
     """
-    return max(0.0, float(np.max(np.abs(measured))) - noise_floor(measured))
+    return max(0.0, float(np.abs(measured).max()) - noise_floor(measured))
 
 
 def command_peak(command: Vector) -> float:
     """Return the largest |command| [A | V] of a signal (n,) without noise."""
-    return float(np.max(np.abs(command)))
+    return float(np.abs(command).max())
 
 
 def larger_peak(command: Vector | None, measured: Vector | None) -> float:

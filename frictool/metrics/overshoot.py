@@ -15,5 +15,5 @@ def overshoot_percent(
     An excess of at most one sensor step counts as none, since the sensor rounds by as much.
     """
     amplitude = target - origin
-    excess = float(np.max((position - target) * np.sign(amplitude)))
+    excess = float(((position - target) * np.sign(amplitude)).max())
     return 100.0 * excess / abs(amplitude) if excess > resolution else 0.0

@@ -29,7 +29,7 @@ def response_time_95(
     final = final_value(position)
     if abs(target - final) > 0.5 * abs(target - origin):
         return math.inf
-    outside = np.flatnonzero(np.abs(position - final) > zone_half_width(origin, target, resolution))
+    outside = (np.abs(position - final) > zone_half_width(origin, target, resolution)).nonzero()[0]
     if outside.size == 0:
         return 0.0
     last = int(outside[-1])

@@ -24,9 +24,10 @@ def turning_points(position: Vector, threshold: float, direction: float = 0.0) -
     threshold [rad or m]. direction: 1 or -1 if the initial direction of motion is known; with 0 the
     first motion beyond the threshold defines it.
     """
-    increments = np.diff(position)
-    moving = np.flatnonzero(increments)
-    turns = moving[1:][np.sign(increments[moving[1:]]) != np.sign(increments[moving[:-1]])]
+    increments = position[1:] - position[:-1]
+    moving = increments.nonzero()[0]
+    rising = increments[moving] > 0.0
+    turns = moving[1:][rising[1:] != rising[:-1]]
     turning: list[int] = []
     low = high = extreme = 0
     for sample in [*turns.tolist(), position.size - 1]:
@@ -50,9 +51,8 @@ def reversals(position: Vector, origin: float, target: float, resolution: float 
 
     It is 0 if the position does not reach the 95 % zone around its final value.
     """
-    inside = np.flatnonzero(
-        np.abs(position - final_value(position)) <= zone_half_width(origin, target, resolution)
-    )
+    zone = zone_half_width(origin, target, resolution)
+    inside = (np.abs(position - final_value(position)) <= zone).nonzero()[0]
     if inside.size == 0:
         return 0
     threshold = max(LEAST_SENSOR_STEPS * resolution, LEAST_RETURN * abs(target - origin))

@@ -75,6 +75,9 @@ class AxisParameters(NamedTuple):
 
         Raises ValueError with the name of a parameter that is out of range.
         """
+        return _checked(self)
+
+    def _raise_if_impossible(self) -> None:
         for name, value in zip(self._fields, self.numbers, strict=False):
             if math.isnan(value) or (math.isinf(value) and name not in ("drive_limit", "supply")):
                 raise ValueError(f"{name} is {value}; allowed: a finite number")
@@ -83,10 +86,6 @@ class AxisParameters(NamedTuple):
         for name in ("inertia", "constant", "drive_limit", "supply"):
             if getattr(self, name) == 0.0:
                 raise ValueError(f"{name} is 0; allowed: > 0")
-        return self._replace(
-            breakaway=max(self.breakaway, self.coulomb),
-            backlash_breakaway=max(self.backlash_breakaway, self.backlash_coulomb),
-        )
 
     def as_array(self) -> NDArray[np.float64]:
         """Return the kernels' parameter array, shape (14,), or (EXTENDED_SIZE,) with laws.
@@ -101,7 +100,18 @@ class AxisParameters(NamedTuple):
         return self[:PLAIN_SIZE]  # type: ignore[return-value]  # the laws are the last field
 
 
-@lru_cache(maxsize=1)  # an axis is packed once for its check, and again for its run
+# an axis is checked and packed when it is made, and again for its run
+@lru_cache(maxsize=1)
+def _checked(parameters: AxisParameters) -> AxisParameters:
+    """Return `checked`."""
+    parameters._raise_if_impossible()
+    return parameters._replace(
+        breakaway=max(parameters.breakaway, parameters.coulomb),
+        backlash_breakaway=max(parameters.backlash_breakaway, parameters.backlash_coulomb),
+    )
+
+
+@lru_cache(maxsize=1)
 def _packed(parameters: AxisParameters) -> NDArray[np.float64]:
     """Return `as_array`."""
     axis = parameters.checked()

@@ -253,7 +253,7 @@ def _signal(stream: Stream, name: str, gaps: dict[str, str]) -> Vector | None:
     values = stream.signals.get(name)
     if values is None:
         gaps[name] = f"the log has no {name}"
-    elif not np.all(np.isfinite(values)):
+    elif not np.isfinite(values).all():
         gaps[name] = f"{name} has values that are not finite"
         return None
     return values

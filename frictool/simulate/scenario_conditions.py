@@ -77,7 +77,7 @@ def _effort(disturbance: Disturbance, rows: Vector, period: float) -> None:
         return
     edges = np.arange(begin, until, dtype=np.float64)
     first, last = (  # begin and end of the overlap in each sample, as shares in [0, 1]
-        np.clip(np.round(instant / period - edges, SAME_INSTANT), 0.0, 1.0)
+        np.minimum(np.maximum((instant / period - edges).round(SAME_INSTANT), 0.0), 1.0)
         for instant in (disturbance.at_s, end)
     )
     mean: Vector = disturbance.effort.value * (last - first)
