@@ -40,10 +40,11 @@ Methods (`method` of the design), and the use of each:
 {METHOD_ROWS}
 
 The loop is rebuilt from the stored coefficients and sampled at the bench's period. It must be
-stable at every vertex with 0 and with 1 sample of computational delay, and have the specified
-modulus margin at the bench's delay, also with coefficients rounded to the target's number format.
-Then its worst norm over all plants of the intervals is bounded and proved; `frictool verify` proves
-it again. If one of these steps fails, nothing is written and the exit code is 4.
+stable at every vertex with the bench's computational delay (on a bench without delay also with 1
+sample), and have the specified modulus margin at that delay, also with coefficients rounded to the
+target's number format. Then its worst norm over all plants of the intervals is bounded and proved;
+`frictool verify` proves it again. If one of these steps fails, nothing is written and the exit code
+is 4.
 
 At last the controller is played against the specification on the nominal plant, every vertex and 40
 drawn plants: four steps over the travel and a hold, or the steps of --scenario. The last lines are

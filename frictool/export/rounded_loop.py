@@ -25,7 +25,7 @@ from frictool.verify.feedback_loops import feedbacks, running_form, virtual_fric
 from frictool.verify.loop_figures import CLAIM, loops_of
 from frictool.verify.loop_wording import delay_words
 from frictool.verify.observer_loop import check_observer
-from frictool.verify.speed_loop import performance
+from frictool.verify.speed_loop import is_required, performance
 from frictool.verify.stored_forms import limited_radius
 from frictool.verify.vertices import vertex_points
 
@@ -115,7 +115,14 @@ def _loops(
             point,
             tuple(
                 dict.fromkeys(
-                    (controller.delay_samples, *(check.delay_samples for check in vertex.checks))
+                    (
+                        controller.delay_samples,
+                        *(
+                            check.delay_samples
+                            for check in vertex.checks
+                            if is_required(check.delay_samples, controller.delay_samples)
+                        ),
+                    )
                 )
             ),
         )

@@ -25,6 +25,7 @@ from frictool.verify.loop_figures import (
 )
 from frictool.verify.loop_wording import delay_words, plant_words
 from frictool.verify.resonant_loop import ResonantCheck, require_margin, resonant_check
+from frictool.verify.speed_loop import is_required
 
 COUNT_LIMIT = (
     # limit of the drive after one encoder count, in multiples of the drive limit
@@ -40,17 +41,20 @@ def accept(
 ) -> stored.Verified:
     """Return the verified figures of the loops that `linear` closes with the surrounding blocks.
 
-    Raises NoSolutionError (exit 4), naming the vertex and its figure, if a loop is unstable with a
-    delay of 0 samples, 1 sample or the bench's delay. Raises it also if a loop misses the specified
-    modulus margin at the bench's delay, if rounded coefficients break a claim, or if the controller
-    requests too much drive after one encoder count.
+    Raises NoSolutionError (exit 4), naming the vertex and its figure, if a loop is unstable with
+    the bench's delay, or with 1 sample on a bench without delay. Raises it also if a loop misses
+    the specified modulus margin at the bench's delay, if rounded coefficients break a claim, or if
+    the controller requests too much drive after one encoder count.
     """
     loops = linear_loops(problem, linear, around)
     required = problem.spec.modulus_margin or 0.0
     vertices = tuple(loops.vertex(point) for point in loops.points)
     for vertex in vertices:
         if not vertex.stable:
-            worst = vertex.checks[largest(check.spectral_radius for check in vertex.checks)[1]]
+            checks = [
+                check for check in vertex.checks if is_required(check.delay_samples, problem.delay)
+            ]
+            worst = checks[largest(check.spectral_radius for check in checks)[1]]
             raise NoSolutionError(
                 f"not verified: the sampled loop is unstable at vertex {_where(vertex, problem)} "
                 f"with {delay_words(worst.delay_samples)} "
@@ -91,15 +95,15 @@ def resonant(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> Reso
     """Check the loops on the plant with the model's resonances; return None if it has none.
 
     The result is the worst margin at the bench's delay. Raises NoSolutionError if a loop is
-    unstable with a delay of 0 samples, 1 sample or the bench's delay, or misses the specified
-    margin.
+    unstable with the bench's delay, or with 1 sample on a bench without delay, or misses the
+    specified margin.
     """
     resonances = problem.model.resonances
     if resonances is None:
         return None
     required = problem.spec.modulus_margin or 0.0
     check = None
-    for samples in delays_checked(problem.delay):
+    for samples in _required(problem):
         now = resonant_check(loops, problem.box.vertices, problem.lag, samples, resonances)
         require_margin(now, resonances, required if samples == problem.delay else 0.0)
         check = now if samples == problem.delay else check
@@ -130,9 +134,7 @@ def _brake(problem: SynthesisProblem, around: SurroundingBlocks) -> None:
     brake = limiter_brake(
         around.limiter, around.velocity, problem.model.bench.actuator.constant.value, problem.period
     )
-    for one, point, samples in itertools.product(
-        brake, problem.box.vertices, delays_checked(problem.delay)
-    ):
+    for one, point, samples in itertools.product(brake, problem.box.vertices, _required(problem)):
         check = check_feedback(one, point.rates, problem.lag, samples)
         if not check.stable:
             raise NoSolutionError(
@@ -141,6 +143,28 @@ def _brake(problem: SynthesisProblem, around: SurroundingBlocks) -> None:
                 f"delay (spectral radius {check.spectral_radius:.4f}); raise "
                 "limiter.virtual_speed, or velocity.filter_rad_s"
             )
+
+
+def _required(problem: SynthesisProblem) -> tuple[int, ...]:
+    """Return the delays [samples] with which every loop must be stable."""
+    return tuple(one for one in delays_checked(problem.delay) if is_required(one, problem.delay))
+
+
+def unstable_earlier(vertices: tuple[stored.Vertex, ...], delay: int) -> str:
+    """Return a note on the loops that are unstable with less than the bench's delay, or ""."""
+    found = [
+        (check.spectral_radius, check.delay_samples, vertex.name)
+        for vertex in vertices
+        for check in vertex.checks
+        if check.spectral_radius >= 1.0 and not is_required(check.delay_samples, delay)
+    ]
+    if not found:
+        return ""
+    radius, samples, name = max(found)
+    return (
+        f"the loop is unstable with {delay_words(samples)} at vertex {name} (spectral radius "
+        f"{radius:.4f}): a quicker target must keep the bench's delay, {delay_words(delay)}"
+    )
 
 
 def _count(problem: SynthesisProblem, loops: LinearLoops) -> float:

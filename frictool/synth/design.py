@@ -18,7 +18,7 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.parameter_box import enclosing_box
-from frictool.synth.acceptance import accept, resonant
+from frictool.synth.acceptance import accept, resonant, unstable_earlier
 from frictool.synth.certificate_construction import certified_weights, certify
 from frictool.synth.controller_schedule import verified_schedule
 from frictool.synth.feasibility import check_feasible
@@ -97,6 +97,8 @@ def synthesise_verified(
         controller_document(posed, linear, verified, composed, provenance),
         (*possible, *candidate.notes, *composed.notes),
     )
+    if earlier := unstable_earlier(verified.vertices, posed.delay):
+        notes = (*notes, earlier)
     if controller.resonances is not None:
         notes = (*notes, _with_resonances(posed, controller))
     if design.scheduled:

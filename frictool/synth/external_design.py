@@ -61,7 +61,7 @@ def external_controller(
 ) -> Controller:
     """Convert `system` to a controller document, verified at the vertices of the model's intervals.
 
-    The loops are verified with a delay of 0 samples, 1 sample and the bench's delay. A continuous
+    The loops are checked with a delay of 0 samples, 1 sample and the bench's delay. A continuous
     system is discretised by Tustin's method at the bench's period. The system may have one
     integrator; all its other poles must be stable.
 

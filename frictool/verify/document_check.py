@@ -23,7 +23,7 @@ from frictool.verify.loop_wording import delay_words
 from frictool.verify.margins import sensitivity
 from frictool.verify.observer_loop import check_observer
 from frictool.verify.resonant_loop import require_margin, resonant_check
-from frictool.verify.speed_loop import LoopCheck, check_loop
+from frictool.verify.speed_loop import LoopCheck, check_loop, is_required
 from frictool.verify.stored_forms import check_forms
 from frictool.verify.vertices import vertex_points
 
@@ -125,7 +125,9 @@ def _vertices(controller: Controller, margins: bool) -> None:
             loops, point, lag, tuple(check.delay_samples for check in vertex.checks)
         )
         for check in checks:
-            if check.spectral_radius >= 1.0:
+            if check.spectral_radius >= 1.0 and is_required(
+                check.delay_samples, controller.delay_samples
+            ):
                 raise NoSolutionError(
                     f"{where} the loop of the stored coefficients is unstable with "
                     f"{delay_words(check.delay_samples)} "
@@ -152,6 +154,7 @@ def _vertices(controller: Controller, margins: bool) -> None:
             check_feedback(one, point.rates, lag, check.delay_samples).stable
             for one in brake
             for check in checks
+            if is_required(check.delay_samples, controller.delay_samples)
         ):
             raise NoSolutionError(
                 f"{where} the limiter's virtual friction is unstable at rest; raise "
@@ -185,7 +188,12 @@ def _resonant(controller: Controller) -> None:
     loops = feedbacks_of(controller)
     points = vertex_points(controller)
     for samples in sorted(
-        {check.delay_samples for vertex in controller.verified.vertices for check in vertex.checks}
+        {
+            check.delay_samples
+            for vertex in controller.verified.vertices
+            for check in vertex.checks
+            if is_required(check.delay_samples, controller.delay_samples)
+        }
     ):
         required = (
             controller.verified.modulus_margin_specified

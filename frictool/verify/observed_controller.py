@@ -27,6 +27,7 @@ from frictool.verify.document_check import check_feedback, limiter_brake
 from frictool.verify.loop_figures import LinearLoops, loops_of
 from frictool.verify.loop_wording import delay_words, no_certificate
 from frictool.verify.observer_loop import check_observer
+from frictool.verify.speed_loop import is_required
 from frictool.verify.vertices import vertex_points
 
 NOT_CERTIFIED = no_certificate("an observer's speed")
@@ -196,7 +197,9 @@ def _vertex(controller: Controller, loops: LinearLoops, point: PlantPoint) -> Ve
     """Return the present figures of a vertex; raise NoSolutionError if a loop is unstable."""
     vertex = loops.vertex(point)
     for check in vertex.checks:
-        if check.spectral_radius >= 1.0:
+        if check.spectral_radius >= 1.0 and is_required(
+            check.delay_samples, controller.delay_samples
+        ):
             _refuse(
                 controller, vertex, check.delay_samples, check.spectral_radius, "the sampled loop"
             )
@@ -214,6 +217,8 @@ def _brake(controller: Controller) -> None:
             controller.verified.vertices, vertex_points(controller), strict=True
         ):
             for check in vertex.checks:
+                if not is_required(check.delay_samples, controller.delay_samples):
+                    continue
                 brake_check = check_feedback(
                     one, point.rates, bench.loop_time_constant_s, check.delay_samples
                 )

@@ -33,6 +33,14 @@ class LoopCheck:
         return self.spectral_radius < 1.0
 
 
+def is_required(checked: int, delay: int) -> bool:
+    """Return True if a loop must be stable with `checked` samples on a bench with `delay`.
+
+    A bench never has less than its own delay; instability with less is reported only.
+    """
+    return checked >= delay
+
+
 def closed_loop(controller: Lti, rates: AxisRates, lag: float, delay_samples: int) -> Lti:
     """Return the sensitivity with one plant, from s to s - position."""
     period = controller.period

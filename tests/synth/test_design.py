@@ -9,12 +9,14 @@ import pytest
 from scipy import signal
 
 from frictool.adapters.state_space import read_state_space
+from frictool.documents.controller import DelayCheck, Vertex
 from frictool.documents.design_blocks import PositionLawDesign
 from frictool.documents.model import Model
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.polytope import PlantPoint
+from frictool.synth.acceptance import unstable_earlier
 from frictool.synth.design import design_controller, synthesise_verified
-from frictool.verify.speed_loop import check_loop
+from frictool.verify.speed_loop import check_loop, is_required
 from studies.rigs.clutch_model import clutch_model
 from tests.support.clutch_speed_controller import (
     HERE,
@@ -275,3 +277,17 @@ def pinned(model: Model) -> Model:
         },
     )
     return replace(model, parameters=today, bench=replace(model.bench, mechanics=exact))
+
+
+def test_instability_with_less_than_the_benchs_delay_is_a_note() -> None:
+    def vertex(*radii: float) -> Vertex:
+        checks = tuple(DelayCheck(index, radius, 0.5) for index, radius in enumerate(radii))
+        return Vertex("v3", 1.0, 0.0, 0.0, 1.0, 1.0, 1.0, 0.5, True, checks)
+
+    words = unstable_earlier((vertex(1.2, 0.99, 0.9), vertex(0.9, 1.05, 0.9)), 2)
+    assert "unstable with 0 samples of delay at vertex v3 (spectral radius 1.2000)" in words
+    assert "must keep the bench's delay, 2 samples of delay" in words
+    assert unstable_earlier((vertex(0.9, 1.1),), 0) == ""  # refused, and no note
+    assert unstable_earlier((vertex(0.9, 0.9),), 1) == ""
+    assert [is_required(checked, 0) for checked in (0, 1)] == [True, True]
+    assert [is_required(checked, 2) for checked in (0, 1, 2)] == [False, False, True]

@@ -17,7 +17,7 @@ from studies.rigs.clutch_model import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
 WHY = {
-    "annex_c": r"unstable at vertex v\d+ .* with 0 samples of delay \(spectral radius 1\.\d+\)",
+    "annex_c": r"unstable at vertex v\d+ .* with 1 sample of delay \(spectral radius 1\.\d+\)",
     "position_frozen": r"modulus margin 0\.3\d+ < 0\.5 at vertex",
     "text_weights": r"modulus margin 0\.\d+ < 0\.5 at vertex",
 }
