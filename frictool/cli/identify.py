@@ -279,16 +279,12 @@ def _alone(line: IdentifyCommand) -> None:
     if line.plot is not None:
         from frictool.identify.friction_picture import picture_of
 
-        save_text(
-            line.plot,
-            picture_of(outcome.model, outcome.result, outcome.records, document) + "\n",
-            inputs,
-        )
+        save_text(line.plot, picture_of(outcome) + "\n", inputs)
     _show(outcome.result, document, line.as_json, output, outcome.model)
     if not line.as_json:
         from frictool.identify.text_view import table
 
-        say(table(outcome.result, outcome.model), output)
+        say(table(outcome), output)
 
 
 def _show(

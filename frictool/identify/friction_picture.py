@@ -12,14 +12,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from frictool.documents.bench import Bench
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
 from frictool.friction.speed_regimes import knee_force, regimes_from
@@ -28,8 +25,7 @@ from frictool.identify.breakaway.breakaway import Breakaway
 from frictool.identify.breakaway.friction_map import shape_along
 from frictool.identify.estimators.sines import StrokeRows, stroke_rows
 from frictool.identify.fit_result import UnusableLogs
-from frictool.identify.identification import Identification
-from frictool.identify.motion_record import MotionRecord
+from frictool.identify.from_logs import IdentifiedModel
 from frictool.presentation.svg import drawing, render
 from frictool.typing import Vector
 
@@ -41,15 +37,14 @@ POINTS, LEVELS, TICKS = (201, 15, 8)
 REACH = 1.1  # largest speed drawn, relative to the mean speed of the fastest stroke
 
 
-def picture_of(
-    model: Model, result: Identification, records: Sequence[MotionRecord], bench: Bench
-) -> str:
+def picture_of(outcome: IdentifiedModel) -> str:
     """Return the picture of strokes that can be averaged, of breakaways, and of the laws."""
-    sliding = [record for record in records if result.kinds[record.name] != RAMP_LOG]
+    model, result = outcome.model, outcome.result
+    sliding = [record for record in outcome.records if result.kinds[record.name] != RAMP_LOG]
     if result.laws is not None:
         sliding = [without_load(record, result.laws) for record in sliding]
     try:
-        rows = stroke_rows(sliding, bench)
+        rows = stroke_rows(sliding, model.bench)
     except UnusableLogs:
         rows = None  # no stroke is long enough: only the law is drawn
     return picture(model, rows, result.ramp)

@@ -10,7 +10,7 @@ from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, si_unit
 from frictool.identify.breakaway.stribeck_velocity import StribeckVelocityRange
 from frictool.identify.fit_result import CURVE, PARAMETERS
-from frictool.identify.identification import Identification
+from frictool.identify.from_logs import IdentifiedModel
 from frictool.identify.line_breaking import bounded
 from frictool.identify.methods import METHODS
 
@@ -159,8 +159,9 @@ def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
     )
 
 
-def table(result: Identification, model: Model) -> str:
+def table(outcome: IdentifiedModel) -> str:
     """Return the whole identification as text."""
+    model, result = outcome.model, outcome.result
     lines = [f"{Path(name).name}: {kind}" for name, kind in result.kinds.items()]
     lines.append(f"{result.method}: {METHODS[result.method].what}")
     chosen = result.fit is not None and result.fit.why
