@@ -1,6 +1,6 @@
 """One trial: frictool designs a controller for an actuator, and the judge tries the exported C.
 
-The commands run as a user's do, in processes of their own:
+The commands are those of a user; synth runs in a process of its own, whose time is measured:
 
     frictool synth model.yaml --spec spec.yaml --vertices-only -o controller.yaml
     frictool export controller.yaml --lang c -o c
@@ -25,8 +25,9 @@ from studies.actuators.judge import Verdict, judge
 from studies.actuators.margin import margin
 from studies.actuators.native import load_exported
 from studies.actuators.search import search
+from studies.command_line import run
 
-LONGEST = 600.0  # s, of a command
+LONGEST = 600.0  # s, of synth
 MET, MISSED = 0, 1  # exit codes of synth with a controller
 
 
@@ -65,20 +66,15 @@ def try_actuator(seed: str, number: int) -> Trial:
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
         documents.write(actuator, folder)
-        code, seconds, message = _frictool(
-            folder, "synth", "model.yaml", "--spec", "spec.yaml", "--vertices-only",
-            "-o", "controller.yaml",
-        )  # fmt: skip
+        code, seconds, message = _synth(folder)
         trial = Trial(
             number, describe(actuator), code, seconds, message, found.solved, found.candidates
         )
         if code not in (MET, MISSED):
             return trial
-        exported, _, message = _frictool(
-            folder, "export", "controller.yaml", "--lang", "c", "-o", "c"
-        )
-        if exported != 0:
-            return replace(trial, message=message)
+        exported = run("export", folder / "controller.yaml", "--lang", "c", "-o", folder / "c")
+        if exported.code != 0:
+            return replace(trial, message=exported.stderr.strip())
         try:
             verdict = verdict_of(actuator, seed, folder)
         except (NotImplementedError, RuntimeError) as error:
@@ -115,10 +111,11 @@ def describe(actuator: Actuator) -> str:
     )
 
 
-def _frictool(folder: Path, *words: str) -> tuple[int, float, str]:
-    """Return exit code, processor time [s] and the last line on stderr of a frictool command."""
+def _synth(folder: Path) -> tuple[int, float, str]:
+    """Return exit code, processor time [s] and the last line on stderr of synth."""
     before = _children_time()
-    command = [sys.executable, "-m", "frictool", *words]
+    words = ["synth", "model.yaml", "--spec", "spec.yaml", "--vertices-only"]
+    command = [sys.executable, "-m", "frictool", *words, "-o", "controller.yaml"]
     try:
         done = subprocess.run(
             command, cwd=folder, capture_output=True, text=True, timeout=LONGEST, check=False
