@@ -1,4 +1,4 @@
-"""Documents of an actuator: bench, model, specification, scenario and, for comparison, a design."""
+"""Documents of an actuator: bench, model, specification and scenario."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any
 
 import yaml
 
-from studies.actuators.drawing import Actuator, Interval
+from studies.actuators.drawing import VARIED, Actuator, Interval, Plant
 
 SOURCE = "drawn by studies.actuators"
 
@@ -123,6 +123,19 @@ def scenario(actuator: Actuator) -> dict[str, Any]:
             {"reference": {"value": value, "unit": position}, "duration_s": duration}
             for value, duration in ((there, actuator.short_hold), (back, actuator.long_hold))
         ],
+    }
+
+
+def scenario_of(actuator: Actuator, plant: Plant) -> dict[str, Any]:
+    """Return the same steps for one plant, from its start within a count."""
+    units = _units(actuator)
+    start = actuator.start + plant.phase * actuator.encoder_step
+    keys = {**units, "coulomb": units["effort"]}
+    return {
+        **scenario(actuator),
+        "start": {"value": start, "unit": units["position"]},
+        "variants": "given",
+        "given": {name: {"value": getattr(plant, name), "unit": keys[name]} for name in VARIED},
     }
 
 

@@ -126,7 +126,7 @@ def plant_figures(actuator: Actuator, controller: Controller, plant: Plant) -> V
     """
     reference, second = step_reference(actuator)
     run = play(axis_record(actuator, plant), reference, controller, plant)
-    origin = actuator.start + plant.phase * actuator.encoder_step
+    origin = run.seen[0]  # the first step begins where the encoder shows the axis
     there, back = actuator.start + actuator.amplitude, actuator.start
     rest = round(actuator.rest_after / actuator.period)
     holds = ((0, second, origin, there, -1), (second, reference.size, there, back, rest))
