@@ -114,7 +114,7 @@ def _over_speed(ax: Axes, model: Model, rows: StrokeRows | None, ramp: Breakaway
             inertial = (
                 model.parameters.inertia.value * rows.acceleration + model.parameters.offset.value
             )
-            measured = side * (rows.means.effort - inertial) - _beside_the_mean(
+            measured = side * (rows.means.effort - inertial) - _excess_over_mean(
                 model, rows, ramp, side
             )
             ax.plot(
@@ -132,7 +132,7 @@ def _over_speed(ax: Axes, model: Model, rows: StrokeRows | None, ramp: Breakaway
     ax.legend(loc="lower right")
 
 
-def _beside_the_mean(
+def _excess_over_mean(
     model: Model, rows: StrokeRows, ramp: Breakaway | None, side: float
 ) -> Vector | float:
     """Return the excess (m,) of friction at each stroke's positions over the mean of the travel."""

@@ -92,7 +92,7 @@ def _logs(folder: Path) -> Iterator[Path]:
 def is_table(path: Path) -> bool:
     """Return whether a file is a CSV or Parquet table about logs that frictool has written.
 
-    The test uses the columns and not the name, so that a log is never mistaken for a table. Returns
+    The columns decide and not the file name, so that a log is never mistaken for a table. Returns
     False if the file cannot be read.
     """
     if not path.is_file():

@@ -2,7 +2,7 @@
 
 A new format needs its modules, a row in FORMATS, a test and a row in docs/log_formats.md. The
 modules are imported when a file of the format is read or written. A reader has the functions of
-FormatReader, a writer has the function of FormatWriter in conversion.py.
+FormatReader; a writer has the function of FormatWriter (conversion.py).
 """
 
 from __future__ import annotations

@@ -25,7 +25,7 @@ from frictool.typing import Vector
 LEAST_HOLD = 15.0  # s, shortest hold in which a limit cycle can be ruled out
 LEAST_TURNS = 2
 MANY_TURNS = 6  # turns (three periods) that show a limit cycle in a hold of any length
-KEPT_UP = 0.8  # least ratio of the last swings to the first ones
+SUSTAINED = 0.8  # least ratio of the last swings to the first ones
 OVERDUE = 2.0  # longest time since the last turn, in longest times between two turns
 
 
@@ -56,7 +56,9 @@ def limit_cycle(time: Vector, position: Vector, resolution: float = 0.0) -> Limi
     t, x = time[first:], position[first:]
     threshold = max(resolution * (1.0 + 1e-6), 2.0 * noise_floor(x))
     turns = turning_points(x, threshold)
-    if len(turns) >= (LEAST_TURNS if duration > least else MANY_TURNS) and _kept_up(t, x, turns):
+    if len(turns) >= (LEAST_TURNS if duration > least else MANY_TURNS) and _is_sustained(
+        t, x, turns
+    ):
         return LimitCycle(0.5 * float(np.ptp(x[turns[-min(3, len(turns))] :])), _period(t[turns]))
     if duration <= least:
         return LimitCycle(
@@ -84,13 +86,13 @@ def limit_cycle_period(cycle: LimitCycle) -> float | str:
     return (cycle.reason or "there is no limit cycle") if cycle.period is None else cycle.period
 
 
-def _kept_up(time: Vector, position: Vector, turns: list[int]) -> bool:
+def _is_sustained(time: Vector, position: Vector, turns: list[int]) -> bool:
     last = position[turns[-1] :]
     furthest = float(last[np.argmax(np.abs(last - last[0]))])
     swings = np.abs(np.diff([*position[turns], furthest]))
     between = float(np.max(np.diff(time[turns])))
     return (
-        bool(np.max(swings[-2:]) >= KEPT_UP * np.max(swings[:2]))
+        bool(np.max(swings[-2:]) >= SUSTAINED * np.max(swings[:2]))
         and float(time[-1] - time[turns[-1]]) <= OVERDUE * between
     )
 

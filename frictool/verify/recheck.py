@@ -105,7 +105,7 @@ def verify(controller: Controller, model: Model | None = None) -> Verification:
     certificate = controller.certificate
     proved = () if certificate is None else prove_document(controller, certificate)
     check_document(controller)
-    differences = (*_differences(controller), *_below_what_is_seen(controller.verified))
+    differences = (*_differences(controller), *_contradicted_bounds(controller.verified))
     return Verification(
         controller,
         checked,
@@ -208,7 +208,7 @@ def _scheduled(controller: Controller, schedule: Schedule) -> Schedule:
     )
 
 
-def _below_what_is_seen(verified: Verified) -> Iterator[FigureDifference]:
+def _contradicted_bounds(verified: Verified) -> Iterator[FigureDifference]:
     """Yield the solver's upper bounds that a norm at a vertex contradicts."""
     if verified.robustness is None:
         return

@@ -34,7 +34,7 @@ from frictool.identify.assess.identifiability import (
     verdict,
 )
 from frictool.identify.assess.recorded_motion import recorded_facts
-from frictool.identify.estimators.load_search import with_found_loads
+from frictool.identify.estimators.load_search import with_supported_loads
 from frictool.identify.estimators.power_balance import POWER_BALANCE, by_speed
 from frictool.identify.fit_result import SlidingFit, UnusableLogs
 from frictool.identify.fixed_parameter_refit import bench_with_inertia
@@ -57,7 +57,7 @@ def auto(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     if any(record.velocity is not None for record in records):
         # a measured velocity does not depend on an encoder
         return _differentiated(records, bench, settings, droppable)
-    bench = with_found_loads(records, bench, settings)
+    bench = with_supported_loads(records, bench, settings)
     facts = recorded_facts(records, bench)
     inertia = decide_identifiability("inertia", facts)
     friction = decide_identifiability("viscous", facts)

@@ -30,7 +30,7 @@ from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping
 from frictool.typing import IntVector, Vector
 
 
-def with_found_loads(
+def with_supported_loads(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> Bench:
     """Return the bench with the load terms that the logs support.
@@ -50,7 +50,7 @@ def with_found_loads(
     if names != SLIDING or refused:
         return bench
     plain, _, _, stroke = reduced(samples, np.ones(samples.velocity.size), len(names), used)
-    terms = found_terms(
+    terms = supported_terms(
         plain,
         stroke,
         (*names, *samples.loads),
@@ -61,7 +61,7 @@ def with_found_loads(
     return with_load(bench, terms) if terms else bench
 
 
-def found_terms(
+def supported_terms(
     plain: Tensor,
     stroke: IntVector,
     names: tuple[str, ...],

@@ -85,7 +85,7 @@ def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     samples = _chosen(samples, parts, structure)
     # these columns share the acceleration's power, so that a longer window is better
     if structure != FrictionStructure():
-        share = _own_power(samples) / float(np.mean(samples.acceleration**2))
+        share = _unexplained_power(samples) / float(np.mean(samples.acceleration**2))
         deviation, window = weak_deviation(strokes, axis, sensing, settings.window, share)
         samples = _chosen(*_windows(records, bench, window), structure)
     details: dict[str, float | int] = {
@@ -132,7 +132,11 @@ def _widened(
         return inertia
     second = np.convolve(bell(window), [1.0, -2.0, 1.0]) / sensing.period**2
     share = (
-        abs(inertia.value) * sensing.step**2 / 12.0 * float(second @ second) / _own_power(samples)
+        abs(inertia.value)
+        * sensing.step**2
+        / 12.0
+        * float(second @ second)
+        / _unexplained_power(samples)
     )
     repeated = fit.details["clusters"] < REPEATED * fit.details["strokes"]
     put_back, unsure = (0.0, share) if repeated else (0.5 * share, 0.5 * share)
@@ -230,7 +234,7 @@ def _why(structure: FrictionStructure) -> str | None:
     )
 
 
-def _own_power(samples: RegressionSamples) -> float:
+def _unexplained_power(samples: RegressionSamples) -> float:
     """Return the mean square of the acceleration not explained by other columns.
 
     It is in (rad/s^2)^2 | (m/s^2)^2.

@@ -145,10 +145,10 @@ def axis_known(bench: Bench) -> PriorAxis:
     backlash = max(known.backlash.interval) if known.backlash else 0.0
     viscous, coulomb = (one.value or one.interval[1] for one in (known.viscous, known.coulomb))
     middle = 0.5 * (known.travel.low + known.travel.high) if known.travel else 0.0
-    return PriorAxis(known.inertia.value, viscous, coulomb, backlash, beside_of(bench), middle)
+    return PriorAxis(known.inertia.value, viscous, coulomb, backlash, declared_loads(bench), middle)
 
 
-def beside_of(bench: Bench) -> DeclaredLoads:
+def declared_loads(bench: Bench) -> DeclaredLoads:
     """Return the loads that the bench declares; an offset if it declares none."""
     if bench.load is None:
         return DeclaredLoads()

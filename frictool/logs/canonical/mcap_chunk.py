@@ -22,7 +22,7 @@ class _ThreadDecompressor(threading.local):
         self.zstd = zstandard.ZstdDecompressor()
 
 
-_own = _ThreadDecompressor()
+_per_thread = _ThreadDecompressor()
 
 
 def chunk_data(body: bytes) -> bytes:
@@ -63,7 +63,7 @@ def _decompress(compression: str, packed: memoryview, size: int) -> bytes:
         try:
             if zstandard.frame_content_size(packed) not in (-1, size):  # -1: the frame does not say
                 raise ValueError("a zstd frame announces another size than its chunk")
-            return _own.zstd.decompress(packed, max_output_size=size)
+            return _per_thread.zstd.decompress(packed, max_output_size=size)
         except zstandard.ZstdError as error:
             raise ValueError(str(error)) from None
     if compression == "lz4":
@@ -92,7 +92,7 @@ def chunk_prefix(rest: bytes) -> bytes:
     if compression == b"zstd":
         pieces = []
         try:
-            with _own.zstd.stream_reader(packed) as stream:
+            with _per_thread.zstd.stream_reader(packed) as stream:
                 while size > 0 and (piece := stream.read(min(size, PIECE))):
                     pieces.append(piece)
                     size -= len(piece)

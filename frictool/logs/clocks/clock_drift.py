@@ -9,8 +9,8 @@
                                           = -lag x'(t). A Theil-Sen line through the lags gives
                                           offset and drift.
 
-clock_offset.py estimates one offset of two whole records, with its confidence interval. Here only
-the lag of each window is computed, which takes a fraction of the time.
+clock_offset.py estimates one offset of two whole records, with its confidence interval.
+clock_drift.py computes only the lag of each window, in a fraction of the time.
 
 With an offset of x s, the second clock shows t + x when the first shows t. With a drift of d s/s,
 the second clock gains d s per second.

@@ -1,10 +1,10 @@
 """Repeated jumps of one size in a position: detection of a wrap with any period.
 
 A step s is long if it exceeds half of the position's range. The range leaves out outliers of one
-sample. If the sensor wraps, the axis moves by u against the direction of s, and the
-period is P = |s| + u. The four steps around s bound u, so that each long step gives an interval of
-P. The search takes the period that lies in most of these intervals. Then it classifies the motion
-around the steps:
+sample. If the sensor wraps, the axis moves by u against the direction of s, and the period is P =
+|s| + u. The four steps around s bound u, so that each long step gives an interval of P. The search
+chooses the period that lies in most of these intervals, and then classifies the motion around the
+steps:
 
     forward     the axis moves against s both before and after the step, as it does if it continues
                 across the end of the period

@@ -5,9 +5,10 @@ it. One message is therefore parsed field by field. All other messages of its si
 lengths at the same offsets (`MessageLayout.guards`) have the same layout, and their numbers are
 extracted from all of them at once. A recording of one publisher has one layout, or a few.
 
-In CDR, the first 4 bytes give the byte order. Counted from their end, each number is aligned to its
-own size (in version 2 to at most 4 bytes). The length of a text, with the closing NUL, precedes the
-text. The length of a sequence precedes the sequence. A fixed array has no such length.
+In CDR, the first 4 bytes give the byte order. Counted from the end of these 4 bytes, each number is
+aligned to its own size (in version 2 to at most 4 bytes). The length of a text, with the closing
+NUL, precedes the text. The length of a sequence precedes the sequence. A fixed array has no such
+length.
 
 In ROS 1, numbers are little-endian and not aligned, and texts have no closing NUL.
 """
