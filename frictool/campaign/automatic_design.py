@@ -8,7 +8,7 @@ The families are tried in the order of simplicity; the first that meets the spec
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from msgspec import structs
 
@@ -21,6 +21,7 @@ from frictool.documents.spec import Spec
 from frictool.synth.feasibility import check_feasible
 from frictool.synth.load_disturbance import disturbance
 from frictool.synth.search.candidate_controller import CandidateControllers
+from frictool.synth.search.candidate_family import CandidateFamily
 from frictool.synth.search.compensated_cascade import COMPENSATED_CASCADE
 from frictool.synth.search.design_scales import design_scales
 from frictool.synth.search.lpv_cascade import LPV_CASCADE
@@ -30,6 +31,15 @@ from frictool.synth.search.played_tests import PlayedTests
 from frictool.synth.synthesis import require_identified, synthesise
 
 FAMILIES = (PI_CASCADE, COMPENSATED_CASCADE, LPV_CASCADE)
+# keys of a design with method `auto` that the search keeps
+KEPT = (
+    "position_law",
+    "prefilter",
+    "velocity",
+    "friction_compensation",
+    "form",
+    "measurement_hold_samples",
+)
 SHORT = 2.5  # response times, duration of a part in the tests before the whole one
 AT_REST = 2.25  # response times after which the axis must rest in these tests
 SCREENED = 2  # parts of the screen
@@ -62,7 +72,9 @@ class AutomaticDesign:
 
 
 def design_automatically(
-    test: DesignTest, progress: Callable[[str], None] = lambda _: None
+    test: DesignTest,
+    progress: Callable[[str], None] = lambda _: None,
+    wishes: Design | None = None,
 ) -> AutomaticDesign:
     """Search the simplest family with a design that passes the test.
 
@@ -72,6 +84,8 @@ def design_automatically(
         Model, specification, steps and plants.
     progress : callable
         Called with the name of each step.
+    wishes : Design, optional
+        Design with method `auto`, whose name and blocks are kept.
 
     Returns
     -------
@@ -88,12 +102,13 @@ def design_automatically(
     disturbance(model)  # refuses loads that the structures cannot handle
     length = longest_step_of(test.scenario)
     scales = design_scales(model, spec, length, response_time(model, spec))
-    first = FAMILIES[0]
+    families = [_with_wishes(family, wishes) for family in FAMILIES]
+    first = families[0]
     check_feasible(model, spec, first.design(scales, first.values(first.starts[0])))
     tests = _tests(test)
     controllers = CandidateControllers(model, spec)
     outcomes = []
-    for family in FAMILIES:
+    for family in families:
         search = CandidateSearch(
             family,
             scales,
@@ -105,6 +120,19 @@ def design_automatically(
         if outcomes[-1].passed:
             break
     return AutomaticDesign(tuple(outcomes))
+
+
+def _with_wishes(family: CandidateFamily, wishes: Design | None) -> CandidateFamily:
+    """Return the family whose designs have the name and the blocks of `wishes`."""
+    if wishes is None:
+        return family
+    kept = {"name": wishes.name} | {
+        key: value for key in KEPT if (value := getattr(wishes, key)) is not None
+    }
+    return replace(
+        family,
+        design=lambda scales, values: structs.replace(family.design(scales, values), **kept),
+    )
 
 
 def _verify(test: DesignTest, design: Design) -> None:

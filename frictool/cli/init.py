@@ -23,7 +23,7 @@ Example:
   frictool init my_rig --from bench.csv --axis rotary
   make -C my_rig
 
-Write commented documents for a new rig: bench.yaml, spec.yaml, designs/speed.yaml,
+Write commented documents for a new rig: bench.yaml, spec.yaml, designs/automatic.yaml,
 scenarios/steps.yaml, and a Makefile that runs the commands and writes to build/.
 
 With --from, properties that a log shows are filled in and marked as guessed: columns, units, sample

@@ -30,10 +30,10 @@ Example:
 Synthesise a controller for every plant that the intervals of model and bench span, and verify it
 as it will run.
 
-Without --design, the command searches the simplest controller that meets the specification with a
-reserve of 5 % when it is played, and writes its design with a comment on each value. That design
-can be changed and passed with --design. If no design is found, the message states the requirement
-that stops it and the best values reached, and the exit code is 4.
+Without --design, or with `method: auto`, the command searches the simplest controller that meets
+the specification with a reserve of 5 % when it is played, and writes its design with a comment on
+each value. That design can be changed and passed with --design. If no design is found, the message
+states the requirement that stops it and the best values reached, and the exit code is 4.
 
 \b
 Methods (`method` of the design), and the use of each:
@@ -122,9 +122,10 @@ def command(
     design_document = None if design is None else load(design, Design)
     named: dict[Path, Any] = {model: model_document, spec: spec_document}
     same_axis(named if design is None else {**named, design: design_document})
-    _check_options(design_document, plot, save_design, scenario, no_play)
+    searched = design_document is None or METHODS[design_document.method].searched
+    _check_options(None if searched else design_document, plot, save_design, scenario, no_play)
     inputs = [model, spec, *(path for path in (design, scenario) if path is not None)]
-    saved = None if design is not None else save_design or beside(output)
+    saved = save_design or beside(output) if searched else None
     check_targets({"-o": output, "--plot": plot, "--save-design": saved}, inputs)
     test = None if no_play else read_test(model_document, spec_document, scenario)
     from frictool.synth.json_view import json_view
@@ -133,15 +134,16 @@ def command(
     from frictool.synth.text_view import text
 
     # the scenario of a provided design changes no byte of its controller
-    read = inputs if design is None else [model, spec, design]
+    read = [path for path in inputs if searched or path != scenario]
     words = {"model": model, "--spec": spec, "--design": design, "--vertices-only": vertices_only}
-    words |= {"--scenario": scenario} if design is None else {}
+    words |= {"--scenario": scenario} if searched else {}
     provenance = provenance_of_command(command_line("synth", words), read)
     search = None
     try:
         load_disturbance = disturbance(model_document)
-        if design_document is None:
-            search = search_design(test, SearchOutputs(saved, plot, output, as_json), inputs)
+        if design_document is None or searched:
+            outputs = SearchOutputs(saved, plot, output, as_json)
+            search = search_design(test, outputs, inputs, design_document)
             design_document = search.design
         result = synthesise(
             model_document,

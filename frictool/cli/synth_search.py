@@ -60,11 +60,12 @@ def beside(controller: Path | None) -> Path | None:
 
 
 def search_design(
-    test: DesignTest | None, outputs: SearchOutputs, inputs: list[Path]
+    test: DesignTest | None, outputs: SearchOutputs, inputs: list[Path], wishes: Design | None
 ) -> FoundDesign:
     """Search a design, write it and its picture.
 
-    Raises NoSolutionError if there is none, or if nothing can be played.
+    `wishes`: design with method `auto`, if the user provides one. Raises NoSolutionError if no
+    design passes, or if nothing can be played.
     """
     from frictool.campaign.automatic_design import design_automatically
     from frictool.campaign.views.search_picture import search_picture
@@ -74,7 +75,7 @@ def search_design(
 
     if test is None:
         raise NoSolutionError("without --design a controller is searched by play; give --design")
-    found = design_automatically(test, note_step)
+    found = design_automatically(test, note_step, wishes)
     if outputs.plot is not None:
         save_text(outputs.plot, search_picture(found, test.model.name) + "\n", inputs)
     if not found.passed:

@@ -150,7 +150,8 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     examples: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        if self.structure == "speed_cascade" and self.position_law is None:
+        searched = METHODS[self.method].searched
+        if self.structure == "speed_cascade" and self.position_law is None and not searched:
             raise ValueError("structure speed_cascade needs a position_law")
         if self.structure == "position" and self.position_law is not None:
             raise ValueError(

@@ -15,7 +15,7 @@ from frictool.documents.quantity import Axis, drive_dimension, si_unit
 FILES = {
     "bench.yaml": "bench.yaml.jinja",
     "spec.yaml": "spec.yaml.jinja",
-    "designs/speed.yaml": "speed.yaml.jinja",
+    "designs/automatic.yaml": "automatic.yaml.jinja",
     "scenarios/steps.yaml": "steps.yaml.jinja",
     "Makefile": "Makefile.jinja",
 }

@@ -13,9 +13,16 @@ from itertools import groupby
 from typing import TYPE_CHECKING, Literal
 
 from frictool.documents.pid_gains import check_gains
+from frictool.documents.weights import Weights
 
 if TYPE_CHECKING:
     from frictool.documents.design import Design
+
+
+def check_search(design: Design) -> None:
+    """Raise ValueError if the design of a search has weights."""
+    if design.weights != Weights():
+        raise ValueError("weights: method auto searches them; write weights: {}")
 
 
 @dataclass(frozen=True)
@@ -27,6 +34,7 @@ class SynthesisMethod:
     - reads: keys of a design that it reads and some other method does not
     - structures: structures of a design that it works with
     - check: raises ValueError if a design with this method contradicts itself
+    - searched: `synth` searches structure, gains and weights by play; the design may fix blocks
     - provided_gains: the design provides the gains. Such a controller takes the speed error in a
       cascade, holds its integral while the drive is limited (5.2.2), and needs no weights
     - more_margin: advice if the loop has too little margin
@@ -38,6 +46,7 @@ class SynthesisMethod:
     reads: tuple[str, ...]
     structures: tuple[str, ...] = ("position", "speed_cascade")
     check: Callable[[Design], None] = lambda design: None
+    searched: bool = False
     provided_gains: bool = False
     more_margin: str = "raise weights.command or weights.noise, or lower weights.bandwidth_rad_s"
     less_noise: str = "raise weights.command or weights.noise"
@@ -89,6 +98,14 @@ METHODS: dict[str, SynthesisMethod] = {
         provided_gains=True,
         more_margin="lower the gain, or raise integral_time_s",
         less_noise="lower the gain, or filter_ratio",
+    ),
+    "auto": SynthesisMethod(
+        "the simplest controller that meets the specification when it is played; `weights: {}`",
+        "first, as without a design; blocks of the design are kept, all others searched",
+        (),
+        structures=("speed_cascade",),
+        check=check_search,
+        searched=True,
     ),
 }
 

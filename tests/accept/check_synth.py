@@ -21,6 +21,7 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.registry import load
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
+from frictool.documents.synthesis_methods import METHODS
 from frictool.errors import NoSolutionError
 from frictool.report.verdict import judge
 from frictool.simulate.closed_loop import simulate_closed_loop
@@ -154,7 +155,10 @@ def every_design_of_the_rig() -> dict[str, Any]:
     told: dict[str, Any] = {}
     passed = True
     for path in sorted((RIG / "designs").glob("*.yaml")):
-        controller = design_controller(model, spec, load(path, Design), HERE)
+        design = load(path, Design)
+        if METHODS[design.method].searched:
+            continue  # tests/cli/test_synth_search.py, and make demo
+        controller = design_controller(model, spec, design, HERE)
         margin = min(vertex.modulus_margin for vertex in controller.verified.vertices)
         told[path.stem] = {
             "norm": controller.verified.gamma_verified,

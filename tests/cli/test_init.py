@@ -28,7 +28,7 @@ LOG = ROOT / "sample_logs/sines.csv"
 KINDS = {
     "bench.yaml": Bench,
     "spec.yaml": Spec,
-    "designs/speed.yaml": Design,
+    "designs/automatic.yaml": Design,
     "scenarios/steps.yaml": Scenario,
 }
 
@@ -255,7 +255,7 @@ def test_every_value_that_nobody_gave_is_marked_and_told(
     words = [*([] if axis is None else ["--axis", axis]), *([] if log is None else ["--from", log])]
     told = run("init", folder, *words).stdout
     view = json.loads(run("init", tmp_path / "again/rig", *words, "--json").stdout)["examples"]
-    assert set(view) == {"bench.yaml", "spec.yaml", "designs/speed.yaml", "scenarios/steps.yaml"}
+    assert set(view) == {"bench.yaml", "spec.yaml", "scenarios/steps.yaml"}
     for name, keys in view.items():
         assert {key.rpartition(".")[2] for key in keys} == marked((folder / name).read_text())
         assert f"\n  {name}: {', '.join(keys)}\n" in told
@@ -296,12 +296,13 @@ def _at(document: dict[str, object], key: str) -> object:
 
 def test_nothing_is_overwritten(tmp_path: Path) -> None:
     (tmp_path / "designs").mkdir()
-    (tmp_path / "designs/speed.yaml").write_text("mine")
+    (tmp_path / "designs/automatic.yaml").write_text("mine")
     (tmp_path / "spec.yaml").write_text("mine")
-    refused(run("init", tmp_path), 3, "spec.yaml", "designs/speed.yaml", "nothing is overwritten")
+    words = ("spec.yaml", "designs/automatic.yaml", "nothing is overwritten")
+    refused(run("init", tmp_path), 3, *words)
     assert sorted(str(path.relative_to(tmp_path)) for path in tmp_path.rglob("*")) == [
         "designs",
-        "designs/speed.yaml",
+        "designs/automatic.yaml",
         "spec.yaml",
     ]
     assert (tmp_path / "spec.yaml").read_text() == "mine"

@@ -61,7 +61,7 @@ def test_every_design_is_played_and_has_a_target_of_its_own(tmp_path: Path) -> N
     the specification."""
     rig = tmp_path / "rig"
     assert run("init", rig, "--from", LOG, "--axis", "rotary").code == 0
-    text = (rig / "designs/speed.yaml").read_text()
+    text = (rig / "designs/automatic.yaml").read_text()
     (rig / "designs/other.yaml").write_text(
         text.replace("structure: speed_cascade", "structure: position")
     )
@@ -73,10 +73,11 @@ def test_every_design_is_played_and_has_a_target_of_its_own(tmp_path: Path) -> N
         "verify",
         "report",
     ]
-    assert "build/speed" not in plan
+    assert "build/automatic" not in plan
     assert plan.endswith("exit $code\n")
-    assert _plan(rig, "other", "REFERENCE=speed other").endswith("exit 0\n")
-    assert {"build/speed/report.html", "build/other/report.html"} <= set(_plan(rig, "all").split())
+    assert _plan(rig, "other", "REFERENCE=automatic other").endswith("exit 0\n")
+    pages = {"build/automatic/report.html", "build/other/report.html"}
+    assert pages <= set(_plan(rig, "all").split())
 
 
 def _plan(rig: Path, *words: str) -> str:

@@ -128,3 +128,20 @@ def test_options_of_a_search_and_of_a_design_exclude_each_other(spec: Path, tmp_
     nothing = run(*_synth(spec))
     assert nothing.code == 4
     assert "not played: the specification has no requirement" in nothing.stderr
+
+
+def test_blocks_of_a_design_with_method_auto_are_kept(spec: Path, tmp_path: Path) -> None:
+    design, controller = tmp_path / "wishes.yaml", tmp_path / "controller.yaml"
+    wishes = (
+        "format: design/1\nname: mine\naxis: rotary\nstructure: speed_cascade\nmethod: auto\n"
+        "weights: {}\nprefilter: {natural_frequency_rad_s: 25, damping: 0.9}\n"
+    )
+    design.write_text(wishes)
+    done = run(*_synth(spec, "--design", design, "-o", controller))
+    assert done.code == 0, done.stderr
+    found = load(tmp_path / "controller.design.yaml", Design)
+    assert (found.name, found.method) == ("mine", "pid")
+    assert found.prefilter is not None
+    assert (found.prefilter.natural_frequency_rad_s, found.prefilter.damping) == (25.0, 0.9)
+    design.write_text(wishes.replace("weights: {}", "weights: {bandwidth_rad_s: 40}"))
+    refused(run(*_synth(spec, "--design", design)), 3, "method auto searches them")
