@@ -20,7 +20,10 @@ from studies.actuators.bang_bang import bang_bang_distance
 
 PLANTS = 56
 PHASES = 2  # the corners are simulated with this many phases of the encoder
+COUNTS = 80.0, 20_000.0  # of the encoder in a step
+TURNS = 0.05, 60.0  # of a rotary axis in a step
 VARIED = ("inertia", "viscous", "coulomb", "constant")
+CORNERS = PHASES * 2 ** len(VARIED)
 
 
 class Interval(NamedTuple):
@@ -109,15 +112,15 @@ def draw(seed: str, number: int) -> Actuator:
 
     counts_per_turn = round(_decades(rng, 24.0, 20_000.0)) if rotary else None
     if counts_per_turn:
-        turns = 0.05, 60.0
-        least, most = (max(80.0, turns[0] * counts_per_turn), min(2e4, turns[1] * counts_per_turn))
+        least, most = (turns * counts_per_turn for turns in TURNS)
         step = 2.0 * math.pi / counts_per_turn
         inertia = _decades(rng, 1e-7, 1e-1)
     else:
-        least, most = 80.0, 2e4
+        least, most = COUNTS
         step = _significant(_decades(rng, 1e-7, 1e-4), 2)
         inertia = _decades(rng, 1e-2, 1e2)
-    amplitude = round(_decades(rng, least, most)) * step
+    counts = round(_decades(rng, max(least, COUNTS[0]), min(most, COUNTS[1])))
+    amplitude = counts * step
 
     spread = rng.uniform(0.05, 0.2)
     inertias = _around(inertia, spread)
@@ -138,7 +141,8 @@ def draw(seed: str, number: int) -> Actuator:
 
     effort = amplitude / (distance * duration**2) * inertias.high / (1.0 - strength)
     limit = _decades(rng, 0.5, 100.0)
-    constant = 1.0 if rng.random() < 0.2 else _significant(effort / limit, 3)  # 1: a torque drive
+    torque = rng.random() < 0.2 and drive == "current"  # a drive that is commanded by its effort
+    constant = 1.0 if torque else _significant(effort / limit, 3)
     coulomb = _between(dry * effort / ratio, dry * effort)
     largest_viscous = damping * inertias.high / duration
     viscous = _between(rng.uniform(0.0, 0.8) * largest_viscous, largest_viscous)

@@ -27,6 +27,7 @@ FOLDER = Path(__file__).parent
 SOURCES = ("axis.c", "figures.c", "cascade.c")
 CACHE = Path(__file__).parents[2] / "build/actuators"
 OPTIONS = ("-std=c99", "-O2", "-fPIC", "-shared", "-ffp-contract=off")
+STATES = 8  # last fields of cascade.c's record
 ADAPTER = """#include "{name}.h"
 unsigned long judged_size(void) {{ return sizeof({name}_state); }}
 void judged_init(void *state, double position) {{ {name}_init(state, position); }}
@@ -56,7 +57,14 @@ def judge_library() -> ctypes.CDLL:
         part = library.with_suffix(f".{os.getpid()}")
         compile_library([FOLDER / name for name in SOURCES], part)
         part.replace(library)
-    return with_types(ctypes.CDLL(str(library)))
+    loaded = ctypes.CDLL(str(library))
+    number, address, count = ctypes.c_double, ctypes.c_void_p, ctypes.c_int
+    loaded.axis_move.argtypes = [address, address, number, number]
+    loaded.axis_run.argtypes = [address, address, count, *[address] * 5]
+    loaded.hold_figures.argtypes = [address, address, count, *[number] * 3, count, address]
+    loaded.hold_figures.restype = None
+    loaded.cascade_init.argtypes = [address, number]
+    return loaded
 
 
 def compile_library(sources: list[Path], target: Path) -> None:
@@ -68,16 +76,6 @@ def compile_library(sources: list[Path], target: Path) -> None:
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     if done.returncode != 0:
         raise RuntimeError(f"{compiler} ended with {done.returncode}: {done.stderr}")
-
-
-def with_types(library: ctypes.CDLL) -> ctypes.CDLL:
-    """Return the library with the types of the functions that the judge calls."""
-    number, address, count = ctypes.c_double, ctypes.c_void_p, ctypes.c_int
-    library.axis_move.argtypes = [address, address, number, number]
-    library.axis_run.argtypes = [address, address, count, *[address] * 5]
-    library.hold_figures.argtypes = [address, address, count, *[number] * 3, count, address]
-    library.hold_figures.restype = None
-    return library
 
 
 def load_exported(folder: Path) -> Controller:
@@ -102,8 +100,7 @@ def load_exported(folder: Path) -> Controller:
 
 
 def cascade(parameters: Vector) -> Controller:
-    """Return the controller of cascade.c with the first fields of its record."""
+    """Return the controller of cascade.c; `parameters` (12,) are the first fields of its record."""
     library = judge_library()
-    library.cascade_init.argtypes = [ctypes.c_void_p, ctypes.c_double]
-    state = np.concatenate([parameters, np.zeros(8)])
+    state = np.concatenate([parameters, np.zeros(STATES)])
     return Controller(library.cascade_init, library.cascade_step, state.tobytes(), {})

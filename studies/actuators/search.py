@@ -16,7 +16,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from frictool.typing import ComplexVector, Vector
-from studies.actuators.drawing import Actuator, Plant
+from studies.actuators.drawing import CORNERS, Actuator, Plant
 from studies.actuators.judge import Verdict, judge, limits, plant_figures
 from studies.actuators.margin import MOTION, POSITION, cascade_margin, responses, sampled_axis
 from studies.actuators.native import cascade
@@ -28,6 +28,8 @@ SLOWER = 0.85  # factor on the bandwidth of a candidate without the margin
 SLOWEST = 30
 ANGLES = np.geomspace(1e-4 * math.pi, math.pi, 250)  # of the quick margin, rad per sample
 RESERVE = 1.01  # of the quick margin
+MISSED = 0.01  # added to the violation of a candidate that fails on plants that are not extreme
+JOINING = 3  # plants that join the extreme ones after such a candidate
 
 # low and high end of each coordinate; all but the damping on a logarithmic scale
 RANGES = {
@@ -46,7 +48,7 @@ RANGES = {
 
 @dataclass(frozen=True)
 class Solution:
-    """Result of the search: the verdict of the best candidate, and whether it meets all."""
+    """Result of the search: the controller that meets all requirements, and its verdict."""
 
     solved: bool
     candidates: int
@@ -75,8 +77,8 @@ def search(actuator: Actuator, plants: Sequence[Plant], candidates: int = CANDID
         if verdict.all_met:
             return Solution(True, number + 1, tuple(parameters.tolist()), verdict)
         failed = [p for p, good in zip(plants, verdict.plants, strict=True) if not good]
-        active += [plant for plant in failed if plant not in active][:3]
-        tried[-1] = (_violation(actuator, parameters, active) + 0.01, point)
+        active += [plant for plant in failed if plant not in active][:JOINING]
+        tried[-1] = (_violation(actuator, parameters, active) + MISSED, point)
     return Solution(False, candidates, (), None)
 
 
@@ -166,7 +168,7 @@ def _values(point: Vector) -> dict[str, float]:
 
 def _extreme(plants: Sequence[Plant]) -> list[Plant]:
     """Return the nominal plant and the four corners that are slowest, fastest and most sliding."""
-    nominal, corners = plants[0], plants[1:33]
+    nominal, corners = plants[0], plants[1 : 1 + CORNERS]
 
     def corner(*signs: int) -> Plant:
         return max(

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import asdict
 from multiprocessing import get_context
@@ -90,11 +91,15 @@ def _cell(trial: Trial, name: str) -> str:
 
 
 def write_table(seed: str, trials: Sequence[Trial], target: Path) -> None:
-    """Write summary and trials as JSON."""
+    """Write summary and trials as JSON; an infinite figure is null."""
     ordered = sorted(trials, key=lambda trial: trial.number)
     document = {
         "seed": seed,
         "summary": summary(ordered),
-        "trials": [asdict(trial) for trial in ordered],
+        "trials": [{**asdict(trial), "worst": _finite(trial.worst)} for trial in ordered],
     }
-    target.write_text(json.dumps(document, indent=2) + "\n")
+    target.write_text(json.dumps(document, indent=2, allow_nan=False) + "\n")
+
+
+def _finite(figures: Mapping[str, float]) -> dict[str, float | None]:
+    return {name: value if math.isfinite(value) else None for name, value in figures.items()}

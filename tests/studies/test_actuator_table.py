@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from dataclasses import replace
 from pathlib import Path
 
@@ -43,6 +44,14 @@ def test_rows() -> None:
     refused = table.row(HARD)
     assert refused.split()[1:4] == ["refused", "-", "none"]
     assert refused.endswith("error: no design")
+
+
+def test_an_infinite_figure_is_null(tmp_path: Path) -> None:
+    target = tmp_path / "table.json"
+    table.write_table("s", [replace(FALSE, worst={**GOOD.worst, "rest": math.inf})], target)
+    (written,) = json.loads(target.read_text())["trials"]
+    assert written["worst"]["rest"] is None
+    assert written["worst"]["static_error"] == 0.5
 
 
 def test_kept_trials_are_not_run_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
