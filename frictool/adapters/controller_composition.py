@@ -4,10 +4,12 @@
                     ─▶ eta = integral(omega_c) - y ─▶ linear controller ─▶ drive stages
     position        reference ─▶ prefilter ─▶ e = filtered - y ─▶ linear controller
                     ─▶ drive stages, with limiter (5.7) and virtual friction (5.41)
-    drive stages    ─▶ friction compensation ─▶ limit ─▶ anti-windup ─▶ drive
+    drive stages    ─▶ feedforward, friction compensation ─▶ limit ─▶ anti-windup ─▶ drive
 
-y is the measured position. A linear controller with the input `speed_error` takes omega_c minus the
-measured speed instead of eta.
+y is the measured position. A profile replaces the prefilter. With a feedforward, e is the distance
+from the filtered reference at the time at which the feedforward has moved the axis there, and a
+cascade adds the speed of that reference to omega_c. A linear controller with the input
+`speed_error` takes omega_c minus the measured speed instead of eta.
 """
 
 from __future__ import annotations
@@ -28,14 +30,22 @@ from frictool.control import (
 from frictool.control import target_band as bands
 from frictool.control.difference_equation import DifferenceEquation, state_bounds
 from frictool.control.drive_model import mean_effort
+from frictool.control.effort_feedforward import (
+    FeedforwardGains,
+    delayed,
+    feedforward,
+    sample_motion,
+)
 from frictool.control.eta_integral import next_eta
 from frictool.control.gain_schedule import corner_weights, weighted_coefficients
+from frictool.control.jerk_limited_profile import ProfileLimits, profile
 from frictool.control.measurement_guard import write_guard
 from frictool.control.position_law import proportional_law, square_root_law
 from frictool.control.prefilter import prefilter
 from frictool.control.program import Program, ProgramNode
+from frictool.control.reference_derivatives import reference_derivatives
 from frictool.control.speed_filter import velocity
-from frictool.documents.controller import Controller, StateSpace
+from frictool.documents.controller import Controller, Profile, StateSpace
 
 ETA_WIDTHS = 2.0  # bound of |eta| in widths of the position range
 
@@ -66,6 +76,11 @@ def uses_speed(controller: Controller) -> bool:
     )
 
 
+def profile_limits(settings: Profile) -> ProfileLimits:
+    """Return the limits of a document's profile."""
+    return ProfileLimits(settings.speed, settings.acceleration, settings.smoothing_samples)
+
+
 class _Composition:
     """The document's blocks, written into one program in the order in which they run."""
 
@@ -91,9 +106,15 @@ class _Composition:
                 settings.damping,
                 self.period,
             )
+        elif controller.profile is not None:
+            filtered, self.speed_reference = profile(
+                program, self.reference, profile_limits(controller.profile), self.period
+            )
+        self.fed, self.tracked = self._feedforward(filtered)
+        if controller.profile is not None:
+            program.profile = self.tracked
         program.block("position error, and the position's difference")
-        self.error = program.named("error", filtered - self.position)
-        self.filtered = filtered
+        self.error = program.named("error", self.tracked - self.position)
         self.move: Callable[[ProgramNode], None] | None = None
         self.motion, self.speed = self._motion()
         self.program.speed = self.speed
@@ -103,6 +124,50 @@ class _Composition:
         else:
             self._position()
         self._observe()
+
+    def _feedforward(self, filtered: ProgramNode) -> tuple[ProgramNode | None, ProgramNode]:
+        """Return the drive of the feedforward, and the reference that the loop then tracks.
+
+        Without a feedforward they are None and the filtered reference.
+        """
+        settings = self.document.feedforward
+        if settings is None:
+            return None, filtered
+        actuator = self.document.bench.actuator
+        constant = actuator.constant.value
+        lag = self.document.delay_samples + actuator.loop_time_constant_s / self.period
+        if self.speed_reference is None:
+            tracked = filtered
+            speed, acceleration = reference_derivatives(
+                self.program,
+                filtered,
+                settings.filter_rad_s,
+                (lag + 0.5) * self.period,
+                self.period,
+            )
+        else:
+            speed, acceleration = sample_motion(self.program, self.speed_reference, self.period)
+            tracked = delayed(self.program, 1.0 + lag)
+        gains = FeedforwardGains(
+            settings.inertia / constant,
+            settings.viscous / constant,
+            settings.coulomb / constant,
+            settings.switch_on_speed,
+            settings.switch_off_speed,
+        )
+        most = self.document.drive_limit
+        return feedforward(self.program, speed, acceleration, gains, most), tracked
+
+    def _tracked_speed(self) -> ProgramNode:
+        """Return the speed of the tracked reference since the last sample."""
+        program = self.program
+        program.block("speed of the tracked reference")
+        before = program.states["reference_before"]
+        if self.tracked is not self.reference:
+            line = program.states["filtered_before"]
+            before = program.state("tracked_before", line.low, line.high, start="position")
+            program.update("tracked_before", self.tracked)
+        return program.constant(1.0 / self.period, "rate") * (self.tracked - before)
 
     def _inputs(self) -> dict[str, ProgramNode]:
         """Return the inputs that the caller passes at every sample, by name."""
@@ -191,6 +256,8 @@ class _Composition:
             if law.kind == "square_root"
             else proportional_law(program, self.error, law.gain)
         )
+        if self.fed is not None:
+            wanted = wanted + self._tracked_speed()
         if running is not None:
             wanted = program.select(running, wanted, self.zero)
         if document.linear.input == "speed_error":
@@ -307,8 +374,9 @@ class _Composition:
             else:
                 k = difference_equation.coefficients(program, equation)
             drive = difference_equation.output(program, k, entering, bound)
-        if compensation is not None:
-            drive = program.named("drive", drive + compensation)
+        for added in (self.fed, compensation):
+            if added is not None:
+                drive = program.named("drive", drive + added)
         limited, met = drive_limit.limit(program, drive, self.drive_low, self.drive_high)
         excess = program.named("excess", limited - drive)
         hold = None

@@ -109,6 +109,7 @@ class Program:
         self.output: ProgramNode | None = None
         self.guard: GuardNodes | None = None  # its operations come first
         self.speed: ProgramNode | None = None  # speed that the blocks of a controller use
+        self.profile: ProgramNode | None = None  # profile that the loop of a controller tracks
         self._comment = ""
         self._constants: dict[tuple[str, float], ProgramNode] = {}
 

@@ -15,7 +15,7 @@ from frictool.documents.design import (
     Scheduled,
     Structure,
 )
-from frictool.documents.design_blocks import refuse_overflowing_prefilter
+from frictool.documents.design_blocks import SmoothingSamples, refuse_overflowing_prefilter
 from frictool.documents.observer import Observer
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Axis
@@ -245,6 +245,50 @@ class Prefilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
         refuse_overflowing_prefilter(self.natural_frequency_rad_s, self.damping)
 
 
+class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Profile with bounded jerk from the present position to the reference.
+
+    - `speed`: Largest speed [rad/s | m/s].
+    - `acceleration`: Largest acceleration and deceleration [rad/s^2 | m/s^2].
+    - `smoothing_samples`: Length of the moving average; the jerk is at most 2 acceleration over
+      this time.
+    """
+
+    speed: PositiveNumber
+    acceleration: PositiveNumber
+    smoothing_samples: SmoothingSamples
+
+
+class Feedforward(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Effort that moves the modelled axis along its reference, added to the drive.
+
+    The reference of the loop is delayed by the samples that the drive needs to act.
+
+    - `inertia`: Inertia [kg m^2 | kg].
+    - `viscous`: Viscous friction [N m s/rad | N s/m].
+    - `coulomb`: Coulomb friction [N m | N].
+    - `switch_on_speed`: Speed of the reference above which the Coulomb friction is added [rad/s |
+      m/s].
+    - `switch_off_speed`: Speed of the reference below which it is removed [rad/s | m/s].
+    - `filter_rad_s`: Bandwidth of the state-variable filter that differentiates a reference from
+      outside; 0 if a prefilter or a profile gives the speed.
+    """
+
+    inertia: Annotated[float, msgspec.Meta(ge=0)]
+    viscous: Annotated[float, msgspec.Meta(ge=0)]
+    coulomb: Annotated[float, msgspec.Meta(ge=0)]
+    switch_on_speed: PositiveNumber
+    switch_off_speed: Annotated[float, msgspec.Meta(ge=0)]
+    filter_rad_s: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+
+    def __post_init__(self) -> None:
+        if self.switch_off_speed >= self.switch_on_speed:
+            raise ValueError(
+                f"switch_off_speed: found {self.switch_off_speed:g}; allowed: below "
+                f"switch_on_speed, {self.switch_on_speed:g}"
+            )
+
+
 class DelayCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Sampled loop at one vertex with a computational delay.
 
@@ -426,6 +470,8 @@ class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     - `verified`: Properties of the loop that were verified.
     - `position_law`: Speed reference from the position error; present in structure `speed_cascade`.
     - `prefilter`: Low-pass filter of the reference.
+    - `profile`: Profile from the present position to the reference.
+    - `feedforward`: Effort that moves the modelled axis along its reference.
     - `velocity`: Source of the speed signal.
     - `limiter`: Release of the drive near the target.
     - `friction_compensation`: Friction effort that is added to the drive.
@@ -457,6 +503,8 @@ class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     provenance: Provenance
     position_law: PositionLaw | None = None
     prefilter: Prefilter | None = None
+    profile: Profile | None = None
+    feedforward: Feedforward | None = None
     velocity: Velocity = Velocity()
     limiter: Limiter | None = None
     friction_compensation: FrictionCompensation | None = None
@@ -485,4 +533,13 @@ class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
         if cascade and self.limiter is not None:
             raise ValueError(
                 "limiter is for structure position: in a cascade position_law.action does its work"
+            )
+        if self.profile is not None and self.prefilter is not None:
+            raise ValueError("profile replaces prefilter; remove one of them")
+        fed = self.feedforward
+        filters = self.prefilter is not None or self.profile is not None
+        if fed is not None and filters == (fed.filter_rad_s > 0.0):
+            raise ValueError(
+                "feedforward.filter_rad_s is the bandwidth for a reference that neither a "
+                "prefilter nor a profile filters; it is 0 with one of them"
             )

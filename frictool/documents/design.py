@@ -8,10 +8,12 @@ import msgspec
 
 from frictool.documents.bench import Name, PositiveNumber
 from frictool.documents.design_blocks import (
+    FeedforwardDesign,
     FrictionCompensationDesign,
     LimiterDesign,
     PositionLawDesign,
     PrefilterDesign,
+    ProfileDesign,
     VelocityDesign,
 )
 from frictool.documents.pid_gains import Pid
@@ -100,6 +102,9 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     - `relax`: `auto` finds the strictest trade between disturbance rejection and effort that
       reaches gamma = 1; `synth --plot` draws it.
     - `prefilter`: Low-pass filter of the position reference.
+    - `profile`: Profile with bounded jerk from the present position to the reference, in place of a
+      prefilter.
+    - `feedforward`: Effort that moves the modelled axis along its reference, added to the drive.
     - `velocity`: Source of the speed signal.
     - `limiter`: Release of the drive near the target, for structure `position`.
     - `friction_compensation`: Friction effort that is added to the drive.
@@ -139,6 +144,8 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     integrator: bool = False
     relax: Literal["no", "auto"] = "no"
     prefilter: PrefilterDesign | None = None
+    profile: ProfileDesign | None = None
+    feedforward: FeedforwardDesign | None = None
     velocity: VelocityDesign | None = None
     limiter: LimiterDesign | None = None
     friction_compensation: FrictionCompensationDesign | None = None
@@ -211,16 +218,17 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             for name, block in (("position_law", law), ("limiter", limiter))
             if block is not None and block.settled_speed is not None
         ]
-        if waits and self.prefilter is None:
+        if waits and not self.filters_reference:
             raise ValueError(
-                f"{waits[0]}.settled_speed is a speed of the prefilter; add prefilter, or "
-                "remove this key"
+                f"{waits[0]}.settled_speed is a speed of the prefilter; add prefilter or profile, "
+                "or remove this key"
             )
+        self._tracking_blocks()
         if (
             law is not None
             and law.action != "none"
             and law.settled_speed is None
-            and self.prefilter is not None
+            and self.filters_reference
         ):
             raise ValueError(
                 f"position_law.settled_speed: missing; action {law.action} waits until the "
@@ -229,7 +237,7 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
         if (
             compensation is not None
             and compensation.velocity == "reference"
-            and self.prefilter is None
+            and not self.filters_reference
         ):
             raise ValueError(
                 "friction_compensation.velocity reference is the speed of the filtered "
@@ -243,6 +251,28 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             raise ValueError(
                 "form sos cannot be combined with limiter, which freezes the state of the "
                 "integrator; sections have no separate state for it"
+            )
+
+    @property
+    def filters_reference(self) -> bool:
+        """Return True if a prefilter or a profile lies between the reference and the loop."""
+        return self.prefilter is not None or self.profile is not None
+
+    def _tracking_blocks(self) -> None:
+        """Raise ValueError if profile and feedforward do not suit the other blocks."""
+        if self.profile is not None and self.prefilter is not None:
+            raise ValueError("profile replaces prefilter; remove one of them")
+        if self.feedforward is None:
+            return
+        if self.friction_compensation is not None:
+            raise ValueError(
+                "feedforward and friction_compensation would both compensate the friction; remove "
+                "one of them"
+            )
+        if self.filters_reference != (self.feedforward.filter_rad_s is None):
+            raise ValueError(
+                "feedforward.filter_rad_s belongs to a reference that neither prefilter nor "
+                "profile filters, which needs it"
             )
 
     def _unread(self) -> None:

@@ -8,7 +8,20 @@ from typing import Annotated, Literal
 import msgspec
 
 from frictool.documents.bench import PositiveNumber
-from frictool.documents.quantity import PositiveEffort, PositiveLength, PositiveVelocity
+from frictool.documents.quantity import (
+    Inertia,
+    NonNegativeEffort,
+    PositiveAcceleration,
+    PositiveEffort,
+    PositiveJerk,
+    PositiveLength,
+    PositiveVelocity,
+    Viscous,
+)
+
+# longest moving average of a profile; each sample of it is a state of the program
+MOST_SMOOTHING = 200
+SmoothingSamples = Annotated[int, msgspec.Meta(ge=2, le=MOST_SMOOTHING)]
 
 
 class PositionLawDesign(
@@ -25,7 +38,7 @@ class PositionLawDesign(
       second is lower by sqrt(2).
     - `gain_per_s`: Gain of the proportional law.
     - `band`: Half-width of the band. By default the encoder's step.
-    - `settled_speed`: Speed of the prefilter below which `cut` and `brake` may act.
+    - `settled_speed`: Speed of the prefilter or profile below which `cut` and `brake` may act.
     - `rest_speed`: Measured speed below which `brake` sets the drive to 0.
     - `virtual_coulomb_factor`: Factor on F in the square-root law, for virtual friction in addition
       to that of the axis.
@@ -102,7 +115,7 @@ class LimiterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
       causes limit cycles).
     - `band`: Half-width of the band around the target. By default the encoder's step, which is also
       the smallest allowed value.
-    - `settled_speed`: The release waits until the prefilter moves more slowly than this.
+    - `settled_speed`: The release waits until the prefilter or profile moves more slowly than this.
     - `virtual_coulomb`: Largest braking effort of the released drive: -virtual_coulomb
       tanh(v/virtual_speed). By default 0.
     - `virtual_speed`: Speed scale of the braking effort. By default the brake near rest has a time
@@ -158,6 +171,49 @@ class FrictionCompensationDesign(
                 "velocity reference needs smoothing_speed, the speed below which the "
                 "modelled friction fades"
             )
+
+
+class ProfileDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Profile with bounded jerk from the present position to the reference.
+
+    `{}` derives all limits from the drive, and `synth` prints each with its source.
+
+    - `speed`: Largest speed. By default the bench's top speed.
+    - `acceleration`: Largest acceleration. By default the share of the drive's effort that friction
+      and load leave at that speed, over the inertia, for the worst plant.
+    - `jerk`: Largest jerk. By default it lengthens a move by a tenth of the time to the top speed,
+      or by one period of the lowest resonance.
+    - `drive_share`: Part of the drive's limit that the default acceleration uses; the rest is for
+      the feedback.
+    """
+
+    speed: PositiveVelocity | None = None
+    acceleration: PositiveAcceleration | None = None
+    jerk: PositiveJerk | None = None
+    drive_share: Annotated[float, msgspec.Meta(gt=0, le=1)] = 0.9
+
+
+class FeedforwardDesign(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
+):
+    """Effort that moves the modelled axis along its reference, added to the drive.
+
+    `{}` takes all values from the model. The reference is that of `profile` or `prefilter`; without
+    them it comes from outside and is differentiated by a filter.
+
+    - `inertia`: Inertia.
+    - `viscous`: Viscous friction.
+    - `coulomb`: Coulomb friction.
+    - `switch_on_speed`: Speed of the reference above which the Coulomb friction is added. By
+      default one encoder step in 10 samples. It is removed below half of this speed.
+    - `filter_rad_s`: Bandwidth of the filter that differentiates a reference from outside.
+    """
+
+    inertia: Inertia | None = None
+    viscous: Viscous | None = None
+    coulomb: NonNegativeEffort | None = None
+    switch_on_speed: PositiveVelocity | None = None
+    filter_rad_s: PositiveNumber | None = None
 
 
 class PrefilterDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

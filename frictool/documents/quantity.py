@@ -24,6 +24,8 @@ Axis = Literal["rotary", "linear"]
 SI_UNITS: dict[str, tuple[str, str]] = {
     "position": ("rad", "m"),
     "velocity": ("rad/s", "m/s"),
+    "acceleration": ("rad/s^2", "m/s^2"),
+    "jerk": ("rad/s^3", "m/s^3"),
     "inertia": ("kg m^2", "kg"),
     "effort": ("N m", "N"),
     "viscous": ("N m s/rad", "N s/m"),
@@ -137,6 +139,8 @@ PositiveLength = Annotated[Quantity, _of("position", 0.0, exclusive=True)]
 NonNegativeLength = Annotated[Quantity, _of("position", 0.0)]
 PositionSpan = Annotated[Span, _of("position")]
 PositiveVelocity = Annotated[Quantity, _of("velocity", 0.0, exclusive=True)]
+PositiveAcceleration = Annotated[Quantity, _of("acceleration", 0.0, exclusive=True)]
+PositiveJerk = Annotated[Quantity, _of("jerk", 0.0, exclusive=True)]
 Time = Annotated[Quantity, _of("time")]
 PositiveTime = Annotated[Quantity, _of("time", 0.0, exclusive=True)]
 Inertia = Annotated[Quantity, _of("inertia", 0.0, exclusive=True)]

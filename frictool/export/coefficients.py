@@ -47,7 +47,16 @@ CONVENTIONS = {
         "export --lang c contains all of them"
     ),
 }
-BLOCKS = ("position_law", "prefilter", "velocity", "limiter", "friction_compensation", "schedule")
+BLOCKS = (
+    "position_law",
+    "prefilter",
+    "profile",
+    "feedforward",
+    "velocity",
+    "limiter",
+    "friction_compensation",
+    "schedule",
+)
 
 
 def json_files(
@@ -232,6 +241,8 @@ def matlab_files(
     }
     for name, key in (
         ("prefilter", "prefilter"),
+        ("profile", "profile"),
+        ("feedforward", "feedforward"),
         ("law", "position_law"),
         ("velocity", "velocity"),
         ("limiter", "limiter"),

@@ -18,6 +18,7 @@ import random
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from frictool.adapters.controller_composition import profile_limits
 from frictool.control.compiled_program import (
     FIXED,
     FLOAT,
@@ -29,6 +30,7 @@ from frictool.control.compiled_program import (
     start_at,
 )
 from frictool.control.fixed_point_kernel import from_real
+from frictool.control.jerk_limited_profile import duration
 from frictool.control.number_format import machine_in
 from frictool.control.program import Program
 from frictool.documents.controller import Controller, Number
@@ -279,6 +281,12 @@ def _speeds(controller: Controller, band: float) -> tuple[float, float]:
 
 def _settling_samples(controller: Controller) -> int:
     """Return the settling time of the filtered reference in samples, within PHASE and LONGEST."""
+    if controller.profile is not None:
+        travel = controller.bench.mechanics.travel
+        distance = 0.0 if travel is None else travel.high - travel.low
+        period = controller.sample_period_s
+        least = duration(distance, profile_limits(controller.profile), period)
+        return math.ceil(min(max(2.0 * least / period, PHASE), LONGEST))
     if controller.prefilter is None:
         return PHASE
     damping = controller.prefilter.damping

@@ -46,6 +46,11 @@ def visit_conditions(program: Program) -> dict[str, VisitCondition]:
         conditions["braking"] = VisitCondition(
             indices["braking"], 0.0, True, "with virtual friction", released
         )
+    if "friction_direction_now" in indices:
+        direction_index = indices["friction_direction_now"]
+        for name, direction in (("forward", 1.0), ("backward", -1.0)):
+            text = f"with the Coulomb friction of a motion {name} in the feedforward"
+            conditions[name] = VisitCondition(direction_index, direction, False, text)
     if "held" in indices:
         conditions["held"] = VisitCondition(indices["held"], 1.0, False, "with the integrator held")
     if program.guard is not None:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from frictool.documents.controller import (
     Controller,
+    Feedforward,
     FrictionCompensation,
     Limiter,
     PositionLaw,
+    Profile,
     Velocity,
 )
 from frictool.documents.observer import Observer
@@ -30,6 +32,8 @@ def block_descriptions(controller: Controller) -> list[tuple[str, str]]:
         if filtered is None
         else [("Prefilter", _prefilter(filtered.natural_frequency_rad_s, filtered.damping))]
     )
+    if controller.profile is not None:
+        blocks.append(("Profile", _profile(controller.profile, unit)))
     if _sees_velocity(controller):
         blocks.append(("Velocity", _velocity(controller.velocity)))
     if law is not None:
@@ -43,6 +47,8 @@ def block_descriptions(controller: Controller) -> list[tuple[str, str]]:
                 f"{len(controller.schedule.corners)} corners",
             )
         )
+    if controller.feedforward is not None:
+        blocks.append(("Feedforward", _feedforward(controller.feedforward, unit)))
     if controller.friction_compensation is not None:
         blocks.append(("Friction compensation", _compensation(controller.friction_compensation)))
     if controller.limiter is not None:
@@ -61,6 +67,25 @@ def _prefilter(frequency: float, damping: float) -> str:
     return (
         f"second-order low-pass of the reference, {number(frequency)} rad/s, damping "
         f"{number(damping)}"
+    )
+
+
+def _profile(limits: Profile, unit: str) -> str:
+    return (
+        f"at most {number(limits.speed)} {unit}/s and {number(limits.acceleration)} {unit}/s², "
+        f"jerk bounded by a mean over {limits.smoothing_samples} samples"
+    )
+
+
+def _feedforward(fed: Feedforward, unit: str) -> str:
+    source = (
+        f", reference differentiated at {number(fed.filter_rad_s)} rad/s"
+        if fed.filter_rad_s
+        else ""
+    )
+    return (
+        f"inertia {number(fed.inertia)}, viscous {number(fed.viscous)}, Coulomb "
+        f"{number(fed.coulomb)} above {number(fed.switch_on_speed)} {unit}/s{source}"
     )
 
 

@@ -5,6 +5,8 @@ channel                       meaning
 ============================  ====================================================================
 position                      output of the encoder, with its faults
 reference                     reference of the position
+profile                       profile towards the reference that the loop tracked, if the controller
+                              has one
 current | voltage             output of the drive's sensor, with its faults and noise
 effort                        constant of the bench times the measured drive, also for variants
                               with another constant
@@ -80,13 +82,15 @@ class AxisChannels:
         index: int,
         record: Vector,
         used_speed: Vector | None = None,
+        profile: Vector | None = None,
         *,
         judged: bool = False,
     ) -> Stream:
         """Return the stream of variant number `index` from its record (n, 7).
 
         The noise of the drive is drawn from (seed, index). `used_speed` (n,): speed that the
-        controller used; None if it uses no speed. `judged`: True to leave out signals that no
+        controller used; None if it uses no speed. `profile` (n,): profile that its loop tracked;
+        None if it has no profile. `judged`: True to leave out signals that no
         metric reads: effort, true drive, true position of the motor, disturbance and drifts.
         """
         drive = self.rig.drive
@@ -118,6 +122,8 @@ class AxisChannels:
             columns["velocity_measured"] = (velocity, "velocity")
         if used_speed is not None:
             columns["velocity_estimated"] = (used_speed, "velocity")
+        if profile is not None:
+            columns["profile"] = (profile, "position")
         if not judged:
             columns |= self._happening()
         columns |= self._invalid(record[:, closed_loop.MEASURED])

@@ -35,7 +35,7 @@ from frictool.logs.provenance import with_provenance
 from frictool.simulate.axis_channels import AxisChannels, fault_warning
 from frictool.simulate.axis_plant import AxisPlant
 from frictool.simulate.compiled_target import CompiledTarget
-from frictool.simulate.controller_speed import controller_speed
+from frictool.simulate.controller_signal import controller_signal
 from frictool.simulate.document_agreement import DOCUMENTS, DocumentNames, check_agreement, refuse
 from frictool.simulate.logged_reference import gaps_of, reference_from_log
 from frictool.simulate.reference import parts_of
@@ -165,11 +165,10 @@ class StepTest(Generic[V]):
         warnings = _of_log(scenario, recorded)
         metadata = dict[str, dict[str, str]]()
         for index, (variant, run) in enumerate(plant.play(variants, loop)):
-            used = None
-            if with_speed:
-                known = loop.scheduled[index] if loop.scheduled else {}
-                used = self._used(loop.reference, run.record, known)
-            made = sensors.stream(variant.topic, index, run.record, used)
+            known = loop.scheduled[index] if loop.scheduled else {}
+            used = self._used(loop.reference, run.record, known) if with_speed else None
+            profile = self._profile(loop.reference, run.record, known)
+            made = sensors.stream(variant.topic, index, run.record, used, profile)
             streams += [made, *run.streams]
             warnings += [*run.warnings, *fault_warning(made, controller.measurement_hold_samples)]
             metadata |= run.metadata
@@ -206,7 +205,11 @@ class StepTest(Generic[V]):
         prepared = self._prepared(scenario, recorded, no_progress, coded=True)
         played = self.plant.play(prepared.variants, prepared.loop)
         for index, (variant, run) in enumerate(played):
-            stream = prepared.sensors.stream(variant.topic, index, run.record, judged=True)
+            known = prepared.loop.scheduled[index] if prepared.loop.scheduled else {}
+            profile = self._profile(prepared.loop.reference, run.record, known)
+            stream = prepared.sensors.stream(
+                variant.topic, index, run.record, profile=profile, judged=True
+            )
             yield SimulatedRun(stream, self.plant.linear(variant, prepared.conditions))
 
     def rig_records(self) -> dict[str, dict[str, str]]:
@@ -306,6 +309,17 @@ class StepTest(Generic[V]):
         """Machine code of `_running`; None for a format without one."""
         return machine_code(self._running)
 
+    def _profile(
+        self, reference: Vector, record: Vector, known: Mapping[int, float]
+    ) -> Vector | None:
+        """Return the profile that the loop tracked; None if the controller has no profile."""
+        profile = self._program.profile
+        if profile is None:
+            return None
+        return controller_signal(
+            self._running, profile, reference, record, self.plant.rig.resolution, known
+        )
+
     def _used(self, reference: Vector, record: Vector, known: Mapping[int, float]) -> Vector | None:
         """Return the speed that the controller used; None if it uses none or measures it."""
         speed = self._program.speed
@@ -315,8 +329,8 @@ class StepTest(Generic[V]):
             or not uses_speed(self.controller)
         ):
             return None
-        return controller_speed(
-            self._running, speed.index, reference, record, self.plant.rig.resolution, known
+        return controller_signal(
+            self._running, speed, reference, record, self.plant.rig.resolution, known
         )
 
 

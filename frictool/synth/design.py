@@ -83,7 +83,8 @@ def synthesise_verified(
     disturbance(model)  # refuses loads that these structures cannot handle
     possible = check_feasible(model, spec, design)
     posed, chosen = _posed(model, spec, design)
-    composed = blocks(model, design)
+    peak = math.inf if spec.drive_peak is None else spec.drive_peak.value
+    composed = blocks(model, design, peak)
     trade = None
     if design.relax == "auto":
         progress("the trade between disturbance rejection and effort")
@@ -238,6 +239,8 @@ def controller_document(
         limiter=composed.limiter,
         friction_compensation=composed.friction_compensation,
         prefilter=composed.prefilter,
+        profile=composed.profile,
+        feedforward=composed.feedforward,
         verified=verified,
         bench=bench,
         provenance=provenance,

@@ -31,6 +31,8 @@ def json_view(result: SynthesisResult, disturbance: LoadDisturbance) -> dict[str
         "position_law": None
         if law is None
         else {"gain": law.gain, "formula": law.formula, "kind": law.kind},
+        "profile": msgspec.to_builtins(controller.profile),
+        "feedforward": msgspec.to_builtins(controller.feedforward),
         "velocity": msgspec.to_builtins(controller.velocity),
         "limiter": msgspec.to_builtins(controller.limiter),
         "friction_compensation": msgspec.to_builtins(controller.friction_compensation),

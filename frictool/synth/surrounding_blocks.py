@@ -7,6 +7,7 @@
                             band delta_e: the encoder's step, the least allowed (5.2.2)
                             v_r = 10 F_cv T/J: a viscous brake near standstill, with a
                             time constant of 10 samples
+    profile, feedforward    synth/tracking_blocks.py
     friction_compensation   levels of the model
                             smoothing_speed: the speed that one encoder count causes in the
                             filtered difference; no rule for a measured speed
@@ -29,6 +30,7 @@ from frictool.documents.design_blocks import (
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
 from frictool.errors import FrictoolError, NoSolutionError
+from frictool.synth.tracking_blocks import outside_notes, stored_feedforward, stored_profile
 from frictool.synth.weights import DerivedValue
 from frictool.verify.encoder_count_drive import count_current
 from frictool.verify.feedback_loops import DIFFERENCE, FeedbackLoop, from_position, low_pass
@@ -49,12 +51,16 @@ class SurroundingBlocks:
     limiter: stored.Limiter | None
     friction_compensation: stored.FrictionCompensation | None
     prefilter: stored.Prefilter | None
+    profile: stored.Profile | None
+    feedforward: stored.Feedforward | None
     derived: tuple[DerivedValue, ...]
     notes: tuple[str, ...]
 
 
-def blocks(model: Model, design: Design) -> SurroundingBlocks:
+def blocks(model: Model, design: Design, drive_peak: float = math.inf) -> SurroundingBlocks:
     """Return the blocks that the design requests.
+
+    drive_peak: largest drive that the specification allows [A | V].
 
     Raises FrictoolError (exit 3) if neither the design nor a rule sets a value, NoSolutionError if
     the model does not support a block.
@@ -68,8 +74,14 @@ def blocks(model: Model, design: Design) -> SurroundingBlocks:
         if design.friction_compensation is None
         else made.compensation(design.friction_compensation),
         prefilter=made.prefilter(),
+        profile=None
+        if design.profile is None
+        else stored_profile(model, design.profile, drive_peak, made.tell),
+        feedforward=None
+        if design.feedforward is None
+        else stored_feedforward(model, design.feedforward, made.tell),
         derived=tuple(made.derived),
-        notes=tuple(made.notes),
+        notes=(*made.notes, *outside_notes(design)),
     )
 
 

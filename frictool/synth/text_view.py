@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import get_args
 
+from frictool.adapters.controller_composition import profile_limits
 from frictool.documents.controller import Controller, Number
 from frictool.documents.quantity import si_unit
 from frictool.synth.design import SynthesisResult
@@ -66,6 +67,36 @@ def _head(controller: Controller) -> list[str]:
     return [*lines, *_blocks(controller)]
 
 
+def _tracking_blocks(controller: Controller) -> list[str]:
+    """Describe profile and feedforward."""
+    units = {
+        name: si_unit(name, controller.axis)
+        for name in ("velocity", "acceleration", "jerk", "inertia", "viscous", "effort")
+    }
+    lines = []
+    if (limits := controller.profile) is not None:
+        jerk = profile_limits(limits).jerk(controller.sample_period_s)
+        lines.append(
+            f"profile: {limits.speed:.4g} {units['velocity']}, {limits.acceleration:.4g} "
+            f"{units['acceleration']}, {jerk:.4g} {units['jerk']} by a mean over "
+            f"{limits.smoothing_samples} samples"
+        )
+    if (fed := controller.feedforward) is not None:
+        source = (
+            f"the reference through {fed.filter_rad_s:.4g} rad/s"
+            if fed.filter_rad_s
+            else "the profile"
+            if controller.profile is not None
+            else "the prefilter"
+        )
+        lines.append(
+            f"feedforward: inertia {fed.inertia:.4g} {units['inertia']}, viscous "
+            f"{fed.viscous:.4g} {units['viscous']}, Coulomb {fed.coulomb:.4g} {units['effort']} "
+            f"above {fed.switch_on_speed:.4g} {units['velocity']}, by {source}"
+        )
+    return lines
+
+
 def _blocks(controller: Controller) -> list[str]:
     """Describe the blocks around the linear controller, apart from its position law."""
     velocity, limiter, compensation = (
@@ -76,7 +107,7 @@ def _blocks(controller: Controller) -> list[str]:
     position, speed, effort, inertia = (
         si_unit(name, controller.axis) for name in ("position", "velocity", "effort", "inertia")
     )
-    lines = []
+    lines = _tracking_blocks(controller)
     if velocity.source == "measured":
         lines.append("velocity: measured")
     elif velocity.bandwidth_rad_s:

@@ -10,6 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+import numpy as np
+
 from frictool.documents.controller import Controller
 
 
@@ -19,6 +21,14 @@ def summed(coefficients: Sequence[float], values: Sequence[float]) -> float:
     total = products[0] if products else 0.0
     for product in products[1:]:
         total += product
+    return total
+
+
+def plain_sum(coefficients: Sequence[float], values: Sequence[float]) -> float:
+    """From the left, with what is times 0."""
+    total = coefficients[0] * values[0]
+    for c, v in zip(coefficients[1:], values[1:], strict=True):
+        total += c * v
     return total
 
 
@@ -41,7 +51,16 @@ class PlainController:
         self.mode = "rest"
         self.released = False
         self.r = self.r_last = self.y = position
-        self.r_speed = 0.0
+        self.r_speed = self.r_speed_last = 0.0
+        self.tracked = self.tracked_last = position
+        self.fed = 0.0
+        self.direction = 0.0
+        self.line = [position] * 64  # filtered references, the latest first
+        self.distance = 0.0
+        self.profile_speeds = [0.0] * (
+            controller.profile.smoothing_samples - 1 if controller.profile else 0
+        )
+        self.derived = [0.0] * 3  # lag, speed and acceleration of the state-variable filter
         self.speed = 0.0
         self.stages = [
             (0.0, 0.0)
@@ -61,13 +80,18 @@ class PlainController:
             self.scheduled[name] = 0.5 * (min(values) + max(values))
 
     @property
+    def filters(self) -> bool:
+        """A prefilter or a profile gives the speed of the reference."""
+        return self.document.prefilter is not None or self.document.profile is not None
+
+    @property
     def sections(self) -> bool:
         return self.document.linear.form == "sos" and self.document.schedule is None
 
     def step(self, reference: float, position: float, velocity: float = 0.0) -> float:
         """The drive of this sample."""
-        self.prefilter(reference)
-        self.error = self.r - position
+        self.follow(reference)
+        self.error = self.tracked - position
         motion = position - self.y
         self.y = position
         self.measure(motion, velocity)
@@ -76,11 +100,87 @@ class PlainController:
 
     # what comes before the linear controller
 
+    def follow(self, reference: float) -> None:
+        """The filtered reference, the feedforward, and the reference that the loop tracks."""
+        last = self.r_last
+        self.line = [self.r, *self.line[:-1]]  # the filtered reference 1, 2 ... samples ago
+        self.r_speed_last, self.tracked_last = self.r_speed, self.tracked
+        if self.document.prefilter is not None:
+            self.prefilter(reference)
+        elif self.document.profile is not None:
+            self.profile(reference)
+        else:
+            self.r = reference
+        self.r_last = reference
+        self.tracked = self.r
+        if self.document.feedforward is not None:
+            self.feedforward(reference - last)
+
+    def profile(self, reference: float) -> None:
+        """The braking law, and the mean over the last speeds."""
+        own, period = self.document.profile, self.period
+        step, half = own.acceleration * period, 0.5 * period
+        distance = self.distance + (reference - self.r_last)
+        before = self.profile_speeds[0]
+        ahead = distance - half * before
+        corner = 0.5 * own.acceleration * period
+        size = min(abs(ahead), (own.speed + corner) ** 2 / (2.0 * own.acceleration))
+        root = math.sqrt(2.0 * own.acceleration * size) - corner
+        root = min(1.0 / period * size if size <= corner * period else root, own.speed)
+        speed = min(max(-root if ahead < 0.0 else root, before - step), before + step)
+        left = distance - half * (before + speed)
+        if abs(left) <= step * period / 256.0 and abs(speed) <= step / 256.0:
+            speed = left = 0.0
+        self.distance = left
+        speeds, n = [speed, *self.profile_speeds], own.smoothing_samples
+        lags = [period * (n - 1 if k == 0 else 2 * n - 1 - 2 * k) / (2 * n) for k in range(n)]
+        self.r = (reference - left) - plain_sum(lags, speeds)
+        self.r_speed = plain_sum([1.0 / n] * n, speeds)
+        self.profile_speeds = speeds[:-1]
+
+    def feedforward(self, change: float) -> None:
+        """Inertia, viscous and Coulomb friction of the sample in which the drive acts."""
+        own, actuator = self.document.feedforward, self.document.bench.actuator
+        delay = self.document.delay_samples + actuator.loop_time_constant_s / self.period
+        if own.filter_rad_s:
+            speed, acceleration = self.derivatives(change, (delay + 0.5) * self.period)
+        else:
+            speed = 0.5 * (self.r_speed + self.r_speed_last)
+            acceleration = 1.0 / self.period * (self.r_speed - self.r_speed_last)
+            whole, part = math.floor(delay), delay - math.floor(delay)
+            self.tracked = self.line[whole]
+            if part > 0.0:
+                self.tracked += part * (self.line[whole + 1] - self.tracked)
+        if speed > own.switch_on_speed:
+            self.direction = 1.0
+        elif speed < -own.switch_on_speed:
+            self.direction = -1.0
+        elif abs(speed) < own.switch_off_speed or self.direction * speed <= 0.0:
+            self.direction = 0.0
+        k = actuator.constant.value
+        drive = plain_sum(
+            [own.inertia / k, own.viscous / k, own.coulomb / k],
+            [acceleration, speed, self.direction],
+        )
+        self.fed = min(max(drive, -self.document.drive_limit), self.document.drive_limit)
+
+    def derivatives(self, change: float, ahead: float) -> tuple[float, float]:
+        """Speed and acceleration `ahead` [s] from now, by the state-variable filter."""
+        w, h = self.document.feedforward.filter_rad_s, 0.5 * self.period
+        a = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [w**3, -3.0 * w**2, -3.0 * w]])
+        left = np.eye(3) - h * a
+        rows = np.linalg.solve(left, np.eye(3) + h * a).tolist()
+        entry = np.linalg.solve(left, np.array([1.0, 0.0, 0.0])).tolist()
+        entering = [change, *self.derived]
+        self.derived = [plain_sum([b, *row], entering) for b, row in zip(entry, rows, strict=True)]
+        c1, c2 = 3.0 / w + ahead, 3.0 / w**2 + 3.0 * ahead / w + 0.5 * ahead**2
+        jerk = (w**3, -3.0 * w**2, -3.0 * w)
+        speed = [c2 * jerk[0], 1.0 + c2 * jerk[1], c1 + c2 * jerk[2]]
+        acceleration = [c1 * jerk[0], c1 * jerk[1], 1.0 + c1 * jerk[2]]
+        return plain_sum(speed, self.derived), plain_sum(acceleration, self.derived)
+
     def prefilter(self, reference: float) -> None:
         """(5.69) by the trapezoidal rule, solved for the new speed."""
-        if self.document.prefilter is None:
-            self.r = reference
-            return
         w, m = self.document.prefilter.natural_frequency_rad_s, self.document.prefilter.damping
         h = 0.5 * self.period
         viscous, elastic = 2.0 * m * w * h, w * w * h * h
@@ -88,7 +188,7 @@ class PlainController:
         q = w * w * h / (1.0 + viscous + elastic)
         speed = p * self.r_speed + q * ((reference + self.r_last) - 2.0 * self.r)
         self.r += h * (speed + self.r_speed)
-        self.r_speed, self.r_last = speed, reference
+        self.r_speed = speed
 
     def measure(self, motion: float, velocity: float) -> None:
         """The encoder's difference through as many equal low-passes as the order says: (5.70) with
@@ -123,7 +223,10 @@ class PlainController:
     def cascade(self, motion: float) -> float:
         law = self.document.position_law
         self.mode = self.next_mode() if law.action != "none" else "run"
-        wanted = self.wanted_speed() if self.mode != "brake" else 0.0
+        wanted = self.wanted_speed()
+        if self.document.feedforward is not None:
+            wanted += 1.0 / self.period * (self.tracked - self.tracked_last)
+        wanted = wanted if self.mode != "brake" else 0.0
         if self.document.linear.input == "speed_error":
             return self.linear(wanted - self.speed)
         change = self.period * wanted - motion
@@ -136,7 +239,7 @@ class PlainController:
         law = self.document.position_law
         moving = (
             law.settled_speed is not None
-            and self.document.prefilter is not None
+            and self.filters
             and abs(self.r_speed) >= law.settled_speed
         )
         if abs(self.error) > law.band or moving:
@@ -169,7 +272,7 @@ class PlainController:
             )
         if (
             own.settled_speed is not None
-            and self.document.prefilter is not None
+            and self.filters
             and abs(self.r_speed) >= own.settled_speed
         ):
             return False
@@ -199,7 +302,7 @@ class PlainController:
         if own.source == "model":
             speed = self.speed
             if own.velocity == "reference":
-                speed = self.r_speed if self.document.prefilter is not None else 0.0
+                speed = self.r_speed if self.filters else 0.0
             dry = own.gain * own.coulomb / constant * saturating(1.0 / own.smoothing_speed * speed)
             return dry + own.gain * own.viscous / constant * speed
         carried = own.observer_rad_s * (own.inertia / constant) * self.speed
@@ -213,6 +316,7 @@ class PlainController:
         drive, left = (
             self.chain(entering) if self.sections else (self.equation_output(entering), [])
         )
+        drive = drive + self.fed if self.document.feedforward is not None else drive
         drive = drive + added if self.document.friction_compensation is not None else drive
         limited = within(drive, self.low, self.high)
         met = (drive > self.high) - (drive < self.low)

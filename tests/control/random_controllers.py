@@ -14,11 +14,13 @@ from frictool.documents.bench import Winding
 from frictool.documents.controller import (
     Controller,
     Corner,
+    Feedforward,
     FrictionCompensation,
     Limiter,
     LinearController,
     PositionLaw,
     Prefilter,
+    Profile,
     Schedule,
     StateSpace,
     Velocity,
@@ -147,6 +149,20 @@ velocities = st.builds(
 prefilters = st.none() | st.builds(
     Prefilter, natural_frequency_rad_s=st.floats(5.0, 300.0), damping=st.floats(0.5, 1.5)
 )
+profiles = st.builds(
+    Profile,
+    speed=st.floats(50.0, 1000.0),
+    acceleration=st.floats(500.0, 50_000.0),
+    smoothing_samples=st.integers(2, 12),
+)
+feedforwards = st.none() | st.builds(
+    Feedforward,
+    inertia=st.just(1.32e-5),
+    viscous=st.floats(0.0, 1e-3),
+    coulomb=st.floats(0.0, 0.2),
+    switch_on_speed=st.floats(5.0, 20.0),
+    switch_off_speed=st.floats(0.0, 4.0),
+)
 windings = st.none() | st.builds(
     Winding, resistance_ohm=st.floats(0.05, 1.0), voltage_v=st.floats(1.0, 24.0)
 )
@@ -165,14 +181,22 @@ def controllers(draw: st.DrawFn, *, bounded: bool = False, scheduled: bool = Tru
         if scheduled and linear.form == "state_space"
         else None
     )
+    prefilter = draw(prefilters)
+    profile = draw(profiles) if prefilter is None and draw(st.booleans()) else None
+    fed = draw(feedforwards)
+    if fed is not None and prefilter is None and profile is None:
+        fed = msgspec.structs.replace(fed, filter_rad_s=draw(st.sampled_from([50.0, 400.0])))
     return msgspec.structs.replace(
         base,
+        delay_samples=draw(st.integers(0, 2)),
         drive_limit=draw(st.sampled_from([0.5, 50.0])),
         structure="speed_cascade" if cascade else "position",
         position_law=draw(laws(st.sampled_from(["cut", "brake", "none"]))) if cascade else None,
         limiter=None if cascade else draw(st.none() | limiters),
         friction_compensation=draw(st.none() | compensations),
-        prefilter=draw(prefilters),
+        prefilter=prefilter,
+        profile=profile,
+        feedforward=fed,
         velocity=draw(velocities),
         linear=linear,
         schedule=schedule,

@@ -40,6 +40,7 @@ PARTS: dict[str, tuple[str, Path, tuple[str, ...]]] = {
         ("position_law", "velocity"),
     ),
     "structure: position": ("design", CLUTCH / "laws/linear.yaml", ()),
+    "profile": ("design", CLUTCH / "laws/linear.yaml", ("prefilter",)),
     "load": ("bench", CLUTCH / "bench.yaml", ()),
     "columns": ("bench", CLUTCH / "bench.yaml", ("columns",)),
     "quadrature": ("bench", CLUTCH / "bench.yaml", ("columns",)),

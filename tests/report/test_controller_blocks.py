@@ -8,10 +8,12 @@ import pytest
 from frictool.documents.bench import Winding
 from frictool.documents.controller import (
     Controller,
+    Feedforward,
     FrictionCompensation,
     Limiter,
     PositionLaw,
     Prefilter,
+    Profile,
     Velocity,
 )
 from frictool.report.controller_blocks import block_descriptions
@@ -165,3 +167,17 @@ def test_prefilter_form_and_winding() -> None:
     assert found["Linear"].endswith(
         "runs as second-order sections, integrators held while the drive is limited"
     )
+
+
+def test_profile_and_feedforward() -> None:
+    found = told(
+        profile=Profile(100.0, 2000.0, 5),
+        feedforward=Feedforward(1.3e-5, 3.8e-4, 0.1, switch_on_speed=10.0, switch_off_speed=5.0),
+    )
+    assert found["Profile"] == (
+        "at most 100 rad/s and 2000 rad/s², jerk bounded by a mean over 5 samples"
+    )
+    assert found["Feedforward"] == ("inertia 1.3e-05, viscous 0.00038, Coulomb 0.1 above 10 rad/s")
+    streamed = Feedforward(1.3e-5, 0.0, 0.0, 10.0, 5.0, filter_rad_s=300.0)
+    words = told(feedforward=streamed)["Feedforward"]
+    assert words.endswith("reference differentiated at 300 rad/s")

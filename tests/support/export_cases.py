@@ -8,9 +8,11 @@ import numpy as np
 from frictool.documents.bench import Winding
 from frictool.documents.controller import (
     Controller,
+    Feedforward,
     FrictionCompensation,
     Limiter,
     LinearController,
+    Profile,
     Velocity,
 )
 from studies.rigs.example_controllers import BRAKE_LAW, CUT_LAW, clutch_controller, speed_controller
@@ -91,6 +93,22 @@ def _observed() -> Controller:
     return replace(clutch_controller(BRAKE_LAW), velocity=velocity, friction_compensation=modelled)
 
 
+def _profiled() -> Controller:
+    """A profile and its feedforward before a band that brakes."""
+    profile = Profile(speed=380.0, acceleration=20_000.0, smoothing_samples=5)
+    fed = Feedforward(1.32e-5, 3.81e-4, 0.05, switch_on_speed=10.0, switch_off_speed=5.0)
+    return replace(clutch_controller(BRAKE_LAW), prefilter=None, profile=profile, feedforward=fed)
+
+
+def _streamed() -> Controller:
+    """Second-order sections behind a reference from outside, which the feedforward differentiates,
+    and a proportional law."""
+    fed = Feedforward(
+        1.32e-5, 3.81e-4, 0.05, switch_on_speed=10.0, switch_off_speed=5.0, filter_rad_s=100.0
+    )
+    return replace(_sections(), feedforward=fed)
+
+
 CASES: dict[str, Controller] = {
     "cut": clutch_controller(CUT_LAW),
     "cascade": _cascade(),
@@ -98,6 +116,8 @@ CASES: dict[str, Controller] = {
     "sections": _sections(),
     "scheduled": scheduled(clutch_controller(CUT_LAW)),
     "observed": _observed(),
+    "profiled": _profiled(),
+    "streamed": _streamed(),
 }
 VISITS = {
     "cut": {"run", "rest", "limited", "invalid", "fault"},
@@ -106,4 +126,6 @@ VISITS = {
     "sections": {"limited", "invalid", "fault"},
     "scheduled": {"run", "rest", "limited", "invalid", "fault"},
     "observed": {"run", "brake", "rest", "limited", "invalid", "fault"},
+    "profiled": {"run", "brake", "rest", "forward", "backward", "limited", "invalid", "fault"},
+    "streamed": {"forward", "backward", "limited", "invalid", "fault"},
 }

@@ -1,0 +1,139 @@
+"""Profile from the position of the last sample to the target, with bounded jerk.
+
+    w  = d - T/2 v                     distance d to the target, less half a sample at speed v
+    v* = sign(w) |w|/T                 |w| <= a T^2/2          braking law, |v*| <= speed
+       = sign(w) (sqrt(2 a |w|) - a T/2)
+    v+ = v* within v - a T ... v + a T,     d+ = d - T/2 (v + v+)
+    p  = r - d+,   f = mean of p over N samples                smoothing
+
+The braking law is the largest speed from which the axis can stop at its target with at most a T per
+sample: along the root v+ = v - a T, and the straight line ends the motion in two samples. A sample
+within END of a T and a T^2 of the target ends at the target exactly. The target may change at any
+sample, also in motion. No move takes more than three samples longer than the time-optimal
+trapezoid and its mean (`duration`).
+
+The mean over N samples turns the trapezoidal speed into one with the jerk 2 a/(N T) at most, and
+delays the end by N - 1 samples. It is taken of the speeds, which are exactly 0 at rest. Hence f = r
+at the end to the last bit. Sources: Zanasi, Lo Bianco, Tonielli, Automatica 36 (2000) 439-448
+(discrete-time filter in closed loop); Biagiotti, Melchiorri, Control Eng. Practice 20 (2012)
+1385-1399 (cascade with a moving average).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from frictool.control.program import Program, ProgramNode
+
+END = 1.0 / 256.0  # part of a T and a T^2 below which a speed and a distance count as 0
+
+
+class ProfileLimits(NamedTuple):
+    """Limits of a profile.
+
+    speed [per s], acceleration [per s^2], and the samples of the moving average, at least 2.
+    """
+
+    speed: float
+    acceleration: float
+    smoothing_samples: int
+
+    def jerk(self, period: float) -> float:
+        """Return the largest jerk [per s^3] at a sample period [s]."""
+        return 2.0 * self.acceleration / (self.smoothing_samples * period)
+
+
+def profile(
+    program: Program, reference: ProgramNode, limits: ProfileLimits, period: float
+) -> tuple[ProgramNode, ProgramNode]:
+    """Return the profile's position [rad | m] and its speed [per s] at this sample."""
+    program.block("profile: the speed from which the target can still be reached by braking")
+    top = limits.speed
+    per_sample = limits.acceleration * period
+    beyond = 0.5 * top * top / limits.acceleration + 2.0 * top * period
+    low, high = reference.low - beyond, reference.high + beyond
+    last = program.last("reference", reference, "position")
+    before = program.state("profile_distance", -(high - low), high - low)
+    speeds = [
+        program.state(f"profile_speeds[{k}]", -top, top)
+        for k in range(limits.smoothing_samples - 1)
+    ]
+    zero = program.constant(0.0)
+    half = program.constant(0.5 * period, "profile_half_period")
+    change = program.constant(per_sample, "profile_speed_change")
+    distance = before + (reference - last)
+    ahead = program.named("profile_ahead", distance - half * speeds[0])
+    wanted = _braking_law(program, ahead, limits, period)
+    speed = program.smaller(program.larger(wanted, speeds[0] - change), speeds[0] + change)
+    left = distance - half * (speeds[0] + speed)
+    ended = (abs(left) <= program.constant(END * per_sample * period, "profile_end_distance")) & (
+        abs(speed) <= program.constant(END * per_sample, "profile_end_speed")
+    )
+    speed = program.named("profile_speed", program.select(ended, zero, speed))
+    left = program.named("profile_left", program.select(ended, zero, left))
+    program.update("profile_distance", left)
+    for k, value in enumerate([speed, *speeds[:-1]]):
+        program.update(f"profile_speeds[{k}]", value)
+    position, mean = _smoothed(program, reference - left, [speed, *speeds], period)
+    program.state("filtered_before", low, high, start="position")
+    program.update("filtered_before", position)
+    program.state("filtered_speed_before", -top, top)
+    program.update("filtered_speed_before", mean)
+    return position, mean
+
+
+def _braking_law(
+    program: Program, ahead: ProgramNode, limits: ProfileLimits, period: float
+) -> ProgramNode:
+    """Return the speed v* for the distance `ahead`, bounded before the root is taken."""
+    top = limits.speed
+    double = 2.0 * limits.acceleration
+    corner = 0.5 * limits.acceleration * period
+    size = program.smaller(
+        abs(ahead), program.constant((top + corner) ** 2 / double, "profile_braking_distance")
+    )
+    root = program.sqrt(
+        program.constant(double, "profile_double_acceleration") * size
+    ) - program.constant(corner, "profile_corner_speed")
+    line = program.constant(1.0 / period, "per_period") * size
+    near = size <= program.constant(corner * period, "profile_corner_distance")
+    speed = program.smaller(
+        program.select(near, line, root), program.constant(top, "profile_top_speed")
+    )
+    return program.select(ahead < program.constant(0.0), -speed, speed)
+
+
+def _smoothed(
+    program: Program,
+    position: ProgramNode,
+    speeds: list[ProgramNode],
+    period: float,
+) -> tuple[ProgramNode, ProgramNode]:
+    """Return the means of position and speed over as many samples N; speeds[k] is k samples old.
+
+    The mean position is the position less the distances that the older samples still miss:
+    sum over k of c_k v[k], c_0 = T/2 (N - 1)/N, c_k = T (2 N - 1 - 2 k)/(2 N).
+    """
+    samples = len(speeds)
+    program.block(f"profile: mean over {samples} samples, which bounds the jerk")
+    weights = [
+        program.constant(
+            period * (samples - 1 if k == 0 else 2 * samples - 1 - 2 * k) / (2 * samples),
+            f"profile_lag[{k}]",
+        )
+        for k in range(samples)
+    ]
+    share = program.constant(1.0 / samples, "profile_share")
+    missing = program.dot(weights, speeds)
+    mean = program.dot([share] * samples, speeds)
+    return program.named("filtered", position - missing), program.named("filtered_speed", mean)
+
+
+def duration(distance: float, limits: ProfileLimits, period: float) -> float:
+    """Return the least time [s] of a trapezoidal speed over `distance`, plus that of the mean."""
+    top, most = limits.speed, limits.acceleration
+    accelerated = top * top / most
+    moved = abs(distance)
+    trapezoid = 2.0 * math.sqrt(moved / most) if moved <= accelerated else moved / top + top / most
+    return trapezoid + (limits.smoothing_samples - 1) * period

@@ -1,0 +1,72 @@
+"""Speed and acceleration of a reference that comes from outside: a state-variable filter.
+
+    f' = v,   v' = a,   a' = j = w^3 (r - f) - 3 w^2 v - 3 w a         r/(1 + s/w)^3
+
+The states are d = r - f, v and a, sampled by Tustin, so that they are exactly 0 at rest. The filter
+lags by 3/w. The speed and the acceleration at the time `ahead` from now follow from the next
+derivatives, with (1 + s/w)^3 exp(s ahead) = 1 + c1 s + c2 s^2 + ...:
+
+    v + c1 a + c2 j,   a + c1 j        c1 = 3/w + ahead,   c2 = 3/w^2 + 3 ahead/w + ahead^2/2
+
+Property: exact for a reference with constant jerk. One count of the reference causes an
+acceleration of about w^2 counts, so that a coarse reference needs a low w. Source of the filter:
+Young, Automatica 17 (1981) 23-39.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frictool.control.difference_equation import impulse_sums
+from frictool.control.program import Program, ProgramNode
+
+
+def reference_derivatives(
+    program: Program, reference: ProgramNode, bandwidth: float, ahead: float, period: float
+) -> tuple[ProgramNode, ProgramNode]:
+    """Return speed [per s] and acceleration [per s^2] of the reference at `ahead` [s] from now.
+
+    bandwidth: w [rad/s]. period: sample period [s].
+    """
+    program.block("speed and acceleration of the reference: state-variable filter, by Tustin")
+    w = bandwidth
+    a = np.array([[0.0, -1.0, 0.0], [0.0, 0.0, 1.0], [w**3, -3.0 * w**2, -3.0 * w]])
+    left = np.eye(3) - 0.5 * period * a
+    transition = np.linalg.solve(left, np.eye(3) + 0.5 * period * a)
+    entry = np.linalg.solve(left, np.array([1.0, 0.0, 0.0]))
+    scales = np.array([1.0, w, w * w])
+    scaled = transition * scales / scales[:, None]
+    reach = (reference.high - reference.low) * scales * impulse_sums(scaled, entry / scales)
+    last = program.last("reference", reference, "position")
+    names = ("reference_lag", "reference_speed", "reference_acceleration")
+    before = [
+        program.state(name, -float(bound), float(bound))
+        for name, bound in zip(names, reach, strict=True)
+    ]
+    change = reference - last
+    now = []
+    for i, name in enumerate(names):
+        coefficients = [
+            program.constant(float(value), f"derivatives[{i}][{k}]")
+            for k, value in enumerate([entry[i], *transition[i]])
+        ]
+        now.append(program.named(f"{name}_now", program.dot(coefficients, [change, *before])))
+        program.update(name, now[i])
+    first = 3.0 / w + ahead
+    second = 3.0 / w**2 + 3.0 * ahead / w + 0.5 * ahead**2
+    third = [w**3, -3.0 * w**2, -3.0 * w]  # of the jerk
+    speed = program.dot(
+        [
+            program.constant(float(value), f"speed_ahead[{k}]")
+            for k, value in enumerate(np.array([0.0, 1.0, first]) + second * np.array(third))
+        ],
+        now,
+    )
+    acceleration = program.dot(
+        [
+            program.constant(float(value), f"acceleration_ahead[{k}]")
+            for k, value in enumerate(np.array([0.0, 0.0, 1.0]) + first * np.array(third))
+        ],
+        now,
+    )
+    return speed, acceleration

@@ -1,0 +1,170 @@
+"""Profile and feedforward of a design, with rules for the values that it leaves out.
+
+speed           the bench's top speed
+acceleration    (share K u_max - F_c - load - sigma_v speed)/J, the least of all vertices; u_max
+is the limit of the drive, the specified peak, or the current that the winding
+leaves beside the back-EMF at that speed
+jerk            2 acceleration/(N T): N samples are a tenth of speed/acceleration, at least 4; or
+one period of the lowest resonance, at which the moving average has a zero
+feedforward     the model's values; on: one encoder step in 10 samples, off: half of it
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from frictool.adapters.model_polytope import polytope
+from frictool.control.jerk_limited_profile import ProfileLimits
+from frictool.documents import controller as stored
+from frictool.documents.design import Design
+from frictool.documents.design_blocks import MOST_SMOOTHING, FeedforwardDesign, ProfileDesign
+from frictool.documents.model import Model
+from frictool.documents.quantity import si_unit
+from frictool.errors import FrictoolError, NoSolutionError
+from frictool.synth.load_disturbance import disturbance
+
+Tell = Callable[[str, float, str, str], float]
+
+SMOOTHED = 0.1  # part of the time to the top speed that the smoothing adds to a move
+LEAST_SMOOTHING = 4  # samples
+STEP_SAMPLES = 10.0  # samples in which a reference at the switching speed moves one encoder step
+OFF = 0.5  # of the switching speed
+
+
+def outside_notes(design: Design) -> tuple[str, ...]:
+    """Return the note that profile and feedforward change no verified figure; empty without one."""
+    blocks = [name for name in ("profile", "feedforward") if getattr(design, name) is not None]
+    words = f"{' and '.join(blocks)}: outside the loop, so that no margin depends on it"
+    return (f"{words}; simulate plays it",) if blocks else ()
+
+
+def stored_profile(
+    model: Model, requested: ProfileDesign, drive_peak: float, tell: Tell
+) -> stored.Profile:
+    """Return the profile of a design.
+
+    `tell` records a derived value by name, value, unit and source, and returns it. Raises
+    FrictoolError (exit 3) without a speed or with a jerk that is too small, NoSolutionError if no
+    effort is left for the acceleration.
+    """
+    units = {name: si_unit(name, model.axis) for name in ("velocity", "acceleration", "jerk")}
+    top = model.bench.mechanics.top_speed
+    if requested.speed is not None:
+        speed = requested.speed.value
+    elif top is not None:
+        speed = tell("profile.speed", top.value, units["velocity"], "the bench's top speed")
+    else:
+        raise FrictoolError(
+            "profile.speed: missing, and the bench has no mechanics.top_speed; write one of them"
+        ).at("design", "profile.speed")
+    if requested.acceleration is not None:
+        acceleration = requested.acceleration.value
+    else:
+        acceleration = tell(
+            "profile.acceleration",
+            *_least_acceleration(model, speed, requested.drive_share, drive_peak),
+        )
+    period = model.bench.sample_period_s
+    if requested.jerk is not None:
+        samples = max(math.ceil(2.0 * acceleration / (requested.jerk.value * period) - 1e-9), 2)
+        if samples > MOST_SMOOTHING:
+            least = ProfileLimits(speed, acceleration, MOST_SMOOTHING).jerk(period)
+            raise FrictoolError(
+                f"profile.jerk: found {requested.jerk.value:.4g} {units['jerk']}; allowed: at "
+                f"least {least:.4g} {units['jerk']}, which smooths over {MOST_SMOOTHING} samples; "
+                "lower profile.acceleration, or raise profile.jerk"
+            ).at("design", "profile.jerk")
+    else:
+        samples, source = _smoothing(model, speed / acceleration)
+        jerk = ProfileLimits(speed, acceleration, samples).jerk(period)
+        tell("profile.jerk", jerk, units["jerk"], source)
+    return stored.Profile(speed, acceleration, samples)
+
+
+def _least_acceleration(
+    model: Model, speed: float, share: float, drive_peak: float
+) -> tuple[float, str, str]:
+    """Return the largest acceleration of the worst vertex at `speed`, its unit and its source."""
+    actuator = model.bench.actuator
+    load = disturbance(model).total
+    rates = []
+    for vertex in polytope(model).vertices:
+        most = min(actuator.limit.value, drive_peak)
+        if actuator.winding is not None:
+            left = actuator.winding.voltage_v - vertex.constant * speed
+            most = min(most, left / actuator.winding.resistance_ohm)
+        effort = share * vertex.constant * most
+        rest = effort - vertex.coulomb - load - vertex.viscous * speed
+        rates.append((rest / vertex.inertia, rest, effort, vertex))
+    acceleration, rest, effort, vertex = min(rates, key=lambda one: one[0])
+    unit = si_unit("effort", model.axis)
+    words = (
+        f"{share:g} of the drive leaves {effort:.4g} {unit}, friction and load at "
+        f"{speed:.4g} {si_unit('velocity', model.axis)} take {effort - rest:.4g} {unit}, inertia "
+        f"{vertex.inertia:.4g} {si_unit('inertia', model.axis)}"
+    )
+    if acceleration <= 0.0:
+        raise NoSolutionError(
+            f"profile.speed: no effort is left to accelerate at this speed ({words}); lower "
+            "profile.speed, or narrow the intervals of coulomb and viscous"
+        ).at("design", "profile.speed")
+    return acceleration, si_unit("acceleration", model.axis), f"worst plant: {words}"
+
+
+def _smoothing(model: Model, rise: float) -> tuple[int, str]:
+    """Return the samples of the moving average and their source; `rise` is speed/acceleration."""
+    period = model.bench.sample_period_s
+    if model.resonances is not None:
+        lowest = min(pole.rad_s for pole in model.resonances.poles)
+        samples = math.ceil(2.0 * math.pi / (lowest * period))
+        return min(samples, MOST_SMOOTHING), f"one period of the resonance at {lowest:.4g} rad/s"
+    samples = max(round(SMOOTHED * rise / period), LEAST_SMOOTHING)
+    return min(samples, MOST_SMOOTHING), (
+        f"a move becomes longer by {SMOOTHED:g} of the time to the top speed, or "
+        f"{LEAST_SMOOTHING} samples"
+    )
+
+
+def stored_feedforward(
+    model: Model, requested: FeedforwardDesign, tell: Tell
+) -> stored.Feedforward:
+    """Return the feedforward of a design; `tell` as in `stored_profile`.
+
+    Raises FrictoolError (exit 3) if the filter alternates from sample to sample.
+    """
+    period = model.bench.sample_period_s
+    bandwidth = requested.filter_rad_s or 0.0
+    if bandwidth * period >= 2.0:
+        raise FrictoolError(
+            f"feedforward.filter_rad_s: found {bandwidth:g}; allowed: below {2.0 / period:g} rad/s "
+            "(two per sample period), above which the filter alternates from sample to sample"
+        ).at("design", "feedforward.filter_rad_s")
+    values = {}
+    for name, dimension in (("inertia", "inertia"), ("viscous", "viscous"), ("coulomb", "effort")):
+        provided = getattr(requested, name)
+        values[name] = (
+            tell(
+                f"feedforward.{name}",
+                getattr(model.parameters, name).value,
+                si_unit(dimension, model.axis),
+                "the model",
+            )
+            if provided is None
+            else provided.value
+        )
+    if requested.switch_on_speed is not None:
+        switch_on = requested.switch_on_speed.value
+    else:
+        switch_on = tell(
+            "feedforward.switch_on_speed",
+            model.bench.encoder.resolution / (STEP_SAMPLES * period),
+            si_unit("velocity", model.axis),
+            f"one encoder step in {STEP_SAMPLES:g} samples",
+        )
+    return stored.Feedforward(
+        **values,
+        switch_on_speed=switch_on,
+        switch_off_speed=OFF * switch_on,
+        filter_rad_s=bandwidth,
+    )
