@@ -8,7 +8,6 @@ from typing import Any
 import msgspec
 import numpy as np
 import pytest
-from frictool.logs.reading import read_log
 
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
@@ -21,6 +20,7 @@ from frictool.documents.registry import load
 from frictool.documents.scenario import Scenario, Step
 from frictool.documents.spec import Spec
 from frictool.logs.log import Log
+from frictool.logs.log_reader import read_log
 from frictool.report.verdict import judge
 from frictool.simulate.closed_loop import SimulationRequest, simulate_closed_loop
 from frictool.synth.design import design_controller
