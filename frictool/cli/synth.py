@@ -42,9 +42,9 @@ Methods (`method` of the design), and the use of each:
 The loop is rebuilt from the stored coefficients and sampled at the bench's period. It must be
 stable at every vertex with the bench's computational delay (on a bench without delay also with 1
 sample), and have the specified modulus margin at that delay, also with coefficients rounded to the
-target's number format. Then its worst norm over all plants of the intervals is bounded and proved;
-`frictool verify` proves it again. If one of these steps fails, nothing is written and the exit code
-is 4.
+target's number format. Then stability, a norm and a modulus margin are proved for every constant
+plant of the intervals; `frictool verify` proves them again. The proof does not cover parameters
+that vary with time. If one of these steps fails, nothing is written and the exit code is 4.
 
 At last the controller is played against the specification on the nominal plant, every vertex and 40
 drawn plants: four steps over the travel and a hold, or the steps of --scenario. The last lines are
@@ -72,8 +72,13 @@ is written in either case.
     "--vertices-only",
     is_flag=True,
     help=(
-        "Check the vertices only: quicker, without bounds for all plants and without certificate."
+        "Check the vertices only: quicker, without search inside the box and without certificate."
     ),
+)
+@click.option(
+    "--varying",
+    is_flag=True,
+    help="Compute a bound for parameters that vary at any speed, too; some seconds.",
 )
 @click.option(
     "--plot",
@@ -103,12 +108,15 @@ def command(
     design: Path | None,
     save_design: Path | None,
     vertices_only: bool,
+    varying: bool,
     plot: Path | None,
     scenario: Path | None,
     no_play: bool,
     output: Path | None,
     as_json: bool,
 ) -> None:
+    if varying and vertices_only:
+        raise click.UsageError("--varying has no effect with --vertices-only.")
     from frictool.documents.design import Design
     from frictool.documents.key_lines import in_file
     from frictool.documents.model import Model
@@ -135,7 +143,13 @@ def command(
 
     # the scenario of a provided design changes no byte of its controller
     read = [path for path in inputs if searched or path != scenario]
-    words = {"model": model, "--spec": spec, "--design": design, "--vertices-only": vertices_only}
+    words = {
+        "model": model,
+        "--spec": spec,
+        "--design": design,
+        "--vertices-only": vertices_only,
+        "--varying": varying,
+    }
     words |= {"--scenario": scenario} if searched else {}
     provenance = provenance_of_command(command_line("synth", words), read)
     search = None
@@ -150,6 +164,7 @@ def command(
             spec_document,
             design_document,
             vertices_only=vertices_only,
+            varying=varying,
             provenance=provenance,
             progress=note_step,
         )

@@ -18,9 +18,10 @@ Prove the certificate of a controller again, for every constant plant of its int
 all stored properties of its loop again.
 
 The loop is built from the stored coefficients, sampled at the bench's period with its delay. The
-matrix inequalities of the certificate are proved in integer arithmetic, without solver, rounding or
-digest. The certificate's intervals must contain those of the bench. Norms, margins and rounded
-forms at the vertices, and the norms inside the intervals, must agree with `verified`. Digests show
+bounds of the certificate are proved for every frequency and plant, without solver, grid or digest,
+and with every rounding error bounded. Parameters that vary with time are not covered. The
+certificate's intervals must contain those of the bench. Norms, margins and rounded forms at the
+vertices, and stored norms inside the intervals, must agree with `verified`. Digests show
 changed blocks that no stored property depends on (position law, prefilter). Results of a solver are
 listed as not computed.
 

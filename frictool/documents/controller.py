@@ -345,17 +345,17 @@ class Margins(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
 
 class Robustness(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Worst norm of the sampled loop over the whole box: samples and upper bounds.
+    """Worst norm of the sampled loop inside the box, if a proved bound does not replace it.
 
-    An absent bound could not be proved. `parameter_dependent` and `common` hold for interpolations
-    of the corners' sampled models.
+    An absent bound was not computed. `parameter_dependent` and `common` hold for interpolations of
+    the corners' sampled models.
 
     - `interior_points`: Number of plants inside the box.
     - `interior`: Largest norm at these plants and along a search uphill from the worst vertex; a
       lower bound.
-    - `structured`: Upper bound for every constant plant, from D-G scalings.
+    - `structured`: Upper bound for every constant plant, from D-G scalings; older versions only.
     - `parameter_dependent`: Upper bound from a Lyapunov matrix that varies with constant
-      parameters.
+      parameters; older versions only.
     - `common`: Upper bound from one Lyapunov matrix, for parameters that vary arbitrarily fast.
     """
 

@@ -19,7 +19,7 @@ from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.parameter_box import enclosing_box
 from frictool.synth.acceptance import accept, resonant, unstable_earlier
-from frictool.synth.certificate_construction import certified_weights, certify
+from frictool.synth.certificate_bounds import certified_weights, certify
 from frictool.synth.controller_schedule import verified_schedule
 from frictool.synth.feasibility import check_feasible
 from frictool.synth.load_disturbance import disturbance
@@ -34,12 +34,15 @@ from frictool.synth.weights import ChosenWeights, DerivedValue, choose_weights
 from frictool.verify.certificate_document import certified_loop
 from frictool.verify.feedback_loops import feedbacks_of
 from frictool.verify.loop_wording import no_certificate
+from frictool.verify.recheck import needs_search
+from frictool.verify.zero_exclusion import ProvedBound
 
 NOT_CERTIFIED = no_certificate("a speed")
 WHOLE = (
     "bounds and certificate are of the speed loop; "
     "the proportional law around it is verified at the vertices and at plants between them"
 )
+NOT_VARYING = "no bound was found for parameters that vary at any speed"
 MEASURED = {"position": "position reference", "speed_cascade": "integral(speed reference)"}
 
 
@@ -48,20 +51,36 @@ class SynthesisResult:
     """Verified controller document with the information that a report prints next to it.
 
     `derived` lists the values that were derived because the design leaves them out, `trade` is the
-    result of `relax: auto` (None without it), `notes` are sentences for the user.
+    result of `relax: auto` (None without it), `notes` are sentences for the user, and `proved` are
+    the bounds of the certificate.
     """
 
     controller: stored.Controller
     derived: tuple[DerivedValue, ...]
     trade: Trade | None
     notes: tuple[str, ...]
+    proved: tuple[ProvedBound, ...] = ()
+
+
+@dataclass(frozen=True)
+class ProofScope:
+    """What a synthesis computes beyond the vertices.
+
+    `vertices_only` leaves out the search inside the box and the certificate. `varying` adds a bound
+    for parameters that vary arbitrarily fast.
+    """
+
+    vertices_only: bool = False
+    varying: bool = False
 
 
 def design_controller(
     model: Model, spec: Spec, design: Design, provenance: Provenance
 ) -> stored.Controller:
     """Return a controller document verified at the vertices (see `synthesise_verified`)."""
-    return synthesise_verified(model, spec, design, provenance, beyond=False).controller
+    return synthesise_verified(
+        model, spec, design, provenance, scope=ProofScope(vertices_only=True)
+    ).controller
 
 
 def synthesise_verified(
@@ -70,13 +89,13 @@ def synthesise_verified(
     design: Design,
     provenance: Provenance,
     *,
-    beyond: bool = True,
+    scope: ProofScope = ProofScope(),
     progress: Callable[[str], None] = lambda _: None,
 ) -> SynthesisResult:
     """Design a controller and verify it.
 
-    With `beyond`, the bounds over the whole box and the certificate are computed too. `progress` is
-    called with the name of each step. Raises NoSolutionError (exit 4) if the method finds no
+    `scope` selects what is computed beyond the vertices. `progress` is called with the name of each
+    step. Raises NoSolutionError (exit 4) if the method finds no
     controller, if its controller fails the verification (the message names the vertex and its
     figure), or if the drive cannot hold the model's load.
     """
@@ -107,13 +126,14 @@ def synthesise_verified(
         controller = msgspec.structs.replace(
             controller, schedule=verified_schedule(posed, candidate)
         )
-    if beyond:
-        controller, remarks = _beyond(posed, controller, progress)
+    proved: tuple[ProvedBound, ...] = ()
+    if not scope.vertices_only:
+        controller, proved, remarks = _beyond(posed, controller, scope, progress)
         notes = (*notes, *remarks)
     if controller.certificate is None and posed.weighs:
         controller = msgspec.structs.replace(controller, weights=certified_weights(posed.weights))
     return SynthesisResult(
-        with_digests(controller), (*chosen.derived, *composed.derived), trade, notes
+        with_digests(controller), (*chosen.derived, *composed.derived), trade, notes, proved
     )
 
 
@@ -146,37 +166,46 @@ def running_linear(
 
 
 def _beyond(
-    posed: SynthesisProblem, controller: stored.Controller, progress: Callable[[str], None]
-) -> tuple[stored.Controller, tuple[str, ...]]:
-    """Add the figures between the vertices and the certificate; return the controller and notes."""
-    progress("bounds over the whole box")
+    posed: SynthesisProblem,
+    controller: stored.Controller,
+    scope: ProofScope,
+    progress: Callable[[str], None],
+) -> tuple[stored.Controller, tuple[ProvedBound, ...], tuple[str, ...]]:
+    """Return the controller with certificate and figures inside the box, its bounds and notes."""
+    progress("proof for every constant plant of the box")
     loops = feedbacks_of(controller)
-    bounds = (
-        robustness(posed, loops[0].system) if posed.weighs else sensitivity_inside(posed, loops)
-    )
-    verified = msgspec.structs.replace(controller.verified, robustness=bounds)
-    progress("certificate")
-    certificate, remarks = _certificate(posed, controller)
+    certificate, proved, remarks = _certificate(posed, controller)
+    controller = msgspec.structs.replace(controller, certificate=certificate)
+    if scope.varying or needs_search(controller):
+        progress("search for the worst plant of the box")
+        inside = (
+            robustness(posed, loops[0].system, varying=scope.varying)
+            if posed.weighs
+            else sensitivity_inside(posed, loops)
+        )
+        verified = msgspec.structs.replace(controller.verified, robustness=inside)
+        controller = msgspec.structs.replace(controller, verified=verified)
+        if scope.varying and inside.common is None:
+            remarks = (*remarks, NOT_VARYING)
     if posed.weighs and len(loops) > 1:
         sensitivity_inside(posed, loops)
         remarks = (*remarks, WHOLE)
-    return msgspec.structs.replace(controller, verified=verified, certificate=certificate), remarks
+    return controller, proved, remarks
 
 
 def _certificate(
     posed: SynthesisProblem, controller: stored.Controller
-) -> tuple[Certificate | None, tuple[str, ...]]:
-    """Return the certificate and notes; the certificate is None if a loop is unstable."""
+) -> tuple[Certificate | None, tuple[ProvedBound, ...], tuple[str, ...]]:
+    """Return the certificate, its bounds and notes; no certificate if a loop is unstable."""
     weights = certified_weights(posed.weights)
     box = Box(**enclosing_box(posed.box.vertices))
     if not posed.weighs:
-        return Certificate(1, box, weights, (), {"sensitivity": NOT_CERTIFIED}), (
-            f"no certificate: {NOT_CERTIFIED}",
-        )
+        reason = {"sensitivity": NOT_CERTIFIED}
+        return Certificate(2, box, weights, (), reason), (), (f"no certificate: {NOT_CERTIFIED}",)
     try:
-        return certify(certified_loop(controller, weights), box), ()
+        return *certify(certified_loop(controller, weights), box), ()
     except NoSolutionError as error:
-        return None, (str(error),)
+        return None, (), (str(error),)
 
 
 def problem(model: Model, spec: Spec, design: Design) -> SynthesisProblem:

@@ -22,7 +22,7 @@ from frictool.documents.spec import Spec
 from frictool.documents.synthesis_methods import METHODS, SynthesisMethod
 from frictool.documents.weights import Weights
 from frictool.synth.acceptance import accept
-from frictool.synth.certificate_construction import certified_weights
+from frictool.synth.certificate_bounds import certified_weights
 from frictool.synth.design import controller_document
 from frictool.synth.feasibility import check_feasible
 from frictool.synth.realisation import stored_forms

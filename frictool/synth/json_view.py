@@ -41,7 +41,7 @@ def json_view(result: SynthesisResult, disturbance: LoadDisturbance) -> dict[str
         "count_drive": verified.count_drive,
         "rounded": msgspec.to_builtins(verified.rounded),
         "robustness": msgspec.to_builtins(verified.robustness),
-        "certificate": _certificate(controller),
+        "certificate": _certificate(result),
         "schedule": _schedule(controller),
         "vertices": [_vertex(vertex) for vertex in verified.vertices],
         "derived_weights": [asdict(weight) for weight in result.derived],
@@ -51,16 +51,13 @@ def json_view(result: SynthesisResult, disturbance: LoadDisturbance) -> dict[str
     }
 
 
-def _certificate(controller: Controller) -> dict[str, Any] | None:
-    certificate = controller.certificate
+def _certificate(result: SynthesisResult) -> dict[str, Any] | None:
+    certificate = result.controller.certificate
     if certificate is None:
         return None
     return {
         "box": msgspec.to_builtins(certificate.box),
-        "proved": [
-            {"of": bound.of, "below": bound.below, "cells": len(bound.cells)}
-            for bound in certificate.bounds
-        ],
+        "proved": [asdict(bound) for bound in result.proved],
     }
 
 

@@ -1,4 +1,4 @@
-"""Worst norm over the whole parameter box: the largest value in a scan and three upper bounds."""
+"""Worst norm inside the parameter box, and a bound for parameters that vary with time."""
 
 from __future__ import annotations
 
@@ -7,11 +7,9 @@ from collections.abc import Sequence
 
 from frictool.documents import controller as stored
 from frictool.errors import NoSolutionError
-from frictool.lmi.lyapunov_bounds import common_bound, parameter_dependent_bound
-from frictool.lmi.structured_singular_value import worst_gain
+from frictool.lmi.lyapunov_bounds import common_bound
 from frictool.plant.lti import Lti
 from frictool.plant.parameter_box import corners, enclosing_box
-from frictool.plant.uncertain_axis import uncertain_plant
 from frictool.synth.synthesis_problem import SynthesisProblem
 from frictool.verify.feedback_loops import FeedbackLoop
 from frictool.verify.interior_search import points_inside, worst_inside, worst_sensitivity
@@ -19,11 +17,14 @@ from frictool.verify.loop_figures import CLAIM
 from frictool.verify.loop_wording import plant_words
 
 
-def robustness(problem: SynthesisProblem, system: Lti) -> stored.Robustness:
-    """Return the worst norms of the sampled loop that `system` closes.
+def robustness(
+    problem: SynthesisProblem, system: Lti, *, varying: bool = False
+) -> stored.Robustness:
+    """Return the worst norm seen in the sampled loop that `system` closes.
 
-    Raises NoSolutionError if a plant inside the box is unstable, or if its norm is more than 1 %
-    above that of the vertices.
+    With `varying`, a bound for parameters that vary arbitrarily fast is computed too; the
+    certificate covers constant parameters only. Raises NoSolutionError if a plant inside the box is
+    unstable, or if its norm is more than 1 % above that of the vertices.
     """
     vertices, worst = worst_inside(system, problem.running, problem.box.vertices)
     if math.isinf(worst.norm):
@@ -38,17 +39,15 @@ def robustness(problem: SynthesisProblem, system: Lti) -> stored.Robustness:
             f"{plant_words(worst.point, problem.model.bench)}, "
             f"where {vertices.norm:.4g} is claimed; narrow the intervals or relax the weights"
         )
-    box = enclosing_box(problem.box.vertices)
-    plant, blocks = uncertain_plant(
-        problem.controlled, box, problem.lag, problem.weights, problem.period, problem.delay
-    )
-    loops = [problem.running(point.rates).closed(system) for point in corners(box)]
+    common = None
+    if varying:
+        box = enclosing_box(problem.box.vertices)
+        loops = [problem.running(point.rates).closed(system) for point in corners(box)]
+        common = _finite_or_none(common_bound(loops).gamma)
     return stored.Robustness(
         interior_points=points_inside(problem.box.vertices),
         interior=worst.norm,
-        structured=_finite_or_none(worst_gain(plant.closed(system), blocks, worst.norm).value),
-        parameter_dependent=_finite_or_none(parameter_dependent_bound(loops).gamma),
-        common=_finite_or_none(common_bound(loops).gamma),
+        common=common,
     )
 
 

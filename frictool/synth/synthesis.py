@@ -12,7 +12,7 @@ from frictool.documents.provenance import Provenance, provenance_of_call
 from frictool.documents.registry import same_axis
 from frictool.documents.spec import Spec
 from frictool.errors import NoSolutionError
-from frictool.synth.design import SynthesisResult, synthesise_verified
+from frictool.synth.design import ProofScope, SynthesisResult, synthesise_verified
 
 
 def synthesise(
@@ -21,6 +21,7 @@ def synthesise(
     design: Design,
     *,
     vertices_only: bool = False,
+    varying: bool = False,
     provenance: Provenance | None = None,
     progress: Callable[[str], None] = lambda _: None,
 ) -> SynthesisResult:
@@ -37,7 +38,10 @@ def synthesise(
     design : Design
         Structure, method and weights.
     vertices_only : bool
-        Skip the bounds over the whole box and the certificate, which is faster.
+        Skip the search inside the box and the certificate.
+    varying : bool
+        Compute a bound for parameters that vary arbitrarily fast, too. The certificate holds for
+        every constant plant.
     provenance : Provenance, optional
         Origin to store; the record of this call if left out.
     progress : callable
@@ -61,9 +65,8 @@ def synthesise(
     origin = provenance or provenance_of_call(
         "frictool.synth.synthesise", model=model, spec=spec, design=design
     )
-    return synthesise_verified(
-        model, spec, design, origin, beyond=not vertices_only, progress=progress
-    )
+    scope = ProofScope(vertices_only, varying)
+    return synthesise_verified(model, spec, design, origin, scope=scope, progress=progress)
 
 
 def require_identified(model: Model) -> None:

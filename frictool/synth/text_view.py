@@ -10,7 +10,7 @@ from frictool.documents.quantity import si_unit
 from frictool.synth.design import SynthesisResult
 from frictool.synth.load_disturbance import LoadDisturbance
 from frictool.synth.weight_relaxation import Trade
-from frictool.verify.loop_wording import delay_words, plant_units
+from frictool.verify.loop_wording import delay_words, plant_units, rounded_down
 
 COLUMNS = (
     7,
@@ -34,7 +34,7 @@ def text(result: SynthesisResult, disturbance: LoadDisturbance) -> str:
         *result.notes,
         *_vertices(controller),
         *_margins(controller),
-        *_beyond(controller),
+        *_beyond(result),
         *_schedule(controller),
         *_disturbance(disturbance, si_unit("effort", controller.axis)),
     ]
@@ -225,8 +225,9 @@ def _margins(controller: Controller) -> list[str]:
     return lines
 
 
-def _beyond(controller: Controller) -> list[str]:
+def _beyond(result: SynthesisResult) -> list[str]:
     """Describe the bounds for the plants between the vertices."""
+    controller = result.controller
     lines = []
     bounds = controller.verified.robustness
     if bounds is not None and controller.linear.input == "speed_error":
@@ -240,22 +241,21 @@ def _beyond(controller: Controller) -> list[str]:
             f"{controller.verified.gamma_verified:.4g}",
             f"  seen inside the box, {bounds.interior_points} plants and a search          "
             f"{bounds.interior:.4g}",
-            "  bound for every constant plant, D-G scalings            "
-            f"{_level(bounds.structured)}",
-            "  bound by a Lyapunov matrix that depends on the plant    "
-            f"{_level(bounds.parameter_dependent)}",
-            f"  bound for parameters as fast as they like, one matrix   {_level(bounds.common)}",
         ]
+        if bounds.common is not None:
+            lines.append(
+                f"  bound for parameters that vary at any speed             {bounds.common:.4g}"
+            )
     if controller.certificate is not None:
-        for bound in controller.certificate.bounds:
+        for bound in result.proved:
             what = (
                 "norm"
                 if bound.modulus_margin is None
-                else f"modulus margin > {bound.modulus_margin:.3f}: sensitivity"
+                else f"modulus margin > {rounded_down(bound.modulus_margin)}: sensitivity"
             )
             lines.append(
-                f"proved for every constant plant of the box: {what} < {bound.below:.4g} "
-                f"({len(bound.cells)} cells, exact arithmetic)"
+                f"proved for every constant plant of the box: {what} < {bound.below:.6g} "
+                f"({bound.cells} cells)"
             )
         if controller.certificate.bounds:  # without any bound, a note states the reason
             lines += [
@@ -273,10 +273,6 @@ def _schedule(controller: Controller) -> list[str]:
         f"with {stored.points} plants between their corners the worst norm is {stored.gamma:.4g}, "
         f"the least modulus margin {stored.modulus_margin:.3f}"
     ]
-
-
-def _level(value: float | None) -> str:
-    return "none found" if value is None else f"{value:.4g}"
 
 
 def _disturbance(load: LoadDisturbance, unit: str) -> list[str]:

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from frictool.documents.certificate import Bound, Certificate, CertifiedWeights
+from frictool.documents.certificate import Certificate, CertifiedWeights
 from frictool.documents.controller import Controller
 from frictool.errors import NoSolutionError
 from frictool.verify.certificate_loop import CertificateLoop
-from frictool.verify.certificate_proof import prove
+from frictool.verify.zero_exclusion import ProvedBound, prove
 
 
 def certified_loop(controller: Controller, weights: CertifiedWeights) -> CertificateLoop:
@@ -25,13 +25,13 @@ def certified_loop(controller: Controller, weights: CertifiedWeights) -> Certifi
     )
 
 
-def prove_document(controller: Controller, certificate: Certificate) -> tuple[Bound, ...]:
+def prove_document(controller: Controller, certificate: Certificate) -> tuple[ProvedBound, ...]:
     """Prove every bound of the certificate for the stored coefficients of the controller.
 
     Raises
     ------
     NoSolutionError
-        If an inequality does not hold, or a bound is missing without a reason.
+        If a bound does not hold, or a bound is missing without a reason.
     """
     quantities = ("sensitivity",) if controller.judged_by is None else ("norm", "sensitivity")
     for quantity in quantities:

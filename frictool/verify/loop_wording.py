@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Vertex
 from frictool.documents.quantity import si_unit
@@ -15,6 +17,15 @@ def delay_words(samples: int) -> str:
     ('0 samples of delay', '1 sample of delay')
     """
     return f"{samples} sample{'' if samples == 1 else 's'} of delay"
+
+
+def rounded_down(margin: float) -> str:
+    """Return a proved margin with four digits, none larger than is proved.
+
+    >>> rounded_down(0.62559)
+    '0.6255'
+    """
+    return f"{math.floor(1e4 * margin) / 1e4:.4f}"
 
 
 def no_certificate(speed: str) -> str:

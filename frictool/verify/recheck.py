@@ -11,7 +11,6 @@ from typing import Any
 
 import msgspec
 
-from frictool.documents.certificate import Bound
 from frictool.documents.controller import Controller, Robustness, Rounded, Schedule, Verified
 from frictool.documents.digests import SOLVED, changed_blocks, uncomputed_figures
 from frictool.documents.model import Model
@@ -21,9 +20,17 @@ from frictool.verify.certificate_document import prove_document
 from frictool.verify.document_box import box_of, check_box, check_corners
 from frictool.verify.document_check import check_document
 from frictool.verify.interior_search import points_inside
-from frictool.verify.loop_figures import HELD, OFFERED, LinearLoops, loops_of, tolerates_rounding
+from frictool.verify.loop_figures import (
+    CLAIM,
+    HELD,
+    OFFERED,
+    LinearLoops,
+    loops_of,
+    tolerates_rounding,
+)
 from frictool.verify.model_check import ModelCheck, check_model
 from frictool.verify.scheduled_loop import scheduled_figures
+from frictool.verify.zero_exclusion import ProvedBound
 
 # Relative differences that rounding on another processor may cause; figures without an entry here
 # agree within TOLERANCE.
@@ -57,7 +64,7 @@ class Verification:
 
     controller: Controller
     model: ModelCheck | None
-    proved: tuple[Bound, ...]
+    proved: tuple[ProvedBound, ...]
     differences: tuple[FigureDifference, ...]
     changed: tuple[str, ...]
     not_computed: dict[str, float]
@@ -183,13 +190,22 @@ def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Roun
     return tuple(differences)
 
 
-def _robustness(controller: Controller, loops: LinearLoops) -> Robustness | None:
-    """Return the figures inside the box.
+def needs_search(controller: Controller) -> bool:
+    """Return whether plants inside the box may have a norm of more than CLAIM times the vertices'.
 
-    The result is None if the document has neither them nor a certificate.
+    A proved bound of the norm excludes it. The figures inside the box are computed otherwise.
     """
+    bounds = () if controller.certificate is None else controller.certificate.bounds
+    most = CLAIM * controller.verified.gamma_verified
+    return controller.judged_by is None or not any(
+        bound.of == "norm" and bound.below <= most for bound in bounds
+    )
+
+
+def _robustness(controller: Controller, loops: LinearLoops) -> Robustness | None:
+    """Return the figures inside the box; None if the document needs none and has none."""
     known = controller.verified.robustness
-    if known is None and controller.certificate is None:
+    if known is None and (controller.certificate is None or not needs_search(controller)):
         return None
     count = points_inside(loops.points)
     interior = loops.seen_inside()

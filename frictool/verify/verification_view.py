@@ -5,11 +5,11 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
-from frictool.documents.certificate import Bound
 from frictool.documents.quantity import drive_dimension, si_unit
-from frictool.verify.loop_wording import delay_words, plant_words
+from frictool.verify.loop_wording import delay_words, plant_words, rounded_down
 from frictool.verify.model_check import ModelCheck
 from frictool.verify.recheck import Verification
+from frictool.verify.zero_exclusion import ProvedBound
 
 NAMES = ("inertia", "viscous", "coulomb", "constant")
 MOST_LINES = 12  # differences that the text lists
@@ -23,7 +23,7 @@ def json_view(verification: Verification) -> dict[str, Any]:
         {
             "of": one.of,
             "below": one.below,
-            "cells": len(one.cells),
+            "cells": one.cells,
             "modulus_margin_above": one.modulus_margin,
             "stable": True,
         }
@@ -91,14 +91,13 @@ def _proved(verification: Verification) -> list[str]:
     ]
 
 
-def _bound(one: Bound) -> str:
-    count = len(one.cells)
-    cells = f"({count} cell{'s' if count != 1 else ''})"
+def _bound(one: ProvedBound) -> str:
+    cells = f"({one.cells} cell{'s' if one.cells != 1 else ''})"
     if one.modulus_margin is None:
         return f"  norm from the weighted inputs to the weighted outputs < {one.below:.6g} {cells}"
     return (
         f"  largest sensitivity < {one.below:.6g}, so that the modulus margin is above "
-        f"{one.modulus_margin:.3f} {cells}"
+        f"{rounded_down(one.modulus_margin)} {cells}"
     )
 
 

@@ -23,7 +23,7 @@ from frictool.documents.writing import to_yaml
 from frictool.export.rounded_loop import rounded_loop
 from frictool.simulate.closed_loop import SimulationRequest, scheduled, simulate_closed_loop
 from frictool.simulate.compiled_target import compiled_target
-from frictool.synth.design import synthesise_verified
+from frictool.synth.design import ProofScope, synthesise_verified
 from studies.command_line import run
 from studies.rigs.clutch_model import ROOT, clutch_model
 
@@ -36,7 +36,11 @@ def controller() -> Controller:
         load(RIG / "designs/speed.yaml", Design), scheduled=True, schedule=("constant",)
     )
     return synthesise_verified(
-        clutch_model(), load(RIG / "spec.yaml", Spec), design, HERE, beyond=False
+        clutch_model(),
+        load(RIG / "spec.yaml", Spec),
+        design,
+        HERE,
+        scope=ProofScope(vertices_only=True),
     ).controller
 
 

@@ -24,7 +24,12 @@ from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from frictool.errors import NoSolutionError
-from frictool.synth.design import SynthesisResult, design_controller, synthesise_verified
+from frictool.synth.design import (
+    ProofScope,
+    SynthesisResult,
+    design_controller,
+    synthesise_verified,
+)
 from frictool.synth.json_view import json_view
 from frictool.synth.load_disturbance import disturbance
 from frictool.synth.pid import sampled_pid
@@ -238,7 +243,11 @@ def test_a_format_that_breaks_the_margin_is_told_or_refused() -> None:
     assert set(margins) == {"double", "float", "q31", "q15"}
     assert margins["q15"] < margins["double"]
     missing = synthesise_verified(
-        model(), between(margins["q15"], margins["double"]), with_gain(0.7), HERE, beyond=False
+        model(),
+        between(margins["q15"], margins["double"]),
+        with_gain(0.7),
+        HERE,
+        scope=ProofScope(vertices_only=True),
     )
     assert [one.number for one in missing.controller.verified.rounded] == ["double", "float", "q31"]
     assert "not verified with coefficients rounded to q15: export refuses it" in text(

@@ -1,0 +1,143 @@
+"""Certificate of a loop: the smallest bounds that verify/zero_exclusion.py proves for a box.
+
+The search starts SLACK above the worst norm at the corners of the box. A proof that fails names a
+plant, whose norm raises the worst norm seen, and the slack is doubled. After a proof with a larger
+slack, the search returns to SLACK, as long as it can lower the bound.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from typing import Literal
+
+import numpy as np
+
+from frictool.adapters.state_space import read_state_space
+from frictool.documents.certificate import Bound, Box, Certificate, CertifiedWeights, Filter
+from frictool.errors import NoSolutionError
+from frictool.plant.generalised_plant import FirstOrderWeight, PlantWeights, generalised_plant
+from frictool.plant.parameter_box import corners
+from frictool.plant.polytope import PlantPoint
+from frictool.presentation.tie_rule import largest
+from frictool.verify.certificate_loop import CertificateLoop, quantity_loop
+from frictool.verify.feedback_loops import chain
+from frictool.verify.loop_figures import weights_of
+from frictool.verify.speed_loop import performance
+from frictool.verify.zero_exclusion import MOST_CELLS, ProvedBound, prove_bound
+
+SLACK = 0.001  # of a bound over the worst norm seen
+LARGE_SLACK = 0.1  # above it the proof is given up if it needs too many cells
+MOST_SLACK = 1e6  # above it no plant is believed to have an unstable loop
+
+
+def certify(loop: CertificateLoop, box: Box) -> tuple[Certificate, tuple[ProvedBound, ...]]:
+    """Return the certificate of the loop's norm and largest sensitivity over the box.
+
+    The second result has its proved bounds with their numbers of cells. A bound that could not be
+    proved is replaced by the reason. Raises NoSolutionError if a plant of the box has an unstable
+    loop. The work is limited by the number of cells, not by time, so that the same inputs give the
+    same certificate.
+    """
+    quantities: tuple[Literal["norm", "sensitivity"], ...] = ("norm", "sensitivity")
+    found = {of: _proved(quantity_loop(loop, of), box, of) for of in quantities}
+    proved = tuple(bound for bound in found.values() if isinstance(bound, ProvedBound))
+    return (
+        Certificate(
+            2,
+            box,
+            loop.weights,
+            tuple(Bound(bound.of, bound.below) for bound in proved),
+            {of: reason for of, reason in found.items() if isinstance(reason, str)},
+        ),
+        proved,
+    )
+
+
+def certified_weights(weights: PlantWeights) -> CertifiedWeights:
+    """Return the weights of a design in the form that a certificate stores."""
+
+    def stored(weight: FirstOrderWeight) -> Filter:
+        return Filter(
+            weight.gain,
+            *(value if np.isfinite(value) else None for value in (weight.zero, weight.pole)),
+        )
+
+    noise = stored(weights.noise)
+    return CertifiedWeights(
+        stored(weights.error),
+        weights.disturbance,
+        weights.drive,
+        weights.command,
+        noise,
+        weights.eta,
+    )
+
+
+def _proved(
+    loop: CertificateLoop, box: Box, of: Literal["norm", "sensitivity"]
+) -> ProvedBound | str:
+    """Return a bound of the quantity `of` that is proved, or the reason why there is no proof."""
+    seen = _worst(loop, corners(_ends(box)))
+    proved = None
+    slack = SLACK
+    while True:
+        below = float(f"{(1.0 + slack) * seen:.5g}")
+        if proved is not None and below >= proved.below:
+            return proved
+        cells = prove_bound(loop, box, below)
+        if isinstance(cells, int):
+            proved = ProvedBound(of, below, cells)
+            if slack == SLACK:
+                return proved
+            slack = SLACK
+            continue
+        plant = PlantPoint("", cells.inertia, cells.viscous, _coulomb(box), cells.constant)
+        seen = max(seen, _worst(loop, [plant]))
+        slack *= 2.0
+        if slack > (MOST_SLACK if cells.violated else LARGE_SLACK):
+            break
+    return proved or (
+        f"{of} < {below:.4g} needs more than {MOST_CELLS} cells, though no more than {seen:.4g} "
+        "is seen; narrower intervals of the model or of the bench need fewer"
+    )
+
+
+def _worst(loop: CertificateLoop, points: Iterable[PlantPoint]) -> float:
+    """Return the largest norm at the given plants; raise NoSolutionError if a loop is unstable."""
+    controller = (
+        chain(loop.sections, loop.period)
+        if loop.sections
+        else read_state_space(loop.controller, loop.period)
+    )
+    norms = []
+    for point in points:
+        plant = generalised_plant(
+            loop.controlled,
+            point.rates,
+            loop.lag,
+            weights_of(loop.weights),
+            loop.period,
+            loop.delay,
+        )
+        norms.append(performance(controller, plant))
+        if not math.isfinite(norms[-1]):
+            raise NoSolutionError(
+                f"not verified: the sampled loop is unstable at inertia {point.inertia:.4g}, "
+                f"viscous {point.viscous:.4g}, constant {point.constant:.4g}; relax the weights"
+            )
+    return largest(norms)[0]
+
+
+def _ends(box: Box) -> dict[str, tuple[float, float]]:
+    intervals = {
+        "inertia": box.inertia,
+        "viscous": box.viscous,
+        "coulomb": box.coulomb,
+        "constant": box.constant,
+    }
+    return {name: (low, high) for name, (low, high) in intervals.items()}
+
+
+def _coulomb(box: Box) -> float:
+    return max(abs(end) for end in box.coulomb)

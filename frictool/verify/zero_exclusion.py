@@ -1,0 +1,284 @@
+"""Proof of stability, sensitivity and norm for every constant plant of a box, by zero exclusion.
+
+The closed loop of figure 5.11 or 5.25 with the sampled axis is T(z) = N(z)/D(z), with D the
+characteristic polynomial of the whole loop (zero_exclusion_kernel.py). Theorem: if
+
+    (a) the roots of D lie in the unit circle for one plant of the box,
+    (b) D(z) is not zero for any plant of the box and any |z| = 1,
+    (c) |T(z)| < g for any plant of the box and any |z| = 1,
+
+then every constant plant of the box has a stable loop whose norm is below g: roots depend
+continuously on the plant, the box is connected, and by (b) no root crosses the circle. (b) and (c)
+are proved on cells, boxes in frequency and plant that are halved until the enclosure of each is
+sharp enough. (a) is the criterion of Mikhailov: over half the circle, D as a polynomial of the
+bilinear variable turns by n pi/2. The sensitivity is the norm of a loop without weights.
+
+No solver, no grid and no stored figure other than g takes part. All coefficients are computed from
+the stored ones in integers, and every rounding of the kernel is bounded (taylor_forms.py).
+Parameters that vary with time are outside the theorem.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Literal
+
+import numpy as np
+
+from frictool.documents.certificate import Box, Certificate, Filter
+from frictool.errors import NoSolutionError
+from frictool.typing import ComplexVector, Vector
+from frictool.verify.bilinear_polynomials import (
+    Polynomial,
+    of_sections,
+    of_state_space,
+    on_circle,
+)
+from frictool.verify.certificate_loop import CertificateLoop, quantity_loop
+from frictool.verify.exponential_enclosure import HoldPolynomials, check_range, hold_polynomials
+from frictool.verify.zero_exclusion_kernel import (
+    PROVED,
+    VIOLATED,
+    KernelBox,
+    KernelLoop,
+    explore,
+    turn,
+)
+
+Interval = tuple[Fraction, Fraction]
+MOST_CELLS = 400_000  # of one bound: some seconds
+ROUNDING = Fraction(1, 1 << 53)
+
+
+@dataclass(frozen=True)
+class ProvedBound:
+    """Proved bound: every constant plant of the box has a stable loop, and quantity `of` < `below`.
+
+    `cells` is the number of cells that the proof needed.
+    """
+
+    of: Literal["norm", "sensitivity"]
+    below: float
+    cells: int
+
+    @property
+    def modulus_margin(self) -> float | None:
+        """Modulus margin that a bound of the sensitivity proves; None for a norm."""
+        return 1.0 / self.below if self.of == "sensitivity" else None
+
+
+@dataclass(frozen=True)
+class OpenCell:
+    """Plant (SI) and angular frequency [rad/s] at which a bound was not proved.
+
+    `violated`: the bound is not true there, in doubles. Otherwise too many cells were needed.
+    """
+
+    inertia: float
+    viscous: float
+    constant: float
+    frequency: float
+    violated: bool
+
+
+def prove(certificate: Certificate, loop: CertificateLoop) -> tuple[ProvedBound, ...]:
+    """Prove every bound of the certificate for `loop`, which has the certificate's weights.
+
+    Raises NoSolutionError (exit 4) for the first bound that does not hold, with a plant.
+    """
+    if not certificate.bounds:
+        raise NoSolutionError(
+            "not proved: the certificate states no bound; synthesise the controller anew"
+        )
+    proved = []
+    for bound in certificate.bounds:
+        one = prove_bound(quantity_loop(loop, bound.of), certificate.box, bound.below)
+        if isinstance(one, OpenCell):
+            finding = "it is not so" if one.violated else f"more than {MOST_CELLS} cells are needed"
+            raise NoSolutionError(
+                f"not proved: {bound.of} < {bound.below:.6g}: {finding} at inertia "
+                f"{one.inertia:.6g}, viscous {one.viscous:.6g}, constant {one.constant:.6g} and "
+                f"{one.frequency:.4g} rad/s: the controller or the certificate was changed after "
+                "the proof was found; synthesise it anew"
+            )
+        proved.append(ProvedBound(bound.of, bound.below, one))
+    return tuple(proved)
+
+
+def prove_bound(loop: CertificateLoop, box: Box, below: float) -> int | OpenCell:
+    """Return the number of cells in the proof that the norm of `loop` is below `below`.
+
+    Without a proof, return the plant and frequency that prevent it. Raises NoSolutionError if the
+    loop of the plant in the middle of the box is unstable, or if coefficients are out of the range
+    of doubles.
+    """
+    try:
+        return _prove_bound(loop, box, below)
+    except (OverflowError, ValueError, ZeroDivisionError) as error:
+        raise NoSolutionError(f"not proved: the loop cannot be evaluated ({error})") from None
+
+
+def _prove_bound(loop: CertificateLoop, box: Box, below: float) -> int | OpenCell:
+    plants = _kernel_box(box, loop.period)
+    drive, viscous = _surroundings(box, loop.period)
+    middle = _middle(box, loop.period)
+    ratio = Fraction(loop.period) / Fraction(loop.lag) if loop.lag else Fraction(0)
+    check_range(ratio, *viscous)
+    at = np.zeros(3)
+    cells = 0
+    stable = False
+    for low, high in _pieces(viscous):
+        one = _kernel_loop(loop, hold_polynomials(ratio, low, high))
+        centre = Fraction(one.middle)
+        if not stable and low <= middle[1] <= high:
+            _require_stable(one, plants, (float(middle[0]), float(middle[1] - centre)))
+            stable = True
+        for chart in (0, 1):
+            start = np.array(
+                [0.0, 1.0, _down(drive[0]), _up(drive[1]), _down(low - centre), _up(high - centre)]
+            )
+            outcome, count = explore(one, plants, chart, start, below, MOST_CELLS - cells, at)
+            cells += count
+            if outcome != PROVED:
+                return _open_cell(at, chart, plants, loop.period, outcome == VIOLATED)
+    if not stable:
+        raise ValueError("no plant is in the middle of the box")
+    return cells
+
+
+def _require_stable(loop: KernelLoop, plants: KernelBox, plant: tuple[float, float]) -> None:
+    """Raise NoSolutionError unless the roots of D are proved to be in the unit circle."""
+    order = loop.numerator.shape[1] + 1 + int(loop.lagged) + loop.delay
+    angle, error = turn(loop, plants, plant, MOST_CELLS)
+    if not abs(angle - 0.5 * math.pi * order) + error < 0.25 * math.pi:
+        raise NoSolutionError(
+            "not proved: the loop of the plant in the middle of the intervals is unstable; "
+            "synthesise the controller anew"
+        )
+
+
+def _kernel_box(box: Box, period: float) -> KernelBox:
+    t = Fraction(period)
+    inertia, constant, viscous = _ends(box.inertia), _ends(box.constant), _ends(box.viscous)
+    return KernelBox(
+        (_down(t * t / inertia[1]), _up(t * t / inertia[0])),
+        (_down(constant[0]), _up(constant[1])),
+        (_down(viscous[0] / t), _up(viscous[1] / t)),
+        max(abs(value) for value in box.coulomb),
+    )
+
+
+def _surroundings(box: Box, period: float) -> tuple[Interval, Interval]:
+    """Return the smallest intervals of kappa and sigma that hold every plant."""
+    t = Fraction(period)
+    inertia, constant = _ends(box.inertia), _ends(box.constant)
+    rates = [end * t / j for end in _ends(box.viscous) for j in inertia]
+    return (
+        (constant[0] * t * t / inertia[1], constant[1] * t * t / inertia[0]),
+        (min(rates), max(rates)),
+    )
+
+
+def _middle(box: Box, period: float) -> tuple[Fraction, Fraction]:
+    """Return kappa and sigma of the plant with the mean of each parameter."""
+    t = Fraction(period)
+    inertia, constant, viscous = (
+        (low + high) / 2 for low, high in map(_ends, (box.inertia, box.constant, box.viscous))
+    )
+    return constant * t * t / inertia, viscous * t / inertia
+
+
+def _pieces(interval: Interval) -> Iterator[Interval]:
+    """Yield intervals at most 1 wide that join to `interval`."""
+    low, high = interval
+    count = max(1, math.ceil(high - low))
+    for index in range(count):
+        yield low + (high - low) * index / count, low + (high - low) * (index + 1) / count
+
+
+def _kernel_loop(loop: CertificateLoop, holds: HoldPolynomials) -> KernelLoop:
+    """Return the loop in the range of sigma of the axis's polynomials `holds`."""
+    period = Fraction(loop.period)
+    numerator, denominator = (
+        on_circle(polynomial)
+        for polynomial in (
+            of_sections(loop.sections) if loop.sections else of_state_space(loop.controller)
+        )
+    )
+    scale = Fraction(2) ** -math.frexp(float(max(map(abs, denominator))))[1]
+    weights = loop.weights
+    return KernelLoop(
+        numerator=_charts(numerator, scale),
+        denominator=_charts(denominator, scale),
+        holds=np.array(
+            [[complex(value) for value in row] for row in holds.coefficients], np.complex128
+        ),
+        errors=np.array([_up(error) for error in holds.errors]),
+        middle=float(holds.middle),
+        lagged=loop.lag > 0.0,
+        lost=_lost(holds, loop.lag),
+        kept=float(1 + holds.kept),
+        delay=loop.delay,
+        speed=loop.controlled == "speed",
+        period=loop.period,
+        error=_filter(weights.error, period),
+        noise=_filter(weights.noise, period),
+        disturbance=weights.disturbance,
+        drive=weights.drive,
+        command=weights.command,
+        eta=weights.eta,
+    )
+
+
+def _lost(holds: HoldPolynomials, lag: float) -> float:
+    """Return 1 - e, the nearest double; raise ValueError if e is not known well enough for it."""
+    lost = 1 - holds.kept
+    if lag and holds.kept_error > ROUNDING / 4 * lost:
+        raise ValueError("actuator.loop_time_constant_s is too long")
+    return float(lost)
+
+
+def _charts(polynomial: Polynomial, scale: Fraction) -> ComplexVector:
+    """Return the coefficients (2, m + 1) of the powers of t on both halves of the circle."""
+    turns = (1.0 + 0j, 1j, -1.0 + 0j, -1j)  # i^j, exact
+    values = [float(value * scale) for value in polynomial]
+    row = [complex(x * turns[j % 4].real, x * turns[j % 4].imag) for j, x in enumerate(values)]
+    return np.array([row, row[::-1]], np.complex128)
+
+
+def _filter(weight: Filter, period: Fraction) -> tuple[float, float, float]:
+    """Return gain, zero and pole of a filter's Tustin equivalent gain (q + zero p)/(q + pole p)."""
+    zero, pole = (
+        0.0 if value is None else float(2 / (period * Fraction(value)))
+        for value in (weight.zero, weight.pole)
+    )
+    return weight.gain, zero, pole
+
+
+def _open_cell(
+    at: Vector, chart: int, plants: KernelBox, period: float, violated: bool
+) -> OpenCell:
+    t, kappa, sigma = (float(value) for value in at)
+    alpha = min(plants.inverse[1], kappa / plants.drive[0])
+    if plants.viscous[0] > 0.0:
+        alpha = min(alpha, sigma / plants.viscous[0])
+    inertia = period * period / alpha
+    angle = 2.0 * math.atan(t) if chart == 0 else math.pi - 2.0 * math.atan(t)
+    return OpenCell(inertia, sigma / alpha * period, kappa / alpha, angle / period, violated)
+
+
+def _ends(interval: tuple[float, ...]) -> Interval:
+    return Fraction(interval[0]), Fraction(interval[1])
+
+
+def _down(value: Fraction) -> float:
+    """Return a double that is at most `value`, and nearly equal."""
+    near = float(value)
+    return near if Fraction(near) <= value else math.nextafter(near, -math.inf)
+
+
+def _up(value: Fraction) -> float:
+    return -_down(-value)

@@ -1,0 +1,487 @@
+"""Branch and bound over frequencies and plants: the kernel of verify/zero_exclusion.py.
+
+Half the unit circle is z = (q + p)/(q - p) with p = i t, q = 1 in chart 0 and p = i, q = t in chart
+1, t from 0 to 1. With Q = q - p and Z = q + p,
+
+    z - 1 = 2 p/Q      z = Z/Q      z - h_0 = H/Q      z - e = E/Q
+    H = sigma h_1 Q + 2 p           E = (1 - e) q + (1 + e) p      (E = 1 without lag)
+    C = N/A, N and A homogeneous in p and q
+
+The plants are kappa = K T^2/J, sigma = sigma_v T/J, phi = F_c T^2/J, with h_1, h_2, a and b of
+exponential_enclosure.py. With all denominators multiplied out, d samples of delay and
+
+    B = h_1 Q + 2 p h_2,    G = E B - 2 p (h_1 a Q + H b)      (G = B without lag)
+    K = A E Z^d,            M = kappa N Q^(d + 1)
+
+the characteristic polynomial is D = 2 p H K + M G, and the entries of T are those below over D:
+
+    from        X            e of a position   e of a speed                              eta
+    reference   2 p H        K X               -                                         -M G
+       (speed)  T H Q        -                 2 p (H K + M (E h_2 + sigma h_2 a Q - H b))  K X
+    friction    phi B Q      K X               2 p Q phi/T (h_1 K + M (a h_2 - h_1 b))   K X
+    noise       2 p H W4     -M G W4           -2 p M (h_1 E - 2 p a) W4/T               -M G W4
+
+    u = N E Z^d X        i = (1 - e) N Q^(d + 1) X      (N Q^d X without lag)
+
+times the weights. No entry has a pole or a cancellation at z = 1. Every quantity is a Taylor form
+(taylor_forms.py) in t, kappa and sigma over a cell.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from frictool.runtime.kernels import kernel
+from frictool.typing import ComplexVector, Vector
+from frictool.verify.taylor_forms import (
+    UP,
+    Form,
+    U,
+    below_level,
+    constant,
+    corner_above,
+    inverse,
+    minus,
+    modulus,
+    plus,
+    power,
+    scaled,
+    shifted,
+    times,
+)
+
+PROVED, VIOLATED, UNDECIDED = 0, 1, 2
+DEPTH = 512  # largest number of cells that wait
+
+
+class KernelLoop(NamedTuple):
+    """Loop of a certificate in the numbers that the kernel reads.
+
+    `numerator` and `denominator` (2, m + 1) are N and A as polynomials of t in each chart. `holds`
+    (4, n + 1) are the polynomials of h_1, h_2, a and b in sigma - `middle`, `errors` (4,) bounds of
+    their errors. `lost` is 1 - e, `kept` is 1 + e. `delay` is in samples, `period` in s. `error`
+    and `noise` are W2 and W4 as gain, zero and pole of gain (q + zero p)/(q + pole p).
+    """
+
+    numerator: ComplexVector
+    denominator: ComplexVector
+    holds: ComplexVector
+    errors: Vector
+    middle: float
+    lagged: bool
+    lost: float
+    kept: float
+    delay: int
+    speed: bool
+    period: float
+    error: tuple[float, float, float]
+    noise: tuple[float, float, float]
+    disturbance: float
+    drive: float
+    command: float
+    eta: float
+
+
+class KernelBox(NamedTuple):
+    """Plants with alpha = T^2/J in `inverse`, kappa/alpha in `drive`, sigma/alpha in `viscous`.
+
+    `friction` is the largest phi/alpha. The intervals are rounded outward.
+    """
+
+    inverse: tuple[float, float]
+    drive: tuple[float, float]
+    viscous: tuple[float, float]
+    friction: float
+
+
+class KernelWorkspace(NamedTuple):
+    """Arrays that the kernel overwrites: parts of T (4, z, w), Gram matrix (w, w), polynomial."""
+
+    parts: ComplexVector
+    gram: ComplexVector
+    polynomial: ComplexVector
+
+
+class LoopTerms(NamedTuple):
+    """Taylor forms of the module's formulas over a cell.
+
+    two_p, big_q: 2 p, Q. hold: H. lag: E. axis: B. kept: K. moved: M G. looped: M. entering:
+    N E Z^d. driving: (1 - e) N Q^(d + 1). over: 1/D. The others have the formulas' names.
+    """
+
+    two_p: Form
+    big_q: Form
+    sigma: Form
+    phi: Form
+    h_1: Form
+    h_2: Form
+    a: Form
+    b: Form
+    hold: Form
+    lag: Form
+    axis: Form
+    kept: Form
+    moved: Form
+    looped: Form
+    entering: Form
+    driving: Form
+    whole: Form
+    over: Form
+    error: Form
+    noise: Form
+
+
+@kernel
+def workspace(loop: KernelLoop) -> KernelWorkspace:
+    """Return the arrays for a loop."""
+    rows = 1 + (loop.drive > 0.0) + (loop.command > 0.0) + (loop.eta > 0.0)
+    columns = 1 + (loop.disturbance > 0.0) + (loop.noise[0] > 0.0)
+    return KernelWorkspace(
+        np.zeros((4, rows, columns), np.complex128),
+        np.zeros((columns, columns), np.complex128),
+        np.zeros(max(loop.numerator.shape[1], loop.holds.shape[1]), np.complex128),
+    )
+
+
+@kernel
+def inverse_inertia(
+    box: KernelBox, drive: tuple[float, float], viscous: tuple[float, float]
+) -> tuple[float, float]:
+    """Return bounds of alpha of the plants with kappa and sigma in two intervals.
+
+    There is no such plant if the first exceeds the second.
+    """
+    low = max(box.inverse[0], drive[0] / box.drive[1])
+    high = min(box.inverse[1], drive[1] / box.drive[0])
+    if box.viscous[0] > 0.0:
+        high = min(high, viscous[1] / box.viscous[0])
+    elif box.viscous[0] < 0.0:
+        low = max(low, viscous[1] / box.viscous[0])
+    elif viscous[1] < 0.0:
+        high = -1.0
+    if box.viscous[1] > 0.0:
+        low = max(low, viscous[0] / box.viscous[1])
+    elif box.viscous[1] < 0.0:
+        high = min(high, viscous[0] / box.viscous[1])
+    elif viscous[0] > 0.0:
+        high = -1.0
+    return low * (1.0 - 4.0 * U), high * (1.0 + 4.0 * U)
+
+
+@kernel
+def friction_above(box: KernelBox, kappa: Form, sigma: Form) -> Form:
+    """Return a form that is at least phi for every plant with this kappa and sigma.
+
+    alpha is at most its own end, kappa over the least drive, and sigma over the least viscous rate.
+    The smallest of the three in the middle of the cell is used.
+    """
+    most = box.inverse[1]
+    form = constant(box.friction * most * UP)
+    if kappa[0].real / box.drive[0] < most:
+        most = kappa[0].real / box.drive[0]
+        form = scaled(kappa, box.friction / box.drive[0] * UP)
+    if box.viscous[0] > 0.0 and sigma[0].real / box.viscous[0] < most:
+        form = scaled(sigma, box.friction / box.viscous[0] * UP)
+    return form
+
+
+@kernel
+def _filtered(weight: tuple[float, float, float], p: Form, q: Form) -> Form:
+    """Return gain (q + zero p)/(q + pole p); the gain alone without a pole."""
+    gain, zero, pole = weight
+    if pole == 0.0:
+        return constant(gain)
+    return times(scaled(plus(q, scaled(p, zero)), gain), inverse(plus(q, scaled(p, pole))))
+
+
+@kernel
+def _held(loop: KernelLoop, index: int, at: tuple[float, float], space: KernelWorkspace) -> Form:
+    """Return h_1, h_2, a or b for sigma - middle = at[0] +- at[1]."""
+    centre, slope, radius = shifted(loop.holds[index], at[0], at[1], space.polynomial)
+    return centre, 0j, 0j, slope, (radius + loop.errors[index]) * UP
+
+
+@kernel
+def _span(low: float, high: float) -> tuple[float, float]:
+    """Return a middle and a half-width that cover an interval."""
+    middle = 0.5 * (low + high)
+    return middle, max(middle - low, high - middle) * (1.0 + 2.0 * U)
+
+
+@kernel
+def loop_terms(
+    loop: KernelLoop, box: KernelBox, chart: int, cell: Vector, space: KernelWorkspace
+) -> LoopTerms:
+    """Return the loop over a cell: the ends of t, of kappa and of sigma - middle (6,)."""
+    t, dt = _span(cell[0], cell[1])
+    k, dk = _span(cell[2], cell[3])
+    x, dx = _span(cell[4], cell[5])
+    one = constant(1.0)
+    p = (complex(0.0, t), complex(0.0, dt), 0j, 0j, 0.0)
+    q = one
+    if chart == 1:
+        p = (1j, 0j, 0j, 0j, 0.0)
+        q = (complex(t, 0.0), complex(dt, 0.0), 0j, 0j, 0.0)
+    kappa = (complex(k, 0.0), 0j, complex(dk, 0.0), 0j, 0.0)
+    sigma = plus(constant(loop.middle), (complex(x, 0.0), 0j, 0j, complex(dx, 0.0), 0.0))
+    centre, slope, radius = shifted(loop.numerator[chart], t, dt, space.polynomial)
+    numerator = (centre, slope, 0j, 0j, radius)
+    centre, slope, radius = shifted(loop.denominator[chart], t, dt, space.polynomial)
+    denominator = (centre, slope, 0j, 0j, radius)
+    two_p = scaled(p, 2.0)
+    big_q = minus(q, p)
+    late = power(plus(q, p), loop.delay)
+    h_1 = _held(loop, 0, (x, dx), space)
+    h_2 = _held(loop, 1, (x, dx), space)
+    hold = plus(times(times(sigma, h_1), big_q), two_p)
+    axis = plus(times(h_1, big_q), times(two_p, h_2))
+    lag, a, b, geared = one, constant(0.0), constant(0.0), axis
+    driving = times(numerator, power(big_q, loop.delay))
+    passing = times(driving, big_q)
+    if loop.lagged:
+        a = _held(loop, 2, (x, dx), space)
+        b = _held(loop, 3, (x, dx), space)
+        lag = plus(scaled(q, loop.lost), scaled(p, loop.kept))
+        part = plus(times(times(h_1, a), big_q), times(hold, b))
+        geared = minus(times(lag, axis), times(two_p, part))
+        driving = scaled(passing, loop.lost)
+    kept = times(denominator, times(lag, late))
+    looped = times(kappa, passing)
+    moved = times(looped, geared)
+    whole = plus(times(kept, times(two_p, hold)), moved)
+    return LoopTerms(
+        two_p,
+        big_q,
+        sigma,
+        friction_above(box, kappa, sigma),
+        h_1,
+        h_2,
+        a,
+        b,
+        hold,
+        lag,
+        axis,
+        kept,
+        moved,
+        looped,
+        times(numerator, times(lag, late)),
+        driving,
+        whole,
+        inverse(whole),
+        _filtered(loop.error, p, q),
+        _filtered(loop.noise, p, q),
+    )
+
+
+@kernel
+def _from_reference(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
+    """Return X, e and eta, each over D, per unit of the reference."""
+    if not loop.speed:
+        common = times(times(at.two_p, at.hold), at.over)
+        return common, times(at.kept, common), scaled(times(at.moved, at.over), -1.0)
+    common = times(scaled(times(at.hold, at.big_q), loop.period), at.over)
+    part = plus(times(at.lag, at.h_2), times(times(at.sigma, at.h_2), times(at.a, at.big_q)))
+    part = times(at.looped, minus(part, times(at.hold, at.b)))
+    error = times(times(at.two_p, plus(times(at.hold, at.kept), part)), at.over)
+    return common, error, times(at.kept, common)
+
+
+@kernel
+def _from_friction(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
+    """Return X, e and eta, each over D, per unit of the friction."""
+    friction = times(scaled(at.phi, loop.disturbance), at.over)
+    common = times(friction, times(at.axis, at.big_q))
+    eta = times(at.kept, common)
+    if not loop.speed:
+        return common, eta, eta
+    part = minus(times(at.a, at.h_2), times(at.h_1, at.b))
+    part = plus(times(at.h_1, at.kept), times(at.looped, part))
+    error = times(times(at.two_p, at.big_q), times(friction, part))
+    return common, scaled(error, 1.0 / loop.period), eta
+
+
+@kernel
+def _from_noise(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
+    """Return X, e and eta, each over D, per unit of the noise."""
+    noise = times(at.noise, at.over)
+    common = times(times(at.two_p, at.hold), noise)
+    eta = scaled(times(at.moved, noise), -1.0)
+    if not loop.speed:
+        return common, eta, eta
+    part = minus(times(at.h_1, at.lag), times(at.two_p, at.a))
+    error = times(times(at.looped, times(at.two_p, part)), noise)
+    return common, scaled(error, -1.0 / loop.period), eta
+
+
+@kernel
+def _write(space: KernelWorkspace, row: int, column: int, entry: Form) -> float:
+    """Write the first-order parts of an entry of T; return the square of its remainder."""
+    space.parts[0, row, column] = entry[0]
+    space.parts[1, row, column] = entry[1]
+    space.parts[2, row, column] = entry[2]
+    space.parts[3, row, column] = entry[3]
+    return float(entry[4] * entry[4])
+
+
+@kernel
+def _write_column(
+    loop: KernelLoop,
+    at: LoopTerms,
+    column: int,
+    signals: tuple[Form, Form, Form],
+    space: KernelWorkspace,
+) -> float:
+    """Write a column of T from its X, e and eta; return the sum of the squares of remainders."""
+    common, error, eta = signals
+    remainder = _write(space, 0, column, times(at.error, error))
+    row = 1
+    if loop.drive > 0.0:
+        remainder += _write(space, row, column, scaled(times(at.driving, common), loop.drive))
+        row += 1
+    if loop.command > 0.0:
+        remainder += _write(space, row, column, scaled(times(at.entering, common), loop.command))
+        row += 1
+    if loop.eta > 0.0:
+        remainder += _write(space, row, column, scaled(eta, loop.eta))
+    return remainder
+
+
+@kernel
+def enclose_responses(loop: KernelLoop, at: LoopTerms, space: KernelWorkspace) -> float:
+    """Write the parts of T over a cell into `space`; return the norm of its remainder.
+
+    T has the rows e, i, u and eta, and the columns reference, friction and noise, each if it has a
+    weight. The remainder is infinite if D is not kept away from zero.
+    """
+    if not at.over[4] < math.inf:
+        return math.inf
+    remainder = _write_column(loop, at, 0, _from_reference(loop, at), space)
+    column = 1
+    if loop.disturbance > 0.0:
+        remainder += _write_column(loop, at, column, _from_friction(loop, at), space)
+        column += 1
+    if loop.noise[0] > 0.0:
+        remainder += _write_column(loop, at, column, _from_noise(loop, at), space)
+    return math.sqrt(remainder) * (1.0 + 64.0 * U)
+
+
+@kernel
+def viscous_rates(loop: KernelLoop, low: float, high: float) -> tuple[float, float]:
+    """Return the ends of sigma for two ends of sigma - middle, rounded outward."""
+    least = loop.middle + low
+    most = loop.middle + high
+    return least - 2.0 * U * abs(least), most + 2.0 * U * abs(most)
+
+
+@kernel
+def explore(
+    loop: KernelLoop,
+    box: KernelBox,
+    chart: int,
+    start: Vector,
+    level: float,
+    most: int,
+    at: Vector,
+) -> tuple[int, int]:
+    """Search the cell `start` (6,) in one chart; return the outcome and the number of cells.
+
+    PROVED: D is not zero and the norm of T is below `level` for every plant of the box in the cell.
+    VIOLATED: the norm reaches `level`, in doubles, at the t, kappa and sigma written into `at`
+    (3,). UNDECIDED: more than `most` cells would be needed, and `at` is in one of them.
+    """
+    space = workspace(loop)
+    stack = np.empty((DEPTH, 6))
+    stack[0] = start
+    cell = np.empty(6)
+    widths = np.empty(3)
+    waiting = 1
+    cells = 0
+    while waiting:
+        waiting -= 1
+        cell[:] = stack[waiting]
+        low, high = inverse_inertia(box, (cell[2], cell[3]), viscous_rates(loop, cell[4], cell[5]))
+        if low > high:
+            continue
+        cells += 1
+        terms = loop_terms(loop, box, chart, cell, space)
+        remainder = enclose_responses(loop, terms, space)
+        corner = 7
+        widths[0] = modulus(terms.whole[1])
+        widths[1] = modulus(terms.whole[2])
+        widths[2] = modulus(terms.whole[3])
+        if remainder < math.inf:
+            corner = corner_above(space.parts, remainder, level, space.gram)
+            if corner < 0:
+                continue
+            for i in range(3):
+                widths[i] = np.sum(np.abs(space.parts[1 + i]))
+        for i in range(3):
+            at[i] = 0.5 * (cell[2 * i] + cell[2 * i + 1])
+        split = 0 if cell[1] - cell[0] > 0.5 * cell[1] else int(np.argmax(widths))
+        middle = at[split]
+        low, high = inverse_inertia(box, (at[1], at[1]), viscous_rates(loop, at[2], at[2]))
+        at[2] += loop.middle
+        inside = remainder < math.inf and low <= high
+        if inside and not below_level(space.parts, (0.0, 0.0, 0.0), level, space.gram):
+            return VIOLATED, cells
+        parted = cell[2 * split] < middle < cell[2 * split + 1]
+        if cells + waiting >= most or waiting + 2 > DEPTH or not parted:
+            return UNDECIDED, cells
+        upper = (corner >> split) & 1  # the half with the corner is searched first
+        for end in (upper, 1 - upper):
+            stack[waiting] = cell
+            stack[waiting, 2 * split + end] = middle
+            waiting += 1
+    return PROVED, cells
+
+
+@kernel
+def turn(
+    loop: KernelLoop, box: KernelBox, plant: tuple[float, float], most: int
+) -> tuple[float, float]:
+    """Return the angle [rad] by which D of one plant turns from z = 1 to z = -1, and its error.
+
+    `plant` has kappa and sigma - middle. D is kept away from zero between neighbouring points, so
+    that it turns by less than pi between them. The error is infinite if the plant is not in the
+    box, or if more than `most` cells would be needed.
+    """
+    low, high = inverse_inertia(box, (plant[0], plant[0]), viscous_rates(loop, plant[1], plant[1]))
+    space = workspace(loop)
+    cell = np.array([0.0, 0.0, plant[0], plant[0], plant[1], plant[1]])
+    ends = np.empty(DEPTH)
+    before = loop_terms(loop, box, 0, cell, space).whole
+    error = before[4] / modulus(before[0])
+    angle = 0.0
+    cells = 0
+    for chart in range(2):
+        reached = float(chart)
+        ends[0] = 1.0 - reached
+        waiting = 1
+        while waiting:
+            end = ends[waiting - 1]
+            cell[0] = min(reached, end)
+            cell[1] = max(reached, end)
+            whole = loop_terms(loop, box, chart, cell, space).whole
+            reach = (modulus(whole[1]) + whole[4]) * UP
+            if not modulus(whole[0]) * (1.0 - 32.0 * U) > reach:
+                middle = 0.5 * (reached + end)
+                parted = cell[0] < middle < cell[1]
+                cells += 1
+                if low > high or cells > most or waiting == DEPTH or not parted:
+                    return angle, math.inf
+                ends[waiting] = middle
+                waiting += 1
+                continue
+            cell[0] = end
+            cell[1] = end
+            whole = loop_terms(loop, box, chart, cell, space).whole
+            ratio = whole[0] * complex(before[0].real, -before[0].imag)
+            angle += math.atan2(ratio.imag, ratio.real)
+            error += 4.0 * (whole[4] / modulus(whole[0]) + 16.0 * U)
+            before = whole
+            reached = end
+            waiting -= 1
+    return angle, math.inf if low > high else error
