@@ -135,7 +135,7 @@ def test_a_position_loop_is_proved_and_a_speed_loop_says_why_not() -> None:
     certificate = found("pi_p").controller.certificate
     assert certificate is not None
     assert not certificate.bounds
-    assert "fed by a speed" in certificate.not_proved["sensitivity"]
+    assert "feeds back a speed" in certificate.not_proved["sensitivity"]
 
 
 def test_the_proportional_law_makes_the_whole_loop_the_worse_one() -> None:
