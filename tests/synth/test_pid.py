@@ -274,7 +274,7 @@ def test_a_format_that_breaks_the_margin_is_told_or_refused() -> None:
             [
                 "position law: proportional, gain 10 1/s, action none",
                 "velocity: measured",
-                "no certificate: what is proved",
+                "no certificate: a certificate exists",
             ],
         ),
         (
