@@ -22,7 +22,8 @@ def noise_deviation(signal: Vector) -> float:
     """
     if signal.size < 3:
         return 0.0
-    return median(np.abs(np.diff(signal, 2))) / (0.6745 * math.sqrt(6.0))
+    first = signal[1:] - signal[:-1]
+    return median(np.abs(first[1:] - first[:-1])) / (0.6745 * math.sqrt(6.0))
 
 
 def noise_floor(signal: Vector) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from importlib import import_module
@@ -19,6 +19,9 @@ from frictool.report.plotted_velocity import used_velocity
 
 NO_STEP = "no step leads to this hold"
 MetricResult = float | tuple[float, float] | str
+_MetricParts = tuple[
+    Sequence[Callable[[Any], str]], Callable[..., MetricResult], Sequence[Callable[[Any], Any]]
+]
 
 
 @dataclass(frozen=True)
@@ -141,12 +144,19 @@ NEEDS: dict[str, Callable[[MeasuredPart], str]] = {
 
 def measure(metric: Metric, part: MeasuredPart) -> MetricResult:
     """Return a metric's value in SI (a ratio in %), or its two bounds, or why it has neither."""
-    function, parameters = function_of(metric)
-    for need in metric.needs:
-        if reason := NEEDS[need](part):
+    needs, function, arguments = _parts_of(metric)
+    for reason_of in needs:
+        if reason := reason_of(part):
             return reason
-    result: MetricResult = function(*(ARGUMENTS[name](part) for name in parameters))
-    return result
+    return function(*[value_of(part) for value_of in arguments])
+
+
+@cache
+def _parts_of(metric: Metric) -> _MetricParts:
+    """Return the entries of NEEDS, the function, and the entries of ARGUMENTS of a metric."""
+    function, parameters = function_of(metric)
+    needs = tuple(NEEDS[need] for need in metric.needs)
+    return needs, function, tuple(ARGUMENTS[name] for name in parameters)
 
 
 @cache

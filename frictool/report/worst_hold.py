@@ -32,6 +32,8 @@ class JudgedValue(NamedTuple):
 def limit_of(spec: Spec, key: str) -> float:
     """Return the limit that the specification's key sets, in SI."""
     limit = getattr(spec, key)
+    if isinstance(limit, float):
+        return limit
     for part in ("limit", "drive", "value"):  # of `energy`, of `rest`, of a quantity
         limit = getattr(limit, part, limit)
     return float(limit)

@@ -147,4 +147,5 @@ class AxisPlant:
 
 def _drifted(values: list[float], factors: Vector) -> list[float]:
     """Return each value times the smallest and the largest factor."""
-    return [value * float(factor) for value in values for factor in (factors.min(), factors.max())]
+    extremes = float(factors.min()), float(factors.max())
+    return [value * factor for value in values for factor in extremes]
