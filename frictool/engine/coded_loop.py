@@ -48,7 +48,8 @@ def run_coded(
     measured = measure(state[ax.POSITION], axis[ax.ENCODER_STEP])
     parts = PARTS if axis[ax.RESISTANCE] > 0.0 else 1
     decay = math.exp(-period / axis[ax.LAG]) if axis[ax.LAG] > 0.0 else 0.0
-    held, last = False, 0.0  # the axis rests and the last drive keeps it at rest
+    held = False  # the axis rests, and the drive `last` keeps it at rest
+    last = 0.0
     for k in range(reference.shape[0]):
         measured = encoder_reading(axis, state, measured, conditions, k)
         command = control_sample(code, memory, reference[k], measured, state[ax.VELOCITY])

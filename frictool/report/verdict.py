@@ -131,13 +131,15 @@ class RunJudge:
         self._loop = None
         if spec.modulus_margin is not None:
             self._loop = JudgedLoop(controller)
-            self._beyond, self._unstated = self._loop.beyond(of_run), unstated_words(of_run)
+            self._beyond = self._loop.beyond(of_run)
+            self._unstated = unstated_words(of_run)
 
     def __call__(
         self, source: str, stream: Stream, plant: LoggedPlant | None
     ) -> tuple[Requirement, ...]:
         """Return the judged requirements of the run `source`, in the specification's order."""
-        margin, gap, beyond = None, NO_CONTROLLER, ""
+        margin, gap = None, NO_CONTROLLER
+        beyond = ""
         if self._loop is not None:
             margin, gap = self._loop.margin_of(plant, self._unstated)
             beyond = self._beyond

@@ -85,7 +85,8 @@ def _run_program(
 
 def _run_alone(variant: AxisVariant, loop: SimulatedLoop, load: Vector, record: Vector) -> int:
     """Fill the record (n, 7) in this thread and return the status."""
-    axis, state = variant.array, rest(loop.start)
+    axis = variant.array
+    state = rest(loop.start)
     measured = measure(loop.start, axis[ENCODER_STEP])
     period, delay = loop.controller.sample_period_s, loop.controller.delay_samples
     others = loop.reference, period, delay, record, load, loop.conditions

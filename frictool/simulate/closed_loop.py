@@ -160,7 +160,8 @@ class StepTest(Generic[V]):
         controller = self.controller
         rig = self.plant.rig
         prepared = self._prepared(scenario, recorded, progress)
-        variants, loop, sensors = prepared.variants, prepared.loop, prepared.sensors
+        variants = prepared.variants
+        loop = prepared.loop
         streams = []
         warnings = _of_log(scenario, recorded)
         metadata = dict[str, dict[str, str]]()
@@ -168,7 +169,7 @@ class StepTest(Generic[V]):
             known = loop.scheduled[index] if loop.scheduled else {}
             used = self._used(loop.reference, run.record, known) if with_speed else None
             profile = self._profile(loop.reference, run.record, known)
-            made = sensors.stream(variant.topic, index, run.record, used, profile)
+            made = prepared.sensors.stream(variant.topic, index, run.record, used, profile)
             streams += [made, *run.streams]
             warnings += [*run.warnings, *fault_warning(made, controller.measurement_hold_samples)]
             metadata |= run.metadata

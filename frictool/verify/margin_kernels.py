@@ -231,19 +231,19 @@ def peak(
         left, right = max(k - 1, 0), min(k + 1, last)
         if not responses[k] >= max(least, responses[left], responses[right]):
             continue
-        low, high = angles[left], angles[right]
+        low = angles[left]
+        high = angles[right]
         for _ in range(ZOOMS):
             step = (high - low) / (ZOOMED - 1)
-            best, gain = 0, -1.0
+            best = 0
+            gain = -1.0
             for j in range(ZOOMED):
                 value = _by_modes(poles, residues, np.exp(1j * (low + j * step)))
                 if value > gain:
                     best, gain = j, value
-            low, high, at = (
-                low + max(best - 1, 0) * step,
-                low + min(best + 1, ZOOMED - 1) * step,
-                low + best * step,
-            )
+            at = low + best * step
+            high = low + min(best + 1, ZOOMED - 1) * step
+            low += max(best - 1, 0) * step
         expected = max(expected, gain)
         largest = max(largest, _by_matrices(loop, np.exp(1j * at)))
     return largest if abs(largest - expected) <= AGREEMENT * largest else UNKNOWN

@@ -152,7 +152,9 @@ class ControllerJudge:
         plants: Sequence[PlantValues],
         number: Number = "double",
     ) -> None:
-        self.plant, self.spec, self.number = plant, spec, number
+        self.plant = plant
+        self.spec = spec
+        self.number = number
         base = nominal_of(scenario)
         units = {name: one.unit for name, one in plant_of(plant).ranges().items()}
         self.scenarios = tuple(
