@@ -33,7 +33,7 @@ def limit_of(spec: Spec, key: str) -> float:
     """Return the limit that the specification's key sets, in SI."""
     limit = getattr(spec, key)
     if isinstance(limit, float):
-        return limit
+        return float(limit)
     for part in ("limit", "drive", "value"):  # of `energy`, of `rest`, of a quantity
         limit = getattr(limit, part, limit)
     return float(limit)
