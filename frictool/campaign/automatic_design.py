@@ -14,7 +14,7 @@ from msgspec import structs
 
 from frictool.campaign.draws.default_scenario import response_time
 from frictool.campaign.played_design import DesignTest, longest_step_of
-from frictool.campaign.trials.controller_judge import ControllerJudge, PlantValues
+from frictool.campaign.trials.controller_judge import PlantValues
 from frictool.documents.design import Design
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
@@ -144,10 +144,9 @@ def _tests(test: DesignTest) -> PlayedTests:
     seconds = response_time(test.model, test.spec)
     short, spec = _shortened(test.scenario, test.spec, seconds)
     screened = structs.replace(short, steps=short.steps[:SCREENED])
-    judges = [
-        ControllerJudge(test.model, scenario, spec, test.plants) for scenario in (screened, short)
-    ]
-    return PlayedTests(judges[0], judges[1], test.judge, _hard(test))
+    return PlayedTests(
+        test.judge_of(screened, spec), test.judge_of(short, spec), test.judge, _hard(test)
+    )
 
 
 def _shortened(scenario: Scenario, spec: Spec, response: float) -> tuple[Scenario, Spec]:

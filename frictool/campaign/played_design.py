@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -23,6 +25,7 @@ from frictool.documents.spec import Spec
 
 # plants drawn from the ranges in addition to the vertices; a scenario without a seed has SEED
 DRAWN, SEED = 40, 1
+GOLDEN = 0.6180339887498949  # multiples of it spread evenly over a count
 
 
 @dataclass(frozen=True)
@@ -31,7 +34,8 @@ class DesignTest:
 
     `scenario`: steps on every plant; `Scenario.seed` draws the plants. `about`: description of the
     steps. `plants`: values of each plant that differ from the nominal plant [SI]. `names`: names of
-    the plants by index.
+    the plants by index. `starts`: initial positions of the plants [rad | m], at different places
+    within an encoder's count. `vertices`: number of vertices, which follow the nominal plant.
     """
 
     model: Model
@@ -40,16 +44,17 @@ class DesignTest:
     about: str
     plants: tuple[PlantValues, ...]
     names: tuple[str, ...]
+    starts: tuple[float, ...]
+    vertices: int
 
     @cached_property
     def judge(self) -> ControllerJudge:
         """Judge that plays all plants."""
-        return ControllerJudge(self.model, self.scenario, self.spec, self.plants)
+        return self.judge_of(self.scenario, self.spec)
 
-    @property
-    def vertices(self) -> int:
-        """Number of vertices among the plants, which follow the nominal plant."""
-        return sum(name.startswith("v") for name in self.names)
+    def judge_of(self, scenario: Scenario, spec: Spec) -> ControllerJudge:
+        """Return the judge of the same plants in another scenario and by other requirements."""
+        return ControllerJudge(self.model, scenario, spec, self.plants, starts=self.starts)
 
 
 def untested_reason(model: Model, spec: Spec) -> str:
@@ -87,17 +92,36 @@ def design_test(
         raise document_error(name, "reference", message)
     steps = default_scenario(model, spec) if scenario is None else scenario
     played = structs.replace(steps, seed=steps.seed or SEED)
-    corners = plants_of_model(model, played)
-    # without any range there is one corner, which is the nominal plant
-    varied = len(corners) > 2
-    plants = plants_of_model(model, played, random=DRAWN) if varied else corners[:1]
-    drawn = len(plants) - len(corners)
-    names = ["nominal plant"]
-    names += [f"v{index:02d}" for index in range(1, len(corners))] if varied else []
-    names += [f"drawn plant {index}" for index in range(1, drawn + 1)]
+    nominal, *vertices = plants_of_model(model, played)
+    drawn: list[dict[str, float]] = []
+    if len(vertices) > 1:
+        drawn = plants_of_model(model, played, random=DRAWN)[1 + len(vertices) :]
+    else:  # without any range the only vertex is the nominal plant
+        vertices = []
+    plants = [nominal, *vertices, *vertices, *drawn]
+    places = [0.0] * (1 + len(vertices)) + [0.5] * len(vertices)
+    places += [math.fmod(index * GOLDEN, 1.0) for index in range(1, len(drawn) + 1)]
+    named = [f"v{index:02d}" for index in range(1, len(vertices) + 1)]
+    names = ["nominal plant", *named, *(f"{name}, half a count further" for name in named)]
+    names += [f"drawn plant {index}" for index in range(1, len(drawn) + 1)]
     return DesignTest(
-        model, spec, played, _about(played, len(corners) - 1, drawn), tuple(plants), tuple(names)
+        model,
+        spec,
+        played,
+        _about(played, len(vertices), len(drawn)),
+        tuple(plants),
+        tuple(names),
+        tuple(_starts(model, played, places)),
+        len(vertices),
     )
+
+
+def _starts(model: Model, scenario: Scenario, places: Sequence[float]) -> list[float]:
+    """Return the scenario's start, moved by parts of an encoder's count into the travel."""
+    assert scenario.start is not None
+    start, travel = scenario.start.value, model.bench.mechanics.travel
+    inwards = -1.0 if travel is not None and start > 0.5 * (travel.low + travel.high) else 1.0
+    return [start + inwards * place * model.bench.encoder.resolution for place in places]
 
 
 def _about(scenario: Scenario, vertices: int, drawn: int) -> str:
@@ -106,7 +130,10 @@ def _about(scenario: Scenario, vertices: int, drawn: int) -> str:
     count = sum(step.reference is not None for step in scenario.steps)
     longest = longest_step_of(scenario)
     steps = f"{count} step{'s' if count != 1 else ''}"
-    on = f"nominal plant, {vertices} vertices, {drawn} drawn plants (seed {scenario.seed})"
+    on = (
+        f"nominal plant, {vertices} vertices at 2 places within a count, {drawn} drawn plants "
+        f"(seed {scenario.seed})"
+    )
     return (
         f"{scenario.name}, {steps} of at most {longest:.4g} {unit}, {scenario.seconds:.4g} s; "
         + (on if drawn > 0 else "nominal plant")

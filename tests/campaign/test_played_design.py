@@ -30,14 +30,26 @@ def test_the_default_steps_are_those_of_5_4_1() -> None:
 def test_the_plants_are_nominal_vertices_and_drawn_plants() -> None:
     test = design_test(clutch_model(), SPEC)
     assert test.vertices == 16
-    assert len(test.plants) == len(test.names) == 17 + DRAWN
+    assert len(test.plants) == len(test.names) == len(test.starts) == 33 + DRAWN
     assert test.plants[0] == {}
     assert (test.names[0], test.names[16], test.names[-1]) == (
         "nominal plant",
         "v16",
         "drawn plant 40",
     )
-    assert len({tuple(plant.items()) for plant in test.plants}) == len(test.plants)
+    starts = [round(start, 9) for start in test.starts]
+    assert (
+        len({(*plant.items(), start) for plant, start in zip(test.plants, starts, strict=True)})
+        == 73
+    )
+    count = clutch_model().bench.encoder.resolution
+    assert test.starts[17] - test.starts[1] == pytest.approx(0.5 * count)
+    within = sorted((start - starts[0]) / count for start in starts[33:])
+    assert 0.0 < within[0] < 0.05
+    assert 0.95 < within[-1] < 1.0
+    judged = test.judge.scenarios[17].start
+    assert judged is not None
+    assert judged.value == test.starts[17]
 
 
 def test_a_specification_without_requirement_is_not_played() -> None:

@@ -51,7 +51,7 @@ def test_a_specification_is_enough(spec: Path, tmp_path: Path) -> None:
     assert lines[0].startswith("designed: PI cascade, ")
     assert lines[0].endswith(" meets every requirement with a reserve of 5 %")
     assert lines[1] == f"its design: {design}"
-    assert lines[-1] == "PASS: 6 of 6 requirements met, on 57 plants"
+    assert lines[-1] == "PASS: 6 of 6 requirements met, on 73 plants"
 
     # the design gives the same controller, and every value of it has a comment
     again = tmp_path / "again.yaml"

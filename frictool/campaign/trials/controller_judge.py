@@ -28,7 +28,7 @@ from frictool.documents.controller import Controller, Number
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.metric_table import REQUIREMENTS
 from frictool.documents.model import Model
-from frictool.documents.quantity import Quantity
+from frictool.documents.quantity import Quantity, si_unit
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
@@ -142,6 +142,8 @@ class ControllerJudge:
         the nominal plant. `plants_of_model` returns corners and random plants of a model.
     number : {"double", "float", "q31", "q15"}
         Number format of the controllers.
+    starts : sequence of float, optional
+        Initial position of each plant [rad | m]; by default that of the scenario.
     """
 
     def __init__(
@@ -151,15 +153,21 @@ class ControllerJudge:
         spec: Spec,
         plants: Sequence[PlantValues],
         number: Number = "double",
+        starts: Sequence[float] | None = None,
     ) -> None:
         self.plant = plant
         self.spec = spec
         self.number = number
         base = nominal_of(scenario)
         units = {name: one.unit for name, one in plant_of(plant).ranges().items()}
+        initial = [base.start] * len(plants)
+        if starts is not None:
+            unit = si_unit("position", base.axis)
+            initial = [Quantity(value=start, unit=unit) for start in starts]
         self.scenarios = tuple(
             replace(
                 base,
+                start=initial[index],
                 variants="given",
                 given={
                     **base.given,
