@@ -22,7 +22,8 @@ from frictool.documents.spec import Spec
 from frictool.logs.log import Log
 from frictool.logs.log_reader import read_log
 from frictool.report.verdict import judge
-from frictool.simulate.closed_loop import SimulationRequest, simulate_closed_loop
+from frictool.simulate.axis_plant import AxisPlant
+from frictool.simulate.closed_loop import SimulationRequest, StepTest, simulate_closed_loop
 from frictool.synth.design import design_controller
 from frictool.typing import Vector
 from studies.rigs.clutch_model import ROOT
@@ -96,6 +97,17 @@ def test_the_profile_of_each_format_ends_at_the_target(number: str) -> None:
     )
     assert signals["profile"][-1] == pytest.approx(0.05, abs=COUNT)
     assert np.ptp(signals["profile"][-200:]) == 0.0
+
+
+def test_a_trial_has_the_profile_of_the_log() -> None:
+    """The runs of a campaign are judged without a log."""
+    model = rig_model()
+    controller = controller_of(model, profile=ProfileDesign(), feedforward=FeedforwardDesign())
+    test = StepTest(AxisPlant(model), controller)
+    (trial,) = test.runs(steps())
+    logged = test.log(steps()).main.signals
+    for name in ("profile", "position"):
+        np.testing.assert_array_equal(trial.stream.signals[name], logged[name])
 
 
 def test_emps_is_tracked_at_half_of_the_published_error_on_every_vertex() -> None:
