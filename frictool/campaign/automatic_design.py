@@ -145,7 +145,11 @@ def _tests(test: DesignTest) -> PlayedTests:
     short, spec = _shortened(test.scenario, test.spec, seconds)
     screened = structs.replace(short, steps=short.steps[:SCREENED])
     return PlayedTests(
-        test.judge_of(screened, spec), test.judge_of(short, spec), test.judge, _hard(test)
+        test.judge_of(screened, spec),
+        test.judge_of(short, spec),
+        test.judge,
+        test.judge_of_others(short, spec),
+        _hard(test),
     )
 
 

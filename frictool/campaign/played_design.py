@@ -25,6 +25,8 @@ from frictool.documents.spec import Spec
 
 # plants drawn from the ranges in addition to the vertices; a scenario without a seed has SEED
 DRAWN, SEED = 40, 1
+# further drawn plants, and places within a count of the vertices, that a found design must pass
+OTHERS, BETWEEN = 120, (0.2, 0.35, 0.7, 0.85)
 GOLDEN = 0.6180339887498949  # multiples of it spread evenly over a count
 
 
@@ -51,6 +53,25 @@ class DesignTest:
     def judge(self) -> ControllerJudge:
         """Judge that plays all plants."""
         return self.judge_of(self.scenario, self.spec)
+
+    def judge_of_others(self, scenario: Scenario, spec: Spec) -> ControllerJudge:
+        """Return the judge of OTHERS plants that the test does not contain.
+
+        They are drawn plants, after vertices at further places within a count.
+        """
+        vertices = self.plants[1 : 1 + self.vertices]
+        drawn: list[dict[str, float]] = []
+        if self.vertices:
+            count = DRAWN + OTHERS
+            drawn = plants_of_model(self.model, self.scenario, random=count)[-OTHERS:]
+        places = [place for place in BETWEEN for _ in vertices]
+        places += [math.fmod(index * GOLDEN, 1.0) for index in range(1, len(drawn) + 1)]
+        plants = [*(plant for _ in BETWEEN for plant in vertices), *drawn]
+        if not plants:
+            plants = [{} for _ in BETWEEN]
+            places = list(BETWEEN)
+        starts = _starts(self.model, scenario, places)
+        return ControllerJudge(self.model, scenario, spec, plants, starts=starts)
 
     def judge_of(self, scenario: Scenario, spec: Spec) -> ControllerJudge:
         """Return the judge of the same plants in another scenario and by other requirements."""

@@ -56,3 +56,13 @@ def test_a_specification_without_requirement_is_not_played() -> None:
     empty = Spec(format="spec/1", name="nothing", axis="rotary", drive="current")
     assert "no requirement" in untested_reason(clutch_model(), empty)
     assert untested_reason(clutch_model(), SPEC) == ""
+
+
+def test_the_other_plants_are_not_those_of_the_test() -> None:
+    test = design_test(clutch_model(), SPEC)
+    others = test.judge_of_others(test.scenario, SPEC).scenarios
+    assert len(others) == 4 * 16 + 120
+    known = {tuple(plant.values()) for plant in test.plants[33:]}
+    drawn = [tuple(one.value for one in scenario.given.values()) for scenario in others[64:]]
+    assert len(set(drawn)) == 120
+    assert known.isdisjoint(drawn)

@@ -148,11 +148,11 @@ class Judge:
 
 def test_a_plant_on_which_a_candidate_fails_joins_the_screen(scales: DesignScales) -> None:
     model = clutch_model()
-    screen, short, whole = Judge(), Judge(), Judge()
+    screen, short, whole, others = Judge(), Judge(), Judge(), Judge()
     search = CandidateSearch(
         PI_CASCADE,
         scales,
-        PlayedTests(screen, short, whole, (0, 1)),
+        PlayedTests(screen, short, whole, others, (0, 1)),
         CandidateControllers(model, SPEC),
         lambda design: None,
     )
@@ -164,7 +164,7 @@ def test_a_plant_on_which_a_candidate_fails_joins_the_screen(scales: DesignScale
     assert outcome.best.design.prefilter.damping >= 1.0 + RESERVE
     assert screen.played[0] == (0, 1)
     assert screen.played[-1] == (0, 1, 5)
-    assert len(whole.played) == 1
+    assert len(whole.played) == len(others.played) == 1
     assert len(short.played) < len(screen.played)
 
 
@@ -175,7 +175,7 @@ def test_a_candidate_that_is_not_verified_is_no_result(scales: DesignScales) -> 
         raise NoSolutionError("not verified: for the test")
 
     family = type(PI_CASCADE)(PI_CASCADE.name, PI_CASCADE.parameters, PI_CASCADE.design, 40)
-    tests = PlayedTests(Judge(), Judge(), Judge(), (0,))
+    tests = PlayedTests(Judge(), Judge(), Judge(), Judge(), (0,))
     search = CandidateSearch(family, scales, tests, CandidateControllers(model, SPEC), refuse)
     outcome = search.run(lambda step: None)
     assert not outcome.passed

@@ -3,9 +3,9 @@
 Each start is played first, then differential evolution (Storn and Price 1997, scipy) varies the
 parameters around the best one. The objective is the largest shortfall of all figures, with the
 reserve. A candidate is played on few plants first, and on all if it is promising; the plant on
-which it is worst joins the few. The first candidate that passes the whole test with its reserve,
-and the verification, ends the search. If there is none, the best ones are played in the whole test
-without the reserve.
+which it is worst joins the few. The search ends with the first candidate that passes the whole
+test with its reserve, passes on other plants without it, and is verified. If there is none, the
+best ones are played in the whole test without the reserve.
 """
 
 from __future__ import annotations
@@ -173,6 +173,8 @@ class CandidateSearch:
                 runs = self.tests.whole(controller, None)
                 value = shortfall(runs)
                 self._add_hard(runs)
+            if value <= 0.0:
+                value = max(value, shortfall(self.tests.others(controller, None), 0.0))
         except UNUSABLE:
             return FAILED
         candidate = Candidate(design, value, runs)
@@ -206,7 +208,11 @@ class CandidateSearch:
             if shortfall(self.tests.short(controller, None), 0.0) > 0.0:
                 continue
             runs = self.tests.whole(controller, None)
-            if shortfall(runs, 0.0) <= 0.0 and self._verified(one.design):
+            if (
+                shortfall(runs, 0.0) <= 0.0
+                and shortfall(self.tests.others(controller, None), 0.0) <= 0.0
+                and self._verified(one.design)
+            ):
                 found = Candidate(one.design, shortfall(runs), runs)
                 return self._outcome(found, passed=True, with_reserve=False)
         return self._outcome(ranked[0] if ranked else None, passed=False, with_reserve=False)
