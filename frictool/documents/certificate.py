@@ -105,6 +105,11 @@ class Bound(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     factor: tuple[Row, ...] = ()
     cells: tuple[Cell, ...] = ()
 
+    @property
+    def modulus_margin(self) -> float | None:
+        """Modulus margin that a bound of the sensitivity states; None for a norm."""
+        return 1.0 / self.below if self.of == "sensitivity" else None
+
 
 class Certificate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Parameter intervals, weights and bounds of a certificate.

@@ -28,7 +28,7 @@ from typing import Literal
 
 import numpy as np
 
-from frictool.documents.certificate import Box, Certificate, Filter
+from frictool.documents.certificate import Bound, Box, Certificate, Filter
 from frictool.errors import NoSolutionError
 from frictool.typing import ComplexVector, Vector
 from frictool.verify.bilinear_polynomials import (
@@ -67,7 +67,7 @@ class ProvedBound:
     @property
     def modulus_margin(self) -> float | None:
         """Modulus margin that a bound of the sensitivity proves; None for a norm."""
-        return 1.0 / self.below if self.of == "sensitivity" else None
+        return Bound(self.of, self.below).modulus_margin
 
 
 @dataclass(frozen=True)
