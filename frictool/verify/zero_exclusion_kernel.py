@@ -55,6 +55,7 @@ from frictool.verify.taylor_forms import (
 
 PROVED, VIOLATED, UNDECIDED = 0, 1, 2
 DEPTH = 512  # largest number of cells that wait
+STEADY = 0.05  # of the largest change of T over a cell
 
 
 class KernelLoop(NamedTuple):
@@ -420,7 +421,11 @@ def explore(
                 widths[i] = np.sum(np.abs(space.parts[1 + i]))
         for i in range(3):
             at[i] = 0.5 * (cell[2 * i] + cell[2 * i + 1])
-        split = 0 if cell[1] - cell[0] > 0.5 * cell[1] else int(np.argmax(widths))
+        split = int(np.argmax(widths))
+        # a wide range of frequencies first, unless T hardly changes in it, as at frequency 0
+        steady = remainder < math.inf and widths[0] < STEADY * widths[split]
+        if cell[1] - cell[0] > 0.5 * cell[1] and not steady:
+            split = 0
         middle = at[split]
         low, high = inverse_inertia(box, (at[1], at[1]), viscous_rates(loop, at[2], at[2]))
         at[2] += loop.middle
