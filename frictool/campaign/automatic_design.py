@@ -148,7 +148,7 @@ def _tests(test: DesignTest) -> PlayedTests:
         test.judge_of(screened, spec),
         test.judge_of(short, spec),
         test.judge,
-        test.judge_of_others(short, spec),
+        test.judges_of_others(short, spec),
         _hard(test),
     )
 

@@ -20,13 +20,14 @@ from frictool.documents.key_lines import document_error
 from frictool.documents.metric_table import REQUIREMENTS
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
-from frictool.documents.scenario import Scenario
+from frictool.documents.scenario import Scenario, Step
 from frictool.documents.spec import Spec
 
 # plants drawn from the ranges in addition to the vertices; a scenario without a seed has SEED
 DRAWN, SEED = 40, 1
-# further drawn plants, and places within a count of the vertices, that a found design must pass
-OTHERS, BETWEEN = 120, (0.2, 0.35, 0.7, 0.85)
+# further plants that a found design must pass: drawn ones, and parts of a count by which start and
+# targets are moved
+OTHERS, MOVED = 30, ((0.2, 0.15), (0.35, 0.37), (0.7, 0.6), (0.85, 0.85))
 GOLDEN = 0.6180339887498949  # multiples of it spread evenly over a count
 
 
@@ -54,24 +55,35 @@ class DesignTest:
         """Judge that plays all plants."""
         return self.judge_of(self.scenario, self.spec)
 
-    def judge_of_others(self, scenario: Scenario, spec: Spec) -> ControllerJudge:
-        """Return the judge of OTHERS plants that the test does not contain.
+    def judges_of_others(self, scenario: Scenario, spec: Spec) -> tuple[ControllerJudge, ...]:
+        """Return judges of plants that the test does not contain, one for each of MOVED.
 
-        They are drawn plants, after vertices at further places within a count.
+        They play the vertices from another place within a count, and OTHERS drawn plants. The
+        targets are moved within a count too.
         """
-        vertices = self.plants[1 : 1 + self.vertices]
-        drawn: list[dict[str, float]] = []
+        drawn: list[PlantValues] = []
         if self.vertices:
-            count = DRAWN + OTHERS
-            drawn = plants_of_model(self.model, self.scenario, random=count)[-OTHERS:]
-        places = [place for place in BETWEEN for _ in vertices]
-        places += [math.fmod(index * GOLDEN, 1.0) for index in range(1, len(drawn) + 1)]
-        plants = [*(plant for _ in BETWEEN for plant in vertices), *drawn]
-        if not plants:
-            plants = [{} for _ in BETWEEN]
-            places = list(BETWEEN)
-        starts = _starts(self.model, scenario, places)
-        return ControllerJudge(self.model, scenario, spec, plants, starts=starts)
+            count = DRAWN + OTHERS * len(MOVED)
+            drawn += plants_of_model(self.model, self.scenario, random=count)[
+                -OTHERS * len(MOVED) :
+            ]
+        judges = []
+        for index, (place, target) in enumerate(MOVED):
+            plants = [*self.plants[: 1 + self.vertices], *drawn[index :: len(MOVED)]]
+            places = [math.fmod(place + k * GOLDEN, 1.0) for k in range(len(plants))]
+            moved = structs.replace(
+                scenario, steps=tuple(self._moved(step, target) for step in scenario.steps)
+            )
+            starts = _starts(self.model, scenario, places)
+            judges.append(ControllerJudge(self.model, moved, spec, plants, starts=starts))
+        return tuple(judges)
+
+    def _moved(self, step: Step, target: float) -> Step:
+        """Return the step with its target moved by a part of a count into the travel."""
+        if step.reference is None:
+            return step
+        (value,) = _moved_inwards(self.model, step.reference.value, [target])
+        return structs.replace(step, reference=structs.replace(step.reference, value=value))
 
     def judge_of(self, scenario: Scenario, spec: Spec) -> ControllerJudge:
         """Return the judge of the same plants in another scenario and by other requirements."""
@@ -140,7 +152,15 @@ def design_test(
 def _starts(model: Model, scenario: Scenario, places: Sequence[float]) -> list[float]:
     """Return the scenario's start, moved by parts of an encoder's count into the travel."""
     assert scenario.start is not None
-    start, travel = scenario.start.value, model.bench.mechanics.travel
+    return _moved_inwards(model, scenario.start.value, places)
+
+
+def _moved_inwards(model: Model, start: float, places: Sequence[float]) -> list[float]:
+    """Return a position moved by each of `places`, in encoder counts, towards the travel's middle.
+
+    Without travel it is moved upwards.
+    """
+    travel = model.bench.mechanics.travel
     inwards = -1.0 if travel is not None and start > 0.5 * (travel.low + travel.high) else 1.0
     return [start + inwards * place * model.bench.encoder.resolution for place in places]
 

@@ -60,9 +60,14 @@ def test_a_specification_without_requirement_is_not_played() -> None:
 
 def test_the_other_plants_are_not_those_of_the_test() -> None:
     test = design_test(clutch_model(), SPEC)
-    others = test.judge_of_others(test.scenario, SPEC).scenarios
-    assert len(others) == 4 * 16 + 120
+    judges = test.judges_of_others(test.scenario, SPEC)
     known = {tuple(plant.values()) for plant in test.plants[33:]}
-    drawn = [tuple(one.value for one in scenario.given.values()) for scenario in others[64:]]
-    assert len(set(drawn)) == 120
+    drawn = [
+        tuple(one.value for one in scenario.given.values())
+        for judge in judges
+        for scenario in judge.scenarios[17:]
+    ]
+    assert len(set(drawn)) == len(drawn) == 120
     assert known.isdisjoint(drawn)
+    targets = [judge.scenarios[0].steps[0].reference for judge in judges]
+    assert len({one.value for one in targets if one is not None}) == 4

@@ -174,7 +174,7 @@ class CandidateSearch:
                 value = shortfall(runs)
                 self._add_hard(runs)
             if value <= 0.0:
-                value = max(value, shortfall(self.tests.others(controller, None), 0.0))
+                value = max(value, self._others(controller))
         except UNUSABLE:
             return FAILED
         candidate = Candidate(design, value, runs)
@@ -184,6 +184,10 @@ class CandidateSearch:
                 raise _FoundError(candidate)
             return 1.0
         return value
+
+    def _others(self, controller: Controller) -> float:
+        """Return the shortfall on the other plants, without the reserve."""
+        return max(shortfall(judge(controller, None), 0.0) for judge in self.tests.others)
 
     def _verified(self, design: Design) -> bool:
         try:
@@ -210,7 +214,7 @@ class CandidateSearch:
             runs = self.tests.whole(controller, None)
             if (
                 shortfall(runs, 0.0) <= 0.0
-                and shortfall(self.tests.others(controller, None), 0.0) <= 0.0
+                and self._others(controller) <= 0.0
                 and self._verified(one.design)
             ):
                 found = Candidate(one.design, shortfall(runs), runs)

@@ -59,14 +59,15 @@ class PlayedTests:
     """Tests of rising cost: a candidate is played in the next only if it passes the one before.
 
     `screen`: two short steps, played on some plants. `short`: all steps, without their holds, on
-    all plants. `whole`: the test that decides. `others`: short steps on other plants, which a found
-    design must pass without the reserve. `hard`: plants on which the search begins.
+    all plants. `whole`: the test that decides. `others`: short steps on other plants and from other
+    places, which a found design must pass without the reserve. `hard`: plants on which the search
+    begins.
     """
 
     screen: CandidateJudge
     short: CandidateJudge
     whole: CandidateJudge
-    others: CandidateJudge
+    others: tuple[CandidateJudge, ...]
     hard: tuple[int, ...]
 
 
