@@ -221,7 +221,7 @@ def test_a_ball_between_end_stops_comes_to_rest() -> None:
 
 
 def test_a_run_without_room_for_its_events_says_so() -> None:
-    run = simulate(table31(), [(60.0, SPRING)], np.linspace(0.0, 60.0, 61), room=3)
+    run = simulate(table31(), [(60.0, SPRING)], np.linspace(0.0, 60.0, 61), most_events=3)
     assert run.status == EVENTS_FULL
     assert run.events.shape[0] == 3
     assert 7.5 < run.reached < 14.0

@@ -31,7 +31,7 @@ def test_what_units_differ_by_is_not_told(inertia: float) -> None:
 @pytest.mark.parametrize("inertia", [-1.0, 0.39, 2.0, 10.0])
 def test_an_inertia_that_no_unit_has_is_told_with_what_to_look_at(inertia: float) -> None:
     (line,) = implausible(clutch(), told(inertia))
-    assert f"{inertia:.3g} of the model's" in line
+    assert f"{inertia:.3g} times the model's" in line
     assert "saturate" in line
 
 

@@ -273,7 +273,7 @@ def test_a_scenario_without_controller_is_told_from_one_with(
     refused(
         run("simulate", rig["mechanism"], "--scenario", rig["scenario"], "-o", out),
         3,
-        "steps: is a reference",
+        "steps: is for a test with a controller",
         "give --controller",
     )
     both = run(

@@ -60,7 +60,7 @@ def test_processes_change_no_bit_and_what_dies_is_done_again(
 def test_a_job_that_ends_every_process_is_named_or_replaced(
     alone: dict[int, list[float]], tmp_path: Path
 ) -> None:
-    with pytest.raises(WorkerLost, match=r"job 5: each of 3 processes .*SIGKILL") as lost:
+    with pytest.raises(WorkerLost, match=r"job 5: each of 3 worker processes .*SIGKILL") as lost:
         list(share(Deadly(tmp_path, (5,), 99), range(JOBS), cores=2, batch=4))
     assert lost.value.job == 5
     assert not multiprocessing.active_children()
