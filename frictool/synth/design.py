@@ -32,6 +32,7 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 from frictool.synth.weight_relaxation import Trade, relaxed_problem
 from frictool.synth.weights import ChosenWeights, DerivedValue, choose_weights
 from frictool.verify.certificate_document import certified_loop
+from frictool.verify.document_check import NOT_EVALUABLE
 from frictool.verify.feedback_loops import feedbacks_of
 from frictool.verify.loop_wording import no_certificate
 from frictool.verify.recheck import needs_search
@@ -111,8 +112,13 @@ def synthesise_verified(
     progress(f"synthesis by {design.method}")
     candidate = solver(design.method)(replace(posed, progress=progress))
     progress("verification at the vertices")
-    linear = running_linear(posed, candidate)
-    verified = accept(posed, candidate, linear, composed)
+    try:
+        linear = running_linear(posed, candidate)
+        verified = accept(posed, candidate, linear, composed)
+    except NOT_EVALUABLE as error:
+        raise NoSolutionError(
+            f"not verified: the loop cannot be evaluated ({error}); {posed.method.more_margin}"
+        ) from None
     controller, notes = (
         controller_document(posed, linear, verified, composed, provenance),
         (*possible, *candidate.notes, *composed.notes),

@@ -27,6 +27,12 @@ from frictool.verify.speed_loop import LoopCheck, check_loop, is_required
 from frictool.verify.stored_forms import check_forms
 from frictool.verify.vertices import vertex_points
 
+NOT_EVALUABLE = (
+    # errors of a loop whose coefficients are too large or too small for double precision
+    ArithmeticError,
+    ValueError,
+)
+
 
 def loop_checks(
     loops: Sequence[FeedbackLoop], point: PlantPoint, lag: float, delays: tuple[int, ...]
@@ -83,11 +89,7 @@ def check_document(controller: Controller, *, margins: bool = False) -> None:
         _vertices(controller, margins)
         _resonant(controller)
         check_forms(controller)
-    except (
-        ValueError,
-        np.linalg.LinAlgError,
-        FloatingPointError,
-    ) as error:  # coefficients near the largest representable numbers
+    except NOT_EVALUABLE as error:
         raise NoSolutionError(
             f"{controller.name}: not verified: the loop cannot be evaluated ({error}); synthesise "
             "it anew"

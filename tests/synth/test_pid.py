@@ -58,6 +58,16 @@ def changed(name: str, **gains: Any) -> Controller:
     )
 
 
+@pytest.mark.parametrize("factor", [1e12, 1e17])
+def test_a_gain_beyond_what_can_be_evaluated_is_refused(factor: float) -> None:
+    gain = design("pi_root").pid
+    assert gain is not None
+    assert gain.speed_gain is not None
+    too_large = msgspec.structs.replace(gain.speed_gain, value=factor * gain.speed_gain.value)
+    with pytest.raises(NoSolutionError, match="cannot be evaluated"):
+        changed("pi_root", speed_gain=too_large)
+
+
 @settings(max_examples=30, deadline=None)
 @given(
     st.floats(0.1, 10.0),

@@ -30,9 +30,10 @@ from frictool.synth.search.played_tests import (
     shortfalls,
 )
 from frictool.typing import Vector
+from frictool.verify.document_check import NOT_EVALUABLE
 
 # errors of a candidate, which is then rejected: its numbers may be far outside of what is usual
-UNUSABLE = (FrictoolError, ArithmeticError, ValueError)
+UNUSABLE = (FrictoolError, *NOT_EVALUABLE)
 SEED = 1
 POPULATION, SPREAD = 18, 0.25  # candidates of a generation; their spread around the best start
 PROMISING = RESERVE  # shortfall on the screen up to which a candidate is played on all plants
