@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-import numpy as np
-
 from frictool.documents.controller import Controller, DelayCheck, Limiter, Velocity
 from frictool.errors import NoSolutionError
 from frictool.plant.linear_axis import AxisRates
