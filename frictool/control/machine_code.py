@@ -131,7 +131,7 @@ def _module(structure: ProgramStructure, name: str) -> ir.Module:
 
 
 def _place(builder: ir.IRBuilder, memory: ir.Value, index: int) -> ir.Value:
-    return builder.gep(memory, [ir.IntType(64)(index)], source_etype=REAL)
+    return builder.gep(memory, [ir.IntType(64)(index)])
 
 
 def _result(builder: ir.IRBuilder, operation: int, operands: list[ir.Value]) -> ir.Value:
