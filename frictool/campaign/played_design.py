@@ -28,6 +28,8 @@ DRAWN, SEED = 40, 1
 # further plants that a found design must pass: drawn ones, and parts of a count by which start and
 # targets are moved
 OTHERS, MOVED = 30, ((0.2, 0.15), (0.35, 0.37), (0.7, 0.6), (0.85, 0.85))
+# requirements that an axis misses if it stays away from its target
+REACHED = ("response_time_95_s", "rise_time_s", "static_error", "settling_after_profile")
 GOLDEN = 0.6180339887498949  # multiples of it spread evenly over a count
 
 
@@ -90,9 +92,24 @@ class DesignTest:
         return ControllerJudge(self.model, scenario, spec, self.plants, starts=self.starts)
 
 
+def has_requirements(spec: Spec) -> bool:
+    """Return True if the specification has a requirement."""
+    return any(getattr(spec, key) is not None for key in REQUIREMENTS)
+
+
+def unjudged_target(spec: Spec) -> str:
+    """Return a remark if no requirement asks the axis to reach its target, or ""."""
+    if any(getattr(spec, key) is not None for key in REACHED):
+        return ""
+    return (
+        "whether the axis reaches its target is not judged: the specification has none of "
+        f"{', '.join(REACHED)}"
+    )
+
+
 def untested_reason(model: Model, spec: Spec) -> str:
     """Return why no controller of this model can be played against the specification, or ""."""
-    if all(getattr(spec, key) is None for key in REQUIREMENTS):
+    if not has_requirements(spec):
         return "the specification has no requirement"
     if model.resonances is not None:
         return "one axis cannot have the model's resonances; simulate the mechanism"

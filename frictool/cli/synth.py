@@ -12,7 +12,7 @@ from frictool.cli.console_output import print_json, say, use_colour
 from frictool.cli.output_files import STDOUT, check_targets, command_line, save_text
 from frictool.cli.progress import note_step
 from frictool.cli.synth_play import play, read_test
-from frictool.cli.synth_search import SearchOutputs, beside, search_design
+from frictool.cli.synth_search import SearchOutputs, beside, search_design, unplayable
 from frictool.documents.synthesis_methods import METHODS
 from frictool.errors import EXIT_NO
 
@@ -31,9 +31,11 @@ Synthesise a controller for every plant that the intervals of model and bench sp
 as it will run.
 
 Without --design, or with `method: auto`, the command searches the simplest controller that meets
-the specification with a reserve of 5 % when it is played, and writes its design with a comment on
-each value. That design can be changed and passed with --design. If no design is found, the message
-states the requirement that stops it and the best values reached, and the exit code is 4.
+the specification when it is played, with a reserve of 5 % (oscillations, drive and rest have none).
+It writes the design of this controller with a comment on each value. That design can be changed and
+passed with --design. If no design is found, the message states the requirement that the best
+candidate misses and the best values of all candidates, and the exit code is 4. Other searches may
+reach better values.
 
 \b
 Methods (`method` of the design), and the use of each:
@@ -44,7 +46,9 @@ stable at every vertex with the bench's computational delay (on a bench without 
 sample), and have the specified modulus margin at that delay, also with coefficients rounded to the
 target's number format. Then stability, a norm and a modulus margin are proved for every constant
 plant of the intervals; `frictool verify` proves them again. The proof does not cover parameters
-that vary with time. If one of these steps fails, nothing is written and the exit code is 4.
+that vary with time. If one of these steps fails, nothing is written and the exit code is 4. There
+is no proof for a loop that feeds back a speed (method pid, also if a search finds it): its margins
+hold at the vertices, and `frictool verify` ends with exit code 1.
 
 At last the controller is played against the specification on the nominal plant, every vertex and 40
 drawn plants: four steps over the travel and a hold, or the steps of --scenario. The last lines are
@@ -157,6 +161,8 @@ def command(
         load_disturbance = disturbance(model_document)
         if design_document is None or searched:
             outputs = SearchOutputs(saved, plot, output, as_json)
+            if test is None:
+                raise unplayable(model_document, spec_document)
             search = search_design(test, outputs, inputs, design_document)
             design_document = search.design
         result = synthesise(
@@ -205,8 +211,8 @@ def _check_options(
     """Raise UsageError for options that contradict each other."""
     if design is not None and plot is not None and design.relax == "no":
         raise click.UsageError(
-            f"--plot shows the trade of relax: auto, or of a search; the design {design.name} has "
-            "no such key."
+            "--plot shows the trade of a search or of `relax: auto`; the design "
+            f"{design.name} asks for neither."
         )
     if design is not None and save_design is not None:
         raise click.UsageError("--save-design is for a search; leave out --design.")

@@ -46,13 +46,15 @@ class PlayedTest:
 
 def read_test(model: Model, spec: Spec, scenario: Path | None) -> DesignTest | None:
     """Return the test of the documents; None, with a note, if nothing can be played."""
-    from frictool.campaign.played_design import design_test, untested_reason
+    from frictool.campaign.played_design import design_test, unjudged_target, untested_reason
     from frictool.documents.registry import load, same_axis
     from frictool.documents.scenario import Scenario
 
     if reason := untested_reason(model, spec):
         note(f"not played: {reason}")
         return None
+    if remark := unjudged_target(spec):
+        note(remark)
     if scenario is None:
         return design_test(model, spec)
     steps = load(scenario, Scenario)

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from frictool.cli.console_output import print_json
+from frictool.cli.console_output import note, print_json
 from frictool.cli.output_files import STDOUT, save_text
 from frictool.cli.progress import note_step
 
@@ -14,6 +14,9 @@ if TYPE_CHECKING:
     from frictool.campaign.automatic_design import AutomaticDesign
     from frictool.campaign.played_design import DesignTest
     from frictool.documents.design import Design
+    from frictool.documents.model import Model
+    from frictool.documents.spec import Spec
+    from frictool.errors import FrictoolError
 
 
 @dataclass(frozen=True)
@@ -59,13 +62,28 @@ def beside(controller: Path | None) -> Path | None:
     return controller.with_name(f"{controller.stem}.design.yaml")
 
 
+def unplayable(model: Model, spec: Spec) -> FrictoolError:
+    """Return the error of a search whose candidates cannot be played."""
+    from frictool.campaign.played_design import has_requirements, untested_reason
+    from frictool.errors import FrictoolError, NoSolutionError
+
+    if not has_requirements(spec):
+        return FrictoolError(
+            "found no requirement; a search needs at least one, such as response_time_95_s, "
+            "overshoot_percent and static_error"
+        ).at("spec", "name")
+    return NoSolutionError(
+        f"a search plays its candidates: {untested_reason(model, spec)}; or give --design"
+    )
+
+
 def search_design(
-    test: DesignTest | None, outputs: SearchOutputs, inputs: list[Path], wishes: Design | None
+    test: DesignTest, outputs: SearchOutputs, inputs: list[Path], wishes: Design | None
 ) -> FoundDesign:
     """Search a design, write it and its picture.
 
     `wishes`: design with method `auto`, if the user provides one. Raises NoSolutionError if no
-    design passes, or if nothing can be played.
+    design passes.
     """
     from frictool.campaign.automatic_design import design_automatically
     from frictool.campaign.views.search_picture import search_picture
@@ -73,8 +91,6 @@ def search_design(
     from frictool.errors import NoSolutionError
     from frictool.synth.search.design_text import design_text
 
-    if test is None:
-        raise NoSolutionError("without --design a controller is searched by play; give --design")
     found = design_automatically(test, note_step, wishes)
     if outputs.plot is not None:
         save_text(outputs.plot, search_picture(found, test.model.name) + "\n", inputs)
@@ -87,4 +103,6 @@ def search_design(
     if outputs.design is not None:
         head = f"{design_line(found)}\nplayed: {test.about}\nThe search has fixed seeds."
         save_text(outputs.design, design_text(found.design, head), inputs)
+    else:
+        note("the design is not written; --save-design DESIGN.yaml writes it")
     return FoundDesign(found, outputs.design)

@@ -65,7 +65,7 @@ class SynthesisResult:
 
 @dataclass(frozen=True)
 class ProofScope:
-    """What a synthesis computes beyond the vertices.
+    """Options of the proof beyond the vertices.
 
     `vertices_only` leaves out the search inside the box and the certificate. `varying` adds a bound
     for parameters that vary arbitrarily fast.

@@ -73,7 +73,9 @@ def _proved(verification: Verification) -> list[str]:
         why = "; ".join(reasons) or "frictool synth makes one"
         return [
             f"{controller.name}: no certificate, so that only the margins at its "
-            f"vertices hold ({why})"
+            f"vertices hold ({why})",
+            "  smallest modulus margin of the vertices "
+            f"{rounded_down(controller.verified.modulus_margin)}",
         ]
     output = [f"{controller.name}: proved for every constant"]
     constant = drive_dimension(controller.drive, constant=True)

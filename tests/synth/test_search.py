@@ -23,7 +23,7 @@ from frictool.synth.search.design_scales import DesignScales, design_scales
 from frictool.synth.search.design_text import design_text
 from frictool.synth.search.lpv_cascade import LPV_CASCADE
 from frictool.synth.search.pi_cascade import PI_CASCADE
-from frictool.synth.search.played_search import CandidateSearch
+from frictool.synth.search.played_search import Candidate, CandidateSearch
 from frictool.synth.search.played_tests import (
     FAILED,
     RESERVE,
@@ -166,6 +166,26 @@ def test_a_plant_on_which_a_candidate_fails_joins_the_screen(scales: DesignScale
     assert screen.played[-1] == (0, 1, 5)
     assert len(whole.played) == len(others.played) == 1
     assert len(short.played) < len(screen.played)
+
+
+def test_figures_of_a_candidate_are_the_worst_of_all_tests(scales: DesignScales) -> None:
+    """A candidate meets everything in the search, and oscillates on a plant of the last test."""
+    design = PI_CASCADE.design(scales, PI_CASCADE.values(PI_CASCADE.starts[0]))
+    oscillations = SimpleNamespace(key="oscillations", limit=1.0, relation="<=")
+
+    def played(*reserves: float) -> Any:
+        return SimpleNamespace(
+            metrics=[oscillations],
+            values=np.array([[1.0 - reserve] for reserve in reserves]),
+            reserves=np.array([[reserve] for reserve in reserves]),
+            met=np.array([[int(reserve >= 0.0)] for reserve in reserves]),
+        )
+
+    searched = Candidate(design, 0.0, (played(0.0), played(0.0, 1.0)))
+    assert searched.missing["oscillations"] == 0.0
+    rejected = Candidate(design, 0.0, (*searched.runs, played(1.0, -1.0)))
+    assert rejected.missing["oscillations"] == pytest.approx(1.0)
+    assert rejected.worst(oscillations) == 2.0
 
 
 def test_a_candidate_that_is_not_verified_is_no_result(scales: DesignScales) -> None:

@@ -134,7 +134,7 @@ def test_a_polynomial_on_an_interval_is_held(seed: int, order: int) -> None:
 
 
 def _exactly_below(matrix: Any, level: float) -> bool:
-    """Whether level^2 - T* T is positive definite, by elimination in fractions."""
+    """Return True if level^2 - T* T is positive definite, by elimination in fractions."""
     rows = [[_exact(value) for value in row] for row in matrix]
     n = len(rows[0])
     gram = [[(Fraction(0), Fraction(0))] * n for _ in range(n)]

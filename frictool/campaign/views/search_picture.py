@@ -13,7 +13,6 @@ from frictool.campaign.automatic_design import AutomaticDesign
 from frictool.documents.metric_table import requirement_title
 from frictool.presentation.svg import drawing, render
 from frictool.synth.search.played_search import Candidate
-from frictool.synth.search.played_tests import shortfalls
 from frictool.typing import BoolVector, Vector
 
 WIDTH, HEIGHT = 9.0, 3.4  # inches
@@ -34,23 +33,16 @@ def search_picture(found: AutomaticDesign, name: str) -> str:
 def figure(played: list[Candidate]) -> Figure:
     """Return one panel for each pair of the first three traded requirements."""
     drawn = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
-    metrics = played[0].runs.metrics if played else ()
-    traded = [index for key in TRADED for index, one in enumerate(metrics) if one.key == key]
+    metrics = played[0].metrics if played else ()
+    traded = [one for key in TRADED for one in metrics if one.key == key]
     pairs = list(combinations(traded[:PANELS], 2))
     if not pairs:
         return drawn
-    values = np.array([_worst(one) for one in played])
-    met = np.array([shortfalls(one.runs, 0.0).max(initial=-1.0) <= 0.0 for one in played])
-    for axes, (across, up) in zip(np.atleast_1d(drawn.subplots(1, len(pairs))), pairs, strict=True):
-        _panel(axes, values[:, [across, up]], met, (metrics[across], metrics[up]))
+    met = np.array([max(one.missing.values()) <= 0.0 for one in played])
+    for axes, pair in zip(np.atleast_1d(drawn.subplots(1, len(pairs))), pairs, strict=True):
+        values = np.array([[one.worst(metric) for metric in pair] for one in played])
+        _panel(axes, np.where(np.isfinite(values), values, np.nan), met, pair)
     return drawn
-
-
-def _worst(one: Candidate) -> list[float]:
-    """Return the worst value of each requirement, NaN if there is none."""
-    signs = [1.0 if metric.relation == "<=" else -1.0 for metric in one.runs.metrics]
-    worst = np.max(np.where(np.isnan(one.runs.values), -np.inf, one.runs.values * signs), axis=0)
-    return [float(value) for value in np.where(np.isfinite(worst), worst * signs, np.nan)]
 
 
 def _panel(axes: Axes, values: Vector, met: BoolVector, metrics: tuple[Any, Any]) -> None:

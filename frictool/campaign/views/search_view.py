@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 from typing import Any, NamedTuple
-
-import numpy as np
 
 from frictool.adapters.drive_bound import drive_bound
 from frictool.adapters.model_polytope import polytope
@@ -14,14 +11,15 @@ from frictool.campaign.automatic_design import AutomaticDesign
 from frictool.campaign.played_design import DesignTest, longest_step_of
 from frictool.documents.metric_table import requirement_title
 from frictool.synth.search.played_search import Candidate, FamilyOutcome
-from frictool.synth.search.played_tests import RESERVE, shortfalls
+from frictool.synth.search.played_tests import RESERVE
 
 
 class ReachedValue(NamedTuple):
     """Best value of a requirement over the played candidates.
 
-    `alone`: best value of any candidate. `together`: best value of the candidates that meet all
-    other requirements, None if there is none.
+    The value of a candidate is the worst of the tests in which it was played; candidates far from
+    the limits were played on few plants. `alone`: best value of any candidate. `together`: best
+    value of the candidates that meet all other requirements, None if there is none.
     """
 
     key: str
@@ -37,10 +35,11 @@ def design_line(found: AutomaticDesign) -> str:
     """Return the sentence that says how a design was found."""
     last = found.outcomes[-1]
     reserve = f"a reserve of {100.0 * RESERVE:g} %" if last.with_reserve else "less reserve"
+    without = "oscillations, drive and rest"
     before = "".join(f"{one.family} failed; " for one in found.outcomes[:-1])
     return (
-        f"designed: {before}{last.family}, {_candidates(last)}, meets every requirement with "
-        f"{reserve}"
+        f"designed: {before}{last.family}, {_candidates(last)}, meets every requirement, with "
+        f"{reserve} ({without} have none)"
     )
 
 
@@ -62,7 +61,7 @@ def refusal(found: AutomaticDesign, test: DesignTest) -> str:
     refusals = [reason for one in found.outcomes for reason in one.refusals]
     if best is None:
         reason = "no candidate can be played"
-    elif best.shortfall <= 0.0 and refusals:
+    elif max(best.missing.values()) <= 0.0 and refusals:
         reason = f"the candidates that meet the specification when played are {refusals[-1]}"
     else:
         reason = _missed(found, best)
@@ -98,26 +97,20 @@ def reached(found: AutomaticDesign) -> tuple[ReachedValue, ...]:
     played = [one for outcome in found.outcomes for one in outcome.trade]
     if not played:
         return ()
-    return tuple(
-        _reached(metric, index, played) for index, metric in enumerate(played[0].runs.metrics)
-    )
+    metrics = max((one.metrics for one in played), key=len)
+    return tuple(_reached(metric, played) for metric in metrics)
 
 
-def _reached(metric: Any, index: int, played: Sequence[Candidate]) -> ReachedValue:
-    upper = metric.relation == "<="
-    alone: list[float] = []
-    together: list[float] = []
-    for one in played:
-        values = one.runs.values[:, index]
-        known = values[~np.isnan(values)]
-        if not known.size:
-            continue
-        value = float(known.max() if upper else known.min())
-        alone.append(value)
-        missing = shortfalls(one.runs, 0.0).max(axis=0)
-        if np.delete(missing, index).max(initial=-1.0) <= 0.0:
-            together.append(value)
-    best = min if upper else max
+def _reached(metric: Any, played: list[Candidate]) -> ReachedValue:
+    values = [(one, one.worst(metric)) for one in played]
+    known = [(one, value) for one, value in values if not math.isnan(value)]
+    alone = [value for _, value in known]
+    together = [
+        value
+        for one, value in known
+        if all(short <= 0.0 for key, short in one.missing.items() if key != metric.key)
+    ]
+    best = min if metric.relation == "<=" else max
     return ReachedValue(
         metric.key,
         requirement_title(metric.name),
@@ -131,37 +124,31 @@ def _reached(metric: Any, index: int, played: Sequence[Candidate]) -> ReachedVal
 
 def _missed(found: AutomaticDesign, best: Candidate) -> str:
     """Return the requirement that the best candidate misses, and what the others allow."""
-    missing = shortfalls(best.runs, 0.0).max(axis=0)
-    order = np.argsort(-missing, kind="stable")
-    rows = reached(found)
-    first = rows[int(order[0])]
-    value = _number(_worst(best, int(order[0])), first.unit)
-    parts = [
-        f"{first.title} is {value} for the best candidate, specified {first.relation} "
-        f"{_number(first.limit, first.unit)}"
-    ]
-    parts += [
-        f"{row.title} reaches {_number(row.together, row.unit)} with the others met"
-        for row in rows
+    key = max(best.missing, key=best.missing.__getitem__)
+    first = next(one for one in best.metrics if one.key == key)
+    reason = (
+        f"{requirement_title(first.name)} is {_number(best.worst(first), first.unit)} for the best "
+        f"candidate, specified {first.relation} {_number(first.limit, first.unit)}"
+    )
+    values = [
+        f"{row.title} {_number(row.together, row.unit)}"
+        for row in reached(found)
         if row.together is not None and row.key in TRADED
     ]
-    return "; ".join(parts)
+    if not values:
+        return reason
+    return (
+        f"{reason}; best values of candidates that meet all other requirements, on the plants on "
+        f"which each was played: {', '.join(values)}"
+    )
 
 
 TRADED = ("response_time_95_s", "rise_time_s", "overshoot_percent", "modulus_margin", "drive_peak")
 
 
-def _worst(one: Candidate, index: int) -> float:
-    values = one.runs.values[:, index]
-    known = values[~np.isnan(values)]
-    if not known.size:
-        return math.nan
-    return float(known.max() if one.runs.metrics[index].relation == "<=" else known.min())
-
-
 def _best(found: AutomaticDesign) -> Candidate | None:
     candidates = [one.best for one in found.outcomes if one.best is not None]
-    return min(candidates, key=lambda one: one.shortfall, default=None)
+    return min(candidates, key=lambda one: max(one.missing.values()), default=None)
 
 
 def _candidates(one: FamilyOutcome) -> str:

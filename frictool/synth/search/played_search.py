@@ -5,13 +5,16 @@ parameters around the best one. The objective is the largest shortfall of all fi
 reserve. A candidate is played on few plants first, and on all if it is promising; the plant on
 which it is worst joins the few. The search ends with the first candidate that passes the whole
 test with its reserve, passes on other plants without it, and is verified. If there is none, the
-best ones are played in the whole test without the reserve.
+best ones are played again without the reserve. The figures of a candidate are the worst of all
+tests in which it was played.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.optimize import differential_evolution
@@ -26,8 +29,10 @@ from frictool.synth.search.played_tests import (
     RESERVE,
     JudgedRuns,
     PlayedTests,
+    missing,
     shortfall,
     shortfalls,
+    worst_value,
 )
 from frictool.typing import Vector
 from frictool.verify.document_check import NOT_EVALUABLE
@@ -41,13 +46,31 @@ MOST_HARD = 10  # largest number of plants of the screen
 RETRIED = 12  # candidates that are played again without the reserve
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Candidate:
-    """Design with its objective and the figures of its last test."""
+    """Design with its objective and the runs of each test in which it was played, at least one."""
 
     design: Design
     shortfall: float
-    runs: JudgedRuns
+    runs: tuple[JudgedRuns, ...]
+
+    @property
+    def metrics(self) -> Sequence[Any]:
+        """Return the requirements of the test that decides most of them."""
+        return max((runs.metrics for runs in self.runs), key=len)
+
+    @cached_property
+    def missing(self) -> dict[str, float]:
+        """Return the largest shortfall of each requirement without the reserve, by key."""
+        each = [missing(runs) for runs in self.runs]
+        keys = [metric.key for metric in self.metrics]
+        return {key: max(one[key] for one in each if key in one) for key in keys}
+
+    def worst(self, metric: Any) -> float:
+        """Return the worst value of a requirement over all tests; NaN if none decides it."""
+        values = [worst_value(runs, metric.key) for runs in self.runs]
+        known = [value for value in values if not np.isnan(value)]
+        return (max if metric.relation == "<=" else min)(known, default=np.nan)
 
 
 @dataclass(frozen=True)
@@ -164,31 +187,29 @@ class CandidateSearch:
         try:
             design = self.family.design(self.scales, self.family.values(unit))
             controller = self.controller(design)
-            runs = self.tests.screen(controller, self.hard)
-            value = shortfall(runs)
+            runs = [self.tests.screen(controller, self.hard)]
+            value = shortfall(runs[0])
             if value <= PROMISING:
-                runs = self.tests.short(controller, None)
-                value = max(value, shortfall(runs))
-                self._add_hard(runs)
+                runs.append(self.tests.short(controller, None))
+                value = max(value, shortfall(runs[-1]))
+                self._add_hard(runs[-1])
             if value <= 0.0:
-                runs = self.tests.whole(controller, None)
-                value = shortfall(runs)
-                self._add_hard(runs)
+                runs.append(self.tests.whole(controller, None))
+                value = shortfall(runs[-1])
+                self._add_hard(runs[-1])
             if value <= 0.0:
-                value = max(value, self._others(controller))
+                others = [judge(controller, None) for judge in self.tests.others]
+                value = max(value, *(shortfall(one, 0.0) for one in others))
+                runs += others
         except UNUSABLE:
             return FAILED
-        candidate = Candidate(design, value, runs)
+        candidate = Candidate(design, value, tuple(runs))
         self.played.append(candidate)
         if value <= 0.0:
             if self._verified(design):
                 raise _FoundError(candidate)
             return 1.0
         return value
-
-    def _others(self, controller: Controller) -> float:
-        """Return the shortfall on the other plants, without the reserve."""
-        return max(shortfall(judge(controller, None), 0.0) for judge in self.tests.others)
 
     def _verified(self, design: Design) -> bool:
         try:
@@ -208,19 +229,24 @@ class CandidateSearch:
     def _without_reserve(self) -> FamilyOutcome:
         ranked = sorted(self.played, key=lambda one: one.shortfall)
         near = [one for one in ranked if one.shortfall <= 2.0 * RESERVE][:RETRIED]
+        retried = []
         for one in near:
             controller = self.controller(one.design)
-            if shortfall(self.tests.short(controller, None), 0.0) > 0.0:
-                continue
-            runs = self.tests.whole(controller, None)
-            if (
-                shortfall(runs, 0.0) <= 0.0
-                and self._others(controller) <= 0.0
-                and self._verified(one.design)
-            ):
-                found = Candidate(one.design, shortfall(runs), runs)
-                return self._outcome(found, passed=True, with_reserve=False)
-        return self._outcome(ranked[0] if ranked else None, passed=False, with_reserve=False)
+            runs = []
+            for judge in (self.tests.short, self.tests.whole, *self.tests.others):
+                runs.append(judge(controller, None))
+                if shortfall(runs[-1], 0.0) > 0.0:
+                    break
+            else:
+                if self._verified(one.design):
+                    found = replace(one, runs=tuple(runs))
+                    return self._outcome(found, passed=True, with_reserve=False)
+            again = replace(one, runs=(*one.runs, *runs))
+            self.played[self.played.index(one)] = again
+            retried.append(again)
+        best = min(retried, key=lambda one: max(one.missing.values()), default=None)
+        best = best or (ranked[0] if ranked else None)
+        return self._outcome(best, passed=False, with_reserve=False)
 
     def _outcome(
         self, best: Candidate | None, *, passed: bool, with_reserve: bool

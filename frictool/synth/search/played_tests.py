@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -99,3 +100,18 @@ def shortfall(runs: JudgedRuns, reserve: float = RESERVE) -> float:
     worst = shortfalls(runs, reserve).max(axis=0, initial=-1.0)
     largest = float(worst.max(initial=-1.0))
     return largest if largest <= 0.0 else largest + EACH * float(np.maximum(worst, 0.0).sum())
+
+
+def missing(runs: JudgedRuns) -> dict[str, float]:
+    """Return the largest shortfall of each requirement without the reserve, by key."""
+    worst = shortfalls(runs, 0.0).max(axis=0)
+    return {one.key: float(value) for one, value in zip(runs.metrics, worst, strict=True)}
+
+
+def worst_value(runs: JudgedRuns, key: str) -> float:
+    """Return the worst value of a requirement over the plants [SI]; NaN if none decides it."""
+    for one, column in zip(runs.metrics, np.transpose(runs.values), strict=True):
+        known = column[~np.isnan(column)]
+        if one.key == key and known.size:
+            return float(known.max() if one.relation == "<=" else known.min())
+    return math.nan
