@@ -86,7 +86,7 @@ class NoSolutionError(FrictoolError):
 
 
 class WorkerLost(FrictoolError):
-    """Several processes in turn died at a job.
+    """The same job ended one worker process after another.
 
     job: index of the job among those shared; None if no job began.
     """

@@ -366,7 +366,10 @@ def _product(one: Interval, other: Interval) -> Interval:
 
 
 def _moved(value: int, shift: int) -> int:
-    """Return value 2^-shift like `shift_rounded` of the kernel, in integers of any size."""
+    """Return the product of `value` and 2^-shift, rounded like `shift_rounded` of the kernel.
+
+    The integers can have any size.
+    """
     if shift <= 0:
         return value << -shift
     half = 1 << (shift - 1)

@@ -25,7 +25,7 @@ INVALID = -(2**31)  # word of a value that is not finite; every other word is ab
 
 @kernel
 def shift_rounded(value: int, shift: int) -> int:
-    """Return value 2^-shift, rounded."""
+    """Return the product of `value` and 2^-shift, rounded."""
     if shift <= 0:
         return value << -shift
     half = 1 << (shift - 1)

@@ -107,7 +107,7 @@ class Bound(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
     @property
     def modulus_margin(self) -> float | None:
-        """Modulus margin that a bound of the sensitivity states; None for a norm."""
+        """Return the modulus margin that a sensitivity bound implies; None for a norm."""
         return 1.0 / self.below if self.of == "sensitivity" else None
 
 

@@ -73,7 +73,9 @@ class PositionLawDesign(
                 "not use friction"
             )
         if (self.action == "brake") != (self.rest_speed is not None):
-            raise ValueError("action brake needs rest_speed, and no other action has one")
+            raise ValueError(
+                "`action: brake` needs rest_speed; with any other action remove rest_speed"
+            )
         if self.action == "none" and self.settled_speed is not None:
             raise ValueError("settled_speed belongs to action cut or brake")
         if self.action == "none" and not root and self.band is not None:
@@ -163,7 +165,7 @@ class FrictionCompensationDesign(
             self.velocity is not None or self.smoothing_speed is not None
         ):
             raise ValueError(
-                "velocity and smoothing_speed belong to source model; source observer uses "
+                "velocity and smoothing_speed belong to `source: model`; `source: observer` uses "
                 "the measured speed"
             )
         if self.velocity == "reference" and self.smoothing_speed is None:

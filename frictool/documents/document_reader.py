@@ -28,7 +28,7 @@ OF_A_MECHANISM = {
 
 
 class DocumentReader(QuantityReader):
-    """Reader of a document of any type, node by node along the type."""
+    """Reader of documents: it converts each YAML node to the Python type of its field."""
 
     def read(self, node: yaml.Node, kind: Any, key: str) -> Any:
         """Return the value of `node` as the document type `kind`."""

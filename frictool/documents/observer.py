@@ -65,18 +65,21 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     """Switched observer; its states are position, velocity and the wear alpha.
 
     The inequalities do not cover a rest, in which alpha is constant, nor a switch between moving
-    modes that is not in `transitions`. Each must be followed by some motion. No command proves an
+    modes that is not in `transitions`. After a rest or such a switch, the axis must move for some
+    time. No command proves an
     edited document again; run `observe design` instead.
 
     - `wear`: `multiplicative`: the friction is alpha f. `additive`: it is f + alpha.
     - `switch_speed`: Speed below which the mode is 0.
     - `weights`: Weights of position, velocity and alpha in the estimate's error z.
     - `modes`: Modes of the observer.
-    - `transitions`: Pairs [i, j] of modes at one sample and the next for which gamma is proved.
+    - `transitions`: Pairs [i, j] for which gamma is proved: the mode i at one sample, and the mode
+      j at the next sample.
     - `gamma`: Bound of ||z||/||Delta||, evaluated with the stored gains; Delta is the error of the
       assumed friction.
     - `decay`: Factor on the error per sample; 1 if none was imposed.
-    - `stuck_speed`: Factor of the velocity in mode 0; with 1 a gain can change the velocity.
+    - `stuck_speed`: Factor of the velocity in mode 0: 0 keeps the velocity at 0, 1 lets a gain
+      change the velocity.
     - `switching_radius`: Largest spectral radius of the products of two modes that may alternate.
     - `simulated_gain`: Largest ||z||/||Delta|| over simulated allowed switching sequences; at most
       gamma.
@@ -86,8 +89,8 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
       `transitions`.
     - `quiet`: Limit of gamma relative to the smallest gamma with this decay. Within it the gains
       pass as little encoder noise as possible.
-    - `noise_gain`: Bound of z relative to the standard deviation of the encoder noise [rad | m], as
-      a gain of signals.
+    - `noise_gain`: Bound of the gain from encoder noise to z: ||z|| relative to the standard
+      deviation of the noise [rad | m].
     """
 
     # observer (6.4), gains from (6.6); wear (6.13), (6.22); switch_speed is Sigma; weights the

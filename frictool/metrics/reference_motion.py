@@ -13,7 +13,7 @@ from frictool.typing import IntVector, Vector
 
 
 def changed_samples(reference: Vector) -> IntVector:
-    """Return each sample of `reference` (n,) after which it changes, beyond rounding."""
+    """Return the samples of a reference (n,) after which it changes by more than rounding."""
     return np.flatnonzero(np.abs(np.diff(reference)) > 1e-9 * float(np.ptp(reference)))
 
 

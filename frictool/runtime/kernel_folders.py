@@ -170,7 +170,7 @@ def _take(folder: Path) -> int | None:
 
 
 def remove(folder: Path, now: float | None = None) -> bool:
-    """Remove a kernel folder unless it is in use or was in the last hour; return False if kept."""
+    """Remove a kernel folder that no process used in the last hour; return False if it is kept."""
     now = time.time() if now is None else now
     try:
         rested = now - _last_used(folder) > REST_S

@@ -1,4 +1,4 @@
-"""Limit of linear algebra to one thread, because another order of sums gives other bytes.
+"""Limit linear algebra to one thread, because the order of sums changes the last digits.
 
 A library reads the environment when it is loaded; afterwards only a call changes the limit. A
 worker of a cluster has already loaded numpy before its first task.

@@ -105,11 +105,11 @@ CONTRADICTIONS = {
     ),
     "rest_speed": (
         [f"position_law: {{{LAW}, rest_speed: {{value: 1, unit: rad/s}}}}"],
-        "action brake needs rest_speed, and no other",
+        "`action: brake` needs rest_speed; with any other",
     ),
     "brake without": (
         ["position_law: {action: brake, formula: sqrt(F/J)}"],
-        "action brake needs rest_speed",
+        "`action: brake` needs rest_speed",
     ),
     "settled_speed of none": (
         [
@@ -145,7 +145,7 @@ CONTRADICTIONS = {
     ),
     "observer's velocity": (
         ["friction_compensation: {source: observer, observer_rad_s: 10, velocity: measured}"],
-        "velocity and smoothing_speed belong to source model",
+        "velocity and smoothing_speed belong to `source: model`",
     ),
     "reference": (
         ["friction_compensation: {source: model, velocity: reference}"],

@@ -128,7 +128,9 @@ def test_instruments_are_told_apart(tmp_path: Path):
     twice = msgspec.structs.replace(
         twice, instruments={**(twice.instruments or {}), "other": Instrument("*.csv", {})}
     )
-    with pytest.raises(LogError, match=r"is of several instruments of bench 'rig': drive, other"):
+    with pytest.raises(
+        LogError, match=r"matches `files` of several instruments of bench 'rig': drive, other"
+    ):
         read(paths, twice)
     with pytest.raises(LogError, match=r"maps no channel"):
         read([paths[0].rename(tmp_path / "unknown.csv")], rig())

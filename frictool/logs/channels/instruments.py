@@ -44,8 +44,8 @@ def view_of(path: Path, bench: Bench) -> InstrumentBench:
     if len(fitting) > 1:
         raise LogError(
             path,
-            f"is of several instruments of bench {bench.name!r}: {', '.join(fitting)}; write "
-            "`files` patterns that exclude each other",
+            f"matches `files` of several instruments of bench {bench.name!r}: "
+            f"{', '.join(fitting)}; write `files` patterns that exclude each other",
         )
     ((name, one),) = fitting.items()
     seen = msgspec.structs.replace(

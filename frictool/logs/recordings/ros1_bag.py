@@ -248,7 +248,7 @@ def _fields(data: bytes) -> Fields:
         end = position + 4 + _U32.unpack_from(data, position)[0]
         name, equals, value = data[position + 4 : end].partition(b"=")
         if end > len(data) or not equals:
-            raise ValueError("a header has a field without a name, or one that is cut")
+            raise ValueError("a header has a field without a name, or a field that is cut")
         fields[name] = value
         position = end
     return fields

@@ -64,7 +64,7 @@ def _worn(factors: Matrix, zones: Matrix, x: float, direction: float) -> tuple[f
 
 @kernel
 def _strongest(p: Vector, direction: float, x: float, factors: Matrix, zones: Matrix) -> float:
-    """Return the largest static friction at x [N m | N] at the upper end of the wear's interval.
+    """Return the largest static friction [N m | N] at position x, with the largest wear.
 
     It is at least the friction inside a gap.
     """
