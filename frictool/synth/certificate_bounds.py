@@ -7,9 +7,9 @@ slack, the search returns to SLACK, as long as it can lower the bound.
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Iterable
-from typing import Literal
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -20,11 +20,12 @@ from frictool.plant.generalised_plant import FirstOrderWeight, PlantWeights, gen
 from frictool.plant.parameter_box import corners
 from frictool.plant.polytope import PlantPoint
 from frictool.presentation.tie_rule import largest
-from frictool.verify.certificate_loop import CertificateLoop, quantity_loop
-from frictool.verify.feedback_loops import chain
+from frictool.verify.certificate_loop import CertificateLoop, Quantity, quantity_loops
+from frictool.verify.document_check import check_feedback
+from frictool.verify.feedback_loops import chain, speed_feedback
 from frictool.verify.loop_figures import weights_of
 from frictool.verify.speed_loop import performance
-from frictool.verify.zero_exclusion import MOST_CELLS, ProvedBound, prove_bound
+from frictool.verify.zero_exclusion import MOST_CELLS, ProvedBound, prove_bounds
 
 SLACK = 0.001  # of a bound over the worst norm seen
 LARGE_SLACK = 0.1  # above it the proof is given up if it needs too many cells
@@ -32,15 +33,14 @@ MOST_SLACK = 1e6  # above it no plant is believed to have an unstable loop
 
 
 def certify(loop: CertificateLoop, box: Box) -> tuple[Certificate, tuple[ProvedBound, ...]]:
-    """Return the certificate of the loop's norm and largest sensitivity over the box.
+    """Return the certificate of the loop's quantities (norm, largest sensitivity) over the box.
 
     The second result has its proved bounds with their numbers of cells. A bound that could not be
     proved is replaced by the reason. Raises NoSolutionError if a plant of the box has an unstable
     loop. The work is limited by the number of cells, not by time, so that the same inputs give the
     same certificate.
     """
-    quantities: tuple[Literal["norm", "sensitivity"], ...] = ("norm", "sensitivity")
-    found = {of: _proved(quantity_loop(loop, of), box, of) for of in quantities}
+    found = {of: _proved(quantity_loops(loop, of), box, of) for of in loop.quantities}
     proved = tuple(bound for bound in found.values() if isinstance(bound, ProvedBound))
     return (
         Certificate(
@@ -74,18 +74,16 @@ def certified_weights(weights: PlantWeights) -> CertifiedWeights:
     )
 
 
-def _proved(
-    loop: CertificateLoop, box: Box, of: Literal["norm", "sensitivity"]
-) -> ProvedBound | str:
+def _proved(loops: Sequence[CertificateLoop], box: Box, of: Quantity) -> ProvedBound | str:
     """Return a bound of the quantity `of` that is proved, or the reason why there is no proof."""
-    seen = _worst(loop, corners(_ends(box)))
+    seen = _worst(loops, corners(_ends(box)))
     proved = None
     slack = SLACK
     while True:
         below = float(f"{(1.0 + slack) * seen:.5g}")
         if proved is not None and below >= proved.below:
             return proved
-        cells = prove_bound(loop, box, below)
+        cells = prove_bounds(loops, box, below)
         if isinstance(cells, int):
             proved = ProvedBound(of, below, cells)
             if slack == SLACK:
@@ -93,7 +91,7 @@ def _proved(
             slack = SLACK
             continue
         plant = PlantPoint("", cells.inertia, cells.viscous, _coulomb(box), cells.constant)
-        seen = max(seen, _worst(loop, [plant]))
+        seen = max(seen, _worst(loops, [plant]))
         slack *= 2.0
         if slack > (MOST_SLACK if cells.violated else LARGE_SLACK):
             break
@@ -103,30 +101,37 @@ def _proved(
     )
 
 
-def _worst(loop: CertificateLoop, points: Iterable[PlantPoint]) -> float:
+def _worst(loops: Sequence[CertificateLoop], points: Iterable[PlantPoint]) -> float:
     """Return the largest norm at the given plants; raise NoSolutionError if a loop is unstable."""
-    controller = (
-        chain(loop.sections, loop.period)
-        if loop.sections
-        else read_state_space(loop.controller, loop.period)
-    )
     norms = []
-    for point in points:
-        plant = generalised_plant(
-            loop.controlled,
-            point.rates,
-            loop.lag,
-            weights_of(loop.weights),
-            loop.period,
-            loop.delay,
-        )
-        norms.append(performance(controller, plant))
+    for point, loop in itertools.product(points, loops):
+        norms.append(_norm(loop, point))
         if not math.isfinite(norms[-1]):
             raise NoSolutionError(
                 f"not verified: the sampled loop is unstable at inertia {point.inertia:.4g}, "
                 f"viscous {point.viscous:.4g}, constant {point.constant:.4g}; relax the weights"
             )
     return largest(norms)[0]
+
+
+def _norm(loop: CertificateLoop, point: PlantPoint) -> float:
+    """Return the norm with one plant in floating point; inf if the loop is unstable."""
+    controller = (
+        chain(loop.sections, loop.period)
+        if loop.sections
+        else read_state_space(loop.controller, loop.period)
+    )
+    if loop.speed is not None:
+        feedback = speed_feedback(
+            controller, loop.speed.velocity, loop.speed.position_gain, loop.period
+        )
+        check = check_feedback(feedback, point.rates, loop.lag, loop.delay)
+        return 1.0 / check.modulus_margin if check.stable and check.modulus_margin else math.inf
+    weights = weights_of(loop.weights)
+    return performance(
+        controller,
+        generalised_plant(loop.controlled, point.rates, loop.lag, weights, loop.period, loop.delay),
+    )
 
 
 def _ends(box: Box) -> dict[str, tuple[float, float]]:

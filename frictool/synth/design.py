@@ -32,13 +32,12 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 from frictool.synth.weight_relaxation import Trade, relaxed_problem
 from frictool.synth.weights import ChosenWeights, DerivedValue, choose_weights
 from frictool.verify.certificate_document import certified_loop
+from frictool.verify.certificate_loop import SENSITIVITY
 from frictool.verify.document_check import NOT_EVALUABLE
 from frictool.verify.feedback_loops import feedbacks_of
-from frictool.verify.loop_wording import no_certificate
 from frictool.verify.recheck import needs_search
 from frictool.verify.zero_exclusion import ProvedBound
 
-NOT_CERTIFIED = no_certificate("a speed")
 WHOLE = (
     "bounds and certificate are of the speed loop; "
     "the proportional law around it is verified at the vertices and at plants between them"
@@ -203,11 +202,8 @@ def _certificate(
     posed: SynthesisProblem, controller: stored.Controller
 ) -> tuple[Certificate | None, tuple[ProvedBound, ...], tuple[str, ...]]:
     """Return the certificate, its bounds and notes; no certificate if a loop is unstable."""
-    weights = certified_weights(posed.weights)
+    weights = certified_weights(posed.weights) if posed.weighs else SENSITIVITY
     box = Box(**enclosing_box(posed.box.vertices))
-    if not posed.weighs:
-        reason = {"sensitivity": NOT_CERTIFIED}
-        return Certificate(2, box, weights, (), reason), (), (f"no certificate: {NOT_CERTIFIED}",)
     try:
         return *certify(certified_loop(controller, weights), box), ()
     except NoSolutionError as error:

@@ -54,9 +54,9 @@ def of_sections(sections: Sequence[Sequence[float]]) -> tuple[Polynomial, Polyno
     numerator, denominator = [Fraction(1)], [Fraction(1)]
     for section in sections:
         order = section_order(section)
-        numerator = _product(numerator, [Fraction(x) for x in section[order::-1]])
+        numerator = product(numerator, [Fraction(x) for x in section[order::-1]])
         ones = [Fraction(x) for x in (1.0, *section[4:])]
-        denominator = _product(denominator, ones[order::-1])
+        denominator = product(denominator, ones[order::-1])
     return numerator, denominator
 
 
@@ -88,12 +88,18 @@ def _binomials(plus: int, minus: int) -> list[int]:
     ]
 
 
-def _product(x: Polynomial, y: Polynomial) -> Polynomial:
+def product(x: Polynomial, y: Polynomial) -> Polynomial:
+    """Return the product of two polynomials."""
     whole = [Fraction(0)] * (len(x) + len(y) - 1)
     for i, one in enumerate(x):
         for j, other in enumerate(y):
             whole[i + j] += one * other
     return whole
+
+
+def total(x: Polynomial, y: Polynomial) -> Polynomial:
+    """Return the sum of two polynomials of one formal degree."""
+    return [one + other for one, other in zip(x, y, strict=True)]
 
 
 def _scale(values: Sequence[float]) -> int:

@@ -5,14 +5,16 @@ from __future__ import annotations
 from frictool.documents.certificate import Certificate, CertifiedWeights
 from frictool.documents.controller import Controller
 from frictool.errors import NoSolutionError
-from frictool.verify.certificate_loop import CertificateLoop
+from frictool.verify.certificate_loop import CertificateLoop, SpeedFeedback
+from frictool.verify.loop_wording import NOT_CERTIFIED
 from frictool.verify.zero_exclusion import ProvedBound, prove
 
 
 def certified_loop(controller: Controller, weights: CertifiedWeights) -> CertificateLoop:
     """Return the loop as it runs, at the sample period with the bench's delay and drive lag.
 
-    Its coefficients are those of the stored form that runs.
+    Its coefficients are those of the stored form that runs. Raises NoSolutionError if the loop
+    feeds back the speed of an observer.
     """
     return CertificateLoop(
         controller=controller.linear.discrete,
@@ -22,7 +24,18 @@ def certified_loop(controller: Controller, weights: CertifiedWeights) -> Certifi
         period=controller.sample_period_s,
         weights=weights,
         sections=controller.linear.sos if controller.linear.form == "sos" else (),
+        speed=_speed_feedback(controller),
     )
+
+
+def _speed_feedback(controller: Controller) -> SpeedFeedback | None:
+    if controller.structure == "position" or controller.linear.input == "eta":
+        return None
+    if controller.velocity.observer is not None:
+        raise NoSolutionError(NOT_CERTIFIED)
+    law = controller.position_law
+    proportional = law is not None and law.kind == "proportional"
+    return SpeedFeedback(controller.velocity, law.gain if law and proportional else 0.0)
 
 
 def prove_document(controller: Controller, certificate: Certificate) -> tuple[ProvedBound, ...]:

@@ -9,11 +9,24 @@ from dataclasses import dataclass, replace
 from typing import Literal
 
 from frictool.documents.certificate import CertifiedWeights, Filter
-from frictool.documents.controller import StateSpace
+from frictool.documents.controller import StateSpace, Velocity
 
+Quantity = Literal["norm", "sensitivity"]
 SENSITIVITY = CertifiedWeights(
     error=Filter(1.0), disturbance=0.0, drive=0.0
 )  # with controlled position: (5.54)
+
+
+@dataclass(frozen=True)
+class SpeedFeedback:
+    """Feedback of the speed: drive = C(z) (F(z) m + position_gain eta), with eta = -position.
+
+    `velocity` defines the filter F and the speed -m, a difference of positions or a sensor's.
+    `position_gain` [1/s] is that of a proportional law around the speed loop, or 0.
+    """
+
+    velocity: Velocity
+    position_gain: float
 
 
 @dataclass(frozen=True)
@@ -21,7 +34,7 @@ class CertificateLoop:
     """Data of the loop that are the same for every plant; `period` and `lag` in s.
 
     `sections` replace the controller's matrices if the target runs sections. Each is b0 b1 b2 a0 a1
-    a2 with a0 = 1, as stored.
+    a2 with a0 = 1, as stored. `speed` is None if eta is the controller's only input.
     """
 
     controller: StateSpace
@@ -31,13 +44,23 @@ class CertificateLoop:
     period: float
     weights: CertifiedWeights
     sections: tuple[tuple[float, ...], ...] = ()
+    speed: SpeedFeedback | None = None
+
+    @property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Quantities that a certificate bounds; a loop of a speed has no weighted norm."""
+        return ("norm", "sensitivity") if self.speed is None else ("sensitivity",)
 
 
-def quantity_loop(loop: CertificateLoop, of: Literal["norm", "sensitivity"]) -> CertificateLoop:
-    """Return the loop whose norm is the quantity `of`.
+def quantity_loops(loop: CertificateLoop, of: Quantity) -> tuple[CertificateLoop, ...]:
+    """Return the loops whose largest norm is the quantity `of`.
 
-    For the sensitivity this is the unweighted position loop, from s to s - position.
+    For the sensitivity these are the unweighted position loop, from s to s - position, or the
+    unweighted speed loop and the loop that a proportional law closes around it.
     """
     if of == "norm":
-        return loop
-    return replace(loop, controlled="position", weights=SENSITIVITY)
+        return (loop,)
+    unweighted = replace(loop, controlled="position", weights=SENSITIVITY)
+    if loop.speed is None or not loop.speed.position_gain:
+        return (unweighted,)
+    return replace(unweighted, speed=replace(loop.speed, position_gain=0.0)), unweighted

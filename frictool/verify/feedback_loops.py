@@ -97,18 +97,25 @@ def feedbacks(
         return tuple(loops)
     if velocity.observer is not None:
         return _observed(c, gain_of_law, shown_speeds(velocity.observer, hold))
+    gains = (0.0, gain_of_law) if gain_of_law else (0.0,)
+    return tuple(speed_feedback(c, velocity, gain, period, hold) for gain in gains)
+
+
+def speed_feedback(
+    c: Lti, velocity: Velocity, position_gain: float, period: float, hold: Held = float
+) -> FeedbackLoop:
+    """Return the speed loop, or the position loop of a proportional law with a gain [1/s] > 0."""
     sees = SPEED if velocity.source == "measured" else DIFFERENCE
     behind = low_pass(velocity, period, hold)
-    loops = [FeedbackLoop("speed loop", _series(behind, c), (sees,))]
-    if gain_of_law:
-        entering = connect(
-            {"filter": DiagramBlock(behind, (sees,), ("seen",))},
-            {"error": {ETA: gain_of_law, "seen": 1.0}},
-            (ETA, sees),
-            ("error",),
-        )
-        loops.append(FeedbackLoop("position loop", _series(entering, c), (ETA, sees)))
-    return tuple(loops)
+    if not position_gain:
+        return FeedbackLoop("speed loop", _series(behind, c), (sees,))
+    entering = connect(
+        {"filter": DiagramBlock(behind, (sees,), ("seen",))},
+        {"error": {ETA: position_gain, "seen": 1.0}},
+        (ETA, sees),
+        ("error",),
+    )
+    return FeedbackLoop("position loop", _series(entering, c), (ETA, sees))
 
 
 def _observed(

@@ -9,6 +9,11 @@ from frictool.documents.controller import Vertex
 from frictool.documents.quantity import si_unit
 from frictool.plant.polytope import PlantPoint
 
+NOT_CERTIFIED = (
+    "a certificate exists for a loop that feeds back a measured or filtered speed; this loop feeds "
+    "back an observer's speed, and `verify` computes its margins again"
+)
+
 
 def delay_words(samples: int) -> str:
     """Return a delay in words.
@@ -26,14 +31,6 @@ def rounded_down(margin: float) -> str:
     '0.6255'
     """
     return f"{math.floor(1e4 * margin) / 1e4:.4f}"
-
-
-def no_certificate(speed: str) -> str:
-    """Return why a loop has no certificate if it feeds back `speed` (a name)."""
-    return (
-        f"a certificate exists for a loop that feeds back eta only; this loop feeds back {speed}, "
-        "and `verify` computes its margins again"
-    )
 
 
 def plant_units(bench: Bench) -> dict[str, str]:

@@ -25,12 +25,11 @@ from frictool.plant.polytope import PlantPoint
 from frictool.presentation.tie_rule import smallest
 from frictool.verify.document_check import check_feedback, limiter_brake
 from frictool.verify.loop_figures import LinearLoops, loops_of
-from frictool.verify.loop_wording import delay_words, no_certificate
+from frictool.verify.loop_wording import NOT_CERTIFIED, delay_words
 from frictool.verify.observer_loop import check_observer
 from frictool.verify.speed_loop import is_required
 from frictool.verify.vertices import vertex_points
 
-NOT_CERTIFIED = no_certificate("an observer's speed")
 # blocks of the controller that the observer replaces
 REPLACED = ("velocity", "verified", "certificate")
 SAME = 1e-9  # relative tolerance of numbers that two benches state for one rig

@@ -193,13 +193,13 @@ def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Roun
 def needs_search(controller: Controller) -> bool:
     """Return whether plants inside the box may have a norm of more than CLAIM times the vertices'.
 
-    A proved bound of the norm excludes it. The figures inside the box are computed otherwise.
+    A proved bound excludes it: of the norm, or of the sensitivity for a loop without weights. The
+    figures inside the box are computed otherwise.
     """
     bounds = () if controller.certificate is None else controller.certificate.bounds
     most = CLAIM * controller.verified.gamma_verified
-    return controller.judged_by is None or not any(
-        bound.of == "norm" and bound.below <= most for bound in bounds
-    )
+    of = "sensitivity" if controller.judged_by is None else "norm"
+    return not any(bound.of == of and bound.below <= most for bound in bounds)
 
 
 def _robustness(controller: Controller, loops: LinearLoops) -> Robustness | None:

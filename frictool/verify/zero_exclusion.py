@@ -21,7 +21,7 @@ Parameters that vary with time are outside the theorem.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Literal
@@ -31,14 +31,10 @@ import numpy as np
 from frictool.documents.certificate import Bound, Box, Certificate, Filter
 from frictool.errors import NoSolutionError
 from frictool.typing import ComplexVector, Vector
-from frictool.verify.bilinear_polynomials import (
-    Polynomial,
-    of_sections,
-    of_state_space,
-    on_circle,
-)
-from frictool.verify.certificate_loop import CertificateLoop, quantity_loop
+from frictool.verify.bilinear_polynomials import Polynomial, on_circle
+from frictool.verify.certificate_loop import CertificateLoop, quantity_loops
 from frictool.verify.exponential_enclosure import HoldPolynomials, check_range, hold_polynomials
+from frictool.verify.feedback_polynomials import feedback_polynomials
 from frictool.verify.zero_exclusion_kernel import (
     PROVED,
     VIOLATED,
@@ -95,7 +91,12 @@ def prove(certificate: Certificate, loop: CertificateLoop) -> tuple[ProvedBound,
         )
     proved = []
     for bound in certificate.bounds:
-        one = prove_bound(quantity_loop(loop, bound.of), certificate.box, bound.below)
+        if bound.of not in loop.quantities:
+            raise NoSolutionError(
+                f"not proved: {bound.of} < {bound.below:.6g}: found a bound that this loop does "
+                f"not have; allowed: {', '.join(loop.quantities)}"
+            )
+        one = prove_bounds(quantity_loops(loop, bound.of), certificate.box, bound.below)
         if isinstance(one, OpenCell):
             finding = "it is not so" if one.violated else f"more than {MOST_CELLS} cells are needed"
             raise NoSolutionError(
@@ -106,6 +107,20 @@ def prove(certificate: Certificate, loop: CertificateLoop) -> tuple[ProvedBound,
             )
         proved.append(ProvedBound(bound.of, bound.below, one))
     return tuple(proved)
+
+
+def prove_bounds(loops: Sequence[CertificateLoop], box: Box, below: float) -> int | OpenCell:
+    """Return the number of cells in the proofs that the norm of every loop is below `below`.
+
+    Errors, and the result without a proof, are those of `prove_bound`.
+    """
+    cells = 0
+    for loop in loops:
+        one = prove_bound(loop, box, below)
+        if isinstance(one, OpenCell):
+            return one
+        cells += one
+    return cells
 
 
 def prove_bound(loop: CertificateLoop, box: Box, below: float) -> int | OpenCell:
@@ -151,7 +166,7 @@ def _prove_bound(loop: CertificateLoop, box: Box, below: float) -> int | OpenCel
 
 def _require_stable(loop: KernelLoop, plants: KernelBox, plant: tuple[float, float]) -> None:
     """Raise NoSolutionError unless the roots of D are proved to be in the unit circle."""
-    order = loop.numerator.shape[1] + 1 + int(loop.lagged) + loop.delay
+    order = loop.denominator.shape[1] + int(not loop.free) + int(loop.lagged) + loop.delay
     angle, error = turn(loop, plants, plant, MOST_CELLS)
     if not abs(angle - 0.5 * math.pi * order) + error < 0.25 * math.pi:
         raise NoSolutionError(
@@ -202,16 +217,16 @@ def _pieces(interval: Interval) -> Iterator[Interval]:
 def _kernel_loop(loop: CertificateLoop, holds: HoldPolynomials) -> KernelLoop:
     """Return the loop in the range of sigma of the axis's polynomials `holds`."""
     period = Fraction(loop.period)
-    numerator, denominator = (
+    feedback = feedback_polynomials(loop)
+    numerator, measured, denominator = (
         on_circle(polynomial)
-        for polynomial in (
-            of_sections(loop.sections) if loop.sections else of_state_space(loop.controller)
-        )
+        for polynomial in (feedback.numerator, feedback.measured, feedback.denominator)
     )
     scale = Fraction(2) ** -math.frexp(float(max(map(abs, denominator))))[1]
     weights = loop.weights
     return KernelLoop(
         numerator=_charts(numerator, scale),
+        measured=_charts(measured, scale),
         denominator=_charts(denominator, scale),
         holds=np.array(
             [[complex(value) for value in row] for row in holds.coefficients], np.complex128
@@ -223,6 +238,7 @@ def _kernel_loop(loop: CertificateLoop, holds: HoldPolynomials) -> KernelLoop:
         kept=float(1 + holds.kept),
         delay=loop.delay,
         speed=loop.controlled == "speed",
+        free=feedback.free,
         period=loop.period,
         error=_filter(weights.error, period),
         noise=_filter(weights.noise, period),

@@ -23,8 +23,14 @@ the characteristic polynomial is D = 2 p H K + M G, and the entries of T are tho
 
     u = N E Z^d X        i = (1 - e) N Q^(d + 1) X      (N Q^d X without lag)
 
-times the weights. No entry has a pole or a cancellation at z = 1. Every quantity is a Taylor form
-(taylor_forms.py) in t, kappa and sigma over a cell.
+times the weights. A loop that feeds back a speed has the first entry of e of a position only, its
+sensitivity. A measured speed with the numerator N_v adds, with the filter of the speed within A,
+
+    2 p kappa N_v Q^(d + 1) V,    V = (h_1 E - 2 p a)/T
+
+to M G. If the position is free, the common factor 2 p is left out of all terms. No entry has a pole
+or a cancellation at z = 1. Every quantity is a Taylor form (taylor_forms.py) in t, kappa and sigma
+over a cell.
 """
 
 from __future__ import annotations
@@ -61,13 +67,15 @@ STEADY = 0.05  # of the largest change of T over a cell
 class KernelLoop(NamedTuple):
     """Loop of a certificate in the numbers that the kernel reads.
 
-    `numerator` and `denominator` (2, m + 1) are N and A as polynomials of t in each chart. `holds`
+    `numerator` and `denominator` (2, m + 1) are N and A as polynomials of t in each chart, and
+    `measured` is N_v, (2, 0) without a measured speed. If `free`, N lacks its factor 2 p. `holds`
     (4, n + 1) are the polynomials of h_1, h_2, a and b in sigma - `middle`, `errors` (4,) bounds of
     their errors. `lost` is 1 - e, `kept` is 1 + e. `delay` is in samples, `period` in s. `error`
     and `noise` are W2 and W4 as gain, zero and pole of gain (q + zero p)/(q + pole p).
     """
 
     numerator: ComplexVector
+    measured: ComplexVector
     denominator: ComplexVector
     holds: ComplexVector
     errors: Vector
@@ -77,6 +85,7 @@ class KernelLoop(NamedTuple):
     kept: float
     delay: int
     speed: bool
+    free: bool
     period: float
     error: tuple[float, float, float]
     noise: tuple[float, float, float]
@@ -109,8 +118,9 @@ class KernelWorkspace(NamedTuple):
 class LoopTerms(NamedTuple):
     """Taylor forms of the module's formulas over a cell.
 
-    two_p, big_q: 2 p, Q. hold: H. lag: E. axis: B. kept: K. moved: M G. looped: M. entering:
-    N E Z^d. driving: (1 - e) N Q^(d + 1). over: 1/D. The others have the formulas' names.
+    two_p, big_q: 2 p, Q. hold: H. poles: 2 p H, or H if the position is free. lag: E. axis: B.
+    kept: K. moved: M G, with the measured speed. looped: M. entering: N E Z^d. driving:
+    (1 - e) N Q^(d + 1). over: 1/D. The others have the formulas' names.
     """
 
     two_p: Form
@@ -122,6 +132,7 @@ class LoopTerms(NamedTuple):
     a: Form
     b: Form
     hold: Form
+    poles: Form
     lag: Form
     axis: Form
     kept: Form
@@ -143,7 +154,7 @@ def workspace(loop: KernelLoop) -> KernelWorkspace:
     return KernelWorkspace(
         np.zeros((4, rows, columns), np.complex128),
         np.zeros((columns, columns), np.complex128),
-        np.zeros(max(loop.numerator.shape[1], loop.holds.shape[1]), np.complex128),
+        np.zeros(max(loop.denominator.shape[1], loop.holds.shape[1]), np.complex128),
     )
 
 
@@ -252,7 +263,15 @@ def loop_terms(
     kept = times(denominator, times(lag, late))
     looped = times(kappa, passing)
     moved = times(looped, geared)
-    whole = plus(times(kept, times(two_p, hold)), moved)
+    poles = hold if loop.free else times(two_p, hold)
+    if loop.measured.shape[1] > 0:
+        centre, slope, radius = shifted(loop.measured[chart], t, dt, space.polynomial)
+        seen = times((centre, slope, 0j, 0j, radius), power(big_q, loop.delay + 1))
+        speed = scaled(minus(times(h_1, lag), times(two_p, a)), 1.0 / loop.period)
+        if not loop.free:
+            speed = times(two_p, speed)
+        moved = plus(moved, times(times(kappa, seen), speed))
+    whole = plus(times(kept, poles), moved)
     return LoopTerms(
         two_p,
         big_q,
@@ -263,6 +282,7 @@ def loop_terms(
         a,
         b,
         hold,
+        poles,
         lag,
         axis,
         kept,
@@ -281,7 +301,7 @@ def loop_terms(
 def _from_reference(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
     """Return X, e and eta, each over D, per unit of the reference."""
     if not loop.speed:
-        common = times(times(at.two_p, at.hold), at.over)
+        common = times(at.poles, at.over)
         return common, times(at.kept, common), scaled(times(at.moved, at.over), -1.0)
     common = times(scaled(times(at.hold, at.big_q), loop.period), at.over)
     part = plus(times(at.lag, at.h_2), times(times(at.sigma, at.h_2), times(at.a, at.big_q)))

@@ -23,12 +23,12 @@ from frictool.plant.linear_axis import AxisRates
 from frictool.plant.lti import Lti, tustin
 from frictool.synth.certificate_bounds import certify
 from frictool.verify import zero_exclusion
-from frictool.verify.certificate_loop import CertificateLoop, quantity_loop
+from frictool.verify.certificate_loop import CertificateLoop, quantity_loops
 from frictool.verify.exponential_enclosure import hold_polynomials
 from frictool.verify.feedback_loops import chain
 from frictool.verify.loop_figures import weights_of
 from frictool.verify.speed_loop import check_loop, performance
-from frictool.verify.zero_exclusion import OpenCell, prove, prove_bound
+from frictool.verify.zero_exclusion import OpenCell, prove, prove_bound, prove_bounds
 from frictool.verify.zero_exclusion_kernel import (
     KernelLoop,
     enclose_responses,
@@ -240,7 +240,7 @@ def test_no_random_loop_has_a_plant_above_its_bound(seed: int) -> None:
     for inertia, viscous, constant in np.vstack([corners, inside]):
         rates = AxisRates(constant / inertia, viscous / inertia, max(abs(coulomb)) / inertia)
         for of in seen:
-            one = quantity_loop(loop, of)
+            (one,) = quantity_loops(loop, of)
             plant = generalised_plant(
                 one.controlled, rates, one.lag, weights_of(one.weights), PERIOD, one.delay
             )
@@ -293,7 +293,7 @@ def test_a_bound_below_the_truth_is_never_proved(index: int, factor: float) -> N
 
 @pytest.mark.parametrize("of", ["norm", "sensitivity"])
 def test_the_plant_that_is_named_violates_the_bound(of: str) -> None:
-    loop = quantity_loop(LOOP, of)
+    (loop,) = quantity_loops(LOOP, of)
     bound = next(bound for bound in _certificate().bounds if bound.of == of)
     found = prove_bound(loop, BOX, 0.97 * bound.below)
     assert isinstance(found, OpenCell)
@@ -378,7 +378,7 @@ def test_one_unstable_corner_prevents_the_proof() -> None:
     corner = AxisRates(0.0134 / 1.0e-6, 1e-4 / 1.0e-6, 0.0)
     assert not check_loop(GENTLE, corner, LAG, 1).stable
     for of in ("norm", "sensitivity"):
-        assert isinstance(prove_bound(quantity_loop(LOOP, of), box, 1e9), OpenCell)
+        assert isinstance(prove_bounds(quantity_loops(LOOP, of), box, 1e9), OpenCell)
 
 
 def test_an_unstable_loop_gets_no_certificate() -> None:

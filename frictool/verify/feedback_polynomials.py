@@ -1,0 +1,74 @@
+"""Exact polynomials of the whole feedback from position and speed to the drive.
+
+With eta = -position, the controller C = N/A and the filter of the speed F = N_F/A_F:
+
+    of eta                  drive = C eta
+    of a difference         drive = C (F (z - 1)/(T z) + g) eta
+    of a measured speed     drive = C (g eta - speed)
+
+g is the gain of a proportional law, or 0. All arithmetic is on integers and fractions.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from fractions import Fraction
+
+from frictool.control.speed_filter import first_order
+from frictool.verify.bilinear_polynomials import (
+    Polynomial,
+    of_sections,
+    of_state_space,
+    product,
+    total,
+)
+from frictool.verify.certificate_loop import CertificateLoop, SpeedFeedback
+
+
+@dataclass(frozen=True)
+class FeedbackPolynomials:
+    """Polynomials in z with drive = (numerator eta - measured speed)/denominator.
+
+    All have the formal degree of the denominator. If `free`, the loop feeds back a motion only:
+    numerator (z - 1) replaces the numerator, whose degree is then less by 1, and the position is no
+    state of the loop. `measured` is empty without a measured speed.
+    """
+
+    numerator: Polynomial
+    measured: Polynomial
+    denominator: Polynomial
+    free: bool = False
+
+
+def feedback_polynomials(loop: CertificateLoop) -> FeedbackPolynomials:
+    """Return the polynomials of a loop's feedback from the stored coefficients."""
+    numerator, denominator = (
+        of_sections(loop.sections) if loop.sections else of_state_space(loop.controller)
+    )
+    if loop.speed is None:
+        return FeedbackPolynomials(numerator, [], denominator)
+    gain = Fraction(loop.speed.position_gain)
+    if loop.speed.velocity.source == "measured":
+        outer = [gain * value for value in numerator]
+        return FeedbackPolynomials(outer, numerator, denominator, free=not gain)
+    passed, filtered = _filter(loop.speed, loop.period)
+    period = Fraction(loop.period)
+    motion = product(numerator, passed)
+    whole = product(product(denominator, filtered), [Fraction(0), period])
+    if not gain:
+        return FeedbackPolynomials(motion, [], whole, free=True)
+    outer = product(product(numerator, filtered), [Fraction(0), gain * period])
+    difference = product(motion, [Fraction(-1), Fraction(1)])
+    return FeedbackPolynomials(total(outer, difference), [], whole)
+
+
+def _filter(speed: SpeedFeedback, period: float) -> tuple[Polynomial, Polynomial]:
+    """Return numerator and denominator of F, with the coefficients that run on the target."""
+    passed, filtered = [Fraction(1)], [Fraction(1)]
+    bandwidth = speed.velocity.bandwidth_rad_s
+    if bandwidth:
+        pole, through = map(Fraction, first_order(bandwidth, period))
+        for _ in range(speed.velocity.order):
+            passed = product(passed, [through, through])
+            filtered = product(filtered, [-pole, Fraction(1)])
+    return passed, filtered
