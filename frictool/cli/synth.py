@@ -45,10 +45,10 @@ The loop is rebuilt from the stored coefficients and sampled at the bench's peri
 stable at every vertex with the bench's computational delay (on a bench without delay also with 1
 sample), and have the specified modulus margin at that delay, also with coefficients rounded to the
 target's number format. Then stability, a norm and a modulus margin are proved for every constant
-plant of the intervals; `frictool verify` proves them again. The proof does not cover parameters
-that vary with time. If one of these steps fails, nothing is written and the exit code is 4. There
-is no proof for a loop that feeds back a speed (method pid, also if a search finds it): its margins
-hold at the vertices, and `frictool verify` ends with exit code 1.
+plant of the intervals; `frictool verify` proves them again. For a loop that feeds back a speed
+(method pid in a cascade, also if a search finds it) there is no norm to prove. The proof does not
+cover parameters that vary with time. If one of these steps fails, nothing is written and the exit
+code is 4.
 
 At last the controller is played against the specification on the nominal plant, every vertex and 40
 drawn plants: four steps over the travel and a hold, or the steps of --scenario. The last lines are

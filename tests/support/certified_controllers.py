@@ -1,5 +1,5 @@
-"""The `speed` and `fast` controllers of the clutch with a certificate, as `frictool synth` writes
-them."""
+"""Controllers of the clutch with a certificate, as `frictool synth` writes them: the speed loop of
+eta (`speed`, `fast`), and a cascade fed by the filtered difference of positions (`pi_speed`)."""
 
 from __future__ import annotations
 
@@ -20,24 +20,25 @@ from frictool.plant.parameter_box import enclosing_box
 from frictool.synth.certificate_bounds import certify
 from frictool.synth.design import design_controller
 from frictool.verify.certificate_document import certified_loop
+from frictool.verify.certificate_loop import SENSITIVITY
 from frictool.verify.interior_search import POINTS
 from frictool.verify.loop_figures import loops_of
 from frictool.verify.vertices import vertex_points
 from studies.rigs.clutch_model import ROOT, clutch_model
 
 RIG = ROOT / "configs/clutch"
-Named = Literal["speed", "fast"]
+Named = Literal["speed", "fast", "pi_speed"]
+FOLDERS = {"speed": "designs", "fast": "designs", "pi_speed": "laws"}
 
 
 @cache
 def certified(name: Named) -> Controller:
     """With figures inside the box, and the bounds of a solver that older versions stored; the
     certificate's bound stands for them."""
-    spec, design = load(RIG / "spec.yaml", Spec), load(RIG / f"designs/{name}.yaml", Design)
+    spec, design = load(RIG / "spec.yaml", Spec), load(RIG / f"{FOLDERS[name]}/{name}.yaml", Design)
     found = design_controller(clutch_model(), spec, design, Provenance("a test", "0"))
-    assert found.weights is not None
     certificate, _ = certify(
-        certified_loop(found, found.weights),
+        certified_loop(found, found.weights or SENSITIVITY),
         Box(**enclosing_box(polytope(clutch_model()).vertices)),
     )
     bound = certificate.bounds[0].below

@@ -68,8 +68,7 @@ $(SOURCES): build/%/c: build/%/controller.yaml
 	$(FRICTOOL) export $< --lang c -o $@
 	@touch $@
 
-# exit code 1 of verify says that there is no certificate, as for a loop that feeds back a speed; report computes the margins again
 $(VERDICTS): verdict-%: build/%/report.html
-	@$(FRICTOOL) verify build/$*/controller.yaml || test $$? -eq 1
+	@$(FRICTOOL) verify build/$*/controller.yaml
 	@$(FRICTOOL) report build/$*/run.mcap --spec spec.yaml --controller build/$*/controller.yaml; \
 	code=$$?; echo "page: $(CURDIR)/build/$*/report.html"; exit $(if $(filter $*,$(REFERENCE)),0,$$code)
