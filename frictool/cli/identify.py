@@ -147,8 +147,14 @@ def _method_options(command: Callable[..., None]) -> Callable[..., None]:
 @click.option(
     "--plot",
     type=NamedPath(writes=("SVG",)),
+    help="Write the figures of the page alone, beneath each other (SVG).",
+)
+@click.option(
+    "--page",
+    type=NamedPath(writes=("HTML",)),
     help=(
-        "Write a picture of the friction over speed and position, measured and identified (SVG)."
+        "Write a page of the model: friction, residual, held-out strokes, intervals, models that "
+        "were compared, and what to measure next (HTML)."
     ),
 )
 @output_option(required=False, help="Model (YAML); - is stdout. Without it nothing is written.")
@@ -168,6 +174,7 @@ def command(
     cores: int | None,
     cluster: str | None,
     plot: Path | None,
+    page: Path | None,
     output: Path | None,
     as_json: bool,
     **options: Any,
@@ -179,6 +186,7 @@ def command(
         "--ramp": ramp,
         "--loops": loops,
         "--plot": plot,
+        "--page": page,
         "--keep-bench-values": keep_bench_values or None,
     }
     _check_each(
@@ -189,7 +197,7 @@ def command(
     if each is None:
         if output is not None:
             check_ending(output, ("YAML",), chooses=False)
-        check_targets({"-o": output, "--plot": plot}, inputs)
+        check_targets({"-o": output, "--plot": plot, "--page": page}, inputs)
     from frictool.documents.bench import Bench
     from frictool.documents.registry import load
     from frictool.identify.methods import IdentificationRequest, IdentificationSettings
@@ -207,7 +215,7 @@ def command(
     if each is None:
         _alone(
             IdentifyCommand(
-                logs, ramp, loops, bench, document, request, shown, plot, output, as_json
+                logs, ramp, loops, bench, document, request, shown, plot, page, output, as_json
             )
         )
         return
@@ -236,6 +244,7 @@ class IdentifyCommand:
     request: IdentificationRequest
     shown: dict[str, Any]
     plot: Path | None
+    page: Path | None
     output: Path | None
     as_json: bool
 
@@ -277,9 +286,13 @@ def _alone(line: IdentifyCommand) -> None:
     if output is not None:
         save_text(output, to_yaml(outcome.model), inputs)
     if line.plot is not None:
-        from frictool.identify.friction_picture import picture_of
+        from frictool.identify.model_page.page import model_picture
 
-        save_text(line.plot, picture_of(outcome) + "\n", inputs)
+        save_text(line.plot, model_picture(outcome, line.request) + "\n", inputs)
+    if line.page is not None:
+        from frictool.identify.model_page.page import model_page
+
+        save_text(line.page, model_page(outcome, line.request), inputs)
     _show(outcome.result, document, line.as_json, output, outcome.model)
     if not line.as_json:
         from frictool.identify.text_view import table

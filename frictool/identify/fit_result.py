@@ -65,6 +65,21 @@ def intervals_around(
 
 
 @dataclass(frozen=True)
+class TriedModel:
+    """Model that was compared on strokes left out of its fit.
+
+    - position_error: position error (rms), rad | m
+    - force_error: force error, relative (`force_error.py`)
+    - chosen: True for the model of the result
+    """
+
+    name: str
+    position_error: float
+    force_error: float
+    chosen: bool
+
+
+@dataclass(frozen=True)
 class SlidingFit:
     """Sliding parameters of one method.
 
@@ -80,6 +95,7 @@ class SlidingFit:
     - dropped: parameters set to 0, since unseen strokes are predicted no worse without them
     - fixed: parameters that were held at the interval of the bench
     - force_error: force error (`force_error.py`), comparable between methods; `identify` sets it
+    - tried: models that were compared, with their scores
     """
 
     parameters: dict[str, Interval]
@@ -95,3 +111,4 @@ class SlidingFit:
     dropped: tuple[str, ...] = ()
     fixed: dict[str, Interval] = field(default_factory=dict)
     force_error: float | None = None
+    tried: tuple[TriedModel, ...] = ()

@@ -81,6 +81,7 @@ def refit(
         details=details,
         method=fit.method,
         why=fit.why,
+        tried=fit.tried,
         dropped=fit.dropped,
         fixed=dict(fixed),
     )

@@ -44,6 +44,7 @@ class SlipRows:
     """Smoothed signals (m,) in SI units at the samples `index` (m,) that certainly slip."""
 
     index: NDArray[np.int64]
+    time: Vector
     position: Vector
     velocity: Vector
     acceleration: Vector
@@ -77,7 +78,14 @@ def slip_rows(record: MotionRecord, bench: Bench) -> SlipRows | None:
     if index.size == 0:
         return None
     position = np.convolve(record.position, bump(window, record.period), mode="same")
-    return SlipRows(index, position[index], velocity[index], acceleration[index], effort[index])
+    return SlipRows(
+        index,
+        record.time[index],
+        position[index],
+        velocity[index],
+        acceleration[index],
+        effort[index],
+    )
 
 
 def motion_rows(records: Sequence[MotionRecord], bench: Bench) -> list[SlipRows]:

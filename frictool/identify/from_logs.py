@@ -34,12 +34,14 @@ class IdentifiedModel:
 
     - model: model document
     - result: identified and refused parameters, with reasons
-    - records: records of the `logs` argument, without ramps and loops
+    - records: records of the `logs` argument
+    - ramps: records of the `ramps` argument
     """
 
     model: Model
     result: Identification
     records: tuple[MotionRecord, ...]
+    ramps: tuple[MotionRecord, ...] = ()
 
 
 def identify(
@@ -113,7 +115,7 @@ def identify(
         currents = [one.currents for group in prepared for one in group if one.currents]
         measured = measurement(sliding, currents, bench, request.settings.confidence)
         model = msgspec.structs.replace(model, measurement=measured)
-    return IdentifiedModel(model, result, tuple(records))
+    return IdentifiedModel(model, result, tuple(records), tuple(slopes))
 
 
 @dataclass(frozen=True)

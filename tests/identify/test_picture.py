@@ -14,7 +14,7 @@ from frictool.adapters.axis_model import axis_of
 from frictool.documents.model import Model
 from frictool.documents.registry import load
 from frictool.engine.axis_motion import advance
-from frictool.identify.friction_picture import friction_over_speed
+from frictool.identify.model_page.evidence import friction_over_speed
 from frictool.plant.axis import VELOCITY, rest
 from studies.command_line import run
 from tests.support.command_line import also_called, refused
@@ -58,9 +58,14 @@ def test_sines_and_ramps_are_drawn_over_speed_and_position(tmp_path: Path) -> No
         )
     text = plots[0].read_text()
     assert plots[0].read_bytes() == plots[1].read_bytes()
-    for words in ("speed, rad/s", "position, rad", "breakaways backward", "friction in slip, N m"):
+    for words in (
+        "speed [rad/s]",
+        "position [rad]",
+        "breakaways backward",
+        "friction in slip [N m]",
+    ):
         assert words in text
-    assert "velocity, rad/s" not in text  # no map: friction is the same everywhere
+    assert "velocity [rad/s]" not in text  # no map: friction is the same everywhere
 
 
 def test_without_a_stroke_the_breakaways_are_drawn_and_no_map(tmp_path: Path) -> None:
@@ -78,7 +83,7 @@ def test_without_a_stroke_the_breakaways_are_drawn_and_no_map(tmp_path: Path) ->
     )
     text = (tmp_path / "a.svg").read_text()
     assert "breakaways forward" in text
-    assert "velocity, rad/s" not in text
+    assert "velocity [rad/s]" not in text
 
 
 def test_a_log_is_not_overwritten_by_its_picture(tmp_path: Path) -> None:

@@ -38,7 +38,7 @@ from frictool.identify.estimators.structure_selection import (
     halves,
     stroke_squares,
 )
-from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
+from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, TriedModel, UnusableLogs
 from frictool.identify.force_error import SlipRows, force_error, motion_rows
 from frictool.identify.methods import IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord
@@ -126,6 +126,9 @@ def best_by_prediction(data: ComparedData) -> SlidingFit:
         fit,
         why=_why(first, winner, scores, sides is not None, si_unit("position", bench.axis))
         + against,
+        tried=tuple(
+            TriedModel(score.name, score.position, score.force, score is winner) for score in scores
+        ),
     )
 
 

@@ -242,16 +242,21 @@ def _relative(measured: Vector, simulated: Vector) -> float | None:
     return float(np.linalg.norm((measured - simulated)[known])) / size if size > 0.0 else None
 
 
+def parameter_values(model: Model) -> dict[str, float]:
+    """Return the values of the model's parameters, SI."""
+    return {
+        name: estimate.value
+        for name in FIELDS
+        if (estimate := getattr(model.parameters, name)) is not None
+    }
+
+
 def _force(model: Model, record: MotionRecord) -> tuple[Vector, Vector]:
     """Return the measured and the model's effort (n,), smoothed; NaN unless the axis slips."""
     measured, modelled = np.full((2, record.position.size), np.nan)
     rows = slip_rows(record, model.bench)
     if rows is not None:
-        values = {
-            name: interval.value
-            for name in FIELDS
-            if (interval := getattr(model.parameters, name)) is not None
-        }
+        values = parameter_values(model)
         measured[rows.index] = rows.effort
         modelled[rows.index] = rows.modelled_effort(values, model.laws)
     return measured, modelled
@@ -262,10 +267,7 @@ def _run(
 ) -> dict[str, tuple[Vector, Vector]]:
     """Return a mapping of signal to (measured, simulated), each (n,)."""
     record, servo = piece.record, request.servo
-    axis = axis_of(model)
-    p = replay_parameters(
-        axis._replace(laws=axis.laws._replace(stops=(-math.inf, math.inf)), lag=record.lag)
-    )
+    p = _free_axis(model, record)
     load = load_of(model).as_array()
     n = piece.last - piece.first
     period = piece.record.period
@@ -294,6 +296,37 @@ def _run(
         "acceleration": (rates[0][1], rates[1][1]),
         **simulated_effort,
     }
+
+
+def _free_axis(model: Model, record: MotionRecord) -> Vector:
+    """Return the parameters of the model's axis without end stops, with the lag of the record."""
+    axis = axis_of(model)
+    return replay_parameters(
+        axis._replace(laws=axis.laws._replace(stops=(-math.inf, math.inf)), lag=record.lag)
+    )
+
+
+def replayed_position(model: Model, piece: RecordSegment) -> Vector:
+    """Return the position (n,), rad | m, of the model driven by the measured effort of a segment.
+
+    The simulation starts at the measured position and speed. Raises NoSolutionError if it fails.
+    """
+    n = piece.last - piece.first
+    position, velocity = np.empty(n), np.empty(n)
+    status = replay(
+        _free_axis(model, piece.record),
+        load_of(model).as_array(),
+        piece.start(),
+        piece.effort,
+        piece.position,
+        FREE,
+        piece.record.period,
+        position,
+        velocity,
+    )
+    if status != OK or not np.all(np.isfinite(position)):
+        raise NoSolutionError(f"{piece.record.name}: {MESSAGES[status]}")
+    return position
 
 
 def _rates(position: Vector, period: float, cutoff: float) -> tuple[Vector, Vector]:

@@ -19,11 +19,12 @@ from frictool.identify.assess.assessment_inputs import AssessmentRequest, facts_
 from frictool.identify.assess.quantisation import inertia_error, viscous_error
 from frictool.identify.breakaway.breakaway import Breakaway
 from frictool.identify.estimators.ordinary import ordinary
-from frictool.identify.estimators.sines import StrokeRows, stroke_rows
-from frictool.identify.friction_picture import picture
 from frictool.identify.identification import Identification, identify_records
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.model_document import model_of
+from frictool.identify.model_page.evidence import slip_samples
+from frictool.identify.model_page.friction_panels import friction_panels
+from frictool.identify.model_page.panel import picture
 from frictool.identify.motion_record import MotionRecord, make_record
 from frictool.identify.rows.difference_fit import differenced
 from frictool.identify.rows.regression_samples import fit
@@ -160,12 +161,12 @@ def _friction(
 ) -> None:
     """Figures 4.9 to 4.13."""
     model = model_of(found, bench, HERE)
-    rows: StrokeRows = stroke_rows([whole], bench)
-    svg = picture(model, rows, found.ramp)
+    panels = friction_panels(model, slip_samples(model, [whole]), found.ramp)
+    svg = picture(panels, "friction of the clutch")
     knee = found.laws.regimes[0].above.value if found.laws is not None else math.nan
     part.draw(
         "4.10",
-        f"Above: means of strokes and the law over speed (4.9, 4.10), its knee at {knee:.0f} "
+        f"Above: samples in slip and the law over speed (4.9, 4.10), its knee at {knee:.0f} "
         "rad/s; in the middle breakaways and "
         "their polynomials (4.12); below friction over both (4.13).",
         svg,

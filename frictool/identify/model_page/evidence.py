@@ -1,0 +1,215 @@
+"""Data behind the figures of a model: samples in slip with residuals, and predicted strokes."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+from scipy.signal import lombscargle
+
+from frictool.documents.bench import Bench
+from frictool.documents.model import Model
+from frictool.documents.provenance import provenance_of_call
+from frictool.errors import NoSolutionError
+from frictool.identify.axis_logs import RAMP_LOG
+from frictool.identify.estimators.structure_selection import halves
+from frictool.identify.fit_result import UnusableLogs
+from frictool.identify.force_error import friction_in_slip, motion_rows
+from frictool.identify.from_logs import IdentifiedModel
+from frictool.identify.identification import identify_records
+from frictool.identify.methods import IdentificationRequest
+from frictool.identify.model_document import model_of
+from frictool.identify.motion_record import MotionRecord
+from frictool.identify.rows.segments import whole
+from frictool.identify.validate.validation import parameter_values, replayed_position
+from frictool.typing import Vector
+
+CELLS = 720  # cells of the travel over which the residual is averaged
+SPECTRUM_POINTS = 600
+FEWEST_CELLS = 16  # least number of cells with samples that give a spectrum
+
+
+@dataclass(frozen=True)
+class SlipSamples:
+    """Samples (n,) of all logs that certainly slip, smoothed (`force_error.py`), in SI units.
+
+    - time: time along the logs, which follow each other, s
+    - position, velocity: rad and rad/s | m and m/s
+    - residual: measured effort minus the effort of the model, N m | N
+    - friction: friction of the model at the mean of the travel, plus the residual against the
+      motion, N m | N
+    """
+
+    time: Vector
+    position: Vector
+    velocity: Vector
+    residual: Vector
+    friction: Vector
+
+
+def friction_over_speed(model: Model, speed: Vector, direction: float) -> Vector:
+    """Return the mean friction in slip (n,), N m | N, at speeds (n,) >= 0 in a direction (+-1)."""
+    laws = model.laws and msgspec.structs.replace(model.laws, position=None)
+    velocity = direction * np.maximum(speed, np.finfo(float).tiny)
+    values = parameter_values(model)
+    return direction * friction_in_slip(values, laws, np.zeros(speed.size), velocity)
+
+
+def slip_samples(model: Model, records: Sequence[MotionRecord]) -> SlipSamples | None:
+    """Return the samples in slip of all records, or None if no sample certainly slips."""
+    values = parameter_values(model)
+    times = []
+    rows = []
+    begin = 0.0
+    for record in records:
+        first, last = float(record.time[0]), float(record.time[-1])
+        for one in motion_rows([record], model.bench):
+            rows.append(one)
+            times.append(one.time - first + begin)
+        begin += last - first + record.period
+    if not rows:
+        return None
+    velocity = np.concatenate([one.velocity for one in rows])
+    residual = np.concatenate(
+        [one.effort - one.modelled_effort(values, model.laws) for one in rows]
+    )
+    friction = np.empty(velocity.size)
+    for side, chosen in ((1.0, velocity >= 0.0), (-1.0, velocity < 0.0)):
+        friction[chosen] = (
+            friction_over_speed(model, np.abs(velocity[chosen]), side) + side * residual[chosen]
+        )
+    return SlipSamples(
+        np.concatenate(times),
+        np.concatenate([one.position for one in rows]),
+        velocity,
+        residual,
+        friction,
+    )
+
+
+def mean_over_position(samples: SlipSamples, sign: float) -> tuple[Vector, Vector]:
+    """Return the centres (m,) of the cells passed in a direction (+-1, 0: both) and mean residuals.
+
+    The travel has `CELLS` cells of equal length. Positions are in rad | m, residuals in N m | N.
+    """
+    chosen = samples.velocity * sign >= 0.0
+    position, residual = samples.position[chosen], samples.residual[chosen]
+    if position.size == 0:
+        return np.empty(0), np.empty(0)
+    low, high = float(samples.position.min()), float(samples.position.max())
+    width = (high - low) / CELLS or 1.0
+    cell = np.minimum(((position - low) / width).astype(np.int64), CELLS - 1)
+    count = np.bincount(cell, minlength=CELLS)
+    total = np.bincount(cell, residual, CELLS)
+    passed = count > 0
+    centre = low + width * (np.arange(CELLS) + 0.5)
+    return centre[passed], total[passed] / count[passed]
+
+
+def position_spectrum(samples: SlipSamples) -> tuple[Vector, Vector] | None:
+    """Return wave numbers (p,), 1/rad | 1/m, and amplitudes (p,), N m | N, of the mean residual.
+
+    It is the Lomb-Scargle periodogram of the residual's mean in each cell of the travel, from one
+    cycle per travel to one cycle per four cells; None if too few cells were passed.
+    """
+    centre, mean = mean_over_position(samples, 0.0)
+    if centre.size < FEWEST_CELLS:
+        return None
+    travel = float(np.ptp(centre))
+    numbers: Vector = np.linspace(1.0, CELLS / 4.0, SPECTRUM_POINTS) / travel
+    centred = mean - mean.mean()
+    power = lombscargle(centre - centre[0], centred, 2.0 * np.pi * numbers)
+    return numbers, np.sqrt(4.0 * np.maximum(power, 0.0) / centre.size)
+
+
+@dataclass(frozen=True)
+class PositionPrediction:
+    """Measured and simulated position (n,), rad | m, of a segment of a log over time (n,), s."""
+
+    log: str
+    time: Vector
+    measured: Vector
+    simulated: Vector
+
+
+@dataclass(frozen=True)
+class HeldOutPositions:
+    """Positions that models of one half of the logs predict for the other half.
+
+    - held_out: False if the logs are too short for halves; the model then simulates its own logs
+    - segments: one per unbroken piece of the records, their times following each other
+    """
+
+    held_out: bool
+    segments: tuple[PositionPrediction, ...]
+
+    @property
+    def fit(self) -> float:
+        """Return the fit, per cent: 100 (1 - |measured - simulated| / |measured - its mean|)."""
+        error = sum(float(np.sum((one.measured - one.simulated) ** 2)) for one in self.segments)
+        size = sum(
+            float(np.sum((one.measured - one.measured.mean()) ** 2)) for one in self.segments
+        )
+        return 100.0 * (1.0 - float(np.sqrt(error / size))) if size > 0.0 else float("nan")
+
+
+def sliding_records(outcome: IdentifiedModel) -> list[MotionRecord]:
+    """Return the records of motion, without breakaway ramps."""
+    kinds = outcome.result.kinds
+    return [record for record in outcome.records if kinds.get(record.name) != RAMP_LOG]
+
+
+def held_out_positions(
+    outcome: IdentifiedModel, request: IdentificationRequest
+) -> HeldOutPositions | None:
+    """Return predicted positions: each half of the logs by a model of the other half.
+
+    The result is None if no log has a measured position, or if the simulation fails.
+    """
+    records = [one for one in sliding_records(outcome) if one.velocity is None]
+    if not records:
+        return None
+    bench = outcome.model.bench
+    sides = halves(records)
+    ramps = [
+        *outcome.ramps,
+        *(one for one in outcome.records if outcome.result.kinds.get(one.name) == RAMP_LOG),
+    ]
+    try:
+        if sides is not None:
+            models = [_half_model(side, ramps, bench, request) for side in sides]
+            pairs = zip(models[::-1], sides, strict=True)
+            segments = [one for model, side in pairs for one in _predicted(model, side)]
+            return HeldOutPositions(True, tuple(sorted(segments, key=lambda one: one.log)))
+    except (UnusableLogs, NoSolutionError):
+        pass  # a half does not determine a model
+    try:
+        return HeldOutPositions(False, tuple(_predicted(outcome.model, records)))
+    except NoSolutionError:
+        return None
+
+
+def _half_model(
+    side: list[MotionRecord],
+    ramps: list[MotionRecord],
+    bench: Bench,
+    request: IdentificationRequest,
+) -> Model:
+    """Return the model of one half, identified as the whole was; raises UnusableLogs."""
+    half = identify_records(side, ramps, bench, request.method, request.settings)
+    return model_of(half, bench, provenance_of_call("frictool.identify.identify", bench=bench))
+
+
+def _predicted(model: Model, records: Sequence[MotionRecord]) -> list[PositionPrediction]:
+    """Return the measured and simulated positions of every unbroken piece of the records."""
+    return [
+        PositionPrediction(
+            segment.record.name,
+            segment.record.time[segment.first : segment.last],
+            segment.position,
+            replayed_position(model, segment),
+        )
+        for segment in whole(records)
+    ]

@@ -1,0 +1,65 @@
+"""Intervals of a model's parameters: relative to the drive constant, absolute, and of the bench."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from frictool.documents.model import Model
+from frictool.documents.quantity import Estimate, Quantity
+from frictool.identify.fit_result import CURVE, PARAMETERS, Interval
+
+FORCES = PARAMETERS  # parameters that an error of the drive constant scales
+
+
+@dataclass(frozen=True)
+class ParameterIntervals:
+    """Estimate of a parameter with its absolute interval and the range of the bench.
+
+    - absolute: interval that includes the error of the drive constant
+    - bench: range of the bench, None if the bench has none
+    """
+
+    name: str
+    estimate: Estimate
+    absolute: Interval
+    bench: Quantity | None
+
+    @property
+    def identified(self) -> bool:
+        """Return True if the logs determine the parameter."""
+        return self.estimate.source == "identified"
+
+    @property
+    def relative_half_width(self) -> float:
+        """Return half of the interval's width relative to the value, or infinity at the value 0."""
+        low, high = self.estimate.interval
+        value = abs(self.estimate.value)
+        return 0.5 * (high - low) / value if value > 0.0 else float("inf")
+
+
+def absolute_interval(estimate: Estimate, constant: Quantity) -> Interval:
+    """Return the interval of an effort that includes the interval of the drive constant.
+
+    An effort in N m | N is the drive times the constant, so that both errors multiply.
+    """
+    scales = [end / constant.value for end in constant.interval]
+    ends = [scale * end for scale in scales for end in estimate.interval]
+    return Interval(estimate.value, min(ends), max(ends))
+
+
+def parameter_intervals(model: Model) -> list[ParameterIntervals]:
+    """Return the intervals of all parameters of the model, in their usual order."""
+    constant = model.bench.actuator.constant
+    rows = []
+    for name in (*PARAMETERS, *CURVE):
+        estimate: Estimate | None = getattr(model.parameters, name)
+        if estimate is None:
+            continue
+        absolute = (
+            absolute_interval(estimate, constant)
+            if name in FORCES
+            else Interval(estimate.value, *estimate.interval)
+        )
+        known = getattr(model.bench.mechanics, name, None)
+        rows.append(ParameterIntervals(name, estimate, absolute, known))
+    return rows
