@@ -104,7 +104,7 @@ def mean_over_position(samples: SlipSamples, sign: float) -> tuple[Vector, Vecto
     count = np.bincount(cell, minlength=CELLS)
     total = np.bincount(cell, residual, CELLS)
     passed = count > 0
-    centre = low + width * (np.arange(CELLS) + 0.5)
+    centre = np.asarray(low + width * (np.arange(CELLS) + 0.5), dtype=np.float64)
     return centre[passed], total[passed] / count[passed]
 
 
@@ -118,7 +118,8 @@ def position_spectrum(samples: SlipSamples) -> tuple[Vector, Vector] | None:
     if centre.size < FEWEST_CELLS:
         return None
     travel = float(np.ptp(centre))
-    numbers: Vector = np.linspace(1.0, CELLS / 4.0, SPECTRUM_POINTS) / travel
+    span = np.linspace(1.0, CELLS / 4.0, SPECTRUM_POINTS)
+    numbers = np.asarray(span / travel, dtype=np.float64)
     centred = mean - mean.mean()
     power = lombscargle(centre - centre[0], centred, 2.0 * np.pi * numbers)
     return numbers, np.sqrt(4.0 * np.maximum(power, 0.0) / centre.size)
