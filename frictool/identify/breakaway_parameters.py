@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import replace
 
 from frictool.documents.laws import Laws
@@ -10,8 +9,9 @@ from frictool.identify import methods
 from frictool.identify.axis_logs import AxisLogs
 from frictool.identify.breakaway.breakaway import Breakaway, breakaway
 from frictool.identify.breakaway.friction_map import breakaway_laws, friction_map
+from frictool.identify.breakaway.stribeck_velocity import StribeckFall, StribeckVelocityRange
 from frictool.identify.estimators.auto import inertia_over_position
-from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
+from frictool.identify.fit_result import SlidingFit, UnusableLogs
 from frictool.identify.interval_checks import below_coulomb
 from frictool.identify.orientation import opposite_signs
 from frictool.identify.outcome import Outcome, accept, bench_interval, sliding_intervals
@@ -26,7 +26,7 @@ POSITION_HIDES_INERTIA = (
 def with_breakaway(logs: AxisLogs, sliding: Outcome) -> Outcome:
     """Return the outcome of the sliding logs with the breakaway of the ramps."""
     try:
-        ramp = _breakaway(logs, sliding.identified)
+        ramp = _breakaway(logs, sliding)
     except UnusableLogs as error:
         outcome = Outcome(refused={"breakaway": str(error)})
     else:
@@ -44,7 +44,7 @@ def with_breakaway(logs: AxisLogs, sliding: Outcome) -> Outcome:
     return sliding.merge(outcome)
 
 
-def _breakaway(logs: AxisLogs, identified: Mapping[str, Interval]) -> Breakaway:
+def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
     """Return the breakaway of the ramps.
 
     Raises UnusableLogs without ramps, for ramps without a position, or if breakaways in one
@@ -57,9 +57,10 @@ def _breakaway(logs: AxisLogs, identified: Mapping[str, Interval]) -> Breakaway:
             raise UnusableLogs(
                 f"{record.name} has no position; its counts show when the axis breaks away"
             )
+    identified = sliding.identified
     axis = sliding_intervals(identified, logs.bench)
     confidence = logs.settings.confidence
-    ramp = breakaway(logs.ramps, logs.bench, axis, confidence, identified.get("stribeck_velocity"))
+    ramp = breakaway(logs.ramps, logs.bench, axis, confidence, _known_fall(sliding))
     if (
         not (ramp.forward > 0.0 and ramp.backward > 0.0)
         and "offset" not in identified
@@ -70,6 +71,18 @@ def _breakaway(logs: AxisLogs, identified: Mapping[str, Interval]) -> Breakaway:
             "offset, which shifts them"
         )
     return ramp
+
+
+def _known_fall(sliding: Outcome) -> StribeckVelocityRange | None:
+    """Return the fall that the sliding logs give, None without a Stribeck velocity."""
+    velocity = sliding.identified.get("stribeck_velocity")
+    if velocity is None:
+        return None
+    exponent = (sliding.laws or Laws()).stribeck_exponent
+    value, low, high = (
+        StribeckFall(each, exponent) for each in (velocity.value, velocity.low, velocity.high)
+    )
+    return StribeckVelocityRange(value, (low, high), known=True)
 
 
 def with_varying_breakaway(logs: AxisLogs, outcome: Outcome) -> Outcome:

@@ -21,6 +21,7 @@ import numpy as np
 from scipy.stats import binom
 
 from frictool.identify.breakaway.breakaway import breakaway
+from frictool.identify.breakaway.stribeck_velocity import EXPONENTS
 from frictool.identify.estimators.ordinary import ordinary
 from frictool.identify.estimators.sines import sines as method_of_sines
 from frictool.identify.fit_result import SLIDING, Interval
@@ -92,13 +93,13 @@ def breakaway_known() -> dict[str, Any]:
     return _rate(hits)
 
 
-def _fall_coverage(fall: str) -> dict[str, Any]:
+def _fall_coverage(fall: str, exponent: float) -> dict[str, Any]:
     """The breakaway's interval on random rigs whose other parameters are known; error of the value
     and half width in per cent of it."""
     hits, errors, halves = [], [], []
     with tempfile.TemporaryDirectory() as folder:
         for seed in range(FALL_SEEDS):
-            axis, found = found_breakaway(seed, fall, Path(folder))
+            axis, found = found_breakaway(seed, fall, Path(folder), exponent=exponent)
             hits.append(found.interval.low <= axis.breakaway <= found.interval.high)
             errors.append(100.0 * (found.interval.value / axis.breakaway - 1.0))
             halves.append(100.0 * found.interval.half_width / axis.breakaway)
@@ -239,8 +240,11 @@ CHECKS: dict[str, Callable[[], dict[str, Any]]] = {
     "identify: breakaway coverage, 4096 points": breakaway_fine,
     "identify: breakaway coverage, known axis": breakaway_known,
     **{
-        f"identify: breakaway coverage, fall {fall}": partial(_fall_coverage, fall)
+        f"identify: breakaway coverage, fall {fall}, exponent {exponent:g}": partial(
+            _fall_coverage, fall, exponent
+        )
         for fall in FALLS
+        for exponent in (EXPONENTS if FALLS[fall] else EXPONENTS[:1])
     },
     "identify: sines of table 4.1": sines_of_table_4_1,
     "identify: friction map": friction_map,

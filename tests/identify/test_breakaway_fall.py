@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from frictool.identify.breakaway.onset import STEPS, looked_up, travel, travel_table
-from frictool.identify.breakaway.stribeck_velocity import allowed_fall
+from frictool.identify.breakaway.stribeck_velocity import StribeckFall, allowed_fall
 from frictool.plant.axis import AxisParameters
 from studies.command_line import run
 from tests.identify.arm import BENCH, PERIOD, write_log
@@ -108,11 +108,11 @@ def test_the_text_says_what_the_interval_holds_and_what_narrows_it(tmp_path: Pat
 
 
 @pytest.mark.parametrize("fall", FALLS)
-@pytest.mark.parametrize("seed", [1, 2])
-def test_random_rigs(tmp_path: Path, seed: int, fall: str) -> None:
+@pytest.mark.parametrize(("seed", "exponent"), [(1, 2.0), (2, 2.0), (1, 1.0)])
+def test_random_rigs(tmp_path: Path, seed: int, exponent: float, fall: str) -> None:
     """The first rigs of `tests/accept/check_breakaway.py`, which counts how often the interval
     holds."""
-    axis, found = found_breakaway(seed, fall, tmp_path)
+    axis, found = found_breakaway(seed, fall, tmp_path, exponent=exponent)
     assert found.interval.low <= axis.breakaway <= found.interval.high
     assert (
         found.interval.high - found.interval.low
@@ -125,7 +125,7 @@ def test_the_table_is_the_closed_form_where_friction_falls_at_once_or_never(
     velocity: float,
 ) -> None:
     axis, rate, excess, step = np.array([5e-3, 0.02, 0.45]), 0.5, 0.1, 2e-4
-    table = travel_table(step, excess, rate, axis, velocity)
+    table = travel_table(step, excess, rate, axis, velocity, 2.0)
     for time in (0.3 * step, 17.7 * step, (STEPS - 0.1) * step):
         exact, later = (
             travel(t, excess if velocity < 1.0 else 0.0, rate, axis[0], axis[1])
@@ -139,15 +139,16 @@ def test_the_table_is_the_closed_form_where_friction_falls_at_once_or_never(
 
 
 def test_the_allowed_velocities_reach_to_the_next_that_is_refused() -> None:
-    steep = allowed_fall(
-        lambda v: 10.0 * math.log(max(v, 1e-3)) ** 2, [], 1.0, 0.95
-    )  # least at 1 rad/s
+    def around_one(fall: StribeckFall) -> float:
+        """Misfit with the least value at 1 rad/s and the exponent 2."""
+        return 10.0 * math.log(max(fall.velocity, 1e-3)) ** 2 + 100.0 * (fall.exponent != 2.0)
+
+    steep = allowed_fall(around_one, [], 1.0, 0.95)
     assert 0.0 < steep.low < 1.0 < steep.high < math.inf
     assert steep.low < steep.velocity < steep.high
+    assert {end.exponent for end in steep.ends} == {2.0}
     flat = allowed_fall(lambda _: 2.0, [], 1.0, 0.95)
     assert (flat.velocity, flat.low, flat.high) == (0.0, 0.0, math.inf)
-    uncertain = allowed_fall(
-        lambda v: 10.0 * math.log(max(v, 1e-3)) ** 2, [lambda v: 100.0 * (v > 0.0)], 1.0, 0.95
-    )
+    uncertain = allowed_fall(around_one, [lambda fall: 100.0 * (fall.velocity > 0.0)], 1.0, 0.95)
     assert uncertain.low == 0.0
     assert uncertain.velocity > 0.0

@@ -76,10 +76,10 @@ def test_onset_is_found_again(delay: float, start: float, rate: float) -> None:
     times, seen = changes(delay, start * STEP, rate, breakaway, 4)
     ramp, axis = np.array([breakaway - rate * delay, rate]), np.array([INERTIA, VISCOUS, COULOMB])
     span = search_span(STEP, rate, INERTIA, 4.0)
-    leant = onset_time(times, seen, ramp, axis, STEP, 0.5 * STEP, TIMING, span, 0.0)[1]
+    leant = onset_time(times, seen, ramp, axis, STEP, 0.5 * STEP, TIMING, span, 0.0, 2.0)[1]
     assert abs(leant - 0.5 * STEP) <= (abs(start - 0.5) + 1e-6) * STEP  # towards what is expected
     found, place, _, status = onset_time(
-        times, seen, ramp, axis, STEP, start * STEP, TIMING, span, 0.0
+        times, seen, ramp, axis, STEP, start * STEP, TIMING, span, 0.0, 2.0
     )
     assert status == OK
     assert found == pytest.approx(delay, abs=2e-6)
@@ -90,11 +90,11 @@ def test_one_change_is_read_as_if_the_axis_rested_where_it_is_expected() -> None
     times, seen = changes(0.0, 0.3 * STEP, 0.3, 0.109, 1)
     ramp, axis = np.array([0.109, 0.3]), np.array([INERTIA, VISCOUS, COULOMB])
     span = search_span(STEP, 0.3, INERTIA, 4.0)
-    assert onset_time(times, seen, ramp, axis, STEP, 0.3 * STEP, TIMING, span, 0.0)[
+    assert onset_time(times, seen, ramp, axis, STEP, 0.3 * STEP, TIMING, span, 0.0, 2.0)[
         0
     ] == pytest.approx(0.0, abs=1e-6)
     late, early = (
-        onset_time(times, seen, ramp, axis, STEP, share * STEP, TIMING, span, 0.0)[0]
+        onset_time(times, seen, ramp, axis, STEP, share * STEP, TIMING, span, 0.0, 2.0)[0]
         for share in (0.1, 0.9)
     )
     assert early < 0.0 < late
@@ -120,7 +120,7 @@ def test_search_agrees_with_a_slow_one() -> None:
         method="bounded",
         options={"xatol": 1e-10},
     )
-    assert onset_time(times, seen, ramp, axis, STEP, 0.5 * STEP, TIMING, span, 0.0)[
+    assert onset_time(times, seen, ramp, axis, STEP, 0.5 * STEP, TIMING, span, 0.0, 2.0)[
         0
     ] == pytest.approx(slow.x, abs=1e-7)
 
@@ -145,13 +145,31 @@ def test_statuses() -> None:
     axis = np.array([INERTIA, VISCOUS, COULOMB])
     assert (
         onset_time(
-            np.empty(0), np.empty(0), np.array([0.1, 0.3]), axis, STEP, 0.5 * STEP, TIMING, 0.1, 0.0
+            np.empty(0),
+            np.empty(0),
+            np.array([0.1, 0.3]),
+            axis,
+            STEP,
+            0.5 * STEP,
+            TIMING,
+            0.1,
+            0.0,
+            2.0,
         )[3]
         == NO_MOTION
     )
     assert (
         onset_time(
-            np.zeros(1), np.zeros(1), np.array([0.1, 0.0]), axis, STEP, 0.5 * STEP, TIMING, 0.1, 0.0
+            np.zeros(1),
+            np.zeros(1),
+            np.array([0.1, 0.0]),
+            axis,
+            STEP,
+            0.5 * STEP,
+            TIMING,
+            0.1,
+            0.0,
+            2.0,
         )[3]
         == NOT_POSITIVE
     )

@@ -38,7 +38,7 @@ class Ramps(NamedTuple):
     noise: float
 
 
-def random_rig(seed: int, fall: str) -> tuple[AxisParameters, Ramps]:
+def random_rig(seed: int, fall: str, exponent: float = 2.0) -> tuple[AxisParameters, Ramps]:
     """Return an axis and its test; friction, inertia, encoder and ramps are drawn over orders of
     magnitude."""
     draw = np.random.default_rng([seed, list(FALLS).index(fall)])
@@ -55,7 +55,9 @@ def random_rig(seed: int, fall: str) -> tuple[AxisParameters, Ramps]:
     span = FALLS[fall]
     if span is not None:
         velocity = np.cbrt(step**2 * rate / inertia) * math.exp(draw.uniform(*np.log(span)))
-        axis = axis._replace(laws=axis.laws._replace(stribeck_velocity=float(velocity)))
+        axis = axis._replace(
+            laws=axis.laws._replace(stribeck_velocity=float(velocity), stribeck_exponent=exponent)
+        )
     return axis, Ramps(rate, int(draw.integers(2, 12)), strength * 10.0 ** draw.uniform(-3.3, -2.0))
 
 
@@ -84,10 +86,10 @@ def play(axis: AxisParameters, ramps: Ramps, samples: int, seed: int) -> tuple[V
 
 
 def found_breakaway(
-    seed: int, fall: str, folder: Path, samples: int = 40_000
+    seed: int, fall: str, folder: Path, samples: int = 40_000, exponent: float = 2.0
 ) -> tuple[AxisParameters, Breakaway]:
     """Return the axis of a seed and its breakaway at 95 %, with its other parameters known."""
-    axis, ramps = random_rig(seed, fall)
+    axis, ramps = random_rig(seed, fall, exponent)
     position, effort = play(axis, ramps, samples, seed)
     log = make_record(
         "ramps", np.arange(samples) * PERIOD, position, effort, axis.encoder_step, 0.0

@@ -12,9 +12,9 @@ breakaway (4.42).
 
 - breakaway: mean over the range of positions and over both directions, so that an offset of the
   effort cancels
-- fall: Stribeck velocity from another log, or the range that the encoder's changes allow
+- fall: Stribeck velocity from another log, or the falls that the encoder's changes allow
   (`stribeck_velocity`). The value assumes an immediate fall if that is allowed. The interval
-  includes the breakaways of all allowed velocities.
+  includes the breakaways of all allowed falls.
 - interval: spread between onsets (each left out in turn), and the ranges of the axis's parameters
   (`combined_interval`). For a held ramp, two errors of half a step are added that do not average
   out: the breakaway lies anywhere within a step of the ramp, and the encoder's changes are late by
@@ -81,7 +81,7 @@ class Breakaway:
     - position: position of each onset, (n,), rad | m
     - direction: direction of each onset, (n,), +-1
     - friction: |effort| without the offset at each onset, (n,), N m | N
-    - fall: Stribeck velocities included in the interval
+    - fall: falls of friction over speed that the interval includes
     - by_position: polynomials over position, None if the breakaway is constant
     - rising: law over the time at rest, None if the breakaway does not grow with it
     """
@@ -109,12 +109,12 @@ def breakaway(
     bench: Bench,
     axis: Mapping[str, Interval],
     confidence: float,
-    stribeck: Interval | None = None,
+    stribeck: StribeckVelocityRange | None = None,
 ) -> Breakaway:
     """Return the breakaway of ramp logs.
 
     - axis: intervals of `inertia`, `viscous`, `coulomb` and `offset`
-    - stribeck: Stribeck velocity of another log, rad/s | m/s; if None, the onsets bound it
+    - stribeck: fall that another log gives; if None, the onsets bound it
 
     With one direction only, the offset is subtracted. Raises UnusableLogs if both directions have
     fewer than five onsets, or if a load starts the axis.
@@ -123,13 +123,9 @@ def breakaway(
     nominal = {name: known.value for name, known in axis.items()}
     try:
         fit = _fit(data, nominal)
-        fall = (
-            data.fall(axis, fit.shape, confidence)
-            if stribeck is None
-            else StribeckVelocityRange(stribeck.value, stribeck.low, stribeck.high, known=True)
-        )
+        fall = stribeck or data.fall_range(axis, fit.shape, confidence)
         if fall.velocity > 0.0:
-            data = replace(data, velocity=fall.velocity)
+            data = replace(data, fall=fall.value)
             fit = _fit(data, nominal)
         lag_free = any(record.lag == 0.0 for record in records)
         half_step = 0.5 * max(o.rate for o in data.onsets) * records[0].period if lag_free else 0.0
@@ -151,7 +147,7 @@ def breakaway(
     if rising is not None:
         mean = _wider(rising.full, mean)
     start = data.rest(nominal, fit.shape)[0]
-    seen = efforts(data.onsets, nominal, data.resolution, start, fit.shape, fall.velocity)[0]
+    seen = efforts(data.onsets, nominal, data.resolution, start, fit.shape, fall.value)[0]
     forward, backward = (
         float(np.mean(seen[side])) if side.any() else np.nan
         for side in (positions.direction > 0.0, positions.direction < 0.0)
@@ -246,7 +242,7 @@ class BreakawayErrors:
     """Errors of the coefficients (p,) of a fit.
 
     - ranges: shifts at both ends of each parameter of the axis and of the rest position
-    - falls: shifts at both ends of the range of Stribeck velocities
+    - falls: shifts with the falls that the interval includes
     - half_step: half a step of a held ramp, N m | N
     """
 
@@ -296,7 +292,7 @@ def _errors(
         return moved(data.friction({**nominal, name: value}, fit.shape))
 
     low, high = (moved(data.friction(nominal, fit.shape, end)) for end in (-UNIFORM, UNIFORM))
-    falls = [replace(data, velocity=end) for end in (fall.low, fall.high)]
+    falls = [replace(data, fall=end) for end in fall.ends]
     return BreakawayErrors(
         fit.solution,
         [*((at(name, one.low), at(name, one.high)) for name, one in axis.items()), (low, high)],

@@ -17,8 +17,8 @@ open. `timing` is the variance of s at a change, due to sampling, relative to th
 start, 1/12 count^2. With a single change, t0 and `start` cannot be separated, and only the
 preference decides.
 
-If friction falls over a Stribeck velocity v_s, by excess (1 - exp(-(v/v_s)^2)), the travel is
-integrated into a table. The excess of a table is that of the previous onset estimate; this is
+If friction falls over a Stribeck velocity v_s, by excess (1 - exp(-(v/v_s)^exponent)), the travel
+is integrated into a table. The excess of a table is that of the previous onset estimate; this is
 iterated ROUNDS times.
 """
 
@@ -72,11 +72,14 @@ def travel(t: float, excess: float, rate: float, inertia: float, viscous: float)
 
 
 @kernel
-def travel_table(step: float, excess: float, rate: float, axis: Vector, velocity: float) -> Table:
+def travel_table(
+    step: float, excess: float, rate: float, axis: Vector, velocity: float, exponent: float
+) -> Table:
     """Return position and velocity (STEPS + 1, 2) at multiples of `step` s after the onset.
 
     Friction falls from the breakaway by `excess` to Coulomb friction over the Stribeck velocity
-    `velocity`; for inf it does not fall. The integration is a fourth-order Runge-Kutta method.
+    `velocity` with this exponent; for inf it does not fall. The integration is a fourth-order
+    Runge-Kutta method.
     """
     table = np.zeros((STEPS + 1, 2))
     slopes = np.zeros(4)
@@ -87,7 +90,10 @@ def travel_table(step: float, excess: float, rate: float, axis: Vector, velocity
             if stage > 0:
                 at = v + (step if stage == 3 else 0.5 * step) * slopes[stage - 1]
             t = step * (k + (0.0 if stage == 0 else 1.0 if stage == 3 else 0.5))
-            fallen = -math.expm1(-((at / velocity) ** 2))
+            ratio = at / velocity
+            # a general power takes several times as long as a product
+            power = ratio * ratio if exponent == 2.0 else ratio**exponent
+            fallen = -math.expm1(-power)
             slopes[stage] = (rate * t + max(excess, 0.0) * fallen - axis[1] * at) / axis[0]
         table[k + 1, 0] = table[k, 0] + step * (
             v + step / 6.0 * (slopes[0] + slopes[1] + slopes[2])
@@ -214,12 +220,13 @@ def onset_time(
     timing: float,
     span: float,
     velocity: float,
+    exponent: float,
 ) -> tuple[float, float, float, int]:
     """Return (t0 [s], start [rad | m], misfit, status of STATUS) of the onset.
 
     - span: searched time before time[0], s
-    - velocity: Stribeck velocity, rad/s | m/s; for 0 friction falls at once, for inf it does not
-      fall
+    - velocity, exponent: Stribeck velocity, rad/s | m/s, and exponent of the fall; for the velocity
+      0 friction falls at once, for inf it does not fall
 
     The other arguments are those of `misfit`.
     """
@@ -233,7 +240,7 @@ def onset_time(
     if velocity > 0.0:
         for _ in range(ROUNDS):
             table = travel_table(
-                duration, ramp[0] + ramp[1] * t0 - axis[2], ramp[1], axis, velocity
+                duration, ramp[0] + ramp[1] * t0 - axis[2], ramp[1], axis, velocity, exponent
             )
             t0 = least_misfit(
                 time, seen, ramp, axis, resolution, expected, timing, span, duration, table

@@ -24,7 +24,12 @@ from frictool.identify.breakaway.onset_detection import (
     find_onsets,
 )
 from frictool.identify.breakaway.position_law import FOLLOWING, BreakawayPositions, PolynomialOrders
-from frictool.identify.breakaway.stribeck_velocity import StribeckVelocityRange, allowed_fall
+from frictool.identify.breakaway.stribeck_velocity import (
+    IMMEDIATE,
+    StribeckFall,
+    StribeckVelocityRange,
+    allowed_fall,
+)
 from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.motion_record import MotionRecord
 from frictool.typing import Vector
@@ -32,7 +37,7 @@ from frictool.typing import Vector
 PRIOR = 12.0  # precision of a rest position that is uniform within its count, 1/count^2
 # largest number of onsets, evenly spaced, in the comparison of Stribeck velocities; all count as
 # one there
-ONSETS_COMPARED = 100
+ONSETS_COMPARED = 40
 
 
 def efforts(
@@ -41,7 +46,7 @@ def efforts(
     resolution: float,
     start: float,
     shape: Vector | None = None,
-    velocity: float = 0.0,
+    fall: StribeckFall = IMMEDIATE,
 ) -> tuple[Vector, Vector, Vector]:
     """Return |effort| (n,), rest position within its count (n,), and misfit (n,) of each onset.
 
@@ -51,7 +56,7 @@ def efforts(
     - axis: `inertia`, `viscous`, `coulomb` and `offset` in SI units
     - start: expected rest position, 0 to 1
     - shape: factors of `coulomb` at the onsets, (n,)
-    - velocity: Stribeck velocity; for 0 friction falls at once, for inf it does not fall
+    - fall: fall of friction over the speed
     """
     out, positions, squares = np.empty(len(onsets)), np.empty(len(onsets)), np.empty(len(onsets))
     for k, onset in enumerate(onsets):
@@ -69,7 +74,8 @@ def efforts(
             start * resolution,
             onset.timing,
             span,
-            velocity,
+            fall.velocity,
+            fall.exponent,
         )
         out[k], positions[k] = (
             (onset.level + onset.rate * t0, position / resolution)
@@ -89,20 +95,20 @@ class OnsetData:
     resolution: float
     # N m | N, the bench's; None in one direction, in which the offset is a parameter of the axis
     offset: float | None
-    velocity: float = 0.0  # assumed Stribeck velocity, rad/s | m/s
+    fall: StribeckFall = IMMEDIATE  # assumed fall of friction over the speed
 
-    def misfit(self, axis: Mapping[str, float], shape: Vector | None, velocity: float) -> float:
-        """Return the mean misfit of an onset (`efforts`) for a Stribeck velocity."""
+    def misfit(self, axis: Mapping[str, float], shape: Vector | None, fall: StribeckFall) -> float:
+        """Return the mean misfit of an onset (`efforts`) for a fall of friction."""
         every = slice(None, None, math.ceil(len(self.onsets) / ONSETS_COMPARED))
         factors = None if shape is None else shape[every]
         return float(
-            np.mean(efforts(self.onsets[every], axis, self.resolution, 0.5, factors, velocity)[2])
+            np.mean(efforts(self.onsets[every], axis, self.resolution, 0.5, factors, fall)[2])
         )
 
-    def fall(
+    def fall_range(
         self, axis: Mapping[str, Interval], shape: Vector | None, confidence: float
     ) -> StribeckVelocityRange:
-        """Return the Stribeck velocities allowed with parameters in the intervals of `axis`."""
+        """Return the falls allowed with parameters in the intervals of `axis`."""
         nominal = {name: known.value for name, known in axis.items()}
         ends = [
             {**nominal, name: end}
@@ -125,7 +131,7 @@ class OnsetData:
         weighted by its inverse variance.
         """
         low, high = (
-            efforts(self.onsets, axis, self.resolution, expected, shape, self.velocity)[1]
+            efforts(self.onsets, axis, self.resolution, expected, shape, self.fall)[1]
             for expected in (0.0, 1.0)
         )
         intercept = float(np.mean(low))
@@ -150,7 +156,7 @@ class OnsetData:
         mean, deviation = self.rest(axis, shape)
         start = mean + deviations * deviation
         return (
-            efforts(self.onsets, axis, self.resolution, start, shape, self.velocity)[0]
+            efforts(self.onsets, axis, self.resolution, start, shape, self.fall)[0]
             - offset * self.positions.direction
         )
 

@@ -1,12 +1,12 @@
-"""Stribeck velocities that agree with the encoder's changes after the onsets.
+"""Falls of friction over speed that agree with the encoder's changes after the onsets.
 
 Friction falls from the breakaway to Coulomb friction over the speed (2.34). The slower it falls,
 the later the encoder shows the motion. An onset that is corrected for an immediate fall then gives
-too high a breakaway. The finer the encoder, the better its changes determine the Stribeck velocity.
+too high a breakaway. The finer the encoder, the better its changes determine the fall.
 
-`allowed_fall` keeps each velocity whose misfit exceeds the least misfit by at most the chi-square
-quantile with one degree of freedom. The misfit is the mean over the onsets: a repetitive test
-repeats its timing errors, so that all onsets count as one.
+`allowed_fall` keeps each pair of Stribeck velocity and exponent whose misfit exceeds the least
+misfit by at most the chi-square quantile with one degree of freedom. The misfit is the mean over
+the onsets: a repetitive test repeats its timing errors, so that all onsets count as one.
 """
 
 from __future__ import annotations
@@ -14,34 +14,64 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from scipy.special import ndtri
 
 # Stribeck velocities relative to the speed at which the ramp alone passes a count
 GRID = np.geomspace(0.02, 20.0, 24)
+EXPONENTS = (2.0, 1.0, 0.5)  # exponents of a Stribeck curve that fits try, the preferred one first
 
-Misfit = Callable[[float], float]  # Stribeck velocity in rad/s | m/s -> mean misfit of an onset
+
+class StribeckFall(NamedTuple):
+    """Fall of friction by 1 - exp(-(v/velocity)^exponent).
+
+    At velocity 0, friction falls at once; at inf, it does not fall. The velocity is in rad/s | m/s.
+    """
+
+    velocity: float
+    exponent: float = EXPONENTS[0]
+
+
+IMMEDIATE = StribeckFall(0.0)
+NO_FALL = StribeckFall(math.inf)
+Misfit = Callable[[StribeckFall], float]  # mean misfit of an onset
 
 
 @dataclass(frozen=True)
 class StribeckVelocityRange:
-    """Stribeck velocity of the breakaway's value, and its range in the interval, rad/s | m/s.
+    """Fall of the breakaway's value, and the falls in its interval.
 
-    At velocity 0, friction falls at once; at inf, it does not fall. `known` is True if
-    the range comes from another log and not from the ramps' onsets.
+    - value: fall with which the breakaway is computed
+    - ends: falls whose breakaways the interval includes
+    - known: the range comes from another log and not from the ramps' onsets
     """
 
-    velocity: float
-    low: float
-    high: float
+    value: StribeckFall
+    ends: tuple[StribeckFall, ...]
     known: bool = False
+
+    @property
+    def velocity(self) -> float:
+        """Return the Stribeck velocity of the breakaway's value, rad/s | m/s."""
+        return self.value.velocity
+
+    @property
+    def low(self) -> float:
+        """Return the least Stribeck velocity in the interval, rad/s | m/s."""
+        return min(end.velocity for end in self.ends)
+
+    @property
+    def high(self) -> float:
+        """Return the largest Stribeck velocity in the interval, rad/s | m/s."""
+        return max(end.velocity for end in self.ends)
 
 
 def allowed_fall(
     nominal: Misfit, ends: Sequence[Misfit], scale: float, confidence: float
 ) -> StribeckVelocityRange:
-    """Return the range of Stribeck velocities that the onsets allow.
+    """Return the range of falls that the onsets allow.
 
     Parameters
     ----------
@@ -57,20 +87,24 @@ def allowed_fall(
     Returns
     -------
     StribeckVelocityRange
-        The range extends to the next rejected velocity of the grid. The value is an immediate fall
-        if that is allowed, else the velocity with the least misfit.
+        For each exponent, the range extends to the next rejected velocity of the grid. The value
+        is an immediate fall if that is allowed, else the fall with the least misfit.
     """
-    velocities = [0.0, *(scale * GRID).tolist(), math.inf]
-    levels = [nominal(velocity) for velocity in velocities]
-    limit = min(levels) + float(ndtri(0.5 + 0.5 * confidence)) ** 2
-    allowed = [
-        k
-        for k, velocity in enumerate(velocities)
-        if levels[k] <= limit or any(misfit(velocity) <= limit for misfit in ends)
+    columns = [
+        [IMMEDIATE, *(StribeckFall(scale * step, exponent) for step in steps.tolist()), NO_FALL]
+        for exponent, steps in zip(EXPONENTS, (GRID, GRID[::2], GRID[::2]), strict=True)
     ]
-    best = 0.0 if levels[0] <= limit else velocities[int(np.argmin(levels))]
-    return StribeckVelocityRange(
-        best,
-        velocities[max(allowed[0] - 1, 0)],
-        velocities[min(allowed[-1] + 1, len(velocities) - 1)],
-    )
+    levels = {fall: nominal(fall) for column in columns for fall in column}
+    limit = min(levels.values()) + float(ndtri(0.5 + 0.5 * confidence)) ** 2
+    included: list[StribeckFall] = []
+    for column in columns:
+        allowed = [
+            k
+            for k, fall in enumerate(column)
+            if levels[fall] <= limit or any(misfit(fall) <= limit for misfit in ends)
+        ]
+        if allowed:
+            included += [column[max(allowed[0] - 1, 0)]]
+            included += [column[min(allowed[-1] + 1, len(column) - 1)]]
+    best = IMMEDIATE if levels[IMMEDIATE] <= limit else min(levels, key=levels.__getitem__)
+    return StribeckVelocityRange(best, tuple(dict.fromkeys(included)))

@@ -20,6 +20,7 @@ from scipy.optimize import minimize_scalar
 
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
+from frictool.identify.breakaway.stribeck_velocity import EXPONENTS
 from frictool.identify.estimators.piecewise_friction import EVIDENCE
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs, intervals_around
 from frictool.identify.interval_checks import below_coulomb, too_vague
@@ -33,7 +34,6 @@ BLOCK = 50  # samples per block; runs grow block by block
 STRAIGHT_COUNTS = 2.0  # counts, largest distance of a run's position from its line
 FEWEST_COUNTS = 10.0  # least counts of a run; its speed is then known to a tenth
 FEWEST_SPEEDS = 6  # least number of runs in each direction
-EXPONENTS = (2.0, 1.0, 0.5)
 NAMES = ("coulomb", "fall", "viscous", "offset")
 FALL = ("breakaway", "stribeck_velocity")
 
