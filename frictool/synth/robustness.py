@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from frictool.documents import controller as stored
 from frictool.errors import NoSolutionError
-from frictool.lmi.lyapunov_bounds import common_bound
+from frictool.lmi.common_bound import common_bound
 from frictool.plant.lti import Lti
 from frictool.plant.parameter_box import corners, enclosing_box
 from frictool.synth.synthesis_problem import SynthesisProblem
@@ -43,7 +43,7 @@ def robustness(
     if varying:
         box = enclosing_box(problem.box.vertices)
         loops = [problem.running(point.rates).closed(system) for point in corners(box)]
-        common = _finite_or_none(common_bound(loops).gamma)
+        common = _finite_or_none(common_bound(loops))
     return stored.Robustness(
         interior_points=points_inside(problem.box.vertices),
         interior=worst.norm,

@@ -1,7 +1,7 @@
 """Worst closed loop inside the box of plants, by scattered points and a local search.
 
 The result is a lower bound of the worst norm over the box, not a proof. Upper bounds are in
-verify/zero_exclusion.py (constant parameters) and lmi/lyapunov_bounds.py (moving ones).
+verify/zero_exclusion.py (constant parameters) and lmi/common_bound.py (moving ones).
 """
 
 from __future__ import annotations

@@ -1,12 +1,11 @@
 """Checks of a loop beyond its vertices, at full count.
 
-The bounds of two controllers are compared with the required ones, the real structured singular
-value with random plants, and the gridded synthesis with the polytope and LTI problems.
+The figures of two controllers are compared with the required ones, and the gridded synthesis with
+the polytope and LTI problems.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import pairwise, product
 from typing import Any
@@ -15,9 +14,8 @@ import numpy as np
 
 from frictool.errors import NoSolutionError
 from frictool.lmi import hinf_synthesis
+from frictool.lmi.common_bound import common_bound
 from frictool.lmi.gridded_synthesis import GridSchedule, minimise
-from frictool.lmi.lyapunov_bounds import common_bound, parameter_dependent_bound
-from frictool.lmi.structured_singular_value import singular_value, worst_gain
 from frictool.plant.generalised_plant import (
     FirstOrderWeight,
     GeneralisedPlant,
@@ -26,77 +24,50 @@ from frictool.plant.generalised_plant import (
     template,
 )
 from frictool.plant.lti import Lti
-from frictool.plant.parameter_box import DYNAMIC, corners
+from frictool.plant.parameter_box import DYNAMIC
 from frictool.plant.polytope import PlantPoint
-from frictool.plant.uncertain_axis import uncertain_plant
 from frictool.verify.hinf_norm import norm
-from frictool.verify.interior_search import interior_points, searched, worst_norm
+from frictool.verify.interior_search import interior_points, worst_norm
 from tests.support.position_loop import (
     BOX,
     CLUTCH,
     CORNERS,
     LAG,
     PERIOD,
-    WEIGHTS,
     minimax_controller,
     plant,
-    sampled,
 )
 
 Figures = dict[str, float]
-REQUIRED: Figures = {
-    "vertices": 0.8872,
-    "interior": 0.878,
-    "real_mu": 0.8872,
-    "parameter_dependent": 1.076,
-    "common": 2.63,
-}
+REQUIRED: Figures = {"vertices": 0.8872, "interior": 0.878, "common": 2.63}
 # of a required figure: what a controller given to four digits and the bound's own tolerance make
 BEYOND = 1e-3
 TRIALS = 24
 
 
-def bounds(controller: Lti, delay: int = 0, tolerance: float = 2e-3) -> Figures:
-    """In the controller's domain: seen at vertices and inside, and from above in three senses."""
-    period = controller.period
-    at = plant(period, delay)
-    vertices, inside = (
-        worst_norm(controller, at, CLUTCH.vertices),
-        worst_norm(controller, at, interior_points(BOX, 300, 1)),
-    )
-    uncertain, blocks = uncertain_plant("position", BOX, LAG, WEIGHTS, period, delay)
+def bounds(controller: Lti) -> Figures:
+    """In the controller's domain: seen at vertices and inside, and from above for any motion."""
+    at = plant(controller.period)
     loops = [at(corner.rates).closed(controller) for corner in CORNERS]
-    start = max(
-        vertices.norm,
-        searched(controller, at, BOX, vertices).norm,
-        searched(controller, at, BOX, inside).norm,
-    )
     return {
-        "vertices": vertices.norm,
-        "interior": inside.norm,
-        "real_mu": worst_gain(uncertain.closed(controller), blocks, start, tolerance).value,
-        "parameter_dependent": parameter_dependent_bound(loops).gamma,
-        "common": common_bound(loops).gamma,
+        "vertices": worst_norm(controller, at, CLUTCH.vertices).norm,
+        "interior": worst_norm(controller, at, interior_points(BOX, 300, 1)).norm,
+        "common": common_bound(loops),
     }
 
 
 def ordered(found: Figures) -> bool:
-    """A bound of more is never below a bound of less."""
-    return (
-        max(found["vertices"], found["interior"])
-        <= found["real_mu"]
-        <= found["parameter_dependent"] * 1.003
-        <= found["common"] * 1.004
-    )
+    """A bound of more is never below what is seen."""
+    return max(found["vertices"], found["interior"]) <= found["common"] * 1.001
 
 
 def beside_required(found: Figures) -> dict[str, Any]:
     return {name: f"{value:.4f} (required {REQUIRED[name]:g})" for name, value in found.items()}
 
 
-def minimax_is_certified() -> dict[str, Any]:
-    """The constant minimax controller of position_loop.py: no bound above the required one."""
-    found = bounds(minimax_controller(), tolerance=2e-4)
+def minimax_keeps_its_figures() -> dict[str, Any]:
+    """The constant minimax controller of position_loop.py: no figure above the required one."""
+    found = bounds(minimax_controller())
     passed = ordered(found) and all(
         found[name] <= required * (1.0 + BEYOND) for name, required in REQUIRED.items()
     )
@@ -112,86 +83,6 @@ def frozen_centre_is_not() -> dict[str, Any]:
     found = bounds(hinf_synthesis.controller(plants[0], lyapunov))
     passed = ordered(found) and found["vertices"] > 1.3 * lyapunov.gamma
     return {"passed": passed, "gamma": lyapunov.gamma, **found}
-
-
-def sampled_loop_is_enclosed() -> dict[str, Any]:
-    """The same controller at 1 ms by Tustin, with 0 and 1 sample of delay: the bound for every
-    constant plant is at its worst vertex."""
-    told: dict[str, Any] = {}
-    passed = True
-    for delay in (0, 1):
-        found = bounds(sampled(minimax_controller()), delay)
-        passed = passed and ordered(found) and found["real_mu"] <= 1.005 * found["vertices"]
-        told |= {f"{name}_delay_{delay}": value for name, value in found.items()}
-    return {"passed": passed, **told}
-
-
-def _random_box(random: np.random.Generator) -> dict[str, tuple[float, float]]:
-    found = {}
-    for name, middle in (("inertia", 1.3e-5), ("constant", 13.4e-3), ("viscous", 4e-4)):
-        low, high = (
-            middle * (1.0 - random.uniform(0.05, 0.5)),
-            middle * (1.0 + random.uniform(0.05, 0.5)),
-        )
-        found[name] = (float(low), float(high))
-    return {**found, "coulomb": (0.02, float(random.uniform(0.05, 0.2)))}
-
-
-def structured_bound_on_random_boxes() -> dict[str, Any]:
-    """Random boxes in both domains: the bound is above 200 plants of it and what a search finds,
-    and the loop is stable for every plant of a box that the singular value allows. `excess`: how
-    far the bound is above the worst plant found."""
-    random, excess, wrong = np.random.default_rng(5), [], []
-    for trial in range(TRIALS):
-        box = _random_box(random)
-        period, delay = ((0.0, 0), (PERIOD, 0), (PERIOD, 1))[trial % 3]
-        controller, at = (
-            sampled(minimax_controller()) if period else minimax_controller(),
-            plant(period, delay),
-        )
-        seen = worst_norm(controller, at, [*corners(box), *interior_points(box, 200, trial)])
-        worst = searched(controller, at, box, seen).norm
-        uncertain, blocks = uncertain_plant("position", box, LAG, WEIGHTS, period, delay)
-        loop = uncertain.closed(controller)
-        value, mu = (
-            worst_gain(loop, blocks, worst if np.isfinite(worst) else 0.0).value,
-            singular_value(loop, blocks).value,
-        )
-        if value < worst or (np.isinf(worst) and mu < 1.0):
-            wrong.append(trial)
-        if np.isfinite(value):
-            excess.append(value / worst - 1.0)
-        # the rest of a sampled axis encloses the box, and not what lies beyond it
-        wrong += _unstable_within(
-            controller, at, box, min(0.999 / mu, 1.0) if period else 0.999 / mu, trial
-        )
-    figures = {"median_excess": float(np.median(excess)), "largest_excess": float(np.max(excess))}
-    return {
-        "passed": not wrong and len(excess) > TRIALS // 2,
-        "bounded": len(excess),
-        **figures,
-        "wrong": wrong,
-    }
-
-
-def _unstable_within(
-    controller: Lti,
-    at: Callable[..., Any],
-    box: dict[str, tuple[float, float]],
-    scale: float,
-    trial: int,
-) -> list[int]:
-    """The trial, where a plant of the box scaled about its middle is unstable; an inertia or a
-    constant stays positive."""
-    scaled = {}
-    for name, (low, high) in box.items():
-        middle, half = (
-            0.5 * (low + high),
-            0.5 * (high - low) * (1.0 if name == "coulomb" else scale),
-        )
-        scaled[name] = (max(middle - half, 1e-3 * middle), middle + half)
-    tried: Sequence[Any] = [*corners(scaled), *interior_points(scaled, 60, trial)]
-    return [trial] if any(not at(point.rates).closed(controller).stable for point in tried) else []
 
 
 def gridded_between_its_limits() -> dict[str, Any]:
@@ -290,10 +181,8 @@ def _along(
 
 
 CHECKS = {
-    "bounds: minimax controller": minimax_is_certified,
+    "bounds: minimax controller": minimax_keeps_its_figures,
     "bounds: controller frozen at the centre": frozen_centre_is_not,
-    "bounds: sampled loop": sampled_loop_is_enclosed,
-    "bounds: random boxes": structured_bound_on_random_boxes,
     "bounds: gridded, limits": gridded_between_its_limits,
     "bounds: gridded, controllers": gridded_controllers_keep_gamma,
 }
