@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import math
 from pathlib import Path
-from typing import Any
 
 import click
 
 from frictool.cli.common_options import FiniteRange, NamedPath, existing, json_option
 from frictool.cli.console_output import note, print_json, say
 from frictool.cli.output_files import STDOUT, save_text
+from frictool.cli.precision_option import PrecisionParam
 
 PARAMETERS = ("inertia", "viscous", "coulomb", "breakaway", "presliding")
 COUNTED = {
@@ -38,38 +37,11 @@ Exit code 1 if a wanted precision cannot be reached; the message names an encode
 positive = FiniteRange(0.0, min_open=True)
 
 
-class PrecisionParam(click.ParamType[tuple[str | None, float]]):
-    """Precision option, such as `5%`, `0.05` or `inertia=5%`."""
-
-    name = "precision"
-
-    def convert(
-        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
-    ) -> tuple[str | None, float]:
-        name, _, number = str(value).rpartition("=")
-        if name and name not in PARAMETERS:
-            self.fail(f"unknown parameter {name!r}; allowed: {', '.join(PARAMETERS)}.", param, ctx)
-        try:
-            part = float(number.removesuffix("%")) / (100.0 if number.endswith("%") else 1.0)
-        except ValueError:
-            part = math.nan
-        if not 0.0 < part < 1.0:
-            self.fail(
-                (
-                    f"found {number!r}; allowed: a precision above 0 and below 100%, such as 5% "
-                    "or 0.05."
-                ),
-                param,
-                ctx,
-            )
-        return name or None, part
-
-
 @click.command("assess", help=HELP)
 @click.option("--bench", type=existing, required=True, help="Rig (bench.yaml).")
 @click.option(
     "--wanted",
-    type=PrecisionParam(),
+    type=PrecisionParam(PARAMETERS),
     multiple=True,
     metavar="[NAME=]5%",
     help="Wanted precision, of all parameters or of one.  [default: 5%]",

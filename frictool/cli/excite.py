@@ -3,16 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from frictool.cli.common_options import FiniteRange, NamedPath, existing, json_option, output_option
-from frictool.cli.console_output import note, print_json, say
-from frictool.cli.output_files import STDOUT, check_targets, command_line, replacing, save_text
-
-if TYPE_CHECKING:
-    from frictool.identify.excite.excitation_sequence import ExcitationSequence
+from frictool.cli.console_output import print_json, say
+from frictool.cli.excite_precise import PRECISE, PreciseRun, write_precise
+from frictool.cli.excite_test import bench_of, save_plot, save_test, summary, text
+from frictool.cli.output_files import check_targets, command_line
+from frictool.cli.precision_option import PrecisionParam
 
 # kind -> (purpose, settings)
 KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
@@ -37,6 +37,8 @@ KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
 HELP = f"""\b
 Example:
   frictool excite --bench bench.yaml --kind sines -o sines.csv --plot sines.svg
+  frictool excite --bench bench.yaml --for coulomb=2% --for inertia=1% -o test.mcap \\
+    --promise promise.yaml
 
 Write a test to play on the bench, as CSV or MCAP with one row per sample: the reference, or for
 `breakaway` the command of the drive.
@@ -49,14 +51,29 @@ Absent options are chosen so that the worst axis of the bench (heaviest, most fr
 actuator) can follow. A reference is checked against travel, speed and drive; ramps are simulated on
 the lightest, the nominal and the heaviest axis. Numbers are in SI.
 
-Exit code 4 if the test exceeds a limit; the message names it.
+With --for instead of --kind, the test is the shortest one with the wanted precisions, or with
+--duration the best one of that length. A precision is half of a 95 % interval relative to the
+bench's value. The test holds it for every axis of the bench's intervals: strokes of several
+lengths, speeds and shapes, or ramps for the breakaway. --promise writes what `frictool identify
+--promise` compares with its result.
+
+Exit code 1 if a test of --duration misses a wanted precision; 4 if the test exceeds a limit, or if
+no test has the precision. The message names the limit, and what would do.
 """
 positive = FiniteRange(0.0, min_open=True)
 
 
 @click.command("excite", help=HELP)
 @click.option("--bench", type=existing, required=True, help="Rig (bench.yaml).")
-@click.option("--kind", type=click.Choice(list(KINDS)), required=True, help="Kind of the test.")
+@click.option("--kind", type=click.Choice(list(KINDS)), help="Kind of the test.")
+@click.option(
+    "--for",
+    "wanted",
+    type=PrecisionParam(PRECISE, named=True),
+    multiple=True,
+    metavar="NAME=2%",
+    help=f"Wanted precision of a parameter ({', '.join(PRECISE)}), instead of --kind.",
+)
 @click.option(
     "--amplitude",
     type=positive,
@@ -72,7 +89,7 @@ positive = FiniteRange(0.0, min_open=True)
 @click.option(
     "--duration",
     type=positive,
-    help="Approximate duration of sine or sines [s].  [default: 10, 30]",
+    help="Duration of sine or sines, or of the best test with --for [s].  [default: 10, 30]",
 )
 @click.option(
     "--repetitions",
@@ -88,7 +105,9 @@ positive = FiniteRange(0.0, min_open=True)
     help="Number of harmonics of a multisine.  [default: 10]",
 )
 @click.option(
-    "--seed", type=click.IntRange(0), help="Seed of the turning points of sines.  [default: 0]"
+    "--seed",
+    type=click.IntRange(0),
+    help="Seed of the turning points of sines and of --for.  [default: 0]",
 )
 @click.option(
     "--open-loop",
@@ -96,36 +115,65 @@ positive = FiniteRange(0.0, min_open=True)
     default=None,
     help="Ramps of breakaway whose rows do not depend on the motion of the axis.",
 )
+@click.option(
+    "--longest",
+    type=positive,
+    help="With --for: longest allowed test [s].  [default: 3600]",
+)
+@click.option(
+    "--noise",
+    type=positive,
+    help=(
+        "With --for: standard deviation of the measured drive [A | V].  "
+        "[default: 0.2 % of its limit]"
+    ),
+)
+@click.option(
+    "--ramps",
+    type=NamedPath(writes=("MCAP",)),
+    help="With --for breakaway and other parameters: file of the ramps (.mcap).",
+)
+@click.option(
+    "--promise", type=NamedPath(writes=("YAML",)), help="With --for: write the promise (YAML)."
+)
 @click.option("--plot", type=NamedPath(writes=("SVG",)), help="Write a picture of the test (SVG).")
 @output_option(
     help="Test (.csv or .mcap); - is CSV on stdout.", writes=("CSV", "MCAP"), chooses=True
 )
 @json_option
 def command(
-    bench: Path, kind: str, plot: Path | None, output: Path, as_json: bool, **options: Any
+    bench: Path,
+    kind: str | None,
+    wanted: tuple[tuple[str | None, float], ...],
+    plot: Path | None,
+    output: Path,
+    as_json: bool,
+    **options: Any,
 ) -> None:
+    precise = {name: options.pop(name) for name in ("longest", "noise", "ramps", "promise")}
+    if (kind is None) == (not wanted):
+        raise click.UsageError("give --kind or --for.")
+    if kind is None:
+        named = {name: part for name, part in wanted if name is not None}
+        write_precise(PreciseRun(bench, named, options, precise, plot, output, as_json))
+        return
+    for name, value in precise.items():
+        if value is not None:
+            raise click.UsageError(f"--{name} belongs to --for.")
     _check_options(kind, options)
     check_targets({"-o": output, "--plot": plot}, [bench])
-    from frictool.documents.bench import Bench
-    from frictool.documents.registry import load
-    from frictool.identify.excite.bench_limits import unsaid_load
     from frictool.identify.excite.excitation_kinds import ExcitationSettings, excite
 
-    document = load(bench, Bench)
-    unsaid = unsaid_load(document)
-    if unsaid is not None:
-        note(f"warning: {unsaid}")
+    document = bench_of(bench)
     sequence = excite(kind, document, ExcitationSettings(**options))
     words = {
         "--bench": bench,
         "--kind": kind,
         **{f"--{name.replace('_', '-')}": value for name, value in options.items()},
     }
-    _save(sequence, output, command_line("excite", words), [bench])
+    save_test(sequence, output, command_line("excite", words), [bench])
     if plot is not None:
-        from frictool.identify.excite.picture import picture
-
-        save_text(plot, picture(sequence) + "\n", [bench])
+        save_plot(sequence, plot, bench)
     if as_json:
         print_json("excite/1", summary(sequence), output)
     else:
@@ -147,45 +195,3 @@ def _check_options(kind: str, options: dict[str, Any]) -> None:
         )
     if kind == "sine" and options["duration"] is not None and options["repetitions"] is not None:
         raise click.UsageError("give --duration or --repetitions, not both.")
-
-
-def _save(sequence: ExcitationSequence, output: Path, words: str, inputs: list[Path]) -> None:
-    from frictool.documents.provenance import provenance_of_command
-    from frictool.logs.provenance import with_provenance
-
-    log = with_provenance(sequence.as_log(output.name), provenance_of_command(words, inputs))
-    with replacing(output, inputs) as stream:
-        if output.suffix.lower() == ".mcap":
-            from frictool.logs.canonical.mcap_format import write_mcap
-
-            write_mcap(log, stream)
-        else:
-            from frictool.logs.conversion import convert
-            from frictool.logs.formats import WRITTEN
-
-            convert(output.name, [sequence.outgoing()], {}, WRITTEN["csv"], stream)
-
-
-def summary(sequence: ExcitationSequence) -> dict[str, Any]:
-    """Return a test as JSON values."""
-    return {
-        "kind": sequence.kind,
-        "duration_s": sequence.duration,
-        "samples": sequence.time.size,
-        "columns": sequence.units,
-        "rule": sequence.rule,
-        "figures": sequence.figures,
-    }
-
-
-def text(sequence: ExcitationSequence, output: Path) -> str:
-    """Return a test as text."""
-    where = "stdout" if output == STDOUT else output.name
-    lines = [
-        f"{where}: {sequence.kind}, {sequence.duration:.4g} s, {sequence.time.size} "
-        f"samples, {', '.join(sequence.columns)}"
-    ]
-    lines += [
-        f"  {name.replace('_', ' '):<28}{value:.5g}" for name, value in sequence.figures.items()
-    ]
-    return "\n".join([*lines, f"to play it: {sequence.rule}"])

@@ -112,6 +112,8 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     - `limit`: Largest magnitude of the drive.
     - `loop_time_constant_s`: Time constant of the current or voltage loop; 0 for none.
     - `winding`: Winding of a current drive, whose voltage limits the current at speed.
+    - `rms_limit`: Largest rms of the drive over a test, such as the continuous current on the
+      nameplate. By default `limit`.
     """
 
     drive: Literal["current", "voltage"]
@@ -119,8 +121,11 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     limit: DriveLimit
     loop_time_constant_s: Annotated[float, msgspec.Meta(ge=0, le=10)] = 0.0
     winding: Winding | None = None
+    rms_limit: DriveLimit | None = None
 
     def __post_init__(self) -> None:
+        if self.rms_limit is not None and self.rms_limit.value > self.limit.value:
+            raise ValueError("rms_limit is above limit; allowed: at most limit")
         if self.winding is not None and self.drive != "current":
             raise ValueError("winding is for drive: current; a voltage is limited by `limit`")
 

@@ -20,6 +20,7 @@ from frictool.documents.key_meanings import meanings_of, structs_of, summary_of
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
 from frictool.documents.observer import Observer
+from frictool.documents.promise import Promise
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.errors import DocumentError, InputFileError
@@ -35,6 +36,7 @@ DOCUMENTS: dict[str, type[msgspec.Struct]] = {
     "friction": Friction,
     "observer": Observer,
     "mechanism": Mechanism,
+    "promise": Promise,
 }
 
 T = TypeVar("T", bound=msgspec.Struct)

@@ -16,6 +16,7 @@ from typing import NamedTuple, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.signal import lfilter
 
 from frictool.adapters.axis_model import axis_of, load_of
 from frictool.documents.model import Model
@@ -127,10 +128,12 @@ def bench_test(
     noise: float,
     seed: int,
     provenance: Provenance,
+    forward: Vector | None = None,
 ) -> Log:
     """Return the log of a test: position, drive, effort and, if there is one, the reference.
 
-    `noise` is the standard deviation of the measured drive [A | V]. Raises LogError if the test
+    `noise` is the standard deviation of the measured drive [A | V]; `forward` is the effort (n,)
+    that the bench adds to that of its loop [N m | N]. Raises LogError if the test
     does not belong to this plant's bench, NoSolutionError if it cannot be simulated.
     """
     bench = AxisBenchPlant(plant) if isinstance(plant, Model) else plant
@@ -157,7 +160,9 @@ def bench_test(
     generator = np.random.Generator(np.random.PCG64(seed))
     phase = rig.resolution * generator.random()
     position, drive = (
-        _ramps(bench, excitation, phase) if ramps else _reference(bench, excitation, servo, phase)
+        _ramps(bench, excitation, phase)
+        if ramps
+        else _reference(bench, excitation, servo, phase, forward)
     )
     drive = drive + noise * generator.standard_normal(drive.size)
     columns = {"position": position, rig.drive: drive, "effort": rig.constant * drive}
@@ -188,7 +193,11 @@ def _at_stops(rig: Rig, position: Vector) -> list[str]:
 
 
 def _reference(
-    bench: BenchPlant, excitation: Log, servo: PositionServo, phase: float
+    bench: BenchPlant,
+    excitation: Log,
+    servo: PositionServo,
+    phase: float,
+    forward: Vector | None,
 ) -> tuple[Vector, Vector]:
     """Return the measured position and drive (n,) under the servo.
 
@@ -196,12 +205,27 @@ def _reference(
     """
     reference = excitation.main.signals["reference"]
     _within_travel(bench.rig, excitation, reference)
+    if forward is not None:
+        reference = _with_feedforward(reference, forward, servo, bench.rig.sample_period_s)
     position, drive = np.empty(reference.size), np.empty(reference.size)
     _check(
         excitation,
         bench.follow(float(reference[0]) + phase, np.array(servo), reference, position, drive),
     )
     return position, drive
+
+
+def _with_feedforward(
+    reference: Vector, forward: Vector, servo: PositionServo, period: float
+) -> Vector:
+    """Return the reference (n,) at which the servo adds the effort `forward` (n,).
+
+    P r'[k] + r D (r'[k] - r'[k-1])/period = P r[k] + r D (r[k] - r[k-1])/period + forward[k],
+    with the servo's gains P and D and its weight r of the reference's rate.
+    """
+    rate = servo.reference_rate * servo.derivative / period
+    added = lfilter([1.0], [servo.proportional + rate, -rate], forward)
+    return np.asarray(reference + added)
 
 
 def _ramps(bench: BenchPlant, excitation: Log, phase: float) -> tuple[Vector, Vector]:

@@ -8,6 +8,7 @@ from frictool.engine.bench_position_loop import PositionServo
 from frictool.errors import LogError
 from frictool.logs.log import Log
 from frictool.simulate.bench_experiment import bench_test, is_ramps
+from frictool.typing import Vector
 
 AT_REST = PositionServo(0.0, 0.0, 0.0, 0.0)
 
@@ -20,6 +21,7 @@ def play(
     drive_noise: float = 0.0,
     seed: int = 0,
     provenance: Provenance | None = None,
+    forward: Vector | None = None,
 ) -> Log:
     """Simulate a test of a model as its bench would run it.
 
@@ -39,6 +41,8 @@ def play(
         Seed of the noise and of the encoder's zero.
     provenance : Provenance, optional
         Origin to store; the record of this call if left out.
+    forward : Vector, optional
+        Effort (n,) that the bench adds to that of its position loop [N m | N].
 
     Returns
     -------
@@ -58,4 +62,4 @@ def play(
             "is a test with a reference; give `servo`, the gains of the bench's position loop",
         )
     origin = provenance or provenance_of_call("frictool.simulate.play", model=model)
-    return bench_test(model, test, servo or AT_REST, drive_noise, seed, origin)
+    return bench_test(model, test, servo or AT_REST, drive_noise, seed, origin, forward)

@@ -108,10 +108,12 @@ def breakaway_ramps(
     rate: float | None,
     repetitions: int,
     open_loop: bool,
+    segments: int = SEGMENTS,
 ) -> ExcitationSequence:
     """Return a sequence of breakaway ramps in both directions.
 
-    top [A | V] and rate [A/s | V/s] are chosen if None. Raises NoSolutionError that names the limit
+    top [A | V] and rate [A/s | V/s] are chosen if None; `segments` is the number of ramps over the
+    travel in each direction. Raises NoSolutionError that names the limit
     exceeded.
     """
     constant = bench.actuator.constant
@@ -130,15 +132,15 @@ def breakaway_ramps(
         top,
         limits.low,
         limits.high,
-        max(LEAST_COUNTS * bench.encoder.resolution, travel / SEGMENTS),
+        max(LEAST_COUNTS * bench.encoder.resolution, travel / segments),
         open_loop,
     )
     played = [_checked(bench, limits, ramp, name) for name in range(3)]
-    segments = [
+    written = [
         math.ceil(SPARE * max(getattr(one, side) for one in played))
         for side in ("forward", "backward")
     ]
-    command, number = _table(ramp, bench.sample_period_s, segments, repetitions)
+    command, number = _table(ramp, bench.sample_period_s, written, repetitions)
     rule = (
         "play every row"
         if open_loop

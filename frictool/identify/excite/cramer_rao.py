@@ -28,6 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import solveh_banded
 
+from frictool.identify.excite.stroke_profile import top_speed, unit_profile
 from frictool.typing import Vector
 
 # order of the columns of G and of every bound
@@ -78,21 +79,23 @@ class PriorAxis:
 
 @dataclass(frozen=True)
 class PlannedStroke:
-    """Half sine of the position between two turns.
+    """Stroke of the position between two turns: half sine, or trapezoid of the speed.
 
     - speed: top speed V, rad/s | m/s
     - distance: > 0, rad | m
     - times: number of repetitions in each direction
+    - ramp: share of the duration in which a trapezoid accelerates; None is a half sine
     """
 
     speed: float
     distance: float
     times: float = 1.0
+    ramp: float | None = None
 
     @property
     def duration(self) -> float:
-        """Return the duration of one stroke, s: distance = 2 V/w, and half a period is pi/w."""
-        return 0.5 * math.pi * self.distance / self.speed
+        """Return the duration of one stroke, s; for a half sine distance = 2 V duration/pi."""
+        return top_speed(self.ramp) * self.distance / self.speed
 
     @property
     def frequency(self) -> float:
@@ -143,27 +146,26 @@ def regressors(
     `side` is 1 for forward and -1 for backward. The first columns are SLIDING, without an absent
     offset; the columns of the loads follow.
     """
-    rate = math.pi / stroke.duration
-    angle = (
-        rate
-        * sensing.period
-        * (np.arange(max(0, math.floor(stroke.duration / sensing.period))) + 0.5)
-    )
-    advance = 0.5 * stroke.distance * (1.0 - np.cos(angle))
-    velocity = stroke.speed * np.sin(angle)
+    duration = stroke.duration
+    samples = max(0, math.floor(duration / sensing.period))
+    share = np.asarray(sensing.period / duration * (np.arange(samples) + 0.5))
+    advance, speed, acceleration = unit_profile(share, stroke.ramp)
+    advance = stroke.distance * advance
+    velocity = stroke.distance / duration * speed
+    acceleration = stroke.distance / duration**2 * acceleration
     free = axis.backlash + NOISE_COUNTS * sensing.step if axis.backlash > 0.0 else 0.0
     kept = (advance > free) & (velocity > SLOWEST * stroke.speed)
     ones = np.ones(int(np.count_nonzero(kept)))
-    speed = side * velocity[kept]
+    along = side * velocity[kept]
     columns = [
-        side * stroke.speed * rate * np.cos(angle)[kept],
-        speed,
+        side * acceleration[kept],
+        along,
         side * ones,
         *([ones] if axis.loads.offset else []),
     ]
     position = axis.middle + side * (advance[kept] - 0.5 * stroke.distance)
     for term, wave in axis.loads.terms:
-        columns += _of_term(term, wave, position, speed)
+        columns += _of_term(term, wave, position, along)
     return np.column_stack(columns)
 
 

@@ -1,0 +1,116 @@
+"""Test of `frictool excite --for`: wanted precisions, files and promise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import click
+
+from frictool.cli.console_output import note, print_json, say
+from frictool.cli.excite_test import bench_of, save_plot, save_test, summary, text
+from frictool.cli.output_files import check_targets, command_line, save_text
+from frictool.errors import EXIT_NO
+
+STROKES = ("inertia", "viscous", "coulomb", "offset")
+RAMPS = ("breakaway",)
+PRECISE = (*STROKES, *RAMPS)
+SETTINGS = ("duration", "seed")  # options of --kind that --for reads
+
+
+@dataclass(frozen=True)
+class PreciseRun:
+    """Command line of --for.
+
+    - options: options shared with --kind
+    - precise: longest, noise, ramps and promise
+    """
+
+    bench: Path
+    wanted: dict[str, float]
+    options: dict[str, Any]
+    precise: dict[str, Any]
+    plot: Path | None
+    output: Path
+    as_json: bool
+
+
+def write_precise(run: PreciseRun) -> None:
+    """Design, write and report the test; exit code 1 if it misses a wanted precision."""
+    _check(run)
+    ramps, promise = run.precise["ramps"], run.precise["promise"]
+    targets = {"-o": run.output, "--plot": run.plot, "--ramps": ramps, "--promise": promise}
+    check_targets(targets, [run.bench])
+    from frictool.documents.provenance import provenance_of_command
+    from frictool.documents.writing import to_yaml
+    from frictool.identify.excite.precise_ramps import precise_ramps
+    from frictool.identify.excite.precise_strokes import PrecisionRequest, precise_strokes
+    from frictool.identify.excite.promise_document import promise_of
+
+    bench = bench_of(run.bench)
+    precise = {name: run.precise[name] for name in ("longest", "noise") if run.precise[name]}
+    request = PrecisionRequest(
+        run.wanted, duration=run.options["duration"], seed=run.options["seed"] or 0, **precise
+    )
+    tests = []
+    if any(name in STROKES for name in run.wanted):
+        tests.append(precise_strokes(bench, request))
+    if any(name in RAMPS for name in run.wanted):
+        tests.append(precise_ramps(bench, request))
+    wanted = tuple(f"{name}={part:g}" for name, part in run.wanted.items())
+    words = command_line(
+        "excite",
+        {
+            "--bench": run.bench,
+            "--for": wanted,
+            **{f"--{name}": value for name, value in (run.options | precise).items()},
+        },
+    )
+    for test, target in zip(tests, (run.output, ramps), strict=False):
+        save_test(test.sequence, target, words, [run.bench])
+    if promise is not None:
+        provenance = provenance_of_command(words, [run.bench])
+        document = promise_of(tests, bench, request.noise, provenance)
+        save_text(promise, to_yaml(document), [run.bench])
+    if run.plot is not None:
+        save_plot(tests[0].sequence, run.plot, run.bench)
+    if run.as_json:
+        view = summary(tests[0].sequence)
+        extra = {"ramps": summary(tests[1].sequence)} if len(tests) > 1 else {}
+        print_json("excite/1", view | extra, run.output)
+    else:
+        for test, target in zip(tests, (run.output, ramps), strict=False):
+            say(text(test.sequence, target), run.output)
+    missed = _missed(run.wanted, {k: v for one in tests for k, v in one.half_widths.items()}, bench)
+    if missed:
+        note(f"missed within {run.options['duration']:g} s: {', '.join(missed)}")
+        click.get_current_context().exit(EXIT_NO)
+
+
+def _missed(wanted: dict[str, float], promised: dict[str, float], bench: Any) -> list[str]:
+    """Return each parameter whose promise is wider than wanted, with both precisions."""
+    from frictool.identify.excite.breakaway_ramps import breakaway_range
+    from frictool.identify.excite.precise_strokes import bench_value
+
+    out = []
+    for name, part in wanted.items():
+        value = breakaway_range(bench)[1] if name in RAMPS else bench_value(bench, name)
+        reached = promised[name] / value
+        if reached > part * (1.0 + 1e-9):
+            out.append(f"{name} {100 * reached:.3g} % (wanted {100 * part:.3g} %)")
+    return out
+
+
+def _check(run: PreciseRun) -> None:
+    """Raise UsageError if an option belongs to --kind, or if a file is missing or superfluous."""
+    for name, value in run.options.items():
+        if value is not None and name not in SETTINGS:
+            raise click.UsageError(f"--{name.replace('_', '-')} belongs to --kind, not to --for.")
+    both = {name in RAMPS for name in run.wanted} == {True, False}
+    if both and run.precise["ramps"] is None:
+        raise click.UsageError(
+            "--for breakaway with other parameters is two tests; give --ramps for the second."
+        )
+    if not both and run.precise["ramps"] is not None:
+        raise click.UsageError("--ramps belongs to --for breakaway with other parameters.")

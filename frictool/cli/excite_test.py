@@ -1,0 +1,76 @@
+"""Test of `frictool excite`: its files, and its summary as text and JSON."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from frictool.cli.console_output import note
+from frictool.cli.output_files import STDOUT, replacing, save_text
+
+if TYPE_CHECKING:
+    from frictool.documents.bench import Bench
+    from frictool.identify.excite.excitation_sequence import ExcitationSequence
+
+
+def bench_of(path: Path) -> Bench:
+    """Return the bench at `path`; warn of a load whose largest effort it does not declare."""
+    from frictool.documents.bench import Bench
+    from frictool.documents.registry import load
+    from frictool.identify.excite.bench_limits import unsaid_load
+
+    document = load(path, Bench)
+    unsaid = unsaid_load(document)
+    if unsaid is not None:
+        note(f"warning: {unsaid}")
+    return document
+
+
+def save_plot(sequence: ExcitationSequence, plot: Path, bench: Path) -> None:
+    """Write the picture of a test as SVG."""
+    from frictool.identify.excite.picture import picture
+
+    save_text(plot, picture(sequence) + "\n", [bench])
+
+
+def save_test(sequence: ExcitationSequence, output: Path, words: str, inputs: list[Path]) -> None:
+    """Write a test as CSV or MCAP, by the ending of its file."""
+    from frictool.documents.provenance import provenance_of_command
+    from frictool.logs.provenance import with_provenance
+
+    log = with_provenance(sequence.as_log(output.name), provenance_of_command(words, inputs))
+    with replacing(output, inputs) as stream:
+        if output.suffix.lower() == ".mcap":
+            from frictool.logs.canonical.mcap_format import write_mcap
+
+            write_mcap(log, stream)
+        else:
+            from frictool.logs.conversion import convert
+            from frictool.logs.formats import WRITTEN
+
+            convert(output.name, [sequence.outgoing()], {}, WRITTEN["csv"], stream)
+
+
+def summary(sequence: ExcitationSequence) -> dict[str, Any]:
+    """Return a test as JSON values."""
+    return {
+        "kind": sequence.kind,
+        "duration_s": sequence.duration,
+        "samples": sequence.time.size,
+        "columns": sequence.units,
+        "rule": sequence.rule,
+        "figures": sequence.figures,
+    }
+
+
+def text(sequence: ExcitationSequence, output: Path) -> str:
+    """Return a test as text."""
+    where = "stdout" if output == STDOUT else output.name
+    lines = [
+        f"{where}: {sequence.kind}, {sequence.duration:.4g} s, {sequence.time.size} "
+        f"samples, {', '.join(sequence.columns)}"
+    ]
+    lines += [
+        f"  {name.replace('_', ' '):<28}{value:.5g}" for name, value in sequence.figures.items()
+    ]
+    return "\n".join([*lines, f"to play it: {sequence.rule}"])

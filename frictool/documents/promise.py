@@ -1,0 +1,56 @@
+"""`promise.yaml`: the precision that a test of `frictool excite --for` promises."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import msgspec
+
+from frictool.documents.provenance import Provenance
+from frictool.documents.quantity import (
+    AnyQuantity,
+    Axis,
+    Inertia,
+    NonNegativeEffort,
+    PositiveTime,
+    Viscous,
+)
+
+Share = Annotated[float, msgspec.Meta(gt=0, lt=1)]
+
+
+class HalfWidths(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Half of an interval of each parameter.
+
+    - `inertia`, `viscous`, `coulomb`, `offset`, `breakaway`: Half width, in units of the parameter.
+    """
+
+    inertia: Inertia | None = None
+    viscous: Viscous | None = None
+    coulomb: NonNegativeEffort | None = None
+    offset: NonNegativeEffort | None = None
+    breakaway: NonNegativeEffort | None = None
+
+
+class Promise(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Precision that a test promises for every axis of the bench's intervals: `promise.yaml`.
+
+    - `name`: Name of the bench.
+    - `confidence`: Confidence of the intervals.
+    - `method`: Method of `identify` that the promise belongs to.
+    - `duration`: Duration of the test.
+    - `drive_noise`: Standard deviation of the measured drive that the promise assumes.
+    - `half_widths`: Promised half widths of the intervals.
+    - `bounds`: Half widths that follow from the Cramér-Rao bound; no unbiased estimator has less.
+    """
+
+    format: Literal["promise/1"]
+    name: str
+    axis: Axis
+    confidence: Share
+    method: str
+    duration: PositiveTime
+    drive_noise: AnyQuantity
+    half_widths: HalfWidths
+    bounds: HalfWidths
+    provenance: Provenance

@@ -1,0 +1,122 @@
+"""Breakaway ramps for a requested precision: rate and number of onsets of least duration.
+
+The error of the breakaway has a part that averages out over onsets and a part that the range of the
+inertia leaves (assess/ramp_precision.py). Both grow with the rate, and the duration of a ramp falls
+with it; the rate of least duration is searched on a grid.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.errors import NoSolutionError
+from frictool.identify.assess.ramp_precision import ramp_precision
+from frictool.identify.excite.bench_limits import BenchLimits, limits_of
+from frictool.identify.excite.breakaway_ramps import (
+    PAUSE,
+    SEGMENTS,
+    breakaway_ramps,
+    breakaway_range,
+    effort_rate,
+)
+from frictool.identify.excite.estimator_efficiency import RAMP_FACTOR
+from frictool.identify.excite.precise_strokes import QUANTILE, PreciseTest, PrecisionRequest
+
+RATES = np.geomspace(0.02, 1.0, 35)  # of the usual rate of `excite --kind breakaway`
+FEWEST_ONSETS = 10  # of both directions
+
+
+def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
+    """Return ramps with the requested precision of the breakaway.
+
+    Parameters
+    ----------
+    bench
+        Bench whose limits the test respects on every axis of the a-priori intervals.
+    request
+        Wanted precision of the breakaway; with a duration, the ramps are the best of that duration.
+
+    Returns
+    -------
+    PreciseTest
+        Drive command with its rules, and the promise.
+
+    Raises
+    ------
+    NoSolutionError
+        If the precision needs more time than allowed, or if the ramps exceed a limit of the bench.
+    """
+    expected = breakaway_range(bench)[1]
+    known = bench.mechanics.inertia
+    inertia = (known.interval[0], known.value, known.interval[1])
+
+    def deviation(rate: float, onsets: float) -> float:
+        step = bench.encoder.resolution
+        return ramp_precision(rate, step, bench.sample_period_s, inertia, onsets).deviation
+
+    half = request.wanted["breakaway"] * expected
+    limit = half / (QUANTILE * RAMP_FACTOR)
+    plans = []
+    for rate in (effort_rate(bench) * RATES).tolist():
+        lasting = expected / rate + PAUSE
+        common = deviation(rate, math.inf)
+        if request.duration is None:
+            onsets = _onsets(deviation(rate, 1.0), common, limit)
+        else:
+            onsets = 2.0 * math.floor(0.5 * request.duration / lasting)
+        if FEWEST_ONSETS <= onsets < math.inf:
+            plans.append((onsets * lasting, deviation(rate, onsets), rate, int(onsets)))
+    if not plans:
+        raise NoSolutionError(
+            f"time: {FEWEST_ONSETS} ramps are not possible within the duration; raise --duration"
+            if request.duration is not None
+            else "resolution: the range of mechanics.inertia makes the onsets too uncertain at "
+            "any rate; identify the inertia first, or use a finer encoder"
+        )
+    shortest = min(plans, key=lambda plan: plan[0 if request.duration is None else 1])
+    needed, reached, rate, onsets = shortest
+    if request.duration is None and needed > request.longest:
+        raise NoSolutionError(
+            f"time: breakaway={100 * request.wanted['breakaway']:.3g}% needs ramps of "
+            f"{needed:.3g} s; allowed: {request.longest:.4g} s; any of these would do: "
+            f"{needed:.3g} s of time; a finer encoder; a narrower mechanics.inertia"
+        )
+    rounds = max(1, math.ceil(onsets / (2 * SEGMENTS)))
+    segments = math.ceil(onsets / (2 * rounds))
+    sequence = breakaway_ramps(
+        bench,
+        _middle_part(limits_of(bench), segments),
+        None,
+        rate / bench.actuator.constant.value,
+        rounds,
+        False,
+        segments,
+    )
+    bound = QUANTILE * reached
+    promised = RAMP_FACTOR * bound
+    sequence.figures.update(promised_breakaway=promised, onsets=float(onsets))
+    return PreciseTest(sequence, {"breakaway": promised}, {"breakaway": bound})
+
+
+def _onsets(single: float, common: float, limit: float) -> float:
+    """Return the even number of onsets whose mean has a deviation of `limit`; inf if none has."""
+    if common >= limit:
+        return math.inf
+    scatter = single**2 - common**2
+    return max(FEWEST_ONSETS, 2.0 * math.ceil(0.5 * scatter / (limit**2 - common**2)))
+
+
+def _middle_part(limits: BenchLimits, segments: int) -> BenchLimits:
+    """Return the limits of the middle of the travel, in which `segments` ramps are played.
+
+    A ramp then advances as far as one of `excite --kind breakaway`, and is as safe.
+    """
+    if math.isinf(limits.travel):
+        return limits
+    middle = 0.5 * (limits.low + limits.high)
+    half = 0.5 * limits.travel * segments / SEGMENTS
+    return replace(limits, low=middle - half, high=middle + half)

@@ -1,0 +1,279 @@
+"""Test of strokes for requested precisions: the shortest one, or the best one of a duration."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.special import ndtri
+
+from frictool.documents.bench import Bench
+from frictool.errors import NoSolutionError
+from frictool.identify.assess.weak_form_precision import weak_deviation
+from frictool.identify.excite.bench_limits import BenchLimits, check_reference, limits_of
+from frictool.identify.excite.cramer_rao import SLIDING, PlannedStroke
+from frictool.identify.excite.estimator_efficiency import half_width_factor
+from frictool.identify.excite.excitation_sequence import ExcitationSequence, reference_sequence
+from frictool.identify.excite.half_sines import Motion, joined
+from frictool.identify.excite.sines import SPREAD
+from frictool.identify.excite.stroke_candidates import (
+    StrokeCandidate,
+    stroke_candidates,
+    stroke_speed,
+    worst_axis,
+    worst_sensing,
+)
+from frictool.identify.excite.stroke_design import StrokeProgram, best_within, shortest
+from frictool.identify.excite.stroke_profile import unit_profile
+from frictool.typing import Vector
+
+CONFIDENCE = 0.95  # of the promised half widths
+QUANTILE = float(ndtri(0.5 + 0.5 * CONFIDENCE))
+PAUSE = 0.1  # s, of one pause
+KIND = "strokes"
+CORRECTIONS = 8  # corrections of the program by the loss of the estimator on its test
+MORE = 1.02  # factor on the loss, so that the corrections end
+
+
+@dataclass(frozen=True)
+class PrecisionRequest:
+    """Requested precision of a test.
+
+    - wanted: parameter -> half width of a 95 % interval relative to the bench's value
+    - duration: duration of the best test, s; None for the shortest test
+    - longest: longest allowed duration of the shortest test, s
+    - noise: standard deviation of the measured drive, A | V; None for 0.2 % of its limit
+    - seed: seed of the random turns
+    """
+
+    wanted: Mapping[str, float]
+    duration: float | None = None
+    longest: float = 3600.0
+    noise: float | None = None
+    seed: int = 0
+
+    def only(self, names: tuple[str, ...]) -> dict[str, float]:
+        """Return the wanted precisions of `names`."""
+        return {name: part for name, part in self.wanted.items() if name in names}
+
+
+@dataclass(frozen=True)
+class PreciseTest:
+    """Test with the precision that it promises, in SI units.
+
+    - half_widths: parameter -> promised half width
+    - bounds: parameter -> half width of the Cramér-Rao bound
+    """
+
+    sequence: ExcitationSequence
+    half_widths: dict[str, float]
+    bounds: dict[str, float]
+
+
+def bench_value(bench: Bench, name: str) -> float:
+    """Return the bench's value of a parameter, to which a precision is relative.
+
+    Raises
+    ------
+    NoSolutionError
+        If the value is 0 or absent.
+    """
+    known = getattr(bench.mechanics, name)
+    if known is None or known.value == 0.0:
+        raise NoSolutionError(
+            f"{name}: a precision relative to mechanics.{name} needs a value of it other than 0; "
+            f"found: {'none' if known is None else '0'}"
+        )
+    return abs(float(known.value))
+
+
+def precise_strokes(bench: Bench, request: PrecisionRequest) -> PreciseTest:
+    """Return a test of strokes with the requested precision.
+
+    Parameters
+    ----------
+    bench
+        Bench whose limits the test respects on every axis of the a-priori intervals.
+    request
+        Wanted precisions of SLIDING parameters; the others are ignored.
+
+    Returns
+    -------
+    PreciseTest
+        Reference of the position loop, and its promise. With `request.duration`, the promise may be
+        wider than requested.
+
+    Raises
+    ------
+    NoSolutionError
+        If no test within the limits has the precision. The message names the limit.
+    """
+    candidates = stroke_candidates(bench, request.noise)
+    wanted = stroke_program(bench, request, candidates)
+    program = wanted
+    for _ in range(CORRECTIONS):
+        times = _repetitions(bench, request, program)
+        bound = np.sqrt(program.variances(times))
+        expected = _expected_deviation(bench, request, candidates, times)
+        if request.duration is None and np.all(expected**2 <= wanted.limit):
+            break
+        loss = np.where(np.isfinite(wanted.limit), np.maximum(expected / bound, 1.0), 1.0)
+        program = replace(program, limit=wanted.limit / (MORE * loss) ** 2)
+    else:
+        if request.duration is None:
+            raise _unreachable(bench, request, None)
+    limits = limits_of(bench)
+    motion = stroke_motion(candidates, times, limits, bench.sample_period_s, request.seed)
+    check_reference(limits, *motion)
+    names = [SLIDING[row] for row in program.requested]
+    bounds = dict(zip(names, (QUANTILE * bound[program.requested]).tolist(), strict=True))
+    half_widths = {
+        name: QUANTILE
+        * half_width_factor(name, bench, limits.speed)
+        * float(expected[SLIDING.index(name)])
+        for name in names
+    }
+    sequence = reference_sequence(KIND, bench, motion, _figures(half_widths, program, times))
+    return PreciseTest(sequence, half_widths, bounds)
+
+
+def _repetitions(bench: Bench, request: PrecisionRequest, program: StrokeProgram) -> Vector:
+    """Return the repetitions (k,) of the shortest test, or of the best one of a duration."""
+    if request.duration is None:
+        times = shortest(program)
+        needed = None if times is None else float(times @ program.duration)
+        if times is None or needed is None or needed > request.longest:
+            raise _unreachable(bench, request, needed)
+        return times
+    times = best_within(program, request.duration)
+    if times is None:
+        raise NoSolutionError(
+            f"time: no test of {request.duration:.4g} s determines "
+            f"{', '.join(request.only(SLIDING))}; the shortest stroke there and back takes "
+            f"{float(program.duration[:-1].min()):.3g} s; raise --duration"
+        )
+    return times
+
+
+def _expected_deviation(
+    bench: Bench, request: PrecisionRequest, candidates: list[StrokeCandidate], times: Vector
+) -> Vector:
+    """Return the standard deviations (p,) of least squares over windows; 0 for loads.
+
+    `identify` takes this estimator or a better one; its weights are not the optimal ones.
+    """
+    strokes = [
+        replace(one.stroke, times=float(count))
+        for one, count in zip(candidates, times[:-1], strict=True)
+        if count
+    ]
+    sensing = worst_sensing(bench, request.noise)
+    deviation, _ = weak_deviation(strokes, worst_axis(bench), sensing)
+    size = candidates[0].information.shape[0]
+    return np.concatenate((deviation, np.zeros(max(0, size - deviation.size))))[:size]
+
+
+def stroke_program(
+    bench: Bench, request: PrecisionRequest, candidates: list[StrokeCandidate]
+) -> StrokeProgram:
+    """Return the convex program of a request; its last candidate is the pause.
+
+    Raises
+    ------
+    NoSolutionError
+        If the bench has no value that a wanted precision is relative to.
+    """
+    size = candidates[0].information.shape[0]
+    speed = limits_of(bench).speed
+    limit = np.full(size, math.inf)
+    for name, part in request.only(SLIDING).items():
+        half = part * bench_value(bench, name)
+        factor = half_width_factor(name, bench, speed)
+        limit[SLIDING.index(name)] = (half / (QUANTILE * factor)) ** 2
+    actuator = bench.actuator
+    rms = actuator.rms_limit.value / actuator.limit.value if actuator.rms_limit else math.inf
+    return StrokeProgram(
+        np.array([*(one.information for one in candidates), np.zeros((size, size))]),
+        np.array([*(one.duration for one in candidates), PAUSE]),
+        np.array([*(one.mean_square for one in candidates), 0.0]),
+        limit,
+        rms,
+    )
+
+
+def stroke_motion(
+    candidates: list[StrokeCandidate],
+    times: Vector,
+    limits: BenchLimits,
+    period: float,
+    seed: int,
+) -> Motion:
+    """Return the motion of `times` (k + 1,) repetitions; the last number is of pauses.
+
+    The turns are random within SPREAD of the reach at either end, so that strokes meet different
+    encoder counts. Pauses are spread evenly.
+    """
+    draw = np.random.default_rng(seed)
+    middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
+    order = sorted(
+        (one for one, count in zip(candidates, times[:-1], strict=True) for _ in range(int(count))),
+        key=lambda one: (-one.reach, -one.stroke.speed),
+    )
+    pauses = np.diff(np.floor(times[-1] * np.arange(len(order) + 1) / len(order)))
+
+    def turn(one: StrokeCandidate, side: float) -> float:
+        return middle + side * (0.5 - SPREAD * draw.uniform(0.0, 1.0)) * one.reach
+
+    here = turn(order[0], -1.0)
+    parts: list[Motion] = []
+    for one, rests in zip(order, pauses, strict=True):
+        for side in (1.0, -1.0):
+            end = turn(one, side)
+            speed = min(one.stroke.speed, stroke_speed(limits, abs(end - here), one.stroke.ramp))
+            parts.append(_part(here, end, speed, one.stroke.ramp, period))
+            here = end
+        if rests:
+            still = np.zeros(round(rests * PAUSE / period))
+            parts.append((still + here, still, still))
+    return joined(parts, here)
+
+
+def _part(start: float, end: float, speed: float, ramp: float | None, period: float) -> Motion:
+    """Return a stroke from `start` to the sample before `end`, with top speed <= `speed`."""
+    stroke = PlannedStroke(speed, abs(end - start), 1.0, ramp)
+    samples = max(2, math.ceil(stroke.duration / period))
+    duration = samples * period
+    advance, velocity, acceleration = unit_profile(np.arange(samples) / samples, ramp)
+    distance = end - start
+    return (
+        start + distance * advance,
+        distance / duration * velocity,
+        distance / duration**2 * acceleration,
+    )
+
+
+def _figures(
+    half_widths: Mapping[str, float], program: StrokeProgram, times: Vector
+) -> dict[str, float]:
+    square = float((times * program.duration) @ program.mean_square)
+    return {
+        **{f"promised_{name}": half for name, half in half_widths.items()},
+        "strokes": 2.0 * float(times[:-1].sum()),
+        "kinds_of_strokes": float(np.count_nonzero(times[:-1])),
+        "largest_drive_rms_share": math.sqrt(square / float(times @ program.duration)),
+    }
+
+
+def _unreachable(bench: Bench, request: PrecisionRequest, needed: float | None) -> NoSolutionError:
+    """Return the refusal of a precision, with the limit and what would do."""
+    from frictool.identify.excite.precision_remedies import remedies
+
+    wanted = ", ".join(f"{name}={100 * one:.3g}%" for name, one in request.only(SLIDING).items())
+    limit = (
+        f"time: {wanted} needs a test of {needed:.3g} s; allowed: {request.longest:.4g} s"
+        if needed is not None
+        else f"travel: strokes on this bench do not tell {', '.join(request.only(SLIDING))} apart"
+    )
+    return NoSolutionError("; ".join([limit, *remedies(bench, request, needed)]))

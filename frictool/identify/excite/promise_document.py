@@ -1,0 +1,45 @@
+"""Promise document of one or two tests."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from frictool.documents.bench import Bench
+from frictool.documents.promise import HalfWidths, Promise
+from frictool.documents.provenance import Provenance
+from frictool.documents.quantity import Quantity, drive_dimension, si_unit
+from frictool.identify.excite.bench_limits import NOISE_SHARE
+from frictool.identify.excite.estimator_efficiency import METHOD
+from frictool.identify.excite.precise_strokes import CONFIDENCE, PreciseTest
+from frictool.identify.fit_result import DIMENSIONS
+
+
+def promise_of(
+    tests: Sequence[PreciseTest], bench: Bench, noise: float | None, provenance: Provenance
+) -> Promise:
+    """Return the promise of the tests of one bench; `noise` of the drive in A | V."""
+    actuator = bench.actuator
+    assumed = NOISE_SHARE * actuator.limit.value if noise is None else noise
+
+    def widths(values: dict[str, float]) -> HalfWidths:
+        return HalfWidths(
+            **{
+                name: Quantity(value, unit=si_unit(DIMENSIONS[name], bench.axis))
+                for name, value in values.items()
+            }
+        )
+
+    merged = [(one.half_widths, one.bounds) for one in tests]
+    drive = si_unit(drive_dimension(actuator.drive, constant=False), bench.axis)
+    return Promise(
+        format="promise/1",
+        name=bench.name,
+        axis=bench.axis,
+        confidence=CONFIDENCE,
+        method=METHOD,
+        duration=Quantity(sum(one.sequence.duration for one in tests), unit="s"),
+        drive_noise=Quantity(assumed, unit=drive),
+        half_widths=widths({k: v for one, _ in merged for k, v in one.items()}),
+        bounds=widths({k: v for _, one in merged for k, v in one.items()}),
+        provenance=provenance,
+    )

@@ -1,0 +1,140 @@
+"""Strokes of which an optimal test is made: distances, speeds and shapes within the bench's limits.
+
+Each candidate is one stroke forward and one backward. Its information and its drive are those of
+the worst axis of the a-priori intervals:
+
+- inertia and viscous friction at their upper ends. The covariance of the noise,
+  noise^2 I + step^2/12 T T' with T = inertia D2 + viscous D1, grows with both, so that every other
+  axis gives more information.
+- noise of the effort with the largest drive constant; drive with the smallest.
+- backlash at its upper end. Samples within it, and samples slower than 2 % of the stroke's top
+  speed, where the axis may stick, count as lost.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.errors import NoSolutionError
+from frictool.identify.excite.bench_limits import BenchLimits, axis_known, limits_of, sensing_of
+from frictool.identify.excite.cramer_rao import (
+    PlannedStroke,
+    PriorAxis,
+    SensorPrecision,
+    information,
+)
+from frictool.identify.excite.half_sines import TOP_SHARE, reachable_speed, spare_effort
+from frictool.identify.excite.sine import SHORTEST_COUNTS, longest_distance
+from frictool.identify.excite.sines import SPREAD
+from frictool.identify.excite.stroke_profile import unit_profile
+from frictool.typing import Matrix
+
+DISTANCES = 6
+SHORTEST_SHARE = 0.04  # shortest stroke relative to the longest one
+SPEEDS = (1.0, 0.7, 0.5, 0.35, 0.2, 0.1)  # top speeds relative to the reachable speed
+RAMPS = (None, 0.5, 0.25)  # shapes; None is a half sine
+FEWEST_SAMPLES = 100  # of a stroke
+MOST_SAMPLES = 20_000  # of a stroke
+DRIVE_POINTS = 400  # points of a stroke at which the drive is computed
+
+
+@dataclass(frozen=True)
+class StrokeCandidate:
+    """Stroke that a test may repeat, forward and backward.
+
+    - stroke: mean stroke; its turns vary by SPREAD of its reach
+    - reach: distance between the outermost turns, rad | m
+    - information: information matrix of both directions, (p, p)
+    - mean_square: mean square of the drive on the worst axis relative to its limit
+    """
+
+    stroke: PlannedStroke
+    reach: float
+    information: Matrix
+    mean_square: float
+
+    @property
+    def duration(self) -> float:
+        """Return the duration of both directions, s."""
+        return 2.0 * self.stroke.duration
+
+
+def worst_axis(bench: Bench) -> PriorAxis:
+    """Return the a-priori axis whose noise is largest."""
+    known = bench.mechanics
+    return replace(
+        axis_known(bench), inertia=known.inertia.interval[1], viscous=known.viscous.interval[1]
+    )
+
+
+def worst_sensing(bench: Bench, noise: float | None) -> SensorPrecision:
+    """Return the sensor precision with the largest drive constant; `noise` in A | V."""
+    constant = bench.actuator.constant
+    sensing = sensing_of(bench, noise)
+    return replace(sensing, noise=sensing.noise * constant.interval[1] / constant.value)
+
+
+def stroke_speed(limits: BenchLimits, distance: float, ramp: float | None) -> float:
+    """Return the top speed of a stroke that the worst axis follows, rad/s | m/s.
+
+    A trapezoid needs its largest effort at the end of its rise:
+    inertia V^2 (1 - ramp)/(ramp distance) + viscous V + steady <= effort.
+    """
+    if ramp is None:
+        return reachable_speed(limits, distance)
+    left = spare_effort(limits)
+    second = limits.inertia * (1.0 - ramp) / (ramp * distance)
+    root = math.sqrt(limits.viscous**2 + 4.0 * second * left)
+    return min(TOP_SHARE * limits.speed, 2.0 * left / (limits.viscous + root))
+
+
+def stroke_candidates(bench: Bench, noise: float | None) -> list[StrokeCandidate]:
+    """Return the candidates of a bench.
+
+    Raises
+    ------
+    NoSolutionError
+        If no stroke within the travel passes the backlash and some counts of the encoder.
+    """
+    limits = limits_of(bench)
+    axis, sensing = worst_axis(bench), worst_sensing(bench, noise)
+    longest = longest_distance(limits)
+    least = axis.backlash + SHORTEST_COUNTS * sensing.step
+    if (1.0 - 2.0 * SPREAD) * longest < least:
+        raise NoSolutionError(
+            f"travel: strokes of {(1.0 - 2.0 * SPREAD) * longest:.4g} {limits.unit} are possible; "
+            f"needed: {least:.4g} (backlash and {SHORTEST_COUNTS:g} counts); use a finer encoder "
+            "or more travel"
+        )
+    shortest = max(SHORTEST_SHARE * longest, least / (1.0 - 2.0 * SPREAD))
+    return [
+        StrokeCandidate(
+            stroke, reach, information([stroke], axis, sensing), mean_square(stroke, limits)
+        )
+        for reach in np.geomspace(longest, min(longest, shortest), DISTANCES).tolist()
+        for ramp in RAMPS
+        for share in SPEEDS
+        for stroke in [_stroke(limits, reach, ramp, share)]
+        if FEWEST_SAMPLES <= stroke.duration / sensing.period <= MOST_SAMPLES
+    ]
+
+
+def _stroke(limits: BenchLimits, reach: float, ramp: float | None, share: float) -> PlannedStroke:
+    top = stroke_speed(limits, (1.0 - 2.0 * SPREAD) * reach, ramp)
+    return PlannedStroke(share * top, (1.0 - SPREAD) * reach, 1.0, ramp)
+
+
+def mean_square(stroke: PlannedStroke, limits: BenchLimits) -> float:
+    """Return the mean square of the drive on the worst axis relative to its limit."""
+    share = (np.arange(DRIVE_POINTS) + 0.5) / DRIVE_POINTS
+    _, speed, acceleration = unit_profile(share, stroke.ramp)
+    effort = (
+        limits.inertia * stroke.distance / stroke.duration**2 * acceleration
+        + limits.viscous * stroke.distance / stroke.duration * speed
+        + limits.steady
+    )
+    return float(np.mean(effort**2)) / limits.effort**2

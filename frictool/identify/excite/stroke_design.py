@@ -1,0 +1,190 @@
+"""Optimal repetitions of candidate strokes: a convex program, and its whole-number solution.
+
+The information matrices M_k of the candidates add up. The shortest test for the half widths h_i of
+the parameters i, with x_k the number of repetitions of candidate k and tau_k its duration, is
+
+    minimise    sum tau_k x_k
+    subject to  e_i' (sum x_k M_k)^-1 e_i <= (h_i/q_i)^2       for each requested parameter
+                sum tau_k x_k (rms_k^2 - rms^2) <= 0           drive, if it has an rms limit
+                x_k >= 0
+
+(Pukelsheim 2006, chapter 6; Boyd and Vandenberghe 2004, 7.5). q_i is the number of standard
+deviations of the bound in a half width of the estimator. The best test of a duration minimises the
+largest left side over right side. The pause is a candidate without information and drive.
+
+Rounding: all repetitions are rounded up, and then removed one by one, the longest first, as long as
+every constraint holds. The result satisfies the constraints as whole numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from frictool.lmi.optimal_design import optimal_shares
+from frictool.typing import IntVector, Matrix, Vector
+
+FEWEST_PAIRS = 8  # repetitions of a test; an interval needs several strokes
+NEGLIGIBLE = 1e-4  # share or repetition; less is solver noise
+SCALES = 8.0  # decades of the common factor of the limits, either way
+BISECTIONS = 24
+MOST_EXCHANGED = 40  # repetitions; longer tests gain little by an exchange
+SINGULAR = 1e12  # condition number above which information is singular
+
+
+@dataclass(frozen=True)
+class StrokeProgram:
+    """Convex program in whole repetitions of candidates.
+
+    - information: matrices of the candidates, (k, p, p)
+    - duration: durations (k,), s
+    - mean_square: mean square of the drive (k,), relative to its limit
+    - limit: (p,) largest variance of each parameter; inf if it is not requested
+    - rms: largest rms of the drive over the test relative to its limit
+    """
+
+    information: Matrix
+    duration: Vector
+    mean_square: Vector
+    limit: Vector
+    rms: float = math.inf
+
+    def variances(self, times: Vector) -> Vector:
+        """Return the bound of the variance (p,) of `times` (k,) repetitions; inf if unknown."""
+        matrix = np.tensordot(times, self.information, axes=1)
+        scale = np.sqrt(np.diag(matrix))
+        if not np.all(scale > 0.0):
+            return np.full(scale.size, math.inf)
+        unit = matrix / np.outer(scale, scale)
+        if np.linalg.cond(unit) > SINGULAR:
+            return np.full(scale.size, math.inf)
+        return np.asarray(np.diag(np.linalg.inv(unit)) / scale**2)
+
+    def worst(self, times: Vector) -> float:
+        """Return the largest variance over limit of `times` (k,) repetitions."""
+        known = self.requested
+        return float((self.variances(times)[known] / self.limit[known]).max())
+
+    def allowed(self, times: Vector) -> bool:
+        """Return True if the drive's rms is within its limit and the strokes are enough."""
+        total = float(times @ self.duration)
+        square = float((times * self.duration) @ self.mean_square)
+        moving = float(times[self.mean_square > 0.0].sum())
+        return square <= self.rms**2 * total * (1.0 + 1e-9) and moving >= FEWEST_PAIRS
+
+    @property
+    def requested(self) -> IntVector:
+        """Return the indices of the parameters with a limit."""
+        return np.asarray(np.flatnonzero(np.isfinite(self.limit)), dtype=np.int64)
+
+
+def shortest(program: StrokeProgram) -> Vector | None:
+    """Return the repetitions (k,) of the shortest test, whole numbers; None if there is none."""
+    shares = _shares(program)
+    return None if shares is None else _rounded(program, shares)
+
+
+def best_within(program: StrokeProgram, duration: float) -> Vector | None:
+    """Return the repetitions (k,) of the most precise test of at most `duration` [s], or None.
+
+    The test is the shortest one for limits that a common factor scales; the factor is bisected.
+    """
+    shares = _shares(program)
+    if shares is None:
+        return None
+    best = None
+    low, high = -SCALES, SCALES
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        scaled = replace(program, limit=program.limit * 10.0**middle)
+        if program.worst(shares / program.duration) * 10.0**-middle > duration:
+            low = middle
+            continue
+        times = _rounded(scaled, shares)
+        if float(times @ program.duration) <= duration:
+            best = times
+            high = middle
+        else:
+            low = middle
+    return best
+
+
+def _rounded(program: StrokeProgram, shares: Vector) -> Vector:
+    """Return whole repetitions (k,) near the optimal shares that satisfy the constraints."""
+    worst = program.worst(shares / program.duration)
+    times = np.maximum(np.ceil(worst * shares / program.duration - NEGLIGIBLE), shares > 0.0)
+    return _shortened(program, _pruned(program, times))
+
+
+def _one_more(times: Vector, index: int) -> Vector:
+    """Return the repetitions (k,) with one more of candidate `index`."""
+    more = times.copy()
+    more[index] += 1.0
+    return more
+
+
+def _shares(program: StrokeProgram) -> Vector | None:
+    """Return the shares (k,) of the duration with the least worst ratio, or None."""
+    rate = program.information / program.duration[:, None, None]
+    shares = optimal_shares(rate, program.limit, program.mean_square - program.rms**2)
+    if shares is None:
+        return None
+    shares = np.where(shares < NEGLIGIBLE, 0.0, shares)
+    return np.asarray(shares / shares.sum())
+
+
+def _pruned(program: StrokeProgram, times: Vector) -> Vector:
+    """Return whole repetitions that meet every constraint, from which none can be removed."""
+    while not program.allowed(times) or program.worst(times) > 1.0:
+        support = np.flatnonzero(times)
+        scores = [program.worst(_one_more(times, int(one))) for one in support]
+        times = (
+            _one_more(times, int(support[int(np.argmin(scores))]))
+            if program.worst(times) > 1.0
+            else _allowed_more(program, times)
+        )
+    removed = True
+    while removed:
+        removed = False
+        for one in sorted(np.flatnonzero(times), key=lambda k: -float(program.duration[k])):
+            fewer = times.copy()
+            fewer[one] -= 1.0
+            if program.allowed(fewer) and program.worst(fewer) <= 1.0:
+                times = fewer
+                removed = True
+    return times
+
+
+def _allowed_more(program: StrokeProgram, times: Vector) -> Vector:
+    """Return the repetitions with one more stroke, or one more pause if the drive needs it."""
+    pauses = np.flatnonzero(program.mean_square == 0.0)
+    moving = np.flatnonzero((times > 0.0) & (program.mean_square > 0.0))
+    short = times[moving].sum() < FEWEST_PAIRS or not pauses.size
+    chosen = int(moving[np.argmin(program.duration[moving])]) if short else int(pauses[0])
+    return _one_more(times, chosen)
+
+
+def _shortened(program: StrokeProgram, times: Vector) -> Vector:
+    """Return the repetitions with long strokes exchanged for shorter ones while they suffice."""
+    if times.sum() > MOST_EXCHANGED:
+        return times
+    by_duration = np.argsort(program.duration, kind="stable")
+    for one in sorted(np.flatnonzero(times), key=lambda k: -float(program.duration[k])):
+        for _ in range(int(times[one])):
+            fewer = times.copy()
+            fewer[one] -= 1.0
+            shorter = by_duration[program.duration[by_duration] < program.duration[one]]
+            exchanged = (
+                more
+                for other in shorter
+                if program.mean_square[other] > 0.0
+                for more in [_one_more(fewer, int(other))]
+                if program.allowed(more) and program.worst(more) <= 1.0
+            )
+            better = next(exchanged, None)
+            if better is None:
+                break
+            times = better
+    return times

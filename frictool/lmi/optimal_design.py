@@ -1,0 +1,72 @@
+"""Optimal design of an experiment: shares of its duration, as a convex program.
+
+    minimise    max_i  e_i' (sum x_k R_k)^-1 e_i / limit_i
+    subject to  sum x_k = 1,  x_k >= 0,  sum x_k cost_k <= 0
+
+(Pukelsheim 2006, chapter 6; Boyd and Vandenberghe 2004, 7.5). R_k is the information that
+experiment k gives per second. The program is stated with cvxpy and solved by clarabel.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from frictool.typing import Matrix, Vector
+
+SINGULAR = 1e12  # condition number above which the information of all experiments is singular
+
+
+def optimal_shares(rate: Matrix, limit: Vector, cost: Vector) -> Vector | None:
+    """Return the shares of the duration with the least worst ratio of variance to limit.
+
+    Parameters
+    ----------
+    rate
+        Information per second of each experiment, (k, p, p).
+    limit
+        Largest variance of each parameter, (p,); inf if a parameter has no limit.
+    cost
+        Cost of each experiment per second, (k,); the mean cost must be at most 0. Values of -inf
+        are no constraint.
+
+    Returns
+    -------
+    Vector or None
+        Shares (k,), >= 0, sum 1; None if all experiments together do not determine the parameters,
+        or if the solver finds no solution.
+    """
+    import cvxpy as cp
+
+    known = np.flatnonzero(np.isfinite(limit))
+    mixture = np.mean(rate, axis=0)
+    power = np.diag(mixture)
+    if not np.all(power > 0.0):
+        return None
+    scale = 1.0 / np.sqrt(power)
+    scaled = rate * np.outer(scale, scale)
+    mixture = mixture * np.outer(scale, scale)
+    if np.linalg.cond(mixture) > SINGULAR:
+        return None
+    weight = scale[known] ** 2 / limit[known]
+    weight /= float((weight * np.diag(np.linalg.inv(mixture))[known]).max())
+    share: Any = cp.Variable(rate.shape[0], nonneg=True)
+    size = rate.shape[1]
+    matrix = cp.reshape(scaled.reshape(rate.shape[0], -1).T @ share, (size, size), order="F")
+    ratios = [
+        float(part) * cp.matrix_frac(np.eye(size)[row], matrix)
+        for row, part in zip(known, weight, strict=True)
+    ]
+    rules: list[Any] = [cp.sum(share) == 1.0]
+    if math.isfinite(float(cost.min())):
+        rules.append(share @ cost <= 0.0)
+    problem = cp.Problem(cp.Minimize(cp.max(cp.hstack(ratios))), rules)
+    try:
+        problem.solve(solver=cp.CLARABEL)
+    except cp.SolverError:
+        return None
+    if share.value is None:
+        return None
+    return np.maximum(np.asarray(share.value, dtype=np.float64), 0.0)

@@ -1,0 +1,60 @@
+"""Plausible position loop of a bench, for tests that are played without hardware.
+
+    effort = P (reference - position) + D d/dt (reference - position) + feedforward
+    feedforward = inertia a + viscous v + coulomb sign(v) + offset    with the bench's values
+
+The speed loop has half the bandwidth that the delay allows, the position loop 0.3 of it. One count
+per sample changes the drive by at most a quarter of its limit.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.engine.bench_position_loop import PositionServo
+from frictool.logs.log import Log
+from frictool.typing import Vector
+
+SPEED_SHARE = 0.5  # bandwidth of the speed loop times the delay
+POSITION_SHARE = 0.3  # bandwidth of the position loop over that of the speed loop
+LARGEST_COUNT = 0.25  # drive of one count per sample relative to the drive's limit
+
+
+def default_servo(bench: Bench) -> PositionServo:
+    """Return the position loop of a bench, from position to effort."""
+    actuator = bench.actuator
+    period = bench.sample_period_s
+    delay = actuator.loop_time_constant_s + (1 + bench.delay_samples) * period
+    limit = actuator.constant.value * actuator.limit.value
+    damping = min(
+        bench.mechanics.inertia.value * SPEED_SHARE / delay,
+        LARGEST_COUNT * limit * period / bench.encoder.resolution,
+    )
+    bandwidth = damping / bench.mechanics.inertia.value
+    return PositionServo(
+        proportional=damping * POSITION_SHARE * bandwidth,
+        derivative=damping,
+        reference_rate=1.0,
+        limit=limit,
+    )
+
+
+def feedforward(bench: Bench, excitation: Log) -> Vector | None:
+    """Return the effort (n,) of the bench's nominal axis along a reference; None for ramps."""
+    signals = excitation.main.signals
+    if "reference" not in signals:
+        return None
+    known = bench.mechanics
+    period = bench.sample_period_s
+    rate = signals.get("reference_velocity")
+    velocity = np.gradient(signals["reference"], period) if rate is None else rate
+    slope = signals.get("reference_acceleration")
+    acceleration = np.gradient(velocity, period) if slope is None else slope
+    offset = known.offset.value if known.offset else 0.0
+    return np.asarray(
+        known.inertia.value * acceleration
+        + known.viscous.value * velocity
+        + known.coulomb.value * np.sign(velocity)
+        + offset
+    )

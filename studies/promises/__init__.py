@@ -1,0 +1,1 @@
+"""Ten benches whose optimal tests are played and identified, to compare with their promise."""

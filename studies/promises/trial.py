@@ -1,0 +1,74 @@
+"""One trial: the optimal test of a bench is played on a drawn actuator and identified."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from frictool.documents.bench import Bench
+from frictool.identify.excite.bench_limits import NOISE_SHARE
+from frictool.identify.excite.precise_strokes import PreciseTest
+from frictool.identify.from_logs import identify
+from frictool.identify.identification import NothingIdentified
+from frictool.simulate import play
+from frictool.simulate.default_servo import default_servo, feedforward
+from studies.promises.rigs import truth
+
+
+@dataclass(frozen=True)
+class TrialRow:
+    """Outcome of one parameter in one trial, SI.
+
+    - half_width: half width that `identify` reports; None if it refuses the parameter
+    - promised, bound: half widths of the promise and of the Cramér-Rao bound
+    - error: estimate less true value
+    - method: method that `auto` chose
+    - duration: duration of the test, s
+    """
+
+    rig: str
+    seed: int
+    parameter: str
+    half_width: float | None
+    promised: float
+    bound: float
+    error: float
+    held: bool
+    method: str
+    duration: float
+
+
+def trial(bench: Bench, test: PreciseTest, seed: int) -> list[TrialRow]:
+    """Return a row of each promised parameter."""
+    model = truth(bench, seed)
+    sequence = test.sequence.as_log("test")
+    log = play(
+        model,
+        sequence,
+        servo=default_servo(bench),
+        drive_noise=NOISE_SHARE * bench.actuator.limit.value,
+        seed=seed,
+        forward=feedforward(bench, sequence),
+    )
+    try:
+        result = identify([log], bench).result
+    except NothingIdentified as error:
+        result = error.result
+    rows = []
+    for name, promised in test.half_widths.items():
+        found = result.identified.get(name)
+        true = getattr(model.parameters, name).value
+        rows.append(
+            TrialRow(
+                bench.name,
+                seed,
+                name,
+                None if found is None else found.half_width,
+                promised,
+                test.bounds[name],
+                float("nan") if found is None else found.value - true,
+                found is not None and found.low <= true <= found.high,
+                result.method,
+                test.sequence.duration,
+            )
+        )
+    return rows

@@ -1,0 +1,228 @@
+"""Tests of `excite --for`: the convex program, the limits, the promise and the refusals."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+import numpy as np
+import pytest
+
+from frictool.documents.bench import Bench
+from frictool.documents.promise import Promise
+from frictool.documents.quantity import Quantity
+from frictool.documents.registry import load
+from frictool.errors import NoSolutionError
+from frictool.identify.excite.bench_limits import check_reference, limits_of
+from frictool.identify.excite.cramer_rao import SLIDING, information
+from frictool.identify.excite.precise_ramps import precise_ramps
+from frictool.identify.excite.precise_strokes import (
+    QUANTILE,
+    PrecisionRequest,
+    precise_strokes,
+    stroke_program,
+)
+from frictool.identify.excite.stroke_candidates import (
+    stroke_candidates,
+    worst_axis,
+    worst_sensing,
+)
+from frictool.identify.excite.stroke_design import FEWEST_PAIRS, best_within, shortest
+from frictool.identify.excite.stroke_profile import unit_profile
+from frictool.lmi.optimal_design import optimal_shares
+from studies.command_line import CommandResult, run
+from studies.rigs.identification_rigs import CLUTCH, EMPS, clutch
+from tests.support.command_line import refused
+
+WANTED = {"inertia": 0.002, "coulomb": 0.01}
+
+
+@pytest.mark.parametrize("ramp", [None, 0.5, 0.25])
+def test_profile_starts_and_ends_at_rest_and_its_derivatives_agree(ramp: float | None) -> None:
+    share = np.linspace(0.0, 1.0, 20_001)
+    advance, speed, acceleration = unit_profile(share, ramp)
+    assert advance[0] == 0.0
+    assert advance[-1] == pytest.approx(1.0)
+    assert abs(speed[[0, -1]]).max() < 1e-12
+    np.testing.assert_allclose(np.gradient(advance, share)[1:-1], speed[1:-1], atol=1e-3)
+    inside = np.abs(np.gradient(acceleration, share)) < 100.0
+    np.testing.assert_allclose(np.gradient(speed, share)[inside], acceleration[inside], atol=5e-3)
+
+
+def test_optimal_shares_of_a_known_design() -> None:
+    # a line over [-1, 1]: half of the time at either end is optimal for both of its parameters
+    places = np.linspace(-1.0, 1.0, 9)
+    rows = np.column_stack((np.ones_like(places), places))
+    rate = rows[:, :, None] * rows[:, None, :]
+    shares = optimal_shares(rate, np.array([1.0, 1.0]), np.full(places.size, -math.inf))
+    assert shares is not None
+    np.testing.assert_allclose(shares[[0, -1]], 0.5, atol=1e-4)
+    # with a mean cost of at most 0 the ends may take only half of the time
+    cost = np.where(np.abs(places) == 1.0, 1.0, -1.0)
+    limited = optimal_shares(rate, np.array([1.0, 1.0]), cost)
+    assert limited is not None
+    assert float(limited @ cost) <= 1e-6
+    assert optimal_shares(rate[:1], np.array([1.0, 1.0]), cost[:1]) is None
+
+
+@pytest.mark.parametrize("path", [CLUTCH, EMPS])
+def test_whole_repetitions_meet_the_limits_and_none_is_superfluous(path: Path) -> None:
+    bench = load(path, Bench)
+    candidates = stroke_candidates(bench, None)
+    program = stroke_program(bench, PrecisionRequest(WANTED), candidates)
+    times = shortest(program)
+    assert times is not None
+    assert np.array_equal(times, np.rint(times))
+    assert program.worst(times) <= 1.0
+    total = sum(
+        (
+            count * information([one.stroke], worst_axis(bench), worst_sensing(bench, None))
+            for one, count in zip(candidates, times[:-1], strict=True)
+            if count
+        ),
+        np.zeros((4, 4)),
+    )
+    deviation = np.sqrt(np.diag(np.linalg.inv(total)))
+    for name in WANTED:
+        row = SLIDING.index(name)
+        assert deviation[row] ** 2 <= program.limit[row] * (1.0 + 1e-6)
+    if times.sum() > FEWEST_PAIRS:
+        for one in np.flatnonzero(times):
+            fewer = times.copy()
+            fewer[one] -= 1.0
+            assert program.worst(fewer) > 1.0
+
+
+def test_the_optimal_test_is_not_longer_than_one_kind_of_stroke() -> None:
+    bench = clutch()
+    program = stroke_program(bench, PrecisionRequest(WANTED), stroke_candidates(bench, None))
+    times = shortest(program)
+    assert times is not None
+    single = np.array([program.worst(row) for row in np.eye(program.duration.size)])
+    repetitions = np.maximum(np.ceil(single), FEWEST_PAIRS)
+    alone = float(np.min(repetitions * program.duration))
+    assert float(times @ program.duration) <= alone * (1.0 + 1e-9)
+
+
+def test_best_test_of_a_duration_uses_it_and_improves_with_it() -> None:
+    bench = clutch()
+    program = stroke_program(bench, PrecisionRequest(WANTED), stroke_candidates(bench, None))
+    short, long = best_within(program, 5.0), best_within(program, 20.0)
+    assert short is not None
+    assert long is not None
+    assert float(short @ program.duration) <= 5.0
+    assert 15.0 <= float(long @ program.duration) <= 20.0
+    assert program.worst(long) < 0.5 * program.worst(short)
+    assert best_within(program, 0.01) is None
+
+
+def test_rms_limit_adds_pauses() -> None:
+    bench = clutch()
+    free = precise_strokes(bench, PrecisionRequest(WANTED))
+    share = 0.5 * free.sequence.figures["largest_drive_rms_share"]
+    limit = Quantity(share * bench.actuator.limit.value, unit="A")
+    actuator = msgspec.structs.replace(bench.actuator, rms_limit=limit)
+    cool = precise_strokes(
+        msgspec.structs.replace(bench, actuator=actuator), PrecisionRequest(WANTED)
+    )
+    assert cool.sequence.figures["largest_drive_rms_share"] <= share * (1.0 + 1e-9)
+    assert cool.sequence.duration > free.sequence.duration
+    assert cool.half_widths["inertia"] <= WANTED["inertia"] * bench.mechanics.inertia.value
+
+
+@pytest.mark.parametrize("path", [CLUTCH, EMPS])
+def test_strokes_are_within_the_limits_and_promise_what_is_wanted(path: Path) -> None:
+    bench = load(path, Bench)
+    test = precise_strokes(bench, PrecisionRequest(WANTED))
+    columns = test.sequence.columns
+    check_reference(
+        limits_of(bench),
+        columns["reference"],
+        columns["reference_velocity"],
+        columns["reference_acceleration"],
+    )
+    for name, part in WANTED.items():
+        assert 0.0 < test.bounds[name] <= test.half_widths[name]
+        assert test.half_widths[name] <= part * getattr(bench.mechanics, name).value * (1 + 1e-9)
+    again = precise_strokes(bench, PrecisionRequest(WANTED))
+    assert np.array_equal(again.sequence.columns["reference"], columns["reference"])
+
+
+def test_every_axis_of_the_intervals_gives_more_information_than_the_worst() -> None:
+    bench = clutch()
+    strokes = [one.stroke for one in stroke_candidates(bench, None)[::7]]
+    worst = worst_axis(bench)
+    sensing = worst_sensing(bench, None)
+    known = bench.mechanics
+    nominal_axis = replace(worst, inertia=known.inertia.value, viscous=known.viscous.value)
+    nominal = information(strokes, nominal_axis, sensing)
+    least = information(strokes, worst, sensing)
+    scale = 1.0 / np.sqrt(np.diag(nominal))
+    assert np.linalg.eigvalsh((nominal - least) * np.outer(scale, scale)).min() > -1e-9
+
+
+def test_ramps_of_a_precision() -> None:
+    bench = clutch()
+    coarse = precise_ramps(bench, PrecisionRequest({"breakaway": 0.1}))
+    fine = precise_ramps(bench, PrecisionRequest({"breakaway": 0.003}))
+    assert fine.half_widths["breakaway"] <= 0.003 * 1.1 * 0.099 * (1.0 + 1e-9)
+    assert fine.bounds["breakaway"] > 0.0
+    assert fine.sequence.duration > coarse.sequence.duration
+    with pytest.raises(NoSolutionError, match=r"time: breakaway=0\.3% needs ramps of"):
+        precise_ramps(bench, PrecisionRequest({"breakaway": 0.003}, longest=10.0))
+    with pytest.raises(NoSolutionError, match=r"resolution: the range of mechanics\.inertia"):
+        precise_ramps(bench, PrecisionRequest({"breakaway": 1e-4}))
+
+
+def test_command_writes_test_ramps_and_promise(tmp_path: Path) -> None:
+    test, ramps, promise = (tmp_path / name for name in ("test.mcap", "ramps.mcap", "promise.yaml"))
+    shown = json.loads(
+        run(
+            *("excite", "--bench", CLUTCH, "--for", "coulomb=5%", "--for", "inertia=2%"),
+            *(
+                "--for",
+                "breakaway=5%",
+                "-o",
+                test,
+                "--ramps",
+                ramps,
+                "--promise",
+                promise,
+                "--json",
+            ),
+        ).stdout
+    )
+    document = load(promise, Promise)
+    assert document.half_widths.inertia is not None
+    assert document.half_widths.breakaway is not None
+    assert document.half_widths.inertia.value == pytest.approx(shown["figures"]["promised_inertia"])
+    assert shown["ramps"]["figures"]["promised_breakaway"] == pytest.approx(
+        document.half_widths.breakaway.value
+    )
+    assert test.exists()
+    assert ramps.exists()
+    assert document.bounds.inertia is not None
+    assert document.bounds.inertia.value < document.half_widths.inertia.value
+    assert QUANTILE > 1.9
+
+
+def test_refusals_name_limit_and_remedy(tmp_path: Path) -> None:
+    out = tmp_path / "test.mcap"
+
+    def excite(*options: object) -> CommandResult:
+        return run("excite", "--bench", CLUTCH, *options, "-o", out)
+
+    impossible = excite("--for", "inertia=0.005%")
+    refused(impossible, 4, "time: inertia=0.005% needs a test of", "allowed: 3600 s")
+    assert "counts a revolution" in impossible.stderr
+    assert not out.exists()
+    assert excite().code == 2
+    both = excite("--for", "inertia=5%", "--for", "breakaway=5%")
+    assert both.code == 2
+    assert "give --ramps" in both.stderr
+    short = excite("--for", "inertia=0.1%", "--duration", "5")
+    assert short.code == 1
+    assert "missed within 5 s: inertia" in short.stderr
