@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -145,6 +145,11 @@ def _method_options(command: Callable[..., None]) -> Callable[..., None]:
 )
 @workers_options
 @click.option(
+    "--promise",
+    type=existing,
+    help="Promise of the test (excite --for --promise): compare the intervals with it.",
+)
+@click.option(
     "--plot",
     type=NamedPath(writes=("SVG",)),
     help="Write the figures of the page alone, beneath each other (SVG).",
@@ -173,6 +178,7 @@ def command(
     date: str | None,
     cores: int | None,
     cluster: str | None,
+    promise: Path | None,
     plot: Path | None,
     page: Path | None,
     output: Path | None,
@@ -185,6 +191,7 @@ def command(
     alone = {
         "--ramp": ramp,
         "--loops": loops,
+        "--promise": promise,
         "--plot": plot,
         "--page": page,
         "--keep-bench-values": keep_bench_values or None,
@@ -193,7 +200,7 @@ def command(
         each, alone, {"--unit": unit, "--date": date, "--cores": cores, "--cluster": cluster}
     )
     refuse_both(cores, cluster)
-    inputs = [*logs, *ramp, *loops, bench]
+    inputs = [*logs, *ramp, *loops, bench, *([] if promise is None else [promise])]
     if each is None:
         if output is not None:
             check_ending(output, ("YAML",), chooses=False)
@@ -213,11 +220,8 @@ def command(
         "--keep-bench-values": keep_bench_values,
     }
     if each is None:
-        _alone(
-            IdentifyCommand(
-                logs, ramp, loops, bench, document, request, shown, plot, page, output, as_json
-            )
-        )
+        views = IdentifyViews(plot, page, promise, as_json)
+        _alone(IdentifyCommand(logs, ramp, loops, bench, document, request, shown, output, views))
         return
     from frictool.cli.identify_each import IdentifyEachCommand, identify_each
     from frictool.logs.origin import NamePatterns
@@ -227,6 +231,16 @@ def command(
         each, bench, document, request, patterns, shown, output, as_json, cores, cluster
     )
     click.get_current_context().exit(identify_each(line, logs))
+
+
+@dataclass(frozen=True)
+class IdentifyViews:
+    """Views of one model: picture, page, comparison with a promise, and JSON instead of text."""
+
+    plot: Path | None
+    page: Path | None
+    promise: Path | None
+    as_json: bool
 
 
 @dataclass(frozen=True)
@@ -243,15 +257,15 @@ class IdentifyCommand:
     document: Bench
     request: IdentificationRequest
     shown: dict[str, Any]
-    plot: Path | None
-    page: Path | None
     output: Path | None
-    as_json: bool
+    views: IdentifyViews
 
 
 def _alone(line: IdentifyCommand) -> None:
     """Identify one model from all logs together, save it and report it."""
+    from frictool.documents.promise import Promise
     from frictool.documents.provenance import provenance_of_command
+    from frictool.documents.registry import load
     from frictool.documents.writing import to_yaml
     from frictool.identify.from_logs import identify
     from frictool.identify.identification import NothingIdentified
@@ -260,6 +274,8 @@ def _alone(line: IdentifyCommand) -> None:
     inputs = [*line.logs, *line.ramp, *line.loops, line.bench]
     document = line.document
     output = line.output
+    views = line.views
+    promise = None if views.promise is None else load(views.promise, Promise)
     shown = {
         "logs": line.logs,
         "--bench": line.bench,
@@ -281,23 +297,29 @@ def _alone(line: IdentifyCommand) -> None:
             tell=lambda warning: note(f"warning: {warning}"),
         )
     except NothingIdentified as error:
-        _show(error.result, document, line.as_json, output)
+        _show(error.result, document, views.as_json, output)
         raise
+    promised = None
+    if promise is not None:
+        from frictool.identify.promise_comparison import compare_with_promise
+
+        promised = compare_with_promise(outcome, document, promise)
     if output is not None:
         save_text(output, to_yaml(outcome.model), inputs)
-    if line.plot is not None:
+    if views.plot is not None:
         from frictool.identify.model_page.page import model_picture
 
-        save_text(line.plot, model_picture(outcome, line.request) + "\n", inputs)
-    if line.page is not None:
+        save_text(views.plot, model_picture(outcome, line.request) + "\n", inputs)
+    if views.page is not None:
         from frictool.identify.model_page.page import model_page
 
-        save_text(line.page, model_page(outcome, line.request), inputs)
-    _show(outcome.result, document, line.as_json, output, outcome.model)
-    if not line.as_json:
+        save_text(views.page, model_page(outcome, line.request), inputs)
+    extra = {} if promised is None else {"promise": [row.view() for row in promised]}
+    _show(outcome.result, document, views.as_json, output, outcome.model, extra)
+    if not views.as_json:
         from frictool.identify.text_view import table
 
-        say(table(outcome), output)
+        say("\n".join([table(outcome), *(row.line() for row in promised or ())]), output)
 
 
 def _show(
@@ -306,6 +328,7 @@ def _show(
     as_json: bool,
     output: Path | None,
     model: Model | None = None,
+    extra: Mapping[str, Any] | None = None,
 ) -> None:
     """Print warnings, and the JSON view, which has the reasons if nothing is identified."""
     for warning in result.warnings:
@@ -318,7 +341,7 @@ def _show(
     if as_json:
         from frictool.identify.json_view import as_view
 
-        print_json("identify/1", as_view(result, bench, model), output)
+        print_json("identify/1", as_view(result, bench, model) | dict(extra or {}), output)
 
 
 def _check_options(method: str, values: dict[str, Any]) -> None:

@@ -13,6 +13,7 @@ from frictool.cli.console_output import note, note_changes, print_json, say
 from frictool.cli.output_files import check_targets, command_line, refuse_inputs, replacing
 from frictool.cli.position_loop_options import LAW, ServoGains, servo_options
 from frictool.cli.progress import note_compiling, show_count
+from frictool.cli.simulate_as_bench import as_bench_log
 from frictool.cli.simulate_inputs import compile_target, recorded_log, with_observer_option
 from frictool.cli.simulate_mechanism import (
     EventsOutput,
@@ -36,6 +37,7 @@ Example:
     -o target.mcap
   frictool simulate model.yaml --excitation sines.mcap --position-gain 30 --speed-gain 0.1 \\
     -o bench_log.mcap
+  frictool simulate --as-bench truth.yaml test.mcap -o bench_log.mcap
   frictool simulate mechanism.yaml --controller controller.yaml --scenario steps.yaml \\
     --events events.csv -o run.mcap
   frictool simulate mechanism.yaml --scenario torques.yaml -o run.mcap
@@ -65,12 +67,24 @@ code, compiled here.
 
 --excitation plays a test of `frictool excite` as the bench would: ramps by their rule, a reference
 with the bench's position controller  {LAW}  on the encoder's counts.
+
+--as-bench MODEL TEST does the same without further options: the gains follow from the bench's delay
+and encoder, the loop feeds the effort of the bench's values forward, and the measured drive has a
+noise of 0.2 % of its limit. TEST may be a CSV of a reference.
 """
 
 
 @click.command("simulate", help=HELP)
 @click.argument(
     "model", help="Model of the axis (model.yaml), or mechanism (mechanism.yaml).", type=existing
+)
+@click.argument(
+    "test", required=False, help="With --as-bench: test of `frictool excite`.", type=existing
+)
+@click.option(
+    "--as-bench",
+    is_flag=True,
+    help="Play TEST on the model as its bench would, with gains and noise of a usual bench.",
 )
 @click.option("--controller", type=existing, help="Controller (controller.yaml).")
 @click.option("--scenario", type=existing, help="Scenario to simulate (scenario.yaml).")
@@ -96,7 +110,10 @@ with the bench's position controller  {LAW}  on the encoder's counts.
 @click.option(
     "--drive-noise",
     type=FiniteRange(0.0),
-    help=("With --excitation: standard deviation of the measured drive [A | V]. [default: 0]"),
+    help=(
+        "With --excitation: standard deviation of the measured drive [A | V]. [default: 0; "
+        "--as-bench: 0.2 % of its limit]"
+    ),
 )
 @click.option(
     "--seed",
@@ -112,6 +129,8 @@ with the bench's position controller  {LAW}  on the encoder's counts.
 @json_option
 def command(
     model: Path,
+    test: Path | None,
+    as_bench: bool,
     controller: Path | None,
     scenario: Path | None,
     observer: Path | None,
@@ -127,6 +146,11 @@ def command(
 ) -> None:
     if events is not None and (not is_mechanism(model) or excitation is not None):
         raise click.UsageError("--events works with a mechanism and a scenario only.")
+    if as_bench != (test is not None) or (as_bench and excitation is not None):
+        raise click.UsageError(
+            "--as-bench MODEL TEST belong together; leave out --excitation, or give --as-bench."
+        )
+    excitation = excitation or test
     inputs = [
         path for path in (model, controller, scenario, observer, excitation) if path is not None
     ]
@@ -142,7 +166,13 @@ def command(
         if any(option is not None for option in (controller, scenario, observer, target, number)):
             names = "--controller, --scenario, --observer, --target and --number"
             raise click.UsageError(f"--excitation is played as on the bench; leave out {names}.")
-        log = _bench_test(model, excitation, gains, drive_noise, seed, output)
+        if as_bench:
+            if gains.closed:
+                raise click.UsageError("--as-bench has gains of its own; leave out the gains.")
+            log = as_bench_log(model, excitation, drive_noise, seed, output)
+            _save(log, output, inputs)
+        else:
+            log = _bench_test(model, excitation, gains, drive_noise, seed, output)
         form = "simulate-bench/1"
         view = bench_summary
         text = bench_text

@@ -27,6 +27,8 @@ from frictool.documents.quantity import (
 PositiveNumber = Annotated[float, msgspec.Meta(gt=0)]
 # s, range of a sample period; a value outside points to a mistaken unit
 SHORTEST_PERIOD, LONGEST_PERIOD = 1e-6, 10.0
+# standard deviation of the measured drive relative to its limit, if nothing states it
+DRIVE_NOISE_SHARE = 0.002
 OPEN = "?"  # marks a column or unit that the user must fill in
 # smallest number of counts in one period of a wrapping position: a step must be shorter than half
 # of the period

@@ -49,8 +49,7 @@ def feedforward(bench: Bench, excitation: Log) -> Vector | None:
     period = bench.sample_period_s
     rate = signals.get("reference_velocity")
     velocity = np.gradient(signals["reference"], period) if rate is None else rate
-    slope = signals.get("reference_acceleration")
-    acceleration = np.gradient(velocity, period) if slope is None else slope
+    acceleration = np.gradient(velocity, period)
     offset = known.offset.value if known.offset else 0.0
     return np.asarray(
         known.inertia.value * acceleration

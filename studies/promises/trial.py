@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from frictool.documents.bench import Bench
-from frictool.identify.excite.bench_limits import NOISE_SHARE
+from frictool.documents.bench import DRIVE_NOISE_SHARE, Bench
 from frictool.identify.excite.precise_strokes import PreciseTest
 from frictool.identify.from_logs import identify
 from frictool.identify.identification import NothingIdentified
@@ -45,7 +44,7 @@ def trial(bench: Bench, test: PreciseTest, seed: int) -> list[TrialRow]:
         model,
         sequence,
         servo=default_servo(bench),
-        drive_noise=NOISE_SHARE * bench.actuator.limit.value,
+        drive_noise=DRIVE_NOISE_SHARE * bench.actuator.limit.value,
         seed=seed,
         forward=feedforward(bench, sequence),
     )

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from frictool.documents.bench import Bench
+from frictool.documents.bench import DRIVE_NOISE_SHARE, Bench
 from frictool.documents.load_terms import OVER_POSITION
 from frictool.documents.quantity import si_unit
 from frictool.errors import NoSolutionError
@@ -23,8 +23,6 @@ from frictool.typing import Vector
 
 MARGIN = 0.05  # share of the travel kept free at either end
 ROUNDING = 1e-9
-# standard deviation of the measured drive relative to its limit, unless it is specified
-NOISE_SHARE = 0.002
 
 
 @dataclass(frozen=True)
@@ -168,7 +166,7 @@ def sensing_of(bench: Bench, noise: float | None = None) -> SensorPrecision:
     `noise` is the standard deviation of the measured drive, A | V.
     """
     drive = bench.actuator
-    measured = NOISE_SHARE * drive.limit.value if noise is None else noise
+    measured = DRIVE_NOISE_SHARE * drive.limit.value if noise is None else noise
     return SensorPrecision(
         bench.sample_period_s, bench.encoder.resolution, measured * drive.constant.value
     )

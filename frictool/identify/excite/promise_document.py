@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from frictool.documents.bench import Bench
+from frictool.documents.bench import DRIVE_NOISE_SHARE, Bench
 from frictool.documents.promise import HalfWidths, Promise
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity, drive_dimension, si_unit
-from frictool.identify.excite.bench_limits import NOISE_SHARE
 from frictool.identify.excite.estimator_efficiency import METHOD
 from frictool.identify.excite.precise_strokes import CONFIDENCE, PreciseTest
 from frictool.identify.fit_result import DIMENSIONS
@@ -19,7 +18,7 @@ def promise_of(
 ) -> Promise:
     """Return the promise of the tests of one bench; `noise` of the drive in A | V."""
     actuator = bench.actuator
-    assumed = NOISE_SHARE * actuator.limit.value if noise is None else noise
+    assumed = DRIVE_NOISE_SHARE * actuator.limit.value if noise is None else noise
 
     def widths(values: dict[str, float]) -> HalfWidths:
         return HalfWidths(

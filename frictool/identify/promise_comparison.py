@@ -1,0 +1,169 @@
+"""Comparison of an identification with the promise of its test, and reasons for a shortfall.
+
+A half width is explained by what the log shows, in this order: its length, the noise of its drive,
+the noise of its position, the bound that its recorded strokes allow, and at last by effects that
+the model of friction lacks.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import msgspec
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.documents.promise import Promise
+from frictool.documents.quantity import Quantity
+from frictool.errors import InputFileError
+from frictool.identify.assess.recorded_motion import recorded_facts
+from frictool.identify.axis_logs import SLIDING_LOG
+from frictool.identify.excite.cramer_rao import SLIDING, SensorPrecision, cramer_rao
+from frictool.identify.excite.precise_strokes import QUANTILE
+from frictool.identify.excite.stroke_candidates import worst_axis
+from frictool.identify.fit_result import UnusableLogs
+from frictool.identify.from_logs import IdentifiedModel
+from frictool.identify.model_document import unit_of
+
+MORE = 1.2  # ratio above which a figure of the log is worse than the promise assumes
+SHORT = 0.95  # share of the test's duration below which a log is shorter
+
+
+@dataclass(frozen=True)
+class PromisedParameter:
+    """Comparison of one parameter in SI units.
+
+    - promised: promised half width
+    - reached: half width of the identified interval; None if the parameter was refused
+    - reasons: reasons for a shortfall, empty if the promise was kept
+    """
+
+    parameter: str
+    promised: float
+    reached: float | None
+    unit: str
+    reasons: tuple[str, ...]
+
+    @property
+    def kept(self) -> bool:
+        """Return True if the interval is at most as wide as promised."""
+        return self.reached is not None and self.reached <= self.promised
+
+    def line(self) -> str:
+        """Return the comparison as text."""
+        reached = "not identified" if self.reached is None else f"+-{self.reached:.3g}"
+        verdict = "kept" if self.kept else f"missed: {'; '.join(self.reasons)}"
+        return (
+            f"promise {self.parameter}: +-{self.promised:.3g} {self.unit}, reached {reached}: "
+            f"{verdict}"
+        )
+
+    def view(self) -> dict[str, Any]:
+        """Return the comparison as JSON values."""
+        return {
+            "parameter": self.parameter,
+            "promised": self.promised,
+            "reached": self.reached,
+            "unit": self.unit,
+            "kept": self.kept,
+            "reasons": list(self.reasons),
+        }
+
+
+def compare_with_promise(
+    outcome: IdentifiedModel, bench: Bench, promise: Promise
+) -> list[PromisedParameter]:
+    """Return the comparison of each promised parameter.
+
+    Parameters
+    ----------
+    outcome
+        Identification of the logs of the test.
+    bench
+        Bench of the identification.
+    promise
+        Promise of the test.
+
+    Returns
+    -------
+    list of PromisedParameter
+        One entry a parameter, with the reasons for a shortfall.
+
+    Raises
+    ------
+    InputFileError
+        If the promise belongs to another bench.
+    """
+    if (promise.name, promise.axis) != (bench.name, bench.axis):
+        raise InputFileError(
+            "--promise",
+            f"is of the bench {promise.name} ({promise.axis}); allowed: {bench.name} "
+            f"({bench.axis})",
+        )
+    out = []
+    for name in msgspec.structs.asdict(promise.half_widths):
+        half: Quantity | None = getattr(promise.half_widths, name)
+        if half is None:
+            continue
+        found = outcome.result.identified.get(name)
+        reached = None if found is None else found.half_width
+        kept = reached is not None and reached <= half.value
+        reasons = () if kept else _reasons(name, outcome, bench, promise)
+        unit = unit_of(name, bench)
+        out.append(PromisedParameter(name, half.value, reached, unit, reasons))
+    return out
+
+
+def _reasons(
+    name: str, outcome: IdentifiedModel, bench: Bench, promise: Promise
+) -> tuple[str, ...]:
+    """Return the reasons for which a parameter is less precise than promised."""
+    result = outcome.result
+    refused = [result.refused[name]] if name in result.refused else []
+    if name not in SLIDING:
+        ramp = result.ramp
+        onsets = "no ramps were passed" if ramp is None else f"{ramp.onsets} onsets were detected"
+        return (*refused, onsets)
+    sliding = [one for one in outcome.records if result.kinds.get(one.name) == SLIDING_LOG]
+    if not sliding:
+        return (*refused, "no log of sliding motion was passed")
+    reasons = refused
+    lasting = sum(one.time.size * one.period for one in sliding)
+    if lasting < SHORT * promise.duration.value and promise.half_widths.breakaway is None:
+        reasons.append(f"the logs last {lasting:.4g} s, the test {promise.duration.value:.4g} s")
+    try:
+        facts = recorded_facts(sliding, bench)
+    except UnusableLogs as error:
+        return (*reasons, str(error))
+    constant = bench.actuator.constant
+    noise = facts.sensing.noise / constant.value
+    if noise > MORE * promise.drive_noise.value:
+        reasons.append(
+            f"the measured drive has a noise of {noise:.3g} {promise.drive_noise.unit}, the "
+            f"promise assumes {promise.drive_noise.value:.3g}"
+        )
+    step = bench.encoder.resolution
+    if facts.sensing.step > MORE * step:
+        reasons.append(
+            f"the noise of the position is that of a count of {facts.sensing.step:.3g}, the "
+            f"encoder's is {step:.3g}"
+        )
+    assumed = SensorPrecision(
+        facts.sensing.period, step, promise.drive_noise.value * constant.interval[1]
+    )
+    axis = replace(worst_axis(bench), loads=facts.axis.loads)
+    bound = QUANTILE * float(cramer_rao(list(facts.strokes), axis, assumed)[SLIDING.index(name)])
+    planned: Quantity | None = getattr(promise.bounds, name)
+    if planned is not None and not bound <= MORE * planned.value:
+        allowed = f"+-{bound:.3g} at best" if np.isfinite(bound) else "no estimate"
+        reasons.append(
+            f"the recorded strokes allow {allowed}, those of the test +-{planned.value:.3g}: they "
+            "are slower, shorter or fewer"
+        )
+    if not reasons:
+        reasons.append(
+            "length, noise and strokes are as planned, so that the residual has a part that the "
+            "model lacks, such as a load or a friction over position"
+        )
+    return tuple(reasons)

@@ -1,0 +1,54 @@
+"""Tests that a simulated bench plays: those of `frictool excite`, and references as CSV."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.documents.quantity import si_unit
+from frictool.errors import LogError
+from frictool.logs.log import EXCITATION, MAIN_TOPIC, Log, Stream
+from frictool.simulate.bench_experiment import read_excitation
+
+# columns of a reference, with the dimension of each
+COLUMNS = {"reference": "position", "reference_velocity": "velocity"}
+TIME = "time [s]"
+CSV = ".csv"
+
+
+def read_test(path: Path, bench: Bench) -> Log:
+    """Return the test at `path`: MCAP of `frictool excite`, or a CSV with a reference.
+
+    Raises
+    ------
+    LogError
+        If the file is no test, or a CSV with ramps, which contains no rules of its segments.
+    """
+    if path.suffix.lower() != CSV:
+        return read_excitation(path)
+    with path.open(encoding="utf-8", newline="") as stream:
+        head = next(csv.reader(stream), [])
+        try:
+            rows = np.loadtxt(stream, delimiter=",", ndmin=2)
+        except ValueError as error:
+            raise LogError(str(path), f"is not a table of numbers: {error}") from None
+    if rows.shape[0] < 2 or rows.shape[1] != len(head) or not np.all(np.isfinite(rows)):
+        raise LogError(str(path), "has too few rows, or a cell that is not a finite number")
+    table = dict(zip(head, rows.T, strict=True))
+    wanted = {
+        name: f"{name} [{si_unit(dimension, bench.axis)}]" for name, dimension in COLUMNS.items()
+    }
+    if TIME not in table or wanted["reference"] not in table:
+        raise LogError(
+            str(path),
+            f"has the columns {', '.join(head)}; needed in CSV: {TIME} and "
+            f"{wanted['reference']}. Ramps need their rules; write them with "
+            "frictool excite -o NAME.mcap",
+        )
+    columns = {name: table[label] for name, label in wanted.items() if label in table}
+    units = {name: si_unit(COLUMNS[name], bench.axis) for name in columns}
+    test = Stream(MAIN_TOPIC, table[TIME], columns, units)
+    return Log((test,), {EXCITATION: {"kind": path.stem}}, str(path))

@@ -1,0 +1,114 @@
+"""`identify --promise`: a promise that is kept, and the reasons where it is not."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from frictool.documents.bench import Bench
+from frictool.documents.promise import Promise
+from frictool.documents.provenance import provenance_of_call
+from frictool.documents.writing import to_yaml
+from frictool.errors import InputFileError
+from frictool.identify.excite.precise_strokes import (
+    PreciseTest,
+    PrecisionRequest,
+    precise_strokes,
+)
+from frictool.identify.excite.promise_document import promise_of
+from frictool.identify.from_logs import identify
+from frictool.identify.promise_comparison import PromisedParameter, compare_with_promise
+from frictool.logs.log import Log
+from frictool.simulate import play
+from frictool.simulate.default_servo import default_servo, feedforward
+from studies.command_line import run_checked
+from studies.promises.rigs import benches, truth
+
+WANTED = {"inertia": 0.02, "coulomb": 0.02}
+
+
+@pytest.fixture(scope="module")
+def belt() -> tuple[Bench, PreciseTest, Promise]:
+    bench = next(one for one in benches() if one.name == "belt")
+    test = precise_strokes(bench, PrecisionRequest(WANTED))
+    return bench, test, promise_of([test], bench, None, provenance_of_call("test"))
+
+
+def compared(
+    belt: tuple[Bench, PreciseTest, Promise], noise: float, share: float = 1.0
+) -> dict[str, PromisedParameter]:
+    bench, test, promise = belt
+    sequence: Log = test.sequence.as_log("test")
+    stream = sequence.main
+    kept = int(share * stream.time.size)
+    short = replace(
+        stream,
+        time=stream.time[:kept],
+        signals={name: values[:kept] for name, values in stream.signals.items()},
+    )
+    sequence = replace(sequence, streams=(short,))
+    log = play(
+        truth(bench, 0),
+        sequence,
+        servo=default_servo(bench),
+        drive_noise=noise,
+        forward=feedforward(bench, sequence),
+    )
+    rows = compare_with_promise(identify([log], bench), bench, promise)
+    return {row.parameter: row for row in rows}
+
+
+def test_a_log_of_the_test_keeps_the_promise(belt: tuple[Bench, PreciseTest, Promise]) -> None:
+    rows = compared(belt, noise=0.02)
+    assert set(rows) == set(WANTED)
+    assert all(row.kept and not row.reasons for row in rows.values())
+    assert "kept" in rows["inertia"].line()
+
+
+def test_more_noise_is_named(belt: tuple[Bench, PreciseTest, Promise]) -> None:
+    rows = compared(belt, noise=0.5)
+    assert not rows["coulomb"].kept
+    assert any("the measured drive has a noise of 0.5" in one for one in rows["coulomb"].reasons)
+    assert "missed" in rows["coulomb"].line()
+
+
+def test_a_short_log_is_named(belt: tuple[Bench, PreciseTest, Promise]) -> None:
+    rows = compared(belt, noise=0.05, share=0.3)
+    missed = [row for row in rows.values() if not row.kept]
+    assert missed
+    for row in missed:
+        assert any("the logs last" in one for one in row.reasons)
+        assert row.view()["kept"] is False
+
+
+def test_a_promise_of_another_bench_is_refused(belt: tuple[Bench, PreciseTest, Promise]) -> None:
+    bench, test, promise = belt
+    other = next(one for one in benches() if one.name == "arm")
+    log = play(
+        truth(bench, 0),
+        test.sequence.as_log("test"),
+        servo=default_servo(bench),
+        drive_noise=0.02,
+    )
+    with pytest.raises(InputFileError, match=r"is of the bench belt \(linear\); allowed: arm"):
+        compare_with_promise(identify([log], bench), other, promise)
+
+
+def test_command_compares(tmp_path: Path) -> None:
+    belt = next(one for one in benches() if one.name == "belt")
+    bench = tmp_path / "bench.yaml"
+    bench.write_text(to_yaml(belt))
+    model, test, promise, log = (
+        tmp_path / name for name in ("truth.yaml", "test.mcap", "promise.yaml", "log.mcap")
+    )
+    model.write_text(to_yaml(truth(belt, 0)))
+    run_checked("excite", "--bench", bench, "--for", "inertia=2%", "-o", test, "--promise", promise)
+    run_checked("simulate", "--as-bench", model, test, "-o", log)
+    options = ("identify", log, "--bench", bench, "--promise", promise)
+    assert "promise inertia: +-" in run_checked(*options)
+    rows = json.loads(run_checked(*options, "--json"))["promise"]
+    assert [row["parameter"] for row in rows] == ["inertia"]
+    assert rows[0]["kept"] is True
