@@ -144,11 +144,13 @@ def _tests(test: DesignTest) -> PlayedTests:
     seconds = response_time(test.model, test.spec)
     short, spec = _shortened(test.scenario, test.spec, seconds)
     screened = structs.replace(short, steps=short.steps[:SCREENED])
+    at_places = test.judges_of_places(short, spec)
     return PlayedTests(
         test.judge_of(screened, spec),
         test.judge_of(short, spec),
         test.judge,
         test.judges_of_others(short, spec),
+        lambda controller, whole: test.worst_at_places(at_places, controller, whole),
         _hard(test),
     )
 

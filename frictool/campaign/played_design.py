@@ -8,26 +8,33 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
+import numpy as np
 from msgspec import structs
 
 from frictool.campaign.draws.default_scenario import default_scenario
 from frictool.campaign.trials.controller_judge import (
     ControllerJudge,
     PlantValues,
+    PlayedVerdict,
     plants_of_model,
 )
+from frictool.documents.controller import Controller
 from frictool.documents.key_lines import document_error
 from frictool.documents.metric_table import REQUIREMENTS
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
 from frictool.documents.scenario import Scenario, Step
 from frictool.documents.spec import Spec
+from frictool.synth.search.played_tests import JudgedRuns
 
 # plants drawn from the ranges in addition to the vertices; a scenario without a seed has SEED
 DRAWN, SEED = 40, 1
 # further plants that a found design must pass: drawn ones, and parts of a count by which start and
 # targets are moved
 OTHERS, MOVED = 30, ((0.2, 0.15), (0.35, 0.37), (0.7, 0.6), (0.85, 0.85))
+# places within a count from which the worst plants of a found design start, and places to which
+# their targets are moved; number of worst plants of each requirement
+PLACES, TARGETS, WORST = 6, 6, 2
 # requirements that an axis misses if it stays away from its target
 REACHED = ("response_time_95_s", "rise_time_s", "static_error", "settling_after_profile")
 GOLDEN = 0.6180339887498949  # multiples of it spread evenly over a count
@@ -73,12 +80,57 @@ class DesignTest:
         for index, (place, target) in enumerate(MOVED):
             plants = [*self.plants[: 1 + self.vertices], *drawn[index :: len(MOVED)]]
             places = [math.fmod(place + k * GOLDEN, 1.0) for k in range(len(plants))]
-            moved = structs.replace(
-                scenario, steps=tuple(self._moved(step, target) for step in scenario.steps)
-            )
-            starts = _starts(self.model, scenario, places)
-            judges.append(ControllerJudge(self.model, moved, spec, plants, starts=starts))
+            judges.append(self._judge_at(scenario, spec, plants, places, target))
         return tuple(judges)
+
+    def judges_of_places(self, scenario: Scenario, spec: Spec) -> tuple[ControllerJudge, ...]:
+        """Return judges of every plant at PLACES starts, one for each of TARGETS targets.
+
+        Start k of plant i has index i PLACES + k. Starts and targets are spread over a count.
+        """
+        plants = [plant for plant in self.plants for _ in range(PLACES)]
+        return tuple(
+            self._judge_at(
+                scenario,
+                spec,
+                plants,
+                [(k % PLACES + offset / TARGETS) / PLACES for k in range(len(plants))],
+                (offset + 0.5) / TARGETS,
+            )
+            for offset in range(TARGETS)
+        )
+
+    def worst_at_places(
+        self, judges: Sequence[ControllerJudge], controller: Controller, found: JudgedRuns
+    ) -> list[PlayedVerdict]:
+        """Return the figures of a controller on its worst plants at all places of `judges`.
+
+        `found`: its figures on all plants. The WORST plants of each requirement are played.
+        """
+        chosen: dict[tuple[float, ...], int] = {}
+        for reserves in np.transpose(found.reserves):
+            worst: dict[tuple[float, ...], int] = {}
+            for plant in np.argsort(reserves).tolist():
+                if not math.isnan(reserves[plant]):
+                    worst.setdefault(tuple(self.plants[plant].values()), plant)
+            chosen = {**dict(list(worst.items())[:WORST]), **chosen}
+        only = [plant * PLACES + place for plant in chosen.values() for place in range(PLACES)]
+        return [judge(controller, only) for judge in judges]
+
+    def _judge_at(
+        self,
+        scenario: Scenario,
+        spec: Spec,
+        plants: Sequence[PlantValues],
+        places: Sequence[float],
+        target: float,
+    ) -> ControllerJudge:
+        """Return the judge of plants that start at places; targets are moved by part of a count."""
+        moved = structs.replace(
+            scenario, steps=tuple(self._moved(step, target) for step in scenario.steps)
+        )
+        starts = _starts(self.model, scenario, places)
+        return ControllerJudge(self.model, moved, spec, plants, starts=starts)
 
     def _moved(self, step: Step, target: float) -> Step:
         """Return the step with its target moved by a part of a count into the travel."""

@@ -152,7 +152,7 @@ def test_a_plant_on_which_a_candidate_fails_joins_the_screen(scales: DesignScale
     search = CandidateSearch(
         PI_CASCADE,
         scales,
-        PlayedTests(screen, short, whole, (others,), (0, 1)),
+        PlayedTests(screen, short, whole, (others,), lambda controller, runs: (), (0, 1)),
         CandidateControllers(model, SPEC),
         lambda design: None,
     )
@@ -195,7 +195,7 @@ def test_a_candidate_that_is_not_verified_is_no_result(scales: DesignScales) -> 
         raise NoSolutionError("not verified: for the test")
 
     family = type(PI_CASCADE)(PI_CASCADE.name, PI_CASCADE.parameters, PI_CASCADE.design, 40)
-    tests = PlayedTests(Judge(), Judge(), Judge(), (Judge(),), (0,))
+    tests = PlayedTests(Judge(), Judge(), Judge(), (Judge(),), lambda controller, runs: (), (0,))
     search = CandidateSearch(family, scales, tests, CandidateControllers(model, SPEC), refuse)
     outcome = search.run(lambda step: None)
     assert not outcome.passed

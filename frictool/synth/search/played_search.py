@@ -11,7 +11,7 @@ tests in which it was played.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import Any
@@ -198,9 +198,11 @@ class CandidateSearch:
                 value = shortfall(runs[-1])
                 self._add_hard(runs[-1])
             if value <= 0.0:
-                others = [judge(controller, None) for judge in self.tests.others]
-                value = max(value, *(shortfall(one, 0.0) for one in others))
-                runs += others
+                for one in self.tests.without_reserve(controller, runs[-1]):
+                    runs.append(one)
+                    value = max(value, shortfall(one, 0.0))
+                    if value > 0.0:
+                        break
         except UNUSABLE:
             return FAILED
         candidate = Candidate(design, value, tuple(runs))
@@ -233,9 +235,9 @@ class CandidateSearch:
         for one in near:
             controller = self.controller(one.design)
             runs = []
-            for judge in (self.tests.short, self.tests.whole, *self.tests.others):
-                runs.append(judge(controller, None))
-                if shortfall(runs[-1], 0.0) > 0.0:
+            for played in self._all_tests(controller):
+                runs.append(played)
+                if shortfall(played, 0.0) > 0.0:
                     break
             else:
                 if self._verified(one.design):
@@ -247,6 +249,13 @@ class CandidateSearch:
         best = min(retried, key=lambda one: max(one.missing.values()), default=None)
         best = best or (ranked[0] if ranked else None)
         return self._outcome(best, passed=False, with_reserve=False)
+
+    def _all_tests(self, controller: Controller) -> Iterator[JudgedRuns]:
+        """Yield the runs of a controller in the tests of rising cost, from `short` on."""
+        yield self.tests.short(controller, None)
+        whole = self.tests.whole(controller, None)
+        yield whole
+        yield from self.tests.without_reserve(controller, whole)
 
     def _outcome(
         self, best: Candidate | None, *, passed: bool, with_reserve: bool

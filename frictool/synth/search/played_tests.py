@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -61,15 +61,23 @@ class PlayedTests:
 
     `screen`: two short steps, played on some plants. `short`: all steps, without their holds, on
     all plants. `whole`: the test that decides. `others`: short steps on other plants and from other
-    places, which a found design must pass without the reserve. `hard`: plants on which the search
-    begins.
+    places, which a found design must pass without the reserve. `places`: short steps on the worst
+    plants of the whole test, from many places within a count, without the reserve. `hard`: plants
+    on which the search begins.
     """
 
     screen: CandidateJudge
     short: CandidateJudge
     whole: CandidateJudge
     others: tuple[CandidateJudge, ...]
+    places: Callable[[Controller, JudgedRuns], Sequence[JudgedRuns]]
     hard: tuple[int, ...]
+
+    def without_reserve(self, controller: Controller, whole: JudgedRuns) -> Iterator[JudgedRuns]:
+        """Yield the runs of the tests that follow the whole one, whose runs are `whole`."""
+        for judge in self.others:
+            yield judge(controller, None)
+        yield from self.places(controller, whole)
 
 
 def shortfalls(runs: JudgedRuns, reserve: float = RESERVE) -> Vector:
