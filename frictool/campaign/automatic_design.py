@@ -18,7 +18,7 @@ from frictool.campaign.trials.controller_judge import PlantValues
 from frictool.documents.design import Design
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
-from frictool.synth.feasibility import check_feasible
+from frictool.synth.feasibility import check_feasible, check_played_step
 from frictool.synth.load_disturbance import disturbance
 from frictool.synth.search.candidate_controller import CandidateControllers
 from frictool.synth.search.candidate_family import CandidateFamily
@@ -28,6 +28,7 @@ from frictool.synth.search.lpv_cascade import LPV_CASCADE
 from frictool.synth.search.pi_cascade import PI_CASCADE
 from frictool.synth.search.played_search import CandidateSearch, FamilyOutcome
 from frictool.synth.search.played_tests import PlayedTests
+from frictool.synth.search.position_blocks import fastest_filter
 from frictool.synth.synthesis import require_identified, synthesise
 
 FAMILIES = (PI_CASCADE, COMPENSATED_CASCADE, LPV_CASCADE)
@@ -105,6 +106,8 @@ def design_automatically(
     families = [_with_wishes(family, wishes) for family in FAMILIES]
     first = families[0]
     check_feasible(model, spec, first.design(scales, first.values(first.starts[0])))
+    slowness = scales.dead_time + 1.0 / fastest_filter(scales)
+    check_played_step(model, spec, length, slowness)
     tests = _tests(test)
     controllers = CandidateControllers(model, spec)
     outcomes = []

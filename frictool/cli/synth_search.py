@@ -87,7 +87,12 @@ def search_design(
     """
     from frictool.campaign.automatic_design import design_automatically
     from frictool.campaign.views.search_picture import search_picture
-    from frictool.campaign.views.search_view import design_line, refusal, search_json
+    from frictool.campaign.views.search_view import (
+        design_line,
+        refusal,
+        refusal_lines,
+        search_json,
+    )
     from frictool.errors import NoSolutionError
     from frictool.synth.search.design_text import design_text
 
@@ -95,10 +100,12 @@ def search_design(
     if outputs.plot is not None:
         save_text(outputs.plot, search_picture(found, test.model.name) + "\n", inputs)
     if not found.passed:
-        reason = refusal(found, test)
+        reason, details = refusal(found), refusal_lines(found, test)
         if outputs.as_json:
-            view = {"reason": reason, "search": search_json(found)}
+            view = {"reason": reason, "details": details, "search": search_json(found)}
             print_json("synth-refusal/1", view, outputs.controller)
+        else:
+            note("\n".join(details))
         raise NoSolutionError(reason)
     if outputs.design is not None:
         head = f"{design_line(found)}\nplayed: {test.about}\nThe search has fixed seeds."

@@ -8,6 +8,11 @@ static_error, the encoder reads one count in favour of the zone, and the step be
 backlash. Load, the voltage of the winding and resonances are neglected. For the rise time, the axis
 need not stop and the drive has no lag.
 
+A search plays steps of a known length. Their response takes longer than the drive alone, because
+the drive follows the speed loop: `loop_allowance` is the time constant of that loop on the plant
+with the smallest gain. The loop has the dead time of delay, lag and filter of the speed, and the
+specified modulus margin on the plant with the largest gain.
+
 A specification does not state the length of its steps. The drive must be able to make the shortest
 step to which the specification can apply (else exit 4). The length of this step is 20 times
 static_error (at least 20 encoder counts), but at most the travel. A note names the length above
@@ -20,6 +25,9 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import brentq
 
 from frictool.adapters.drive_bound import driven_axis
 from frictool.adapters.model_polytope import polytope
@@ -39,6 +47,8 @@ from frictool.plant.time_optimal import (
 
 RISE = (0.1, 0.9)  # shares of the step between which rise_time_s counts
 LENGTHS = 20  # bisections of the length of a step
+LEAST_MARGIN = 0.3  # modulus margin of a loop without a specified one
+ANGLES = np.linspace(0.01, math.pi, 2000)  # frequencies times the dead time, rad
 ShortestTime = Callable[[DrivenAxis, float], float]  # of a step with a length [rad | m]
 
 
@@ -65,6 +75,44 @@ def check_feasible(model: Model, spec: Spec, design: Design) -> tuple[str, ...]:
         if required is not None:
             notes += _check_time(key, required, least, model, shortest_step(model, spec))
     return tuple(notes)
+
+
+def check_played_step(model: Model, spec: Spec, length: float, dead_time: float) -> None:
+    """Raise NoSolutionError if a step of a search cannot have the specified response time.
+
+    `length` is that of the longest step [rad | m], `dead_time` that of the speed loop with its
+    fastest filter [s].
+    """
+    required = spec.response_time_95_s
+    if required is None:
+        return
+    slowest = slowest_step(model, _response(model, spec), length)
+    allowance = loop_allowance(model, spec.modulus_margin or LEAST_MARGIN, dead_time)
+    if required >= slowest.time + allowance:
+        return
+    raise NoSolutionError(
+        f"response_time_95_s of the specification is {required:.4g} s; for a step of "
+        f"{length:.4g} {si_unit('position', model.axis)} the drive needs at least "
+        f"{slowest.time:.4g} s ({_described(slowest.plant, model)}), and a speed loop with "
+        f"{dead_time:.4g} s of delay, lag and filter {allowance:.4g} s more; raise "
+        "response_time_95_s, shorten the steps, or take a drive with a higher actuator.limit"
+    ).at("spec", "response_time_95_s")
+
+
+def loop_allowance(model: Model, margin: float, dead_time: float) -> float:
+    """Return the time constant [s] of the slowest plant's speed loop.
+
+    The loop k exp(-s dead_time)/s of the plant with the largest gain has the modulus margin
+    `margin`; that of the plant with the smallest gain is slower by the ratio of the gains.
+    """
+    gains = [point.constant / point.inertia for point in polytope(model).vertices]
+
+    def excess(product: float) -> float:
+        loop = product * np.exp(-1j * ANGLES) / (1j * ANGLES)
+        return float(np.abs(1.0 + loop).min()) - margin
+
+    product = float(brentq(excess, ANGLES[0], 0.5 * math.pi))
+    return dead_time / product * max(gains) / min(gains)
 
 
 def _check_bands(model: Model, spec: Spec, design: Design) -> None:

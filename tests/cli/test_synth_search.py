@@ -89,14 +89,15 @@ def test_a_requirement_that_no_candidate_reaches_is_named_with_the_trade(
     controller, picture = tmp_path / "controller.yaml", tmp_path / "trade.svg"
     done = run(*_synth(spec, "-o", controller, "--plot", picture, "--json"))
     assert done.code == 4
-    assert done.stderr.startswith("error: no design found (PI cascade: 25 candidates")
+    assert done.stderr.startswith("error: no design found: ")
     assert "for the best candidate, specified " in done.stderr
-    assert "the drive alone needs 10" in done.stderr
     assert not controller.exists()
     assert picture.read_text().startswith("<svg")
     told = json.loads(done.stdout)
     assert told["format"] == "synth-refusal/1"
     assert told["reason"] in done.stderr
+    assert told["details"][0] == "searched: PI cascade, 25 candidates"
+    assert told["details"][1].startswith("bound: the drive alone needs 10")
     reached = {one["key"]: one["best"] for one in told["search"]["reached"]}
     assert 0.1 < reached["response_time_95_s"] < 0.35
 

@@ -43,10 +43,24 @@ def design_line(found: AutomaticDesign) -> str:
     )
 
 
-def refusal(found: AutomaticDesign, test: DesignTest) -> str:
-    """Return why no design was found: the requirement, the best value, and the trade.
+def refusal(found: AutomaticDesign) -> str:
+    """Return why no design was found: the requirement that the best candidate misses."""
+    best = _best(found)
+    refusals = [reason for one in found.outcomes for reason in one.refusals]
+    if best is None:
+        reason = "no candidate can be played"
+    elif max(best.missing.values()) <= 0.0 and refusals:
+        reason = f"the candidates that meet the specification when played are {refusals[-1]}"
+    else:
+        reason = _missed(best)
+    return f"no design found: {reason}"
 
-    It ends with the shortest response that the drive allows.
+
+def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
+    """Return the details of a refusal, one a line.
+
+    They are the candidates, the bound of the drive, and each requirement that can be relaxed with
+    the best value of the candidates that meet all others.
     """
     bench = test.model.bench
     overshoot = test.spec.overshoot_percent
@@ -55,17 +69,16 @@ def refusal(found: AutomaticDesign, test: DesignTest) -> str:
         polytope(test.model).vertices,
         longest_step_of(test.scenario),
         None if overshoot is None else overshoot / 100.0,
-    ).words(bench)
-    tried = "; ".join(f"{one.family}: {_candidates(one)}" for one in found.outcomes)
-    best = _best(found)
-    refusals = [reason for one in found.outcomes for reason in one.refusals]
-    if best is None:
-        reason = "no candidate can be played"
-    elif max(best.missing.values()) <= 0.0 and refusals:
-        reason = f"the candidates that meet the specification when played are {refusals[-1]}"
-    else:
-        reason = _missed(found, best)
-    return f"no design found ({tried}): {reason}; {bound}"
+    )
+    lines = [f"searched: {one.family}, {_candidates(one)}" for one in found.outcomes]
+    lines.append(f"bound: {bound.words(bench)}")
+    rows = [row for row in reached(found) if row.together is not None and row.key in TRADED]
+    broken = [row for row in rows if not _meets(row)]
+    if broken:
+        lines.append("relax one requirement to the value reached with all others met:")
+        lines += [f"  {row.key}: {_number(row.together, row.unit)}" for row in broken]
+        lines.append("  (on the plants on which each candidate was played)")
+    return lines
 
 
 def search_json(found: AutomaticDesign) -> dict[str, Any]:
@@ -122,25 +135,20 @@ def _reached(metric: Any, played: list[Candidate]) -> ReachedValue:
     )
 
 
-def _missed(found: AutomaticDesign, best: Candidate) -> str:
-    """Return the requirement that the best candidate misses, and what the others allow."""
+def _missed(best: Candidate) -> str:
+    """Return the requirement that the best candidate misses."""
     key = max(best.missing, key=best.missing.__getitem__)
     first = next(one for one in best.metrics if one.key == key)
-    reason = (
+    return (
         f"{requirement_title(first.name)} is {_number(best.worst(first), first.unit)} for the best "
         f"candidate, specified {first.relation} {_number(first.limit, first.unit)}"
     )
-    values = [
-        f"{row.title} {_number(row.together, row.unit)}"
-        for row in reached(found)
-        if row.together is not None and row.key in TRADED
-    ]
-    if not values:
-        return reason
-    return (
-        f"{reason}; best values of candidates that meet all other requirements, on the plants on "
-        f"which each was played: {', '.join(values)}"
-    )
+
+
+def _meets(row: ReachedValue) -> bool:
+    """Return True if the value reached with the others met is within the limit too."""
+    assert row.together is not None
+    return row.together <= row.limit if row.relation == "<=" else row.together >= row.limit
 
 
 TRADED = ("response_time_95_s", "rise_time_s", "overshoot_percent", "modulus_margin", "drive_peak")
@@ -155,5 +163,6 @@ def _candidates(one: FamilyOutcome) -> str:
     return f"{one.candidates} candidate{'s' if one.candidates != 1 else ''}"
 
 
-def _number(value: float, unit: str) -> str:
-    return f"{value:.4g} {unit}".rstrip() if math.isfinite(value) else "none"
+def _number(value: float | None, unit: str) -> str:
+    known = value is not None and math.isfinite(value)
+    return f"{value:.4g} {unit}".rstrip() if known else "none"

@@ -75,7 +75,16 @@ def prefilter(scales: DesignScales, values: Mapping[str, float]) -> PrefilterDes
     )
 
 
+def fastest_filter(scales: DesignScales) -> float:
+    """Return the largest bandwidth of the filter of the speed [rad/s]."""
+    return _filter(scales, next(one for one in PARAMETERS if one.name == "velocity_product").high)
+
+
+def _filter(scales: DesignScales, product: float) -> float:
+    return min(product / scales.dead_time, MOST_FILTER / scales.period)
+
+
 def velocity(scales: DesignScales, values: Mapping[str, float]) -> VelocityDesign:
     """Return the filter of the encoder's difference."""
-    bandwidth = min(values["velocity_product"] / scales.dead_time, MOST_FILTER / scales.period)
+    bandwidth = _filter(scales, values["velocity_product"])
     return VelocityDesign(order=1, filter_rad_s=rounded(bandwidth))
