@@ -2,7 +2,9 @@
 
     DesignTest ──shortened──▶ PlayedTests ──synth/search/──▶ FamilyOutcome of each family
 
-The families are tried in the order of simplicity; the first that meets the specification wins.
+The families are tried in the order of simplicity; the first that meets the specification wins. If
+none does and a family comes near, this family is searched for longer response times. The search
+then goes on from the design of the easier specification to the requested one.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ from frictool.synth.load_disturbance import disturbance
 from frictool.synth.search.candidate_controller import CandidateControllers
 from frictool.synth.search.candidate_family import CandidateFamily
 from frictool.synth.search.compensated_cascade import COMPENSATED_CASCADE
-from frictool.synth.search.design_scales import design_scales
+from frictool.synth.search.design_scales import DesignScales, design_scales
 from frictool.synth.search.lpv_cascade import LPV_CASCADE
 from frictool.synth.search.pi_cascade import PI_CASCADE
 from frictool.synth.search.played_search import CandidateSearch, FamilyOutcome
@@ -41,6 +43,8 @@ KEPT = (
     "form",
     "measurement_hold_samples",
 )
+CONTINUABLE = 0.15  # largest relative miss from which a search for a longer response may help
+EASINGS = (1.06, 1.12, 1.25)  # longer response times, relative to the specified one
 SHORT = 2.5  # response times, duration of a part in the tests before the whole one
 AT_REST = 2.25  # response times after which the axis must rest in these tests
 SCREENED = 2  # parts of the screen
@@ -109,20 +113,68 @@ def design_automatically(
     slowness = scales.dead_time + 1.0 / fastest_filter(scales)
     check_played_step(model, spec, length, slowness)
     tests = _tests(test)
-    controllers = CandidateControllers(model, spec)
+    search = _Search(test, tests, scales, CandidateControllers(model, spec), progress)
     outcomes = []
     for family in families:
-        search = CandidateSearch(
-            family,
-            scales,
-            tests,
-            controllers,
-            lambda design: _verify(test, design),
-        )
-        outcomes.append(search.run(progress))
+        outcomes.append(search.of(family).run(progress))
         if outcomes[-1].passed:
-            break
+            return AutomaticDesign(tuple(outcomes))
+    near = [(one.best.largest_missing, k) for k, one in enumerate(outcomes) if one.best is not None]
+    if spec.response_time_95_s is not None and near and min(near)[0] <= CONTINUABLE:
+        outcomes += search.continued(families[min(near)[1]])
     return AutomaticDesign(tuple(outcomes))
+
+
+@dataclass(frozen=True)
+class _Search:
+    """Documents, judges and scales of a search, from which that of a family is made."""
+
+    test: DesignTest
+    tests: PlayedTests
+    scales: DesignScales
+    controllers: CandidateControllers
+    progress: Callable[[str], None]
+
+    def of(self, family: CandidateFamily) -> CandidateSearch:
+        """Return the search of a family."""
+        return CandidateSearch(
+            family,
+            self.scales,
+            self.tests,
+            self.controllers,
+            lambda design: _verify(self.test, design),
+        )
+
+    def eased(self, easing: float) -> _Search:
+        """Return the search for a response time that is longer by a factor."""
+        spec = self.test.spec
+        assert spec.response_time_95_s is not None
+        response = easing * spec.response_time_95_s
+        test = replace(self.test, spec=structs.replace(spec, response_time_95_s=response))
+        scales = replace(self.scales, response=response)
+        return replace(self, test=test, tests=_tests(test), scales=scales)
+
+    def continued(self, family: CandidateFamily) -> list[FamilyOutcome]:
+        """Return the outcome of a search from easier specifications to that of the test.
+
+        It is empty if no easier specification is met.
+        """
+        for number in range(len(EASINGS)):
+            first = self.eased(EASINGS[number])
+            self.progress(f"search: response 95 % of {first.scales.response:.4g} s first")
+            outcome = first.of(family).run(self.progress)
+            if outcome.passed:
+                break
+        else:
+            return []
+        for step in (*reversed(EASINGS[:number]), 1.0):
+            assert outcome.best is not None
+            # the points of the family keep their meaning with the scales of the first design
+            harder = replace(self.eased(step), scales=first.scales)
+            outcome = harder.of(family).run_from(outcome.best.point, self.progress)
+            if not outcome.passed and step > 1.0:
+                return []
+        return [outcome]
 
 
 def _with_wishes(family: CandidateFamily, wishes: Design | None) -> CandidateFamily:

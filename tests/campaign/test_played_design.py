@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
+import numpy as np
 import pytest
 from msgspec.structs import replace
 
 from frictool.campaign.draws.default_scenario import default_scenario
-from frictool.campaign.played_design import DRAWN, design_test, untested_reason
+from frictool.campaign.played_design import DRAWN, PLACES, TARGETS, design_test, untested_reason
 from frictool.documents.registry import load
 from frictool.documents.spec import Spec
 from studies.rigs.clutch_model import ROOT, clutch_model
@@ -71,3 +75,30 @@ def test_the_other_plants_are_not_those_of_the_test() -> None:
     assert known.isdisjoint(drawn)
     targets = [judge.scenarios[0].steps[0].reference for judge in judges]
     assert len({one.value for one in targets if one is not None}) == 4
+
+
+def test_the_worst_plants_of_each_requirement_start_from_every_place() -> None:
+    test = design_test(clutch_model(), SPEC)
+    steps = replace(test.scenario, steps=test.scenario.steps[:1])
+    judges = test.judges_of_places(steps, SPEC)
+    count = clutch_model().bench.encoder.resolution
+    starts = [
+        judge.scenarios[3 * PLACES + place].start for judge in judges for place in range(PLACES)
+    ]
+    within = sorted((one.value - test.starts[0]) / count for one in starts if one is not None)
+    assert within == pytest.approx([k / (PLACES * TARGETS) for k in range(PLACES * TARGETS)])
+
+    # plants 2 and 18 are the same vertex at two places, and worst in the first requirement
+    reserves = np.full((len(test.plants), 2), 0.5)
+    reserves[[2, 18, 7], 0] = 0.1, 0.05, 0.2
+    reserves[:, 1] = np.nan
+    played: list[Sequence[int]] = []
+
+    def judge(controller: object, only: Sequence[int]) -> None:
+        played.append(only)
+
+    found: Any = SimpleNamespace(reserves=reserves)
+    test.worst_at_places([judge], None, found)  # type: ignore[arg-type, list-item] # counts the plants
+    (only,) = played
+    assert sorted({plant // PLACES for plant in only}) == [7, 18]
+    assert len(only) == 2 * PLACES

@@ -96,7 +96,7 @@ def test_a_requirement_that_no_candidate_reaches_is_named_with_the_trade(
     told = json.loads(done.stdout)
     assert told["format"] == "synth-refusal/1"
     assert told["reason"] in done.stderr
-    assert told["details"][0] == "searched: PI cascade, 25 candidates"
+    assert told["details"][0] == "searched: PI cascade, 37 candidates"
     assert told["details"][1].startswith("bound: the drive alone needs 10")
     reached = {one["key"]: one["best"] for one in told["search"]["reached"]}
     assert 0.1 < reached["response_time_95_s"] < 0.35

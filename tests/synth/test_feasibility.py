@@ -21,6 +21,8 @@ from frictool.synth.feasibility import (
     _response,
     _rise,
     check_feasible,
+    check_played_step,
+    loop_allowance,
     shortest_step,
     slowest_step,
 )
@@ -136,3 +138,22 @@ def test_a_law_that_never_releases_the_drive_has_a_band_of_any_width_above_a_cou
         match=r"position_law.band: found 0.1 rad; allowed: at least the encoder's step, 0.1122 rad",
     ):
         check_feasible(MODEL, SPEC, with_band(0.1, straight))
+
+
+def test_a_played_step_needs_the_time_of_the_drive_and_of_the_speed_loop() -> None:
+    """A loop k exp(-s T)/s with modulus margin 0.5 has k T = 0.7: |1 + L| at its smallest."""
+    dead_time = 0.005
+    product = dead_time / loop_allowance(MODEL, 0.5, dead_time)
+    gains = [point.constant / point.inertia for point in polytope(MODEL).vertices]
+    product *= max(gains) / min(gains)
+    angles = np.linspace(1e-3, 3.0, 30_000)
+    loop = product * np.exp(-1j * angles) / (1j * angles)
+    assert np.abs(1.0 + loop).min() == pytest.approx(0.5, abs=1e-4)
+    bound = slowest_step(MODEL, _response(MODEL, SPEC), 50.0).time
+    least = bound + loop_allowance(MODEL, 0.5, dead_time)
+    spec = msgspec.structs.replace(SPEC, response_time_95_s=0.999 * least)
+    with pytest.raises(NoSolutionError, match=rf"needs at least {bound:.4g} s .* a speed loop"):
+        check_played_step(MODEL, spec, 50.0, dead_time)
+    check_played_step(
+        MODEL, msgspec.structs.replace(SPEC, response_time_95_s=1.001 * least), 50.0, dead_time
+    )

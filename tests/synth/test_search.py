@@ -71,6 +71,8 @@ def test_failures_without_a_number_are_graded() -> None:
     undecided = runs([[np.nan, 0.3, 0.0, np.nan]], [[-1, 1, 1, -1]])
     assert shortfall(undecided) == 0.0
     assert shortfall(runs([[1.0] * 4], [[1] * 4], {0: "stiff"})) == FAILED
+    rounded = runs([[-1e-16, 0.3, 0.0, 0.0]], [[1, 1, 1, 1]])
+    assert shortfall(rounded, 0.0) == 0.0
 
 
 @pytest.fixture
@@ -181,9 +183,9 @@ def test_figures_of_a_candidate_are_the_worst_of_all_tests(scales: DesignScales)
             met=np.array([[int(reserve >= 0.0)] for reserve in reserves]),
         )
 
-    searched = Candidate(design, 0.0, (played(0.0), played(0.0, 1.0)))
+    searched = Candidate(design, np.zeros(9), (played(0.0), played(0.0, 1.0)))
     assert searched.missing["oscillations"] == 0.0
-    rejected = Candidate(design, 0.0, (*searched.runs, played(1.0, -1.0)))
+    rejected = Candidate(design, np.zeros(9), (*searched.runs, played(1.0, -1.0)))
     assert rejected.missing["oscillations"] == pytest.approx(1.0)
     assert rejected.worst(oscillations) == 2.0
 
@@ -199,5 +201,5 @@ def test_a_candidate_that_is_not_verified_is_no_result(scales: DesignScales) -> 
     search = CandidateSearch(family, scales, tests, CandidateControllers(model, SPEC), refuse)
     outcome = search.run(lambda step: None)
     assert not outcome.passed
-    assert outcome.candidates == 40
+    assert outcome.candidates == 60
     assert outcome.refusals == ("not verified: for the test",)

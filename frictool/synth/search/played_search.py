@@ -5,14 +5,15 @@ parameters around the best one. The objective is the largest shortfall of all fi
 reserve. A candidate is played on few plants first, and on all if it is promising; the plant on
 which it is worst joins the few. The search ends with the first candidate that passes the whole
 test with its reserve, passes on other plants without it, and is verified. If there is none, the
-best ones are played again without the reserve. The figures of a candidate are the worst of all
-tests in which it was played.
+search continues without the reserve from the best candidates. It then finds a controller that the
+search for a slightly easier specification would find with the reserve. The figures of a candidate
+are the worst of all tests in which it was played.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -43,15 +44,19 @@ SEED = 1
 POPULATION, SPREAD = 18, 0.25  # candidates of a generation; their spread around the best start
 PROMISING = RESERVE  # shortfall on the screen up to which a candidate is played on all plants
 MOST_HARD = 10  # largest number of plants of the screen
-RETRIED = 12  # candidates that are played again without the reserve
+CONTINUED = 0.5  # candidates without the reserve, relative to those with it
+NEAR = 0.1  # spread of the candidates without the reserve around the best one
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """Design with its objective and the runs of each test in which it was played, at least one."""
+    """Design with its point (d,) in the unit cube of the family, and the runs of each played test.
+
+    A candidate was played in at least one test.
+    """
 
     design: Design
-    shortfall: float
+    point: Vector
     runs: tuple[JudgedRuns, ...]
 
     @property
@@ -65,6 +70,11 @@ class Candidate:
         each = [missing(runs) for runs in self.runs]
         keys = [metric.key for metric in self.metrics]
         return {key: max(one[key] for one in each if key in one) for key in keys}
+
+    @property
+    def largest_missing(self) -> float:
+        """Return the largest of these shortfalls."""
+        return max(self.missing.values())
 
     def worst(self, metric: Any) -> float:
         """Return the worst value of a requirement over all tests; NaN if none decides it."""
@@ -142,26 +152,81 @@ class CandidateSearch:
     played: list[Candidate] = field(default_factory=list)
     refusals: list[str] = field(default_factory=list)
     tried: int = 0
+    reserve: float = RESERVE
+    most: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.most = self.family.candidates
 
     def run(self, progress: Callable[[str], None]) -> FamilyOutcome:
         """Return the outcome; the same inputs give the same outcome."""
         self.hard = list(self.tests.hard)
+        random = np.random.Generator(np.random.PCG64(SEED))
         progress(f"search: {self.family.name}")
+        found = self._found(self._from_starts, random)
+        if found is None and self.played:
+            progress(f"search: {self.family.name}, without reserve from the best candidates")
+            self.reserve = 0.0
+            self.most += round(CONTINUED * self.family.candidates)
+            found = self._found(self._from_nearest, random)
+        return self._outcome(found)
+
+    def run_from(self, start: Vector, progress: Callable[[str], None]) -> FamilyOutcome:
+        """Return the outcome without the reserve near a point (d,) of the unit cube."""
+        self.hard = list(self.tests.hard)
+        progress(f"search: {self.family.name}, from the design of an easier specification")
+        self.reserve = 0.0
+        self.most = round(CONTINUED * self.family.candidates)
+        random = np.random.Generator(np.random.PCG64(SEED))
+        return self._outcome(
+            self._found(lambda drawn: self._evolve([start], start, NEAR, drawn), random)
+        )
+
+    def _outcome(self, found: Candidate | None) -> FamilyOutcome:
+        return FamilyOutcome(
+            self.family.name,
+            self.tried,
+            found or self._nearest_miss(),
+            found is not None,
+            found is not None and self.reserve > 0.0,
+            tuple(dict.fromkeys(self.refusals)),
+            tuple(self.played),
+        )
+
+    def _found(
+        self, search: Callable[[np.random.Generator], None], random: np.random.Generator
+    ) -> Candidate | None:
+        """Return the candidate with which a search ends; None if the candidates are exhausted."""
         try:
-            self._evolve()
+            search(random)
         except _FoundError as found:
-            return self._outcome(found.candidate, passed=True, with_reserve=True)
+            return found.candidate
         except _ExhaustedError:
             pass
-        progress(f"search: {self.family.name}, the best candidates without reserve")
-        return self._without_reserve()
+        return None
 
-    def _evolve(self) -> None:
+    def _from_starts(self, random: np.random.Generator) -> None:
         starts = self.family.starts
         figures = [self._objective(start) for start in starts]
-        best = starts[int(np.argmin(figures))]
-        random = np.random.Generator(np.random.PCG64(SEED))
-        spread = SPREAD
+        self._evolve(starts, starts[int(np.argmin(figures))], SPREAD, random)
+
+    def _from_nearest(self, random: np.random.Generator) -> None:
+        nearest = sorted(self.played, key=lambda one: one.largest_missing)[:POPULATION]
+        self._evolve([one.point for one in nearest], nearest[0].point, NEAR, random)
+
+    def _nearest_miss(self) -> Candidate | None:
+        """Return the candidate that misses its limits by least, or that was not verified."""
+        missed = [one for one in self.played if self.refusals or one.largest_missing > 0.0]
+        return min(missed or self.played, key=lambda one: one.largest_missing, default=None)
+
+    def _evolve(
+        self,
+        starts: Sequence[Vector],
+        best: Vector,
+        spread: float,
+        random: np.random.Generator,
+    ) -> None:
+        """Vary the points (d,) of a population that contains `starts`; it never returns."""
         while True:  # until a candidate passes or their number is reached
             population = best + random.normal(0.0, spread, (POPULATION, best.size))
             population[: len(starts)] = starts
@@ -181,21 +246,21 @@ class CandidateSearch:
 
     def _objective(self, unit: Vector) -> float:
         """Return the shortfall at a point of the unit cube; raise _FoundError if it passes."""
-        if self.tried >= self.family.candidates:
+        if self.tried >= self.most:
             raise _ExhaustedError
         self.tried += 1
         try:
             design = self.family.design(self.scales, self.family.values(unit))
             controller = self.controller(design)
             runs = [self.tests.screen(controller, self.hard)]
-            value = shortfall(runs[0])
+            value = shortfall(runs[0], self.reserve)
             if value <= PROMISING:
                 runs.append(self.tests.short(controller, None))
-                value = max(value, shortfall(runs[-1]))
+                value = max(value, shortfall(runs[-1], self.reserve))
                 self._add_hard(runs[-1])
             if value <= 0.0:
                 runs.append(self.tests.whole(controller, None))
-                value = shortfall(runs[-1])
+                value = shortfall(runs[-1], self.reserve)
                 self._add_hard(runs[-1])
             if value <= 0.0:
                 for one in self.tests.without_reserve(controller, runs[-1]):
@@ -205,7 +270,7 @@ class CandidateSearch:
                         break
         except UNUSABLE:
             return FAILED
-        candidate = Candidate(design, value, tuple(runs))
+        candidate = Candidate(design, unit, tuple(runs))
         self.played.append(candidate)
         if value <= 0.0:
             if self._verified(design):
@@ -223,49 +288,7 @@ class CandidateSearch:
 
     def _add_hard(self, runs: JudgedRuns) -> None:
         """Add the plant with the largest shortfall to the plants of the screen."""
-        each = shortfalls(runs).max(axis=1)
+        each = shortfalls(runs, self.reserve).max(axis=1)
         worst = runs.plants[int(np.argmax(each))]
         if each.max() > 0.0 and worst not in self.hard and len(self.hard) < MOST_HARD:
             self.hard.append(worst)
-
-    def _without_reserve(self) -> FamilyOutcome:
-        ranked = sorted(self.played, key=lambda one: one.shortfall)
-        near = [one for one in ranked if one.shortfall <= 2.0 * RESERVE][:RETRIED]
-        retried = []
-        for one in near:
-            controller = self.controller(one.design)
-            runs = []
-            for played in self._all_tests(controller):
-                runs.append(played)
-                if shortfall(played, 0.0) > 0.0:
-                    break
-            else:
-                if self._verified(one.design):
-                    found = replace(one, runs=tuple(runs))
-                    return self._outcome(found, passed=True, with_reserve=False)
-            again = replace(one, runs=(*one.runs, *runs))
-            self.played[self.played.index(one)] = again
-            retried.append(again)
-        best = min(retried, key=lambda one: max(one.missing.values()), default=None)
-        best = best or (ranked[0] if ranked else None)
-        return self._outcome(best, passed=False, with_reserve=False)
-
-    def _all_tests(self, controller: Controller) -> Iterator[JudgedRuns]:
-        """Yield the runs of a controller in the tests of rising cost, from `short` on."""
-        yield self.tests.short(controller, None)
-        whole = self.tests.whole(controller, None)
-        yield whole
-        yield from self.tests.without_reserve(controller, whole)
-
-    def _outcome(
-        self, best: Candidate | None, *, passed: bool, with_reserve: bool
-    ) -> FamilyOutcome:
-        return FamilyOutcome(
-            self.family.name,
-            self.tried,
-            best,
-            passed,
-            with_reserve,
-            tuple(dict.fromkeys(self.refusals)),
-            tuple(self.played),
-        )

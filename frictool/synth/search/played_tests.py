@@ -90,6 +90,7 @@ def shortfalls(runs: JudgedRuns, reserve: float = RESERVE) -> Vector:
     reserves = np.array(runs.reserves, dtype=np.float64)
     broken = (runs.met == 0) & ~(reserves < 0.0)
     short = wanted - np.where(broken, -0.5, reserves)
+    short = np.where(runs.met == 1, np.minimum(short, wanted), short)  # rounding at a limit
     for column, one in enumerate(runs.metrics):
         if one.limit == 0.0:  # its reserve has a unit
             short[:, column] = np.where(runs.met[:, column] == 0, 0.5, 0.0)
