@@ -27,6 +27,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -152,9 +153,13 @@ class BoundedRealInequalities:
         self.sides_s = [
             ProjectedInequality.of(p.a.T, p.c1.T, p.b1.T, p.d11.T, null_s, disc) for p in plants
         ]
-        n_z, n_w = first.d11.shape
-        self.reduced = [(0, side.reduced(n_w)) for side in self.sides_r] + [
-            (self.half, side.reduced(n_z)) for side in self.sides_s
+        self.n_z, self.n_w = first.d11.shape
+
+    @cached_property
+    def reduced(self) -> list[tuple[int, tuple[Matrix, Matrix, Matrix]]]:
+        """Reduced inequalities with the first index of R' or S' in the decision vector."""
+        return [(0, side.reduced(self.n_w)) for side in self.sides_r] + [
+            (self.half, side.reduced(self.n_z)) for side in self.sides_s
         ]
 
     def blocks(self, x: Vector, gamma: float) -> tuple[Matrix, Matrix]:

@@ -10,10 +10,14 @@ well-conditioned problem, whatever status it reports. Therefore the problem is s
 in coordinates in which R and S are equal and diagonal and gamma is near one. It is then recentred:
 at a gamma somewhat above the optimum, first the smallest R and S are computed, then those with the
 largest distance of [R I; I S] from singular. The controller then has bounded coefficients.
+
+One plant needs no solver: two Riccati equations give gamma, R and S (riccati_synthesis.py). R and S
+are used if they satisfy the inequalities; otherwise the solver is used.
 """
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
@@ -30,6 +34,7 @@ from frictool.lmi.pole_regions import (
     frame,
     refuse_fixed_modes,
 )
+from frictool.lmi.riccati_synthesis import lyapunov_blocks, smallest_gamma
 from frictool.lmi.sdp import AffineConstraint, solve, upper_triangle
 from frictool.lmi.state_balancing import balancing, even_out
 from frictool.plant.generalised_plant import GeneralisedPlant
@@ -60,6 +65,8 @@ NO_GAMMA = (
 RELAX = "bring the weights nearer to each other, or relax them"
 # margin of the inequalities for gamma near one, larger than the solver's own tolerance
 STRICT = 1e-6
+# weights on every state that make the solutions of Riccati equations strict: the largest is best
+STATE_WEIGHTS = (3e-2, 1e-2, 3e-3, 1e-3, 3e-4, 1e-4)
 TRACE_SLACK = 1.5  # limit of trace(R + S) in the recentring, relative to the smallest one
 
 
@@ -103,6 +110,8 @@ def _minimise(
     level = 1.0
     before = np.nan
     refuse_fixed_modes([plant.transformed(t) for plant in framed], chosen)
+    if len(framed) == 1 and (found := _by_riccati(framed[0], t, recentring, chosen)) is not None:
+        return found
     for _ in range(PASSES + 1):
         problem = BoundedRealInequalities(
             [scale_level(plant, level).transformed(t) for plant in framed]
@@ -126,6 +135,34 @@ def _minimise(
         f"{recentring * before:.4g}); "
         "raise `recentring` or relax the weights"
     )
+
+
+def _by_riccati(
+    plant: GeneralisedPlant, t: Matrix, recentring: float, chosen: TransformVariable
+) -> LyapunovPair | None:
+    """Return (R, S) of one framed plant by Riccati equations, for states near x = t x_balanced.
+
+    The result is None if the equations do not apply, or if the inequalities or the controller of
+    their solutions fail.
+    """
+    optimum = smallest_gamma(plant.transformed(t))
+    if optimum is None:
+        return None
+    scaled = scale_level(plant, optimum)
+    start = lyapunov_blocks(scaled.transformed(t), np.sqrt(recentring), STATE_WEIGHTS[-1])
+    if start is None:
+        return None
+    t = t @ balancing(*start)
+    balanced = scaled.transformed(t)
+    inequalities = BoundedRealInequalities([balanced])
+    for weight in STATE_WEIGHTS:
+        blocks = lyapunov_blocks(balanced, np.sqrt(recentring), weight)
+        if blocks is None or not inequalities.hold(*blocks, recentring):
+            continue
+        with contextlib.suppress(NoSolutionError):
+            central(balanced, *blocks, recentring)
+            return LyapunovPair(*blocks, t, optimum, recentring * optimum, chosen)
+    return None
 
 
 def controller(plant: GeneralisedPlant, lyapunov: LyapunovPair, ease: float = 1.0) -> Lti:
