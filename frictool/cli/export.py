@@ -1,10 +1,10 @@
-"""`frictool export`: a controller as source code with golden vectors and a self-test."""
+"""`frictool export`: a controller as source code, and a model for simulators and drives."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import click
 
@@ -12,40 +12,51 @@ from frictool.cli.common_options import existing, json_option, output_option
 from frictool.cli.console_output import note, note_changes, print_json, say
 from frictool.cli.file_endings import check_folder
 from frictool.cli.output_files import STDOUT, command_line
+from frictool.export.languages import LANGUAGE_OF, LANGUAGES, DocumentKind
 
 if TYPE_CHECKING:
     from frictool.documents.controller import Number
     from frictool.export.controller_export import Language
 
-HELP = """\b
+
+def _rows(document: DocumentKind) -> str:
+    return "\n".join(f"  {one.name:<7} {one.text}" for one in LANGUAGES if one.document == document)
+
+
+HELP = f"""\b
 Example:
   frictool export controller.yaml --lang c --number float -o c/
   cc c/*.c -lm -o selftest && ./selftest
-  frictool export controller.yaml --lang matlab -o simulink/
+  frictool export model.yaml --lang urdf --into robot.urdf --joint elbow -o patched/
 
-Write a controller for its target, or for another tool.
+Write a controller for its target, or a model for a simulator or a drive.
 
 \b
-  c       C99: NAME.h and NAME.c for the target; NAME_vectors.h and NAME_selftest.c to check it
-  json    NAME.json: every coefficient as the number format stores it, with its conventions
-  cmsis   NAME_cmsis.h: the linear controller as biquads for CMSIS-DSP, in float, q31 or q15
-  matlab  NAME.mat: a, b, c, d, sos, Ts and the blocks' parameters, for MATLAB and Simulink
+From controller.yaml:
+{_rows("controller")}
+
+\b
+From model.yaml:
+{_rows("model")}
 
 The C code allocates nothing and calls no function but sqrt. Its golden vectors come from the
 simulation's controller in the same number format; the self-test exits with 0 if the compiled code
 reproduces all of them bit by bit. q31 and q15 are fixed point, proved free of overflow.
 
 The loop is verified again with the coefficients as the number format stores them. Exit code 4 if it
-violates the modulus margin. Files of the same names in the folder are replaced. With -o - the files
-are a tar archive on stdout.
+violates the modulus margin, or if the target cannot represent a part of the model: --without leaves
+that part out. Files of the same names in the folder are replaced. With -o - the files are a tar
+archive on stdout.
 """
 
 
 @click.command("export", help=HELP)
-@click.argument("controller", type=existing, help="Controller to export (controller.yaml).")
+@click.argument(
+    "document", type=existing, help="Document to export (controller.yaml or model.yaml)."
+)
 @click.option(
     "--lang",
-    type=click.Choice(["c", "json", "cmsis", "matlab"]),
+    type=click.Choice(list(LANGUAGE_OF)),
     default="c",
     show_default=True,
     help="Kind of the files.",
@@ -53,14 +64,96 @@ are a tar archive on stdout.
 @click.option(
     "--number",
     type=click.Choice(["double", "float", "q31", "q15"]),
-    help="Number format. [default: double; of cmsis float]",
+    help="Number format of a controller. [default: double; of cmsis float]",
+)
+@click.option(
+    "--into", type=existing, help="Robot description (URDF, xacro, SDF) whose joint is changed."
+)
+@click.option("--joint", help="Joint of --into. [default: the only joint of the model's kind]")
+@click.option(
+    "--without",
+    multiple=True,
+    metavar="FEATURE",
+    help="Leave a feature of the model out that the target cannot represent; repeatable.",
+)
+@click.option(
+    "--check",
+    type=existing,
+    metavar="LOG",
+    help="Play the effort of this log in MuJoCo and in frictool, and compare the motions.",
 )
 @output_option(help="Folder for the files; - is a tar archive on stdout.")
 @json_option
+@click.pass_context
 def command(
-    controller: Path, lang: Language, number: Number | None, output: Path, as_json: bool
+    context: click.Context,
+    document: Path,
+    lang: str,
+    number: Number | None,
+    into: Path | None,
+    joint: str | None,
+    without: tuple[str, ...],
+    check: Path | None,
+    output: Path,
+    as_json: bool,
 ) -> None:
     check_folder(output)
+    language = LANGUAGE_OF[lang]
+    for option in ("number", "into", "joint", "without", "check"):
+        if context.params[option] not in (None, ()) and option not in language.options:
+            others = ", ".join(one.name for one in LANGUAGES if option in one.options)
+            raise click.UsageError(
+                f"--{option} does not work with --lang {lang}; allowed: --lang {others}."
+            )
+    if language.document == "controller":
+        _export_controller(document, cast("Language", lang), number, output, as_json)
+        return
+    if "into" in language.options and into is None:
+        raise click.UsageError(f"--lang {lang} needs --into FILE, the robot description.")
+    from frictool.cli.output_folder import save_folder
+    from frictool.documents.model import Model
+    from frictool.documents.provenance import digest
+    from frictool.documents.registry import load
+    from frictool.export.export_origin import ExportOrigin
+    from frictool.export.model_export import ModelExportSettings, export_model
+    from frictool.export.model_features import FEATURES
+    from frictool.logs.channels.bench_match import match_bench
+    from frictool.logs.log_reader import read_log
+
+    unknown = [name for name in without if name not in FEATURES]
+    if unknown:
+        raise click.UsageError(f"--without {unknown[0]}: allowed: {', '.join(FEATURES)}.")
+    model = load(document, Model)
+    words = command_line(
+        "export",
+        {
+            "model": document,
+            "--lang": lang,
+            "--into": into,
+            "--joint": joint,
+            "--without": without,
+            "--check": check,
+        },
+    )
+    log = None
+    if check is not None:
+        log = match_bench(read_log(check, model.bench), model.bench)
+        for warning in log.warnings:
+            note(f"warning: {check.name}: {warning}")
+    settings = ModelExportSettings(frozenset(without), into, joint, log)
+    result = export_model(model, lang, settings, ExportOrigin(digest(document), words))
+    inputs = [document, *(path for path in (into, check) if path is not None)]
+    save_folder(output, result.files, inputs, overwrite=True)
+    if as_json:
+        print_json("export-model/1", result.summary(), output)
+    else:
+        for line in result.lines():
+            say(line, output)
+
+
+def _export_controller(
+    controller: Path, lang: Language, number: Number | None, output: Path, as_json: bool
+) -> None:
     from frictool.cli.output_folder import save_folder
     from frictool.documents.controller import Controller
     from frictool.documents.provenance import digest

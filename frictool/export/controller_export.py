@@ -18,6 +18,7 @@ from frictool.export.cmsis import cmsis_arrays, cmsis_header
 from frictool.export.coefficients import json_files, matlab_files
 from frictool.export.export_origin import ExportOrigin
 from frictool.export.golden_vectors import GoldenVectors, golden_vectors
+from frictool.export.languages import CONTROLLER_LANGUAGES
 from frictool.export.mode_coverage import visit_conditions
 from frictool.export.rounded_loop import RoundedLoop, rounded_loop
 from frictool.verify.recheck import recheck
@@ -27,7 +28,6 @@ COEFFICIENTS_ONLY = (
     "coefficients only: the operations, the limit of the drive and the guard of the inputs "
     "are in --lang c"
 )
-LANGUAGES: tuple[Language, ...] = ("c", "json", "cmsis", "matlab")
 
 
 @dataclass(frozen=True)
@@ -123,7 +123,7 @@ def export(
         If the rounded loop cannot be verified, or the format cannot represent the controller.
     """
     for what, choice, allowed in (
-        ("language", language, LANGUAGES),
+        ("language", language, CONTROLLER_LANGUAGES),
         ("number", number, (*get_args(Number), None)),
     ):
         if choice not in allowed:

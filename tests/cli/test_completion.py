@@ -55,7 +55,19 @@ def test_commands_are_completed_without_loading_any() -> None:
     [
         ("", "exc", ["plain,excite"]),
         ("export", "--la", ["plain,--lang"]),
-        ("export --lang", "", ["plain,c", "plain,json", "plain,cmsis", "plain,matlab"]),
+        (
+            "export --lang",
+            "",
+            [
+                "plain,c",
+                "plain,json",
+                "plain,cmsis",
+                "plain,matlab",
+                "plain,urdf",
+                "plain,table",
+                "plain,mjcf",
+            ],
+        ),
         ("identify --method", "le", [f"plain,{name}" for name in METHODS if name.startswith("le")]),
         ("observe", "", ["plain,design", "plain,loop", "plain,run"]),
         ("observe design --kind", "add", ["plain,additive"]),

@@ -1,0 +1,273 @@
+"""Friction of a model as tables: over the speed with its band, over the position, and for drives.
+
+    F(v) = F_c + (F_s - F_c) exp(-(v/v_s)^delta) + viscous(v)                (2.33)-(2.34)
+
+viscous(v) is linear between the knees of the speed regimes (figure 4.10). The band contains F(v)
+for all values in the intervals of the parameters, taken separately; it is therefore wider than a
+joint confidence band.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Collection, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from frictool import __version__
+from frictool.adapters.axis_model import load_law, load_of
+from frictool.documents.laws import Laws, Load, Ripple
+from frictool.documents.model import Model
+from frictool.documents.quantity import Quantity, si_unit
+from frictool.errors import NoSolutionError
+from frictool.export.c_identifier import c_identifier
+from frictool.export.export_origin import ExportOrigin
+from frictool.export.model_features import FEATURES, without_features
+from frictool.friction.position_polynomial import normalised_coefficients
+from frictool.plant.position_load import PositionLoad
+from frictool.typing import Vector
+
+HELD = frozenset(FEATURES) - {"dwell", "presliding", "backlash", "resonances"}
+SPEEDS, POSITIONS = 51, 101  # rows of the tables over speed and position
+STRIBECK_POINTS = (0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0)  # speeds in units of v_s
+DRIVE_ROWS = 20  # largest number of rows of `frict_comp` (P-COMP-00062)
+COGGING_ROWS, COGGING_LEVELS = 1024, 127  # table of moteus: entries, and largest int8
+WHOLE = 1e-9  # largest relative deviation of a whole number
+
+Level = Callable[[Quantity], float]  # the value of a quantity, or one end of its interval
+
+
+class SlipQuantities(NamedTuple):
+    """Friction parameters of one direction with their intervals."""
+
+    coulomb: Quantity
+    breakaway: Quantity
+    viscous: Quantity
+    stribeck_velocity: Quantity | None
+    exponent: float
+    knees: tuple[Quantity, ...]
+    slopes: tuple[Quantity, ...]
+
+    def friction(self, speed: Vector) -> Vector:
+        """Return the friction (n,) [N m | N] at speeds (n,) [rad/s | m/s] >= 0."""
+        stribeck = None if self.stribeck_velocity is None else self.stribeck_velocity.value
+        knees = [knee.value for knee in self.knees]
+        return self._at(speed, lambda one: one.value, stribeck, knees)
+
+    def band(self, speed: Vector) -> tuple[Vector, Vector]:
+        """Return the least and largest friction (n,) [N m | N] within the intervals.
+
+        F rises with F_c, F_s and every slope, so that these take the same end. The Stribeck
+        velocity and the knees are tried at both ends, because their effect has either sign.
+        """
+        velocity = self.stribeck_velocity
+        velocities = (None,) if velocity is None else velocity.interval
+        knees = list(itertools.product(*(knee.interval for knee in self.knees)))
+
+        def curves(end: int) -> list[Vector]:
+            return [
+                self._at(speed, lambda one: one.interval[end], stribeck, list(corner))
+                for stribeck, corner in itertools.product(velocities, knees)
+            ]
+
+        low, high = curves(0), curves(1)
+        return np.min(low, axis=0), np.max(high, axis=0)
+
+    def _at(
+        self, speed: Vector, level: Level, stribeck: float | None, knees: list[float]
+    ) -> Vector:
+        bounds = [0.0, *knees, math.inf]
+        force = np.full(speed.shape, level(self.coulomb))
+        if stribeck is not None:
+            fall = np.exp(-((speed / stribeck) ** self.exponent))
+            force += (level(self.breakaway) - level(self.coulomb)) * fall
+        for slope, (first, last) in zip(
+            (self.viscous, *self.slopes), itertools.pairwise(bounds), strict=True
+        ):
+            force += level(slope) * (np.clip(speed, first, last) - first)
+        return force
+
+
+def slip_quantities(model: Model, *, forward: bool) -> SlipQuantities:
+    """Return the friction parameters of one direction."""
+    today, laws = model.parameters, model.laws or Laws()
+    backward = None if forward else laws.backward
+    slopes = (
+        regime.viscous if forward or regime.backward is None else regime.backward
+        for regime in laws.regimes
+    )
+    return SlipQuantities(
+        (backward and backward.coulomb) or today.coulomb,
+        (backward and backward.breakaway) or today.breakaway,
+        (backward and backward.viscous) or today.viscous,
+        today.stribeck_velocity,
+        laws.stribeck_exponent,
+        tuple(regime.above for regime in laws.regimes),
+        tuple(slopes),
+    )
+
+
+def table_files(
+    model: Model, origin: ExportOrigin, without: Collection[str]
+) -> tuple[Mapping[str, str | bytes], list[str]]:
+    """Return the tables of a model by file name, and notes.
+
+    Raises NoSolutionError if the model has a feature that a table cannot represent, or no top
+    speed.
+    """
+    model, notes = without_features(model, "a table", HELD, without)
+    top = model.bench.mechanics.top_speed
+    if top is None:
+        raise NoSolutionError(
+            f"{model.name}: the table needs its last speed; add mechanics.top_speed to the bench "
+            "of the model"
+        )
+    name = c_identifier(model.name)
+    sides = [slip_quantities(model, forward=one) for one in (True, False)]
+    head = (
+        f"# {model.name}: {origin.command} (frictool {__version__}), model SHA-256 {origin.sha256}"
+    )
+    files: dict[str, str | bytes] = {
+        f"{name}_friction.csv": _speed_table(model, sides, top.value, head)
+    }
+    position = _position_table(model, head)
+    if position:
+        files[f"{name}_position.csv"] = position
+    if model.bench.actuator.drive == "current":
+        text, note = _drive_table(model, sides, top.value, head)
+        files[f"{name}_frict_comp.csv"] = text
+        notes.append(note)
+    else:
+        notes.append("no frict_comp: the bench's drive is a voltage, and the table has currents")
+    ripple = model.laws.load.ripple if model.laws and model.laws.load else None
+    if ripple is not None:
+        cogging, note = _moteus_table(model, ripple)
+        notes.append(note)
+        if cogging:
+            files[f"{name}_moteus.cfg"] = cogging
+    return files, notes
+
+
+def _csv(head: str, columns: Mapping[str, Vector]) -> str:
+    """Return columns (n,) as CSV, with as many digits as a table for people needs."""
+    rows = zip(*columns.values(), strict=True)
+    lines = [head, ",".join(columns), *(",".join(f"{x:.9g}" for x in row) for row in rows)]
+    return "\n".join(lines) + "\n"
+
+
+def _speed_table(model: Model, sides: list[SlipQuantities], top: float, head: str) -> str:
+    speed = _speeds(sides, top, SPEEDS)
+    effort = si_unit("effort", model.axis)
+    columns = {f"speed [{si_unit('velocity', model.axis)}]": speed}
+    for name, side in zip(("forward", "backward"), sides, strict=True):
+        low, high = side.band(speed)
+        columns |= {
+            f"{name} [{effort}]": side.friction(speed),
+            f"{name} low [{effort}]": low,
+            f"{name} high [{effort}]": high,
+        }
+    return _csv(head, columns)
+
+
+def _speeds(sides: list[SlipQuantities], top: float, number: int) -> Vector:
+    """Return speeds from 0 to `top`: evenly spaced, and those where the friction bends."""
+    bends = [knee.value for side in sides for knee in side.knees]
+    bends += [
+        factor * side.stribeck_velocity.value
+        for side in sides
+        if side.stribeck_velocity is not None
+        for factor in STRIBECK_POINTS
+    ]
+    inside = [speed for speed in bends if speed < top]
+    return np.unique(np.concatenate((np.linspace(0.0, top, number), inside)))
+
+
+def _position_table(model: Model, head: str) -> str | None:
+    """Return friction levels and load over the position; None if both are constant."""
+    laws = model.laws or Laws()
+    law = laws.position
+    load = load_of(model)
+    if law is None and load == PositionLoad():
+        return None
+    travel = model.bench.mechanics.travel
+    ripple = laws.load.ripple if laws.load else None
+    if law is not None:
+        ends = (law.over.low, law.over.high)
+    elif travel is not None:
+        ends = (travel.low, travel.high)
+    else:
+        ends = (0.0, ripple.per.value if ripple else 2.0 * math.pi)
+    effort = si_unit("effort", model.axis)
+    position = np.linspace(*ends, POSITIONS)
+    columns = {f"position [{si_unit('position', model.axis)}]": position}
+    if law is not None:
+        for side in ("forward", "backward"):
+            levels = slip_quantities(model, forward=side == "forward")
+            for key, curve in (("coulomb", law.coulomb), ("breakaway", law.breakaway)):
+                powers = curve or law.coulomb
+                shape = normalised_coefficients(
+                    getattr(powers, side) or powers.forward, law.over.low, law.over.high
+                )
+                factor = np.polynomial.polynomial.polyval(position, np.asarray(shape))
+                columns[f"{key} {side} [{effort}]"] = getattr(levels, key).value * factor
+    if load != PositionLoad():
+        columns[f"load [{effort}]"] = load.at(position)
+    return _csv(head, columns)
+
+
+def _drive_table(
+    model: Model, sides: list[SlipQuantities], top: float, head: str
+) -> tuple[str, str]:
+    """Return currents over at most 20 speeds, and a note with the error between the rows.
+
+    The drive applies one table to both directions: its friction is the mean of both. Rows are added
+    where the straight line between two rows is farthest from the friction.
+    """
+    speed = _speeds(sides, top, 1001)
+    friction = np.mean([side.friction(speed) for side in sides], axis=0)
+    kept = [0, speed.size - 1]
+    while True:
+        error = np.abs(np.interp(speed, speed[kept], friction[kept]) - friction)
+        worst = int(np.argmax(error))
+        if len(kept) == DRIVE_ROWS or error[worst] <= 1e-6 * float(friction.max()):
+            break
+        kept = sorted([*kept, worst])
+    constant, unit = model.bench.actuator.constant.value, si_unit("effort", model.axis)
+    columns = {
+        f"speed [{si_unit('velocity', model.axis)}]": speed[kept],
+        f"current [{si_unit('current', model.axis)}]": friction[kept] / constant,
+        f"friction [{unit}]": friction[kept],
+    }
+    apart = float(np.max(np.abs(np.subtract(*(side.friction(speed) for side in sides)))))
+    note = (
+        f"frict_comp: {len(kept)} rows, at most {error[worst]:.3g} {unit} off between the rows"
+        + (f"; the directions differ by up to {apart:.3g} {unit}" if apart > 0.0 else "")
+    )
+    return _csv(head, columns), note
+
+
+def _moteus_table(model: Model, ripple: Ripple) -> tuple[str | None, str]:
+    """Return the commands that store the ripple as moteus's cogging table, and a note."""
+    cycles = 2.0 * math.pi * ripple.cycles / ripple.per.value
+    if model.axis != "rotary" or model.bench.actuator.drive != "current":
+        return None, "no moteus table: it needs a rotary axis with a current drive"
+    if abs(cycles - round(cycles)) > WHOLE * cycles:
+        return None, f"no moteus table: {cycles:.6g} cycles per turn; allowed: a whole number"
+    angle = 2.0 * math.pi * np.arange(COGGING_ROWS) / COGGING_ROWS
+    effort = load_law(Load(ripple=ripple)).at(angle)
+    current = effort / model.bench.actuator.constant.value
+    scale = float(np.max(np.abs(current))) / COGGING_LEVELS
+    if scale == 0.0:
+        return None, "no moteus table: the ripple is 0"
+    lines = [f"conf set motor.cogging_dq_scale {scale:.9g}"]
+    lines += [
+        f"conf set motor.cogging_dq_comp.{index} {round(value / scale)}"
+        for index, value in enumerate(current)
+    ]
+    note = (
+        f"moteus: {COGGING_ROWS} entries for one turn of the rotor, position 0 of the model at "
+        f"entry 0, resolution {scale:.3g} A"
+    )
+    return "\n".join(lines) + "\n", note

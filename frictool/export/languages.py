@@ -1,0 +1,79 @@
+"""Languages of `frictool export`, one record each: the document that each takes, and its help."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+DocumentKind = Literal["controller", "model"]
+
+
+@dataclass(frozen=True)
+class ExportLanguage:
+    """One value of `--lang`.
+
+    Attributes
+    ----------
+    name : str
+        Value of `--lang`.
+    document : {"controller", "model"}
+        Kind of document that is exported.
+    text : str
+        Files that are written, for the help.
+    options : tuple of str
+        Options of the command that this language reads, besides `--lang` and `--output`.
+    """
+
+    name: str
+    document: DocumentKind
+    text: str
+    options: tuple[str, ...] = ()
+
+
+LANGUAGES: tuple[ExportLanguage, ...] = (
+    ExportLanguage(
+        "c",
+        "controller",
+        "C99: NAME.h and NAME.c for the target; NAME_vectors.h and NAME_selftest.c to check it",
+        ("number",),
+    ),
+    ExportLanguage(
+        "json",
+        "controller",
+        "NAME.json: every coefficient as the number format stores it, with its conventions",
+        ("number",),
+    ),
+    ExportLanguage(
+        "cmsis",
+        "controller",
+        "NAME_cmsis.h: the linear controller as biquads for CMSIS-DSP, in float, q31 or q15",
+        ("number",),
+    ),
+    ExportLanguage(
+        "matlab",
+        "controller",
+        "NAME.mat: a, b, c, d, sos, Ts and the blocks' parameters, for MATLAB and Simulink",
+        ("number",),
+    ),
+    ExportLanguage(
+        "urdf",
+        "model",
+        "the URDF or SDF of --into with damping and friction of one joint, all else unchanged",
+        ("into", "joint", "without"),
+    ),
+    ExportLanguage(
+        "table",
+        "model",
+        "NAME_*.csv: friction over speed with its band, over position; tables for drives",
+        ("without",),
+    ),
+    ExportLanguage(
+        "mjcf",
+        "model",
+        "NAME.xml for MuJoCo, and NAME_ranges.json with the intervals for domain randomisation",
+        ("without", "check"),
+    ),
+)
+LANGUAGE_OF = {language.name: language for language in LANGUAGES}
+CONTROLLER_LANGUAGES = tuple(one.name for one in LANGUAGES if one.document == "controller")
+MODEL_LANGUAGES = tuple(one.name for one in LANGUAGES if one.document == "model")
