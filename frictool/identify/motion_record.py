@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import cumulative_trapezoid
+from scipy.interpolate import PchipInterpolator
 
 from frictool.documents.bench import Bench
 from frictool.errors import LogError
@@ -29,7 +30,9 @@ from frictool.typing import IntVector, Vector
 
 JITTER = 0.1  # relative deviation of an interval from the period above which the record is split
 SMALLEST_COUNT = 1e-9  # least count relative to the range of a velocity; finer ones are rounding
-MOST_BROKEN = 0.2  # share of broken intervals above which the clock does not count as uniform
+# share of broken intervals above which the clock does not count as uniform: the record is resampled
+MOST_BROKEN = 0.02
+LONGEST_BRIDGE = 5.0  # periods; a longer interval of a jittering clock is a gap and ends a piece
 
 
 @dataclass(frozen=True)
@@ -93,7 +96,11 @@ def make_record(
     Raises
     ------
     LogError
-        If the clock is not uniform, or if fewer than 3 samples are finite.
+        If the time does not increase, or if fewer than 3 samples are finite.
+
+    Notes
+    -----
+    A record whose intervals jitter is put on a uniform grid of its median period (`_on_grid`).
     """
     good = np.isfinite(time) & np.isfinite(position) & np.isfinite(effort)
     time, position, effort = time[good], position[good], effort[good]
@@ -105,15 +112,76 @@ def make_record(
         )
     steps = np.diff(time)
     period = float(np.median(steps))
-    broken = np.abs(steps - period) > JITTER * period
-    if period <= 0.0 or np.mean(broken) > MOST_BROKEN:
+    if not np.all(steps > 0.0):
         raise LogError(
-            name,
-            f"{100 * np.mean(broken):.0f} % of the intervals are off the median period "
-            f"{period:g} s; resample the log first",
+            name, f"the time does not increase after {time[int(np.argmin(steps > 0.0))]:g} s"
         )
+    broken = np.abs(steps - period) > JITTER * period
     piece = np.concatenate(([0], np.cumsum(broken))).astype(np.int64)
-    return MotionRecord(name, time, position, effort, piece, period, resolution, lag, reference)
+    record = MotionRecord(name, time, position, effort, piece, period, resolution, lag, reference)
+    return _on_grid(record) if np.mean(broken) > MOST_BROKEN else record
+
+
+def _on_grid(record: MotionRecord) -> MotionRecord:
+    """Return a record with jittering times (n,) on uniform grids of its period, one per piece.
+
+    A piece ends at an interval longer than LONGEST_BRIDGE periods; a piece of fewer than 3 grid
+    samples is left out. The position is interpolated by a monotone cubic (Fritsch and Carlson,
+    SIAM J. Numer. Anal. 17, 1980), which does not overshoot between encoder counts. A lagging
+    effort is interpolated linearly. The effort of a drive without lag is the mean of the held
+    effort over each grid period, so that no impulse is lost.
+
+    Raises
+    ------
+    LogError
+        If no piece is long enough.
+    """
+    edges = np.flatnonzero(np.diff(record.time) > LONGEST_BRIDGE * record.period) + 1
+    parts = []
+    for kept in np.split(np.arange(record.time.size), edges):
+        time = record.time[kept]
+        count = int((time[-1] - time[0]) / record.period * (1.0 + 1e-12)) + 1
+        if kept.size < 3 or count < 3:
+            continue
+        grid = np.minimum(time[0] + record.period * np.arange(count), time[-1])
+        place = np.maximum(np.searchsorted(time, grid, side="right") - 1, 0)
+        held = None if record.reference is None else record.reference[kept][place]
+        parts.append(
+            (
+                grid,
+                PchipInterpolator(time, record.position[kept])(grid),
+                _gridded_effort(time, record.effort[kept], grid, record.period, record.lag),
+                np.full(count, len(parts), dtype=np.int64),
+                held if held is not None else np.empty(0),
+            )
+        )
+    if not parts:
+        raise LogError(
+            record.name,
+            f"has no 3 samples without a gap of {LONGEST_BRIDGE:g} median periods "
+            f"({record.period:g} s) between them",
+        )
+    joined = [np.concatenate(signals) for signals in zip(*parts, strict=True)]
+    return replace(
+        record,
+        time=joined[0],
+        position=joined[1],
+        effort=joined[2],
+        piece=joined[3],
+        reference=None if record.reference is None else joined[4],
+    )
+
+
+def _gridded_effort(
+    time: Vector, effort: Vector, grid: Vector, period: float, lag: float
+) -> Vector:
+    """Return the effort (m,) at the grid times (m,) of samples (n,), N m | N."""
+    if lag > 0.0:
+        return np.asarray(np.interp(grid, time, effort))
+    ends = np.append(time, time[-1] + 2.0 * period)  # the last value is held past the grid
+    impulse = np.concatenate(([0.0], np.cumsum(effort * np.diff(ends))))
+    edges = np.interp(np.append(grid, grid[-1] + period), ends, impulse)
+    return np.asarray(np.diff(edges) / period)
 
 
 def velocity_record(
@@ -140,6 +208,8 @@ def velocity_record(
     record = make_record(
         name, time, position, effort, count, lag, None if reference is None else reference[good]
     )
+    if record.time is not time and not np.array_equal(record.time, time):
+        velocity = np.interp(record.time, time, velocity)
     return replace(record, velocity=velocity, resolution=count * record.period)
 
 

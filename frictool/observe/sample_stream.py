@@ -218,7 +218,7 @@ def _started(made: LogAssembly, ready: PendingStream, bench: Bench) -> SampleStr
     base = time_base(beginning.time)
     _check_clock(source, beginning.time)
     metadata = {**made.notes, **_columns(made, ready)}
-    agreed = match_bench(Log((beginning,), metadata, source), bench)
+    agreed = match_bench(Log((beginning,), metadata, source), bench, same_period=True)
     remade = drive in fields and agreed.main.signals.get("effort") is not beginning.signals.get(
         "effort"
     )

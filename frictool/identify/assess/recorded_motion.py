@@ -47,7 +47,7 @@ def recorded_facts(records: list[MotionRecord], bench: Bench) -> AssessmentInput
     step = max(position_noise(record) for record in records) * math.sqrt(12.0)
     return AssessmentInputs(
         axis=axis_known(bench),
-        sensing=SensorPrecision(records[0].period, step, noise),
+        sensing=SensorPrecision(max(record.period for record in records), step, noise),
         speed=max(stroke.speed for stroke in strokes),
         effort=max(float(np.max(np.abs(record.effort))) for record in records),
         strokes=strokes,

@@ -13,6 +13,9 @@ The verdicts on the encoder and the motion are those of `assess/identifiability.
 5. If assess assigns the inertia to the weak form, and steps 1 to 4 do not identify the inertia, the
    weak form gives it.
 
+If more than half of the motion consists of runs at constant speed, and the bench declares no loads,
+the method is `stribeck-curve`, and none of these steps is done.
+
 Step 2 is Hausman's test in terms of intervals. Viscous friction, and an offset that the bench does
 not declare, are dropped if unseen strokes are predicted no worse without them. Steps 2 and 3 also
 apply to strokes that are not sines.
@@ -36,6 +39,7 @@ from frictool.identify.assess.identifiability import (
 from frictool.identify.assess.recorded_motion import recorded_facts
 from frictool.identify.estimators.load_search import with_supported_loads
 from frictool.identify.estimators.power_balance import POWER_BALANCE, by_speed
+from frictool.identify.estimators.stribeck_curve import runs_prevail
 from frictool.identify.fit_result import SlidingFit, UnusableLogs
 from frictool.identify.fixed_parameter_refit import bench_with_inertia
 from frictool.identify.measurement_faults import refuse_self_explained
@@ -44,6 +48,7 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.load_terms import ONLY_OFFSET
 from frictool.identify.rows.slip_fit import weighted_fit
 
+STRIBECK_CURVE = "stribeck-curve"
 DROPPABLE = ("viscous", "offset")
 
 
@@ -57,6 +62,8 @@ def auto(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     if any(record.velocity is not None for record in records):
         # a measured velocity does not depend on an encoder
         return _differentiated(records, bench, settings, droppable)
+    if bench.load in (None, ONLY_OFFSET) and (curve := _speeds(records, bench, settings)):
+        return curve
     bench = with_supported_loads(records, bench, settings)
     facts = recorded_facts(records, bench)
     inertia = decide_identifiability("inertia", facts)
@@ -73,6 +80,20 @@ def auto(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
             pass  # not enough strokes or speeds: least squares average over windows instead
     fit = _differentiated(records, bench, settings, droppable)
     return fit if weak is None or "inertia" in fit.parameters else joined(fit, weak, inertia.why)
+
+
+def _speeds(
+    records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
+) -> SlidingFit | None:
+    """Return the curve over speed if the records are runs at constant speeds, else None."""
+    if not runs_prevail(records):
+        return None
+    try:
+        fit = run(STRIBECK_CURVE, records, bench, settings)
+    except UnusableLogs:
+        return None
+    why = "most of the motion consists of runs at constant speed, which do not show the inertia"
+    return replace(fit, method=STRIBECK_CURVE, why=why)
 
 
 def decide_identifiability(parameter: str, facts: AssessmentInputs) -> Identifiability:

@@ -44,6 +44,7 @@ from frictool.identify.methods import IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.load_terms import (
     DIRECTION,
+    POSITIVE,
     bench_with_terms,
     laws_of,
     possible,
@@ -205,7 +206,7 @@ def regression_scores(
 ) -> list[PredictionScore]:
     """Return the scores of the regressions with the load terms `terms`.
 
-    A method that a half does not suit has no score.
+    A method that a half does not suit, or to which it gives a negative friction, has no score.
     """
     scores = []
     declared = bench_with_terms(data.bench, terms) if terms else data.bench
@@ -214,6 +215,8 @@ def regression_scores(
         try:
             halved = [run(method, side, declared, data.settings) for side in sides]
             values = [start_values(half, data.bench) for half in halved]
+            if any(one.get(name, 0.0) < 0.0 for one in values for name in POSITIVE):
+                continue
             position = [
                 stroke_squares(_axis(side, data.bench, half), one)
                 for side, half, one in zip(sides[::-1], halved, values, strict=True)

@@ -2,11 +2,15 @@
 
     effort = (coulomb + (breakaway - coulomb) e^(-|v/v_s|^delta)) s + viscous v + offset
 
-A run is a part of a stroke in which the position follows a straight line to within two counts; at
-constant speed inertia has no effect. For fixed (v_s, delta) the other parameters are linear. v_s is
-searched; delta is 2 or, if the data support it, 1 or 1/2 ((2.34) allows any). Schwarz's criterion
-(BIC) decides between the curve and a straight line. The interval of v_s comes from its derivative
-as one more regressor.
+A run is a part of a stroke that keeps within two counts of a straight line. If such parts make up
+too few runs, a run is a whole stroke whose position keeps within 2.7 % of its distance from a line
+and whose speed drifts by a twentieth at most. At constant speed inertia has no effect. If all runs
+have one direction, the offset is the bench's, and its range widens the interval of Coulomb
+friction.
+
+For fixed (v_s, delta) the other parameters are linear. v_s is searched; delta is 2 or, if the data
+support it, 1 or 1/2 ((2.34) allows any). Schwarz's criterion (BIC) decides between the curve and a
+straight line. The interval of v_s comes from its derivative as one more regressor.
 """
 
 from __future__ import annotations
@@ -32,6 +36,11 @@ from frictool.typing import Matrix, Vector
 
 BLOCK = 50  # samples per block; runs grow block by block
 STRAIGHT_COUNTS = 2.0  # counts, largest distance of a run's position from its line
+# largest distance from the line of a whole stroke, relative to its distance: half that of a sine
+WHOLE_SHARE = 0.027
+SPEEDS_SHARE = 0.5  # least share of the moving samples in runs of a test at constant speeds
+ENDS_SHARE = 0.1  # share of a stroke at each end in which the speed settles
+MOST_DRIFT = 0.05  # largest change of speed along a run, relative to its speed
 FEWEST_COUNTS = 10.0  # least counts of a run; its speed is then known to a tenth
 FEWEST_SPEEDS = 6  # least number of runs in each direction
 NAMES = ("coulomb", "fall", "viscous", "offset")
@@ -53,12 +62,19 @@ class ConstantSpeedRuns:
     effort: Vector
     samples: Vector
 
+    @property
+    def one_way(self) -> bool:
+        """Return whether all runs have one direction, so that the offset is no parameter."""
+        return bool(np.all(self.sign == self.sign[0]))
+
     def design(self, velocity: float, exponent: float) -> Matrix:
         """Return the regressors (m, 4) in the order of NAMES.
 
-        If `velocity` is 0, the fall is left out: (m, 3).
+        If `velocity` is 0, the fall is left out. If all runs have one direction, the offset is left
+        out.
         """
-        plain = (self.sign, self.sign * self.speed, np.ones(self.sign.size))
+        offset = () if self.one_way else (np.ones(self.sign.size),)
+        plain = (self.sign, self.sign * self.speed, *offset)
         if velocity == 0.0:
             return np.column_stack(plain)
         return np.column_stack(
@@ -80,12 +96,21 @@ def stribeck_curve(
 
     Both have Coulomb friction, viscous friction and offset; the curve also has breakaway friction
     and Stribeck velocity. The line is fitted if friction does not fall with speed, or if the runs
-    do not determine breakaway and Stribeck velocity; both are then refused. Raises UnusableLogs if
-    a direction has fewer than six runs at constant speed, or if all runs have one speed.
+    do not determine breakaway and Stribeck velocity; both are then refused.
+
+    Raises
+    ------
+    UnusableLogs
+        If a direction that occurs has fewer than six runs at constant speed, if all runs have one
+        speed, or if all runs have one direction and the bench has no `mechanics.offset`.
     """
     runs = find_runs(records)
+    offset = None
+    if runs.one_way:
+        offset = _known_offset(bench)
+        runs = replace(runs, effort=runs.effort - offset.value)
     velocity, exponent = _choice(runs)
-    fit = _fitted(runs, velocity, exponent, settings.confidence)
+    fit = _with_offset(_fitted(runs, velocity, exponent, settings.confidence), offset)
     if velocity == 0.0:
         return fit
     reason = next(
@@ -95,7 +120,7 @@ def stribeck_curve(
         reason = below_coulomb(fit.parameters["breakaway"], fit.parameters["coulomb"])
     if reason is None:
         return fit
-    straight = _fitted(runs, 0.0, exponent, settings.confidence)
+    straight = _with_offset(_fitted(runs, 0.0, exponent, settings.confidence), offset)
     return replace(
         straight,
         refused={
@@ -105,12 +130,43 @@ def stribeck_curve(
     )
 
 
+def _known_offset(bench: Bench) -> Interval:
+    """Return the bench's offset; raise UnusableLogs if there is none."""
+    offset = bench.mechanics.offset
+    if offset is None:
+        raise UnusableLogs(
+            "all runs at constant speed have one direction, so that Coulomb friction and offset "
+            "cannot be separated; add runs in the other direction, or mechanics.offset to the bench"
+        )
+    return Interval(offset.value, *offset.interval)
+
+
+def _with_offset(fit: SlidingFit, offset: Interval | None) -> SlidingFit:
+    """Return a fit of runs in one direction, with Coulomb friction widened by the offset's range.
+
+    The fit is returned unchanged if its offset was fitted.
+    """
+    if offset is None:
+        return fit
+    widened = {
+        name: Interval.around(one.value, one.half_width + offset.half_width)
+        for name, one in fit.parameters.items()
+        if name in ("coulomb", "breakaway")
+    }
+    reason = "the runs have one direction; the bench's offset is used"
+    return replace(
+        fit,
+        parameters={**fit.parameters, **widened},
+        refused={**fit.refused, "offset": reason},
+    )
+
+
 def _fitted(
     runs: ConstantSpeedRuns, velocity: float, exponent: float, confidence: float
 ) -> SlidingFit:
     """Return the fit of a curve with this Stribeck velocity and exponent; a line at velocity 0."""
     design = runs.design(velocity, exponent)
-    names = [name for name in NAMES if velocity > 0.0 or name != "fall"]
+    names = [name for name in NAMES if velocity > 0.0 or name != "fall"][: design.shape[1]]
     weight = np.sqrt(runs.samples)
     cluster = np.arange(runs.speed.size)
     value = np.linalg.lstsq(design * weight[:, None], runs.effort * weight, rcond=None)[0]
@@ -153,17 +209,57 @@ def _sum(one: Interval, other: Interval) -> Interval:
 
 def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
     """Return every run at constant speed; raise UnusableLogs if there are too few."""
-    rows = [row for record in records for row in _runs(record)]
+    rows = _rows(records)
     table = np.array(rows, dtype=np.float64).reshape(-1, 4)
-    counts = [int(np.sum(table[:, 1] == side)) for side in (1.0, -1.0)]
-    if min(counts) < FEWEST_SPEEDS:
+    counts = _directions(rows)
+    if not _enough(*counts):
         raise UnusableLogs(
             f"found {counts[0]} runs at a constant speed forward and {counts[1]} backward; needed: "
-            f"at least {FEWEST_SPEEDS} in each direction"
+            f"at least {FEWEST_SPEEDS} in each direction, or in one direction alone"
         )
     if table[:, 0].max() < 2.0 * table[:, 0].min():
         raise UnusableLogs("all runs have one speed; a curve needs several")
     return ConstantSpeedRuns(*table.T)
+
+
+def runs_prevail(records: list[MotionRecord]) -> bool:
+    """Return whether more than half of the moving samples belong to runs, with their end blocks."""
+    rows = _rows(records)
+    moving = sum(np.count_nonzero(find_strokes(record).sign) for record in records)
+    return sum(row[3] + 2.0 * BLOCK for row in rows) > SPEEDS_SHARE * moving
+
+
+def _rows(records: list[MotionRecord]) -> list[tuple[float, float, float, float]]:
+    """Return (speed, sign, mean effort, samples) of the runs within counts, or of whole strokes.
+
+    Whole strokes are taken if too few runs are within counts: the ripple of a servo's speed then
+    exceeds a count of the encoder.
+    """
+    rows = [row for record in records for row in _runs(record)]
+    if _enough(*_directions(rows)):
+        return rows
+    whole = [row for record in records for row in _whole_strokes(record)]
+    return whole if _enough(*_directions(whole)) else rows
+
+
+def _directions(rows: list[tuple[float, float, float, float]]) -> tuple[int, int]:
+    """Return the number of runs forward and backward."""
+    return sum(row[1] > 0.0 for row in rows), sum(row[1] < 0.0 for row in rows)
+
+
+def _enough(forward: int, backward: int) -> bool:
+    """Return whether each direction that occurs has at least FEWEST_SPEEDS runs."""
+    most = max(forward, backward)
+    return most >= FEWEST_SPEEDS and not 0 < min(forward, backward) < FEWEST_SPEEDS
+
+
+def _whole_strokes(record: MotionRecord) -> list[tuple[float, float, float, float]]:
+    """Return a row for each stroke of a record whose speed is constant."""
+    number = find_strokes(record).number
+    edges = [int(edge) for edge in np.flatnonzero(np.diff(number, prepend=-1, append=-1) != 0)]
+    return [
+        row for start, end in itertools.pairwise(edges) for row in _whole_stroke(record, start, end)
+    ]
 
 
 def _runs(record: MotionRecord) -> list[tuple[float, float, float, float]]:
@@ -185,9 +281,31 @@ def _runs(record: MotionRecord) -> list[tuple[float, float, float, float]]:
     return rows
 
 
+def _whole_stroke(
+    record: MotionRecord, start: int, end: int
+) -> list[tuple[float, float, float, float]]:
+    """Return a list of a stroke without its ends as one run; empty if the speed is not constant.
+
+    The stroke counts as a run if the position keeps within WHOLE_SHARE of the distance from a line.
+    A servo's ripple in speed is then averaged, and the run is as long as the stroke.
+    """
+    ends = max(BLOCK, int(ENDS_SHARE * (end - start)))
+    position = record.position[start + ends : end - ends]
+    if position.size < 3 * BLOCK:
+        return []
+    samples = np.arange(position.size)
+    slope, first = np.polyfit(samples, position, 1)
+    apart = float(np.max(np.abs(position - first - slope * samples)))
+    drift = 2.0 * abs(float(np.polyfit(samples, position, 2)[0])) * position.size
+    if apart > WHOLE_SHARE * abs(slope) * position.size or drift > MOST_DRIFT * abs(slope):
+        return []
+    return _row(record, start + ends - BLOCK, end - ends + BLOCK)
+
+
 def _straight(record: MotionRecord, first: int, last: int) -> bool:
     position = record.position[first:last]
-    line = np.polyval(np.polyfit(np.arange(position.size), position, 1), np.arange(position.size))
+    samples = np.arange(position.size)
+    line = np.polyval(np.polyfit(samples, position, 1), samples)
     return bool(np.max(np.abs(position - line)) < STRAIGHT_COUNTS * record.resolution)
 
 

@@ -28,21 +28,22 @@ ROUNDING = 1e-9
 SAME_CONSTANT = 1e-6  # relative tolerance of an unchanged constant
 
 
-def match_bench(log: Log, bench: Bench) -> Log:
+def match_bench(log: Log, bench: Bench, *, same_period: bool = False) -> Log:
     """Return the log with the effort of its main stream recomputed with the bench's constant.
 
     An effort that was measured stays unchanged. Oddities and a changed constant become warnings of
     the log.
 
-    Raises LogError if a unit belongs to the other kind of axis, the period differs from the bench's
-    by more than 20 %, or the position wraps.
+    Raises LogError if a unit belongs to the other kind of axis, if the period differs from the
+    bench's by more than a factor of 30 (with `same_period`: by more than 20 %), or if the position
+    wraps.
     """
     stream = log.main
     _check_units(log, stream, bench)
     noted = [
         *log.warnings,
         *_check_wraps(log, stream, bench),
-        *check_rate(log.source, time_base(stream.time), bench.sample_period_s),
+        *check_rate(log.source, time_base(stream.time), bench.sample_period_s, same=same_period),
     ]
     if _is_measured(log, stream, bench):
         return replace(log, warnings=tuple(dict.fromkeys(noted)))

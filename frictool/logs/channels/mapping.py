@@ -45,7 +45,9 @@ ROUNDED = (
     "from the start, or write ISO 8601"
 )
 RATE_NOTED = 0.01  # relative difference of the log's period from the bench's that is a warning
-RATE_REFUSED = 0.2  # relative difference that is an error
+RATE_REFUSED = 0.2  # relative difference that is an error if the periods have to agree
+# largest ratio of two periods of one bench; a larger ratio points to a mistaken unit of time
+MOST_RATIO = 30.0
 
 
 class ChannelSource(NamedTuple):
@@ -341,19 +343,27 @@ def _same(unit: str, dimension: str, bench: Bench, factor: float) -> bool:
         return False
 
 
-def check_rate(source: str, base: TimeBase, wanted: float | None) -> tuple[str, ...]:
+def check_rate(
+    source: str, base: TimeBase, wanted: float | None, *, same: bool = False
+) -> tuple[str, ...]:
     """Return the oddities of a stream's times; raise LogError if the period is wrong.
 
     wanted: expected period in s; None disables the check of the period.
+    same: True if the period has to be the expected one within 20 %.
     """
     period = 1.0 / base.rate_hz
     noted = []
     if wanted is not None:
         difference = abs(period / wanted - 1.0)
         rates = f"the period is {period:.6g} s, but sample_period_s of the bench is {wanted:.6g} s"
-        if difference > RATE_REFUSED:
+        if same and difference > RATE_REFUSED:
             raise LogError(
                 source, f"{rates}; allowed: within {RATE_REFUSED:.0%}; is the unit of time right?"
+            )
+        if max(period / wanted, wanted / period) > MOST_RATIO:
+            raise LogError(
+                source,
+                f"{rates}; allowed: within a factor of {MOST_RATIO:g}; is the unit of time right?",
             )
         if difference > RATE_NOTED:
             noted.append(rates)
