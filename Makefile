@@ -7,7 +7,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --no-compile --disable-pip-versi
 COMPILE := -@$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: demo test lint accept test-envs thesis fuzz mutation bench rack logs schemas reference kernels dist clean
+.PHONY: demo test lint accept test-envs thesis fuzz mutation bench rack field logs schemas reference kernels dist clean
 
 demo: $(VENV)/.run
 	$(MAKE) -C configs/clutch demo
@@ -50,6 +50,10 @@ bench: $(VENV)/.bench
 # a measured stroke of a rack-and-pinion stage, two instruments' exports, identified; FRICTOOL_DATA names the folder of the data
 rack: $(VENV)/.run
 	$(MAKE) -C configs/rack
+
+# public records of other people's machines, scored into docs/field.md; FRICTOOL_DATA names the folder of the data
+field: $(VENV)/.run
+	$(BIN)/python -m studies.field $(or $(FRICTOOL_DATA),../shared/data)/field docs/field.md
 
 # source distribution and wheel of the last commit, built twice and compared, in dist/
 dist: $(VENV)/.dist

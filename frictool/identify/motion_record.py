@@ -137,7 +137,7 @@ def _on_grid(record: MotionRecord) -> MotionRecord:
         If no piece is long enough.
     """
     edges = np.flatnonzero(np.diff(record.time) > LONGEST_BRIDGE * record.period) + 1
-    parts = []
+    parts: list[tuple[Vector, ...]] = []
     for kept in np.split(np.arange(record.time.size), edges):
         time = record.time[kept]
         count = int((time[-1] - time[0]) / record.period * (1.0 + 1e-12)) + 1

@@ -1,0 +1,1 @@
+"""Benchmark on measured records of other people's machines."""
