@@ -39,6 +39,22 @@ def note_step(step: str) -> None:
         note(f"{step} ...")
 
 
+def search_progress() -> Callable[[str], None]:
+    """Return a callback that prints each step of a search on stderr.
+
+    Without a terminal it leaves out the first step, so that a quick search prints nothing.
+    """
+    printed = sys.stderr.isatty()
+
+    def show(step: str) -> None:
+        nonlocal printed
+        if printed:
+            note(f"{step} ...")
+        printed = True
+
+    return show
+
+
 def show_count(verb: str, done: int, total: int) -> None:
     """Print `VERB 3 of 17` on a terminal, overwriting the line; nothing if there is one only."""
     if total > 1 and sys.stderr.isatty():

@@ -19,10 +19,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PlayedTest:
-    """Test with the verdict of one controller."""
+    """Test with the verdict of one controller; `compensated`: it adds friction to its drive."""
 
     test: DesignTest
     verdict: PlayedVerdict
+    compensated: bool
 
     @property
     def passed(self) -> bool:
@@ -33,9 +34,10 @@ class PlayedTest:
 
     def lines(self, colour: bool) -> list[str]:
         """Return one line per requirement, then the verdict."""
-        from frictool.campaign.views.played_view import played_lines
+        from frictool.campaign.views.played_view import played_lines, rest_line
 
-        return played_lines(self.verdict, self.test.names, self.test.about, colour)
+        *lines, headline = played_lines(self.verdict, self.test.names, self.test.about, colour)
+        return [*lines, *([rest_line(self.verdict)] if self.compensated else []), headline]
 
     def json(self) -> dict[str, Any]:
         """Return the verdict as JSON values."""
@@ -65,4 +67,4 @@ def read_test(model: Model, spec: Spec, scenario: Path | None) -> DesignTest | N
 def play(test: DesignTest, controller: Controller) -> PlayedTest:
     """Return the test with the verdict of a controller."""
     note_step(f"playing {len(test.plants)} plants")
-    return PlayedTest(test, test.judge(controller))
+    return PlayedTest(test, test.judge(controller), controller.friction_compensation is not None)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from frictool.cli.console_output import note, print_json
 from frictool.cli.output_files import STDOUT, save_text
-from frictool.cli.progress import note_step
+from frictool.cli.progress import search_progress
 
 if TYPE_CHECKING:
     from frictool.campaign.automatic_design import AutomaticDesign
@@ -96,7 +96,7 @@ def search_design(
     from frictool.errors import NoSolutionError
     from frictool.synth.search.design_text import design_text
 
-    found = design_automatically(test, note_step, wishes)
+    found = design_automatically(test, search_progress(), wishes)
     if outputs.plot is not None:
         save_text(outputs.plot, search_picture(found, test.model.name) + "\n", inputs)
     if not found.passed:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import msgspec
 
@@ -28,6 +28,7 @@ Scheduled = Literal["inertia", "viscous", "coulomb", "constant", "regime"]
 HoldSamples = Annotated[int, msgspec.Meta(ge=0, le=1000)]
 DEFAULT_HOLD_SAMPLES = 3  # samples; bridges the loss of single telegrams
 
+NO_STRUCTURE: Any = None  # in a document without the key; replaced by that of the method
 # keys that `relax: auto` reads with every method, because it finds the trade by inequalities
 READ_BY_TRADE = ("schedule", "vertices", "recentring")
 
@@ -67,14 +68,16 @@ class Grid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     points: Annotated[int, msgspec.Meta(ge=2, le=9)] = 3
 
 
-class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class Design(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, kw_only=True
+):
     """Structure, method, weights and blocks of a controller to synthesise: `design.yaml`.
 
     A key that the method or the structure does not use is an error. So is a block whose input does
     not exist or whose output is not used.
 
     - `structure`: `position` closes one loop on the position; `speed_cascade` a speed loop inside a
-      position law.
+      position law. Method `auto` needs no structure.
     - `method`: Synthesis method; docs/theory/synth.md compares them.
     - `weights`: Weights of the closed-loop norm. `{}` derives every weight, and `synth` prints each
       with its origin.
@@ -124,7 +127,7 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     format: Literal["design/1"]
     name: Name
     axis: Axis
-    structure: Structure
+    structure: Structure = NO_STRUCTURE
     method: MethodName
     weights: Weights
     position_law: PositionLawDesign | None = None
@@ -158,6 +161,10 @@ class Design(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
     def __post_init__(self) -> None:
         searched = METHODS[self.method].searched
+        if self.structure is NO_STRUCTURE:
+            if not searched:
+                raise ValueError(f"structure: missing; allowed: {', '.join(get_args(Structure))}")
+            msgspec.structs.force_setattr(self, "structure", METHODS[self.method].structures[0])
         if self.structure == "speed_cascade" and self.position_law is None and not searched:
             raise ValueError("structure speed_cascade needs a position_law")
         if self.structure == "position" and self.position_law is not None:

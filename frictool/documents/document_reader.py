@@ -6,6 +6,7 @@ allowed values.
 
 from __future__ import annotations
 
+import re
 import types
 import typing
 from typing import Any, Literal, Union, get_args, get_origin
@@ -127,7 +128,9 @@ class DocumentReader(QuantityReader):
         try:
             return kind(**values)
         except ValueError as error:
-            self.fail(node, key or kind.__name__.lower(), str(error))
+            named = re.match(r"\w+", str(error))
+            at = present.get(named[0], (node, node))[0] if named is not None else node
+            self.fail(at, key or kind.__name__.lower(), str(error))
 
     def _missing(
         self, node: yaml.Node, name: str, fields: dict[str, Any], hints: dict[str, Any], key: str

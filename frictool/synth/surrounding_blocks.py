@@ -223,7 +223,12 @@ class _BlockRules:
 
     def compensation(self, requested: FrictionCompensationDesign) -> stored.FrictionCompensation:
         today = self.model.parameters
-        self.notes.append(f"friction compensation: {NOT_LINEAR}; it is known to cause limit cycles")
+        self.notes.append(
+            "friction compensation: it follows the reference, outside the loop: the margins hold "
+            "with it"
+            if requested.velocity == "reference"
+            else f"friction compensation: {NOT_LINEAR}; it is known to cause limit cycles"
+        )
         if requested.source == "observer":
             return stored.FrictionCompensation(
                 source="observer",

@@ -39,6 +39,24 @@ def played_lines(
     ]
 
 
+AT_REST = ("rest", "limit_cycle")  # requirements that decide whether the axis stays at rest
+
+
+def rest_line(verdict: PlayedVerdict) -> str:
+    """Return what the plants did at rest, for a controller with friction compensation."""
+    judged = [one for one in verdict.requirements if one.metric.key in AT_REST]
+    if not judged:
+        return (
+            "friction compensation: a limit cycle is not excluded: the specification has neither "
+            "rest nor limit_cycle"
+        )
+    titles = " and ".join(requirement_title(one.metric.name) for one in judged)
+    many = f"{len(verdict.plants)} plant{'s' if len(verdict.plants) > 1 else ''}"
+    if all(one.met for one in judged):
+        return f"friction compensation: no limit cycle on the {many} played ({titles}: met)"
+    return f"friction compensation: {titles}: not met on each of the {many} played"
+
+
 def all_met(verdict: PlayedVerdict) -> bool:
     """Return True if every requirement is met on every plant."""
     return not verdict.failed and all(one.met for one in verdict.requirements)

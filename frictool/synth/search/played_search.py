@@ -43,6 +43,7 @@ UNUSABLE = (FrictoolError, *NOT_EVALUABLE)
 SEED = 1
 POPULATION, SPREAD = 18, 0.25  # candidates of a generation; their spread around the best start
 PROMISING = RESERVE  # shortfall on the screen up to which a candidate is played on all plants
+REPORTED = 100  # candidates between two steps of the progress
 MOST_HARD = 10  # largest number of plants of the screen
 CONTINUED = 0.5  # candidates without the reserve, relative to those with it
 NEAR = 0.1  # spread of the candidates without the reserve around the best one
@@ -154,13 +155,14 @@ class CandidateSearch:
     tried: int = 0
     reserve: float = RESERVE
     most: int = field(init=False)
+    progress: Callable[[str], None] = field(init=False)
 
     def __post_init__(self) -> None:
         self.most = self.family.candidates
 
     def run(self, progress: Callable[[str], None]) -> FamilyOutcome:
         """Return the outcome; the same inputs give the same outcome."""
-        self.hard = list(self.tests.hard)
+        self.hard, self.progress = list(self.tests.hard), progress
         random = np.random.Generator(np.random.PCG64(SEED))
         progress(f"search: {self.family.name}")
         found = self._found(self._from_starts, random)
@@ -173,7 +175,7 @@ class CandidateSearch:
 
     def run_from(self, start: Vector, progress: Callable[[str], None]) -> FamilyOutcome:
         """Return the outcome without the reserve near a point (d,) of the unit cube."""
-        self.hard = list(self.tests.hard)
+        self.hard, self.progress = list(self.tests.hard), progress
         progress(f"search: {self.family.name}, from the design of an easier specification")
         self.reserve = 0.0
         self.most = round(CONTINUED * self.family.candidates)
@@ -249,6 +251,12 @@ class CandidateSearch:
         if self.tried >= self.most:
             raise _ExhaustedError
         self.tried += 1
+        if self.tried % REPORTED == 0 and self.played:
+            nearest = min(one.largest_missing for one in self.played)
+            self.progress(
+                f"search: {self.family.name}, {self.tried} of {self.most} candidates, nearest "
+                f"misses by {100.0 * max(nearest, 0.0):.2g} %"
+            )
         try:
             design = self.family.design(self.scales, self.family.values(unit))
             controller = self.controller(design)
