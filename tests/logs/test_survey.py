@@ -126,6 +126,9 @@ def test_which_methods_a_log_can_feed():
     assert told(with_signals(position=coarse, effort=force))["least-squares"] is None
     one_way = told(with_signals(position=k * 1e-3, current=force))
     assert "in one direction only" in str(one_way["least-squares"])
+    pausing = np.cumsum(np.maximum(0.0, np.sin(k / 300.0))) * 1e-3
+    one_way = told(with_signals(position=pausing, current=force))
+    assert "in one direction only" in str(one_way["least-squares"])
     for name, stream in {
         "no position": with_signals(effort=force),
         "none of effort, current, voltage": with_signals(position=fine),

@@ -235,3 +235,11 @@ def test_a_drive_without_a_lag_is_held_from_its_sample_on() -> None:
     mean = VelocityEstimator(model).take(replace(piece, effort=piece.effort))
     shifted = 0.5 * (piece.effort + np.append(piece.effort[1:], piece.effort[-1]))
     assert np.array_equal(VelocityEstimator(held).take(replace(piece, effort=shifted))[0], mean[0])
+
+
+@pytest.mark.parametrize("period", [1e-4, 1e-3, 0.1, 10.0])
+def test_searched_cutoffs_begin_far_below_the_sample_rate(period: float) -> None:
+    searched = VelocityErrors(0.1 / period, period).tried
+    assert searched[0] <= 0.01 / period
+    assert np.all(np.diff(searched) > 0.0)
+    assert searched[-1] == pytest.approx(1.0 / (math.pi * period))
