@@ -98,9 +98,9 @@ MASS = AxisParameters(inertia=0.1, viscous=0.4, coulomb=1.0, breakaway=1.5, enco
 RATE = 5.0  # N/s
 
 
-def mass_ramps(mass: AxisParameters, counts: int, folder: Path) -> Breakaway:
-    """The breakaway of ramps whose command is held and taken back to 0 when the encoder has moved
-    by so many counts."""
+def mass_log(mass: AxisParameters, counts: int) -> MotionRecord:
+    """Return ramps whose command is held and taken back to 0 when the encoder has moved by so many
+    counts."""
     state, parameters = np.asarray(rest(0.3e-4)), mass.as_array()
     position, effort, command, before = np.empty(20_000), np.empty(20_000), 0.0, 0
     for k in range(20_000):
@@ -110,14 +110,24 @@ def mass_ramps(mass: AxisParameters, counts: int, folder: Path) -> Breakaway:
         )
         position[k], effort[k] = count * 1e-4, command
         assert advance(state, command, parameters, 1e-3) == 0
-    log = make_record("mass", np.arange(20_000) * 1e-3, position, effort, 1e-4, 0.0)
+    return make_record("mass", np.arange(20_000) * 1e-3, position, effort, 1e-4, 0.0)
+
+
+def mass_ramps(mass: AxisParameters, counts: int, folder: Path) -> Breakaway:
+    """Return the breakaway of `mass_log`."""
     truth = {"inertia": 0.1, "viscous": 0.4, "coulomb": 1.0, "offset": 0.0}
     return breakaway(
-        [log],
+        [mass_log(mass, counts)],
         mass_bench(folder),
         {name: Interval(value, value, value) for name, value in truth.items()},
         0.95,
     )
+
+
+def test_changes_after_the_ramp_was_taken_back_are_not_used(tmp_path: Path) -> None:
+    sliding_on = mass_log(MASS._replace(coulomb=0.5), 1)
+    onsets = find_onsets(sliding_on, mass_bench(tmp_path))
+    assert {onset.time.size for onset in onsets} == {1}
 
 
 @pytest.mark.parametrize("counts", [1, 4])

@@ -13,7 +13,7 @@ from frictool.observe.wear.wear_estimator import WearEstimator
 from frictool.typing import Matrix
 from studies.rigs.clutch_fleet import clutch
 
-SPEED = 100.0  # rad/s
+SPEED = 2000.0  # rad/s
 PERIOD = 1e-3  # s
 
 
