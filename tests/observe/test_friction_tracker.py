@@ -13,18 +13,20 @@ from frictool.observe.wear.wear_estimator import WearEstimator
 from frictool.typing import Matrix
 from studies.rigs.clutch_fleet import clutch
 
-SPEED = 2000.0  # rad/s
+SPEED = 50.0  # rad/s, below the knee of the friction
 PERIOD = 1e-3  # s
 
 
 def with_viscous(low: float, high: float) -> Model:
-    """Return the clutch with these ends of the viscous friction, relative to its value."""
+    """Return the clutch with a viscous friction that equals Coulomb friction at SPEED.
+
+    The ends of its interval are relative to its value.
+    """
     model = clutch()
-    viscous = model.parameters.viscous
-    ranged = msgspec.structs.replace(viscous, low=low * viscous.value, high=high * viscous.value)
-    return msgspec.structs.replace(
-        model, parameters=msgspec.structs.replace(model.parameters, viscous=ranged)
-    )
+    p = model.parameters
+    value = p.coulomb.value / SPEED
+    viscous = msgspec.structs.replace(p.viscous, value=value, low=low * value, high=high * value)
+    return msgspec.structs.replace(model, parameters=msgspec.structs.replace(p, viscous=viscous))
 
 
 def friction_in_slip(model: Model) -> Matrix:
@@ -40,10 +42,11 @@ def friction_in_slip(model: Model) -> Matrix:
 
 
 def test_each_end_of_the_viscous_friction_moves_its_end_of_the_interval() -> None:
-    viscous = SPEED * clutch().parameters.viscous.value
+    """Half-widths of independent causes add as squares."""
+    half = 0.5 * clutch().parameters.coulomb.value
     exact, slower, faster = (
         friction_in_slip(with_viscous(*ends)) for ends in ((1.0, 1.0), (0.5, 1.0), (1.0, 1.5))
     )
-    assert slower[1] == pytest.approx(exact[1] - 0.5 * viscous, rel=0.05)
-    assert slower[2] == pytest.approx(exact[2], rel=0.02)
-    assert faster[2] == pytest.approx(exact[2] + 0.5 * viscous, rel=0.05)
+    value, low, high = exact
+    assert slower == pytest.approx([value, value - np.hypot(value - low, half), high], rel=1e-6)
+    assert faster == pytest.approx([value, low, value + np.hypot(high - value, half)], rel=1e-6)
