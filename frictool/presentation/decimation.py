@@ -17,16 +17,16 @@ def finite_or_nan(values: Vector) -> Vector:
     return np.where(np.isfinite(values), values, np.nan)
 
 
-def decimated_indices(*signals: Vector) -> NDArray[np.intp]:
+def decimated_indices(*signals: Vector, columns: int = COLUMNS) -> NDArray[np.intp]:
     """Return increasing indices at which signals (n,) of equal length are plotted.
 
-    Of each of 500 columns, the first and last samples and each signal's smallest and largest ones
-    are kept. A signal of at most 1000 samples is kept as a whole.
+    Of each of `columns` columns, the first and last samples and each signal's smallest and largest
+    ones are kept. A signal of at most twice as many samples is kept as a whole.
     """
     count = signals[0].size
-    if count <= 2 * COLUMNS:
+    if count <= 2 * columns:
         return np.arange(count, dtype=np.intp)
-    edges = np.linspace(0, count, COLUMNS + 1).astype(np.intp)
+    edges = np.linspace(0, count, columns + 1).astype(np.intp)
     kept = [edges[:-1], edges[1:] - 1]
     for signal in signals:
         pieces = [

@@ -1,14 +1,20 @@
 """HTML pages from the template of a stage inside the common frame, base.html.jinja.
 
-All pages have one style. They contain no script and load nothing from the network.
+All pages have one style and one script, uPlot with explore.js, which shows their figures as charts.
+Without the script the figures are shown as they are. A page loads nothing from the network; its
+content security policy permits these two scripts by their SHA-256 only.
 """
 
 from __future__ import annotations
 
+import base64
+import hashlib
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import jinja2
+from markupsafe import Markup
 
 if TYPE_CHECKING:
     from frictool.documents.provenance import Provenance
@@ -30,4 +36,24 @@ def render_page(folder: Path, provenance: Provenance, **texts: Any) -> str:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    return environment.get_template("page.html.jinja").render(provenance=provenance, **texts)
+    scripts = [_resource("uplot/uPlot.iife.min.js"), _resource("explore.js")]
+    return environment.get_template("page.html.jinja").render(
+        provenance=provenance,
+        scripts=scripts,
+        script_hashes=[_hash(text) for text in scripts],
+        chart_style=_resource("uplot/uPlot.min.css"),
+        chart_licence=_resource("uplot/LICENSE"),
+        **texts,
+    )
+
+
+@cache
+def _resource(name: str) -> Markup:
+    """Return the text of a file beside this module, which a page contains unchanged."""
+    return Markup((FRAME / name).read_text(encoding="utf-8"))
+
+
+def _hash(script: str) -> Markup:
+    """Return the source expression of a script in a content security policy."""
+    digest = hashlib.sha256(script.encode()).digest()
+    return Markup(f"'sha256-{base64.b64encode(digest).decode()}'")

@@ -6,19 +6,51 @@ tables and figures on a page, where every text from a file is escaped.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from markupsafe import Markup
 
 
 @dataclass(frozen=True)
+class FigureView:
+    """Range of a panel of a figure: its name, abscissa and ordinate, None for all."""
+
+    name: str
+    abscissa: tuple[float, float] | None = None
+    ordinate: tuple[float, float] | None = None
+    panel: int = 0
+
+    def as_json(self) -> dict[str, Any]:
+        """Return the range as explore.js reads it."""
+        return {
+            "name": self.name,
+            "panel": self.panel,
+            "xlim": self.abscissa,
+            "ylim": self.ordinate,
+        }
+
+
+@dataclass(frozen=True)
 class PageFigure:
-    """Figure: title and caption as plain text, and the text of the `<svg>` element."""
+    """Figure: title and caption as plain text, and the text of the `<svg>` element.
+
+    key: name of the figure, to which other parts of the page link. views: ranges that a reader can
+    choose.
+    """
 
     title: str
     svg: str
     caption: str = ""
+    key: str = ""
+    views: tuple[FigureView, ...] = ()
+
+    @property
+    def views_json(self) -> str:
+        """The views as JSON."""
+        return json.dumps([view.as_json() for view in self.views])
 
     @property
     def markup(self) -> Markup:

@@ -16,6 +16,8 @@ import matplotlib as mpl
 from matplotlib.backends.backend_svg import FigureCanvasSVG
 from matplotlib.figure import Figure
 
+from frictool.presentation.chart_data import chart_json
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
@@ -97,6 +99,8 @@ def panels(
 def render(figure: Figure, label: str) -> str:
     """Return the text of the `<svg>` element; call it within `drawing`.
 
+    The element contains the data of the charts that a page shows in its place (chart_data.py).
+
     label: any text, read out by screen readers.
     """
     buffer = io.StringIO()
@@ -109,6 +113,10 @@ def render(figure: Figure, label: str) -> str:
     text = re.sub(r"<metadata>.*?</metadata>", "", text, flags=re.DOTALL)
     for size in ("width", "height"):
         text = re.sub(rf'<svg([^>]*?) {size}="[^"]*"', r"<svg\1", text, count=1)
+    chart = chart_json(figure)
+    if chart is not None:
+        data = f'<metadata class="chart">{html.escape(chart, quote=False)}</metadata>'
+        text = re.sub(r"(<svg[^>]*>)", lambda head: head.group() + data, text, count=1)
     escaped_label = html.escape("".join(c for c in label if c.isprintable()))
     return text.replace("<svg", f'<svg role="img" aria-label="{escaped_label}"', 1).strip()
 

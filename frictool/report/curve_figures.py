@@ -10,16 +10,20 @@ from typing import TYPE_CHECKING
 
 from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
+from frictool.presentation.chart_data import with_detail
 from frictool.presentation.decimation import decimated_indices, decimated_path_indices
 from frictool.presentation.sections import PageFigure
 from frictool.presentation.svg import INK, render_compact
 from frictool.report.evidence import StreamEvidence
-from frictool.report.figure_style import LOG_COLOURS, drawing, new_figure
+from frictool.report.figure_style import LIMIT, LOG_COLOURS, drawing, new_figure
 from frictool.report.plotted_velocity import used_velocity
 from frictool.typing import Vector
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+
+DETAIL_COLUMNS = 1000  # columns of a chart, which a reader enlarges
 
 
 def log_colours(evidence: list[StreamEvidence]) -> dict[str, str]:
@@ -37,20 +41,31 @@ def draw(
     *,
     over_time: bool = True,
 ) -> None:
-    """Draw one curve, strong for a nominal stream and faint for a variant.
+    """Draw one curve: strong for a nominal stream, faint for a variant, red for the worst stream.
 
     `over_time`: True if the abscissa is time, which allows a simpler decimation.
     """
     kept = decimated_indices(ordinate) if over_time else decimated_path_indices(abscissa, ordinate)
     alpha, width, order = (1.0, 1.4, 3.0) if item.nominal else (0.35, 0.8, 2.0)
-    axes.plot(
-        abscissa[kept], ordinate[kept], color=colour, alpha=alpha, linewidth=width, zorder=order
+    if item.worst:
+        colour, alpha, width, order = LIMIT, 1.0, 1.4, 3.5
+    (line,) = axes.plot(
+        abscissa[kept],
+        ordinate[kept],
+        color=colour,
+        alpha=alpha,
+        linewidth=width,
+        zorder=order,
+        label=item.plant,
     )
+    if over_time:
+        finer = decimated_indices(ordinate, columns=DETAIL_COLUMNS)
+        with_detail(line, abscissa[finer], ordinate[finer])
 
 
 def nominal_last(evidence: list[StreamEvidence]) -> list[StreamEvidence]:
-    """Return the streams with the nominal ones last, so that they are drawn on top."""
-    return sorted(evidence, key=lambda item: item.nominal)
+    """Return the streams in the order of drawing, the nominal and the worst one on top."""
+    return sorted(evidence, key=lambda item: item.drawing_order)
 
 
 def draw_references(axes: Axes, evidence: Sequence[StreamEvidence]) -> None:
@@ -66,6 +81,7 @@ def draw_references(axes: Axes, evidence: Sequence[StreamEvidence]) -> None:
             linewidth=1.0,
             linestyle=(0, (4, 2)),
             zorder=4.0,
+            label="reference",
         )
 
 
@@ -121,15 +137,21 @@ def _over_time(
     colours = log_colours([item for item, _ in curves])
     with drawing(name):
         figure, (axes,) = new_figure()
-        for item, values in sorted(curves, key=lambda entry: entry[0].nominal):
+        for item, values in sorted(curves, key=lambda entry: entry[0].drawing_order):
             draw(axes, item, colours[item.source], item.stream.time, values)
         draw_references(axes, references)
         axes.set(xlabel="time [s]", ylabel=ordinate)
-        return PageFigure(title, render_compact(figure, label), caption)
+        return PageFigure(title, render_compact(figure, label), caption, key=name.replace(" ", "-"))
+
+
+def _origin(evidence: list[StreamEvidence]) -> str:
+    """Return the first word of a caption: whether the logs were measured or simulated."""
+    kinds = {item.simulated for item in evidence}
+    return {(True,): "Simulated", (False,): "Measured"}.get(tuple(kinds), "Measured and simulated")
 
 
 def _position(evidence: list[StreamEvidence], unit: str) -> PageFigure:
-    caption = "Measured position; the reference is dashed."
+    caption = f"{_origin(evidence)} position; the reference is dashed."
     return _over_time(
         "position",
         f"position [{unit}]",
@@ -206,7 +228,7 @@ def _error(evidence: list[StreamEvidence], unit: str) -> PageFigure:
 
 def _drive(spec: Spec, evidence: list[StreamEvidence]) -> PageFigure:
     measured = all(item.measured is not None for item in evidence)
-    caption = f"{'Measured' if measured else 'Commanded'} {spec.drive}."
+    caption = f"{_origin(evidence) if measured else 'Commanded'} {spec.drive}."
     return _over_time(
         "drive",
         f"{spec.drive} [{si_unit(spec.drive, spec.axis)}]",
@@ -244,7 +266,7 @@ def _phase_plane(moving: list[tuple[StreamEvidence, tuple[Vector, str]]], unit: 
     colours = log_colours([item for item, _ in moving])
     with drawing("phase plane"):
         figure, (axes,) = new_figure()
-        for item, (velocity, _) in sorted(moving, key=lambda entry: entry[0].nominal):
+        for item, (velocity, _) in sorted(moving, key=lambda entry: entry[0].drawing_order):
             draw(
                 axes,
                 item,

@@ -48,7 +48,8 @@ class StreamEvidence:
 
     `modulus_margin`: modulus margin of the controller's loop with the stream's plant, None if
     unknown. `margin_gap`: reason why the margin is unknown. `beyond`: difference between the rig
-    and the rig for which the controller was verified, or empty.
+    and the rig for which the controller was verified, or empty. `worst`: True for the stream with
+    the worst value of a requirement, which figures show in red.
     """
 
     source: str
@@ -65,6 +66,7 @@ class StreamEvidence:
     modulus_margin: float | None = None
     margin_gap: str = ""
     beyond: str = ""
+    worst: bool = False
 
     def has(self, signal: str) -> bool:
         """Return True if the stream has this signal, finite or not."""
@@ -73,6 +75,16 @@ class StreamEvidence:
     def plotted(self, signal: str) -> Vector:
         """Return a signal for a plot; values that are not finite are NaN, which leaves a gap."""
         return finite_or_nan(self.stream.signals[signal])
+
+    @property
+    def plant(self) -> str:
+        """Return the name of the stream in the legend of a chart."""
+        return self.source if self.nominal else f"{self.source} {self.stream.topic}"
+
+    @property
+    def drawing_order(self) -> int:
+        """Return the order in which figures draw streams: variants, nominal streams, the worst."""
+        return 2 * self.worst + self.nominal
 
     @property
     def drive(self) -> Vector | None:

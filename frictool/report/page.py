@@ -1,10 +1,11 @@
-"""Report as one HTML file without scripts and requests.
+"""Report as one HTML file without requests.
 
 The report contains verdict, reasons, figures, controller and provenance.
 """
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 from frictool.documents.controller import Controller
@@ -12,18 +13,22 @@ from frictool.documents.metric_table import HOLD_METRICS, requirement_title
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import si_unit
 from frictool.presentation.page import render_page
+from frictool.presentation.sections import FigureView
 from frictool.report.controller_blocks import block_descriptions
 from frictool.report.curve_figures import log_colours, overview_figures
 from frictool.report.evidence import log_labels
 from frictool.report.margin_figure import margin_figure
 from frictool.report.requirement import Verdict, number, unit_shown
-from frictool.report.step_figures import MOST_STEPS, same_steps, step_views
+from frictool.report.step_figures import MOST_STEPS, same_steps, step_key, step_views
 from frictool.report.stream_selection import select_streams
 from frictool.report.tables import hold_tables, side_by_side, stream_table
 from frictool.report.transfer_figures import transfer_views
 from frictool.report.worst_hold import JudgedStreams
 from frictool.verify.loop_wording import plant_units
 from frictool.verify.vertex_transfers import VertexTransfers
+
+BEFORE_S = 0.2  # time shown before the hold to which a requirement links
+AFTER_S = 2.0  # time shown after its start
 
 
 def page(
@@ -63,6 +68,8 @@ def page(
             (name, colour, _variants(streams, name), _variants(verdict.evidence, name))
             for name, colour in log_colours(evidence).items()
         ],
+        worst=next((item for item in evidence if item.worst), None),
+        places=_places(verdict, streams),
         pictures=overview_figures(spec, evidence),
         steps=step_views(spec, streams),
         undrawn=max(0, len(same_steps(streams)) - MOST_STEPS),
@@ -77,6 +84,27 @@ def page(
         without_transfers=transfers if isinstance(transfers, str) else "",
         logs=list(zip(log_labels(logs), logs, strict=True)),
     )
+
+
+def _places(verdict: Verdict, streams: JudgedStreams) -> dict[str, tuple[str, str]]:
+    """Return, of each located requirement, the key of a figure and the range to show, as JSON.
+
+    A step has its own figure; another value is in the figure of the position over time.
+    """
+    places = {}
+    for one in verdict.requirements:
+        where = one.where
+        if where is None or where.log is None:
+            continue
+        key = None if where.step is None else step_key(streams, where)
+        span = None
+        if key is None:
+            key = "position"
+            start = where.time_s
+            span = None if start is None else (start - BEFORE_S, start + AFTER_S)
+        view = FigureView(one.title, span)
+        places[one.name] = (key, json.dumps(view.as_json()))
+    return places
 
 
 def _variants(streams: JudgedStreams, name: str) -> int:

@@ -11,13 +11,14 @@ from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.metrics.final_value import final_value
 from frictool.metrics.response_time import zone_half_width
-from frictool.presentation.sections import PageFigure
+from frictool.presentation.sections import FigureView, PageFigure
 from frictool.presentation.svg import INK, MUTED, render_compact
 from frictool.report.curve_figures import draw, draw_load, log_colours
 from frictool.report.evidence import StreamEvidence
 from frictool.report.figure_style import LIMIT, ZONE, drawing, new_figure
 from frictool.report.hold_metrics import HoldMetrics
-from frictool.report.requirement import number
+from frictool.report.requirement import ValueLocation, number
+from frictool.report.worst_hold import limit_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,12 +26,26 @@ if TYPE_CHECKING:
 Judged = tuple[tuple[StreamEvidence, tuple[HoldMetrics, ...]], ...]
 MOST_STEPS = 12
 NEAR_ORIGIN = 0.05  # as a share of the step amplitude
+BAND_SHOWN = 3.0  # half height of the enlarged range, relative to the static error allowed
 BEYOND_SETTLING = 1.6  # shown duration relative to the slowest response
 
 
 def step_views(spec: Spec, judged: Judged) -> list[PageFigure]:
     """Return one figure for each of the first twelve steps, with all streams that contain it."""
-    return [_view(spec, plays) for plays in same_steps(judged)[:MOST_STEPS]]
+    return [
+        _view(spec, plays, f"step-{number}")
+        for number, plays in enumerate(same_steps(judged)[:MOST_STEPS], 1)
+    ]
+
+
+def step_key(judged: Judged, where: ValueLocation) -> str | None:
+    """Return the key of the figure of a step, or None if no figure shows it."""
+    wanted = (where.log, where.stream, where.step)
+    for number, plays in enumerate(same_steps(judged)[:MOST_STEPS], 1):
+        shown = [(item.source, item.stream.topic, measured.number) for item, measured in plays]
+        if wanted in shown:
+            return f"step-{number}"
+    return None
 
 
 def same_steps(judged: Judged) -> list[list[tuple[StreamEvidence, HoldMetrics]]]:
@@ -80,12 +95,13 @@ def window(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> float
     return min(longest_hold, BEYOND_SETTLING * longest) if longest > 0.0 else longest_hold
 
 
-def _view(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> PageFigure:
+def _view(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]], key: str) -> PageFigure:
     """Return a figure with position, load, velocity and drive, as far as they are known.
 
     The abscissa is the time since the step.
     """
     plays = sorted(plays, key=lambda play: play[0].nominal)
+    drawn_plays = sorted(plays, key=lambda play: play[0].drawing_order)
     colours = log_colours([evidence for evidence, _ in plays])
     length = window(spec, plays)
     unit = si_unit("position", spec.axis)
@@ -94,7 +110,7 @@ def _view(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> PageFi
     with drawing(f"step {top[1].number}"):
         figure, drawn = new_figure(len(panels), 1.2 + 1.5 * len(panels))
         axes = dict(zip(panels, drawn, strict=True))
-        for evidence, measured in plays:
+        for evidence, measured in drawn_plays:
             _curves(axes, evidence, measured, colours[evidence.source], length)
         _limits(axes["position"], spec, *top)
         if "load" in axes:
@@ -105,7 +121,20 @@ def _view(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> PageFi
             axes[name].set(ylabel=label)
         drawn[-1].set(xlabel="time since the step [s]", xlim=(-0.03 * length, length))
         svg = render_compact(figure, f"step {top[1].number} enlarged")
-    return PageFigure(_title(plays, unit), svg, _caption(spec, plays))
+    return PageFigure(
+        _title(plays, unit), svg, _caption(spec, plays), key, _views(spec, top, length)
+    )
+
+
+def _views(
+    spec: Spec, top: tuple[StreamEvidence, HoldMetrics], length: float
+) -> tuple[FigureView, ...]:
+    """Return the enlarged range around the band of the static error, if the spec limits it."""
+    if spec.static_error is None or not limit_of(spec, "static_error") > 0.0:
+        return ()
+    target = top[1].hold.target
+    half = BAND_SHOWN * limit_of(spec, "static_error")
+    return (FigureView("static-error band", (0.0, length), (target - half, target + half)),)
 
 
 def _panels(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> dict[str, str]:
@@ -146,6 +175,10 @@ def _limits(axes: Axes, spec: Spec, evidence: StreamEvidence, measured: HoldMetr
     half = zone_half_width(hold.origin, hold.target, evidence.resolution)
     axes.axhspan(final - half, final + half, color=ZONE, linewidth=0.0, zorder=0.5)
     axes.axhline(hold.target, color=INK, linewidth=1.0, linestyle=(0, (4, 2)), zorder=4.0)
+    if spec.static_error is not None:
+        error = limit_of(spec, "static_error")
+        for level in (hold.target - error, hold.target + error):
+            axes.axhline(level, color=MUTED, linewidth=0.6, zorder=3.8)
     if spec.overshoot_percent is not None:
         allowed = hold.target + spec.overshoot_percent / 100.0 * (hold.target - hold.origin)
         axes.axhline(allowed, color=LIMIT, linewidth=1.0, linestyle=(0, (1, 1.5)), zorder=4.0)
@@ -176,6 +209,8 @@ def _caption(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> str
     marks = ["green: 5 % zone around the final value", "dashed: reference"]
     if spec.overshoot_percent is not None:
         marks.append("red dots: overshoot allowed")
+    if spec.static_error is not None:
+        marks.append("thin lines: static error allowed")
     if spec.response_time_95_s is not None:
         marks.append("grey dots: response time allowed")
     if any(evidence.has_backlash and evidence.load_is_bounded for evidence, _ in plays):

@@ -2,19 +2,47 @@
 
 from __future__ import annotations
 
-from frictool.report.requirement import Verdict
+from dataclasses import replace
+
+from frictool.report.requirement import Requirement, Verdict
 from frictool.report.worst_hold import JudgedStreams
 
 MOST_SHOWN = 40
 
 
+def worst_requirement(verdict: Verdict) -> Requirement | None:
+    """Return the requirement that a stream breaks by most, or else keeps by least; None without."""
+    located = [r for r in verdict.requirements if r.where is not None and r.where.log is not None]
+    return max(located, key=_severity, default=None)
+
+
+def _severity(requirement: Requirement) -> tuple[bool, float]:
+    value, limit = requirement.value, requirement.limit
+    if value is None:
+        return requirement.met is False, float("inf")
+    low, high = (limit, value) if requirement.relation == "<=" else (value, limit)
+    return requirement.met is False, high / low if low > 0.0 else float(high > low)
+
+
+def _with_worst(verdict: Verdict) -> JudgedStreams:
+    """Return the streams with the worst one marked, if there are several."""
+    worst = worst_requirement(verdict)
+    if worst is None or worst.where is None or len(verdict.evidence) < 2:
+        return verdict.evidence
+    named = (worst.where.log, worst.where.stream)
+    return tuple(
+        (replace(item, worst=(item.source, item.stream.topic) == named), holds)
+        for item, holds in verdict.evidence
+    )
+
+
 def select_streams(verdict: Verdict) -> JudgedStreams:
-    """Return the streams to draw and to list, in order: all, or at most forty.
+    """Return the streams to draw and to list, in order: all, or at most forty, the worst marked.
 
     The forty contain the nominal streams, the worst ones and those that fail. The remaining places
     go to other streams, spread evenly. The judgement and `--json` always cover all streams.
     """
-    streams = verdict.evidence
+    streams = _with_worst(verdict)
     if len(streams) <= MOST_SHOWN:
         return streams
     named = {(r.where.log, r.where.stream) for r in verdict.requirements if r.where is not None}
