@@ -1,4 +1,4 @@
-"""Comparison as one HTML file with tables and figures, without scripts and requests."""
+"""Comparison as one HTML file with tables and figures, without requests."""
 
 from __future__ import annotations
 

@@ -13,11 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import to_hex
+from matplotlib.colors import to_hex, to_rgba
 from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.patches import Patch, PathPatch
 from matplotlib.ticker import FixedLocator
 
+from frictool.presentation.decimation import straightened_indices
 from frictool.typing import Vector
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+LEVELS = 8000  # smallest visible difference of a chart, relative to the height of the panel
 STEPS = 65534  # steps of a stored number; the next number stands for a gap
 SCALES = {"linear", "log"}
 DETAIL = "frictool_detail"  # attribute of a line: (abscissa, ordinate) with more samples
@@ -84,8 +86,8 @@ def _series(axes: Axes, artist: Artist) -> dict[str, Any] | None:
     """Return one curve, set of points, area or straight line; None if a chart cannot show it."""
     data: tuple[Vector, Vector]
     if isinstance(artist, Line2D):
-        along = artist.get_transform().contains_branch_seperately(axes.transData)
-        if along == (False, False):
+        along = _in_data(axes, artist)
+        if not any(along):
             return None
         data = getattr(artist, DETAIL, None) or (
             np.asarray(artist.get_xdata(), dtype=np.float64),
@@ -95,18 +97,25 @@ def _series(axes: Axes, artist: Artist) -> dict[str, Any] | None:
         kind = "line" if drawn else "points"
         if not all(along):
             kind = "vertical" if along[0] else "horizontal"
-        dashes = artist._dash_pattern[1] if drawn else None  # type: ignore[attr-defined]
+        if kind == "line" and drawn and np.all(np.diff(data[0]) >= 0.0):
+            tolerance = 0.0
+            if axes.get_yscale() == "linear":
+                tolerance = abs(axes.get_ylim()[1] - axes.get_ylim()[0]) / LEVELS
+            kept = straightened_indices(data[0], data[1], tolerance)
+            data = (data[0][kept], data[1][kept])
+        pattern: Any = getattr(artist, "_dash_pattern", (0.0, None))
+        dashes = pattern[1] if drawn else None
         return _entry(artist, kind, to_hex(artist.get_color()), data) | {
             "width": float(artist.get_linewidth() if drawn else artist.get_markersize()),
             "dash": None if dashes is None else [round(float(one), 2) for one in dashes],
         }
-    if isinstance(artist, Patch):
-        along = artist.get_transform().contains_branch_seperately(axes.transData)
+    if isinstance(artist, Patch) and not isinstance(artist, PathPatch):
+        along = _in_data(axes, artist)
         corners = artist.get_patch_transform().transform(artist.get_path().vertices)
         kind = "area" if all(along) else "across" if along[1] else "along"
         colour = to_hex(artist.get_facecolor())
         return _entry(artist, kind, colour, (corners[:, 0], corners[:, 1])) | {
-            "alpha": float(artist.get_facecolor()[3])
+            "alpha": to_rgba(artist.get_facecolor())[3]
         }
     if isinstance(artist, PolyCollection):
         outlines = [path.vertices for path in artist.get_paths()]
@@ -126,11 +135,19 @@ def _series(axes: Axes, artist: Artist) -> dict[str, Any] | None:
     return None
 
 
+def _in_data(axes: Axes, artist: Artist) -> tuple[bool, bool]:
+    """Return True for the abscissa and the ordinate if the artist has it in data coordinates."""
+    along: Any = artist.get_transform().contains_branch_seperately(axes.transData)
+    return bool(along[0]), bool(along[1])
+
+
 def _entry(artist: Artist, kind: str, colour: str, data: tuple[Vector, Vector]) -> dict[str, Any]:
     label = str(artist.get_label())
+    group = artist.get_gid() or label
     alpha = artist.get_alpha()
     return {
         "label": "" if label.startswith("_") else label,
+        "group": "" if group.startswith("_") else group,
         "kind": kind,
         "colour": colour,
         "alpha": 1.0 if alpha is None else float(alpha),
@@ -142,7 +159,11 @@ def _packed(values: Vector) -> list[Any]:
     """Return [lowest, highest, base64 of 16-bit numbers] of a signal (n,)."""
     finite = np.isfinite(values)
     if not finite.any():
-        return [0.0, 0.0, base64.b64encode(np.full(values.size, STEPS + 1, "<u2")).decode()]
+        return [
+            0.0,
+            0.0,
+            base64.b64encode(np.full(values.size, STEPS + 1, "<u2").tobytes()).decode(),
+        ]
     low, high = float(values[finite].min()), float(values[finite].max())
     span = high - low or 1.0
     steps = np.full(values.size, STEPS + 1, dtype="<u2")

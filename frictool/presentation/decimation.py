@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import itertools
+import math
 
 import numpy as np
 from numpy.typing import NDArray
 
 from frictool.typing import Vector
 
+DRAWN_LEVELS = 1500  # smallest visible difference, relative to the height of a curve
 COLUMNS = 500  # columns of a plot, about one per printed point of its width
 
 
@@ -35,6 +37,50 @@ def decimated_indices(*signals: Vector, columns: int = COLUMNS) -> NDArray[np.in
         ]
         kept.append(np.array(pieces, dtype=np.intp).ravel())
     return np.unique(np.concatenate(kept))
+
+
+def straightened_indices(abscissa: Vector, ordinate: Vector, tolerance: float) -> NDArray[np.intp]:
+    """Return increasing indices at which a curve (n,) over a rising abscissa is stored.
+
+    The ordinates of the lines between the samples differ from the curve by at most `tolerance`
+    (cone intersection). Samples that are not finite, and their neighbours, are kept.
+    """
+    count = abscissa.size
+    if count < 3:
+        return np.arange(count, dtype=np.intp)
+    times, values = abscissa.tolist(), ordinate.tolist()
+    kept = [0]
+    low, high = -math.inf, math.inf
+    for k in range(1, count):
+        start = kept[-1]
+        step = times[k] - times[start]
+        rise = values[k] - values[start]
+        if not (math.isfinite(rise) and step > 0.0):
+            kept += [k - 1] * (k - 1 > start) + [k]
+            low, high = -math.inf, math.inf
+            continue
+        if not low <= rise / step <= high:
+            kept.append(k - 1)
+            step = times[k] - times[k - 1]
+            rise = values[k] - values[k - 1]
+            low, high = -math.inf, math.inf
+            if not (math.isfinite(rise) and step > 0.0):
+                kept.append(k)
+                continue
+        low = max(low, (rise - tolerance) / step)
+        high = min(high, (rise + tolerance) / step)
+    return np.unique(np.array([*kept, count - 1], dtype=np.intp))
+
+
+def drawn_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:
+    """Return increasing indices at which a curve (n,) over a rising abscissa is drawn on paper.
+
+    Peaks are kept (`decimated_indices`); samples on straight parts are left out.
+    """
+    kept = decimated_indices(ordinate)
+    finite = ordinate[np.isfinite(ordinate)]
+    tolerance = float(np.ptp(finite)) / DRAWN_LEVELS if finite.size else 0.0
+    return kept[straightened_indices(abscissa[kept], ordinate[kept], tolerance)]
 
 
 def decimated_path_indices(abscissa: Vector, ordinate: Vector) -> NDArray[np.intp]:

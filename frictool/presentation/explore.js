@@ -199,7 +199,7 @@
   function legend(host, own) {
     const seen = new Map();
     for (const u of own) u.parts.forEach((one, i) => {
-      if (i && one.label) (seen.get(one.label) || seen.set(one.label, []).get(one.label)).push([u, i]);
+      if (i && one.group) (seen.get(one.group) || seen.set(one.group, []).get(one.group)).push([u, i]);
     });
     const list = document.createElement("div");
     list.className = "toggles";
@@ -241,8 +241,8 @@
     if (view.xlim) follow(u);
   }
 
-  function show(figure) {
-    const svg = figure.querySelector("svg"), text = svg && svg.querySelector("metadata.chart");
+  function show(svg) {
+    const figure = svg.closest("figure"), text = svg.querySelector("metadata.chart-data");
     if (!text) return;
     const panels = JSON.parse(text.textContent), host = document.createElement("div");
     host.className = "chart";
@@ -261,10 +261,10 @@
       if (host.clientWidth > 0 && host.clientWidth !== u.width)
         u.setSize({ width: host.clientWidth, height: heights[k] });
     })).observe(host);
-    figure.charts = own;
+    figure.charts = [...(figure.charts || []), ...own];
   }
 
-  for (const figure of document.querySelectorAll("figure")) show(figure);
+  for (const svg of document.querySelectorAll("figure > svg")) show(svg);
   for (const link of document.querySelectorAll("a[data-view]"))
     link.addEventListener("click", () => {
       const figure = document.getElementById(link.hash.slice(1));

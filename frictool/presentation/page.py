@@ -36,15 +36,25 @@ def render_page(folder: Path, provenance: Provenance, **texts: Any) -> str:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    scripts = [_resource("uplot/uPlot.iife.min.js"), _resource("explore.js")]
     return environment.get_template("page.html.jinja").render(
-        provenance=provenance,
-        scripts=scripts,
-        script_hashes=[_hash(text) for text in scripts],
-        chart_style=_resource("uplot/uPlot.min.css"),
-        chart_licence=_resource("uplot/LICENSE"),
-        **texts,
+        provenance=provenance, **chart_resources(), **texts
     )
+
+
+def chart_resources() -> dict[str, Any]:
+    """Return what a template needs to show charts: scripts, their hashes, style and licence."""
+    scripts = page_scripts()
+    return {
+        "scripts": scripts,
+        "script_hashes": [_hash(text) for text in scripts],
+        "chart_style": _resource("uplot/uPlot.min.css") + _resource("explore.css"),
+        "chart_licence": _resource("uplot/LICENSE"),
+    }
+
+
+def page_scripts() -> list[Markup]:
+    """Return the scripts of every page: uPlot, and explore.js, which draws the charts."""
+    return [_resource("uplot/uPlot.iife.min.js"), _resource("explore.js")]
 
 
 @cache

@@ -115,19 +115,19 @@ def render(figure: Figure, label: str) -> str:
         text = re.sub(rf'<svg([^>]*?) {size}="[^"]*"', r"<svg\1", text, count=1)
     chart = chart_json(figure)
     if chart is not None:
-        data = f'<metadata class="chart">{html.escape(chart, quote=False)}</metadata>'
+        data = f'<metadata class="chart-data">{html.escape(chart, quote=False)}</metadata>'
         text = re.sub(r"(<svg[^>]*>)", lambda head: head.group() + data, text, count=1)
     escaped_label = html.escape("".join(c for c in label if c.isprintable()))
     return text.replace("<svg", f'<svg role="img" aria-label="{escaped_label}"', 1).strip()
 
 
 def render_compact(figure: Figure, label: str) -> str:
-    """Return the text of the `<svg>` element with path coordinates cut to 0.01 point.
+    """Return the text of the `<svg>` element with path coordinates cut to 0.1 point.
 
     This is for a page with many figures.
     """
     return re.sub(
         r' d="[^"]*"',
-        lambda path: re.sub(r"(\.\d\d)\d+", r"\1", path.group()),
+        lambda path: re.sub(r"\s*\nL ", "L", re.sub(r"(\.\d)\d+", r"\1", path.group())),
         render(figure, label),
     )

@@ -8,10 +8,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.presentation.chart_data import with_detail
-from frictool.presentation.decimation import decimated_indices, decimated_path_indices
+from frictool.presentation.decimation import (
+    decimated_indices,
+    decimated_path_indices,
+    drawn_indices,
+)
 from frictool.presentation.sections import PageFigure
 from frictool.presentation.svg import INK, render_compact
 from frictool.report.evidence import StreamEvidence
@@ -45,7 +51,11 @@ def draw(
 
     `over_time`: True if the abscissa is time, which allows a simpler decimation.
     """
-    kept = decimated_indices(ordinate) if over_time else decimated_path_indices(abscissa, ordinate)
+    kept = (
+        drawn_indices(abscissa, ordinate)
+        if over_time
+        else decimated_path_indices(abscissa, ordinate)
+    )
     alpha, width, order = (1.0, 1.4, 3.0) if item.nominal else (0.35, 0.8, 2.0)
     if item.worst:
         colour, alpha, width, order = LIMIT, 1.0, 1.4, 3.5
@@ -57,6 +67,7 @@ def draw(
         linewidth=width,
         zorder=order,
         label=item.plant,
+        gid=None if item.nominal or item.worst else f"{item.source}, variants",
     )
     if over_time:
         finer = decimated_indices(ordinate, columns=DETAIL_COLUMNS)
@@ -146,8 +157,9 @@ def _over_time(
 
 def _origin(evidence: list[StreamEvidence]) -> str:
     """Return the first word of a caption: whether the logs were measured or simulated."""
-    kinds = {item.simulated for item in evidence}
-    return {(True,): "Simulated", (False,): "Measured"}.get(tuple(kinds), "Measured and simulated")
+    if all(item.simulated for item in evidence):
+        return "Simulated"
+    return "Measured and simulated" if any(item.simulated for item in evidence) else "Measured"
 
 
 def _position(evidence: list[StreamEvidence], unit: str) -> PageFigure:
@@ -168,7 +180,7 @@ def draw_load(axes: Axes, item: StreamEvidence, colour: str, time: Vector, part:
     if not item.load_is_bounded:
         draw(axes, item, colour, time[part], low)
         return
-    kept = decimated_indices(low, high)
+    kept = np.union1d(drawn_indices(time[part], low), drawn_indices(time[part], high))
     axes.fill_between(
         time[part][kept],
         low[kept],

@@ -32,6 +32,7 @@ STYLE: dict[str, Any] = {
     "ytick.labelcolor": INK,
     "lines.linewidth": 1.4,
     "path.simplify": True,
+    "path.simplify_threshold": 0.25,
 }
 
 

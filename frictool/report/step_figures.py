@@ -33,18 +33,18 @@ BEYOND_SETTLING = 1.6  # shown duration relative to the slowest response
 def step_views(spec: Spec, judged: Judged) -> list[PageFigure]:
     """Return one figure for each of the first twelve steps, with all streams that contain it."""
     return [
-        _view(spec, plays, f"step-{number}")
-        for number, plays in enumerate(same_steps(judged)[:MOST_STEPS], 1)
+        _view(spec, plays, f"step-{index}")
+        for index, plays in enumerate(same_steps(judged)[:MOST_STEPS], 1)
     ]
 
 
 def step_key(judged: Judged, where: ValueLocation) -> str | None:
     """Return the key of the figure of a step, or None if no figure shows it."""
     wanted = (where.log, where.stream, where.step)
-    for number, plays in enumerate(same_steps(judged)[:MOST_STEPS], 1):
+    for index, plays in enumerate(same_steps(judged)[:MOST_STEPS], 1):
         shown = [(item.source, item.stream.topic, measured.number) for item, measured in plays]
         if wanted in shown:
-            return f"step-{number}"
+            return f"step-{index}"
     return None
 
 

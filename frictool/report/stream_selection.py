@@ -25,9 +25,11 @@ def _severity(requirement: Requirement) -> tuple[bool, float]:
 
 
 def _with_worst(verdict: Verdict) -> JudgedStreams:
-    """Return the streams with the worst one marked, if there are several."""
+    """Return the streams with the worst one marked, if its log has several plants."""
     worst = worst_requirement(verdict)
-    if worst is None or worst.where is None or len(verdict.evidence) < 2:
+    if worst is None or worst.where is None:
+        return verdict.evidence
+    if sum(item.source == worst.where.log for item, _ in verdict.evidence) < 2:
         return verdict.evidence
     named = (worst.where.log, worst.where.stream)
     return tuple(

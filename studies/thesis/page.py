@@ -1,5 +1,5 @@
-"""The reproduction as one HTML file: compared values, reasons of differences, figures. It has no
-script and sends no request."""
+"""The reproduction as one HTML file: compared values, reasons of differences, figures. It sends no
+request."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import jinja2
 from markupsafe import Markup
 
 from frictool.compare.thesis_tables import TABLE_2_1, TABLE_3_2
+from frictool.presentation.page import chart_resources
 from studies.thesis.comparison import ComparedValue, Comparison
 from studies.thesis.documents import GRIDS, KINDS, Documents
 from studies.thesis.results import Part
@@ -64,6 +65,7 @@ def page(documents: Documents, part: Part, comparison: Comparison) -> str:
         counts=[(KINDS[kind], *counted) for kind, counted in comparison.counts.items()],
         drawn=len(part.figures),
         problems=comparison.problems,
+        **chart_resources(),
     )
 
 

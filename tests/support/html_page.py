@@ -5,6 +5,7 @@ from __future__ import annotations
 from html.parser import HTMLParser
 
 from frictool.documents.provenance import Input, Provenance
+from frictool.presentation.page import page_scripts
 
 MADE = Provenance(
     "frictool report run.mcap --spec spec.yaml", "0.1.0", (Input("run.mcap", "ab" * 32),)
@@ -12,8 +13,15 @@ MADE = Provenance(
 SVG_NAMESPACES = ("http://www.w3.org/2000/svg", "http://www.w3.org/1999/xlink")
 
 
+def without_own_scripts(html: str) -> str:
+    """Return the page without the two scripts of its frame; any other script stays."""
+    for script in page_scripts():
+        html = html.replace(f"<script>{script}</script>", "")
+    return html
+
+
 class Page(HTMLParser):
-    """Tags, attributes and text of a page."""
+    """Tags, attributes and text of a page, without the scripts of its frame."""
 
     def __init__(self, html: str) -> None:
         super().__init__()
@@ -21,7 +29,7 @@ class Page(HTMLParser):
         self.attributes: list[tuple[str, str]] = []
         self.text = ""
         self.open: list[str] = []
-        self.feed(html)
+        self.feed(without_own_scripts(html))
 
     def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
         self.tags.append(tag)

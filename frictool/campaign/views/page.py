@@ -1,4 +1,4 @@
-"""Campaign report as one HTML file without scripts and requests."""
+"""Campaign report as one HTML file without requests."""
 
 from __future__ import annotations
 
