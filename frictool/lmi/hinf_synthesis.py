@@ -140,10 +140,10 @@ def _minimise(
 def _by_riccati(
     plant: GeneralisedPlant, t: Matrix, recentring: float, chosen: TransformVariable
 ) -> LyapunovPair | None:
-    """Return (R, S) of one framed plant by Riccati equations, for states near x = t x_balanced.
+    """Return (R, S) of one framed plant by Riccati equations; `t` is its first balancing.
 
-    The result is None if the equations do not apply, or if the inequalities or the controller of
-    their solutions fail.
+    The result is None if the equations do not apply, if R and S violate the inequalities, or if
+    they admit no controller.
     """
     optimum = smallest_gamma(plant.transformed(t))
     if optimum is None:

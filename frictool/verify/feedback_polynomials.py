@@ -29,9 +29,10 @@ from frictool.verify.certificate_loop import CertificateLoop, SpeedFeedback
 class FeedbackPolynomials:
     """Polynomials in z with drive = (numerator eta - measured speed)/denominator.
 
-    All have the formal degree of the denominator. If `free`, the loop feeds back a motion only:
-    numerator (z - 1) replaces the numerator, whose degree is then less by 1, and the position is no
-    state of the loop. `measured` is empty without a measured speed.
+    `numerator` has the formal degree of the denominator, and so has `measured`, which is empty
+    without a measured speed. If `free`, the loop feeds back a motion only, and the position is no
+    state of it. Then drive = (numerator (z - 1) eta - measured speed)/denominator; the numerator
+    has one degree less, or is zero.
     """
 
     numerator: Polynomial
@@ -49,7 +50,7 @@ def feedback_polynomials(loop: CertificateLoop) -> FeedbackPolynomials:
         return FeedbackPolynomials(numerator, [], denominator)
     gain = Fraction(loop.speed.position_gain)
     if loop.speed.velocity.source == "measured":
-        outer = [gain * value for value in numerator]
+        outer = product(numerator, [gain])
         return FeedbackPolynomials(outer, numerator, denominator, free=not gain)
     passed, filtered = _filter(loop.speed, loop.period)
     period = Fraction(loop.period)
