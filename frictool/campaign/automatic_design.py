@@ -9,7 +9,7 @@ then goes on from the design of the easier specification to the requested one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from msgspec import structs
@@ -18,6 +18,7 @@ from frictool.campaign.draws.default_scenario import response_time
 from frictool.campaign.played_design import DesignTest, longest_step_of
 from frictool.campaign.trials.controller_judge import PlantValues
 from frictool.documents.design import Design
+from frictool.documents.design_blocks import FeedforwardDesign, ProfileDesign
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.synth.feasibility import check_feasible, check_played_step
@@ -36,13 +37,17 @@ from frictool.synth.synthesis import require_identified, synthesise
 FAMILIES = (PI_CASCADE, COMPENSATED_CASCADE, LPV_CASCADE)
 # keys of a design with method `auto` that the search keeps
 KEPT = (
+    "name",
     "position_law",
     "prefilter",
+    "profile",
+    "feedforward",
     "velocity",
     "friction_compensation",
     "form",
     "measurement_hold_samples",
 )
+TRACKED = ("tracking_error_peak", "tracking_error_rms", "settling_after_profile")
 CONTINUABLE = 0.15  # largest relative miss from which a search for a longer response may help
 EASINGS = (1.06, 1.12, 1.25)  # longer response times, relative to the specified one
 SHORT = 2.5  # response times, duration of a part in the tests before the whole one
@@ -107,7 +112,8 @@ def design_automatically(
     disturbance(model)  # refuses loads that the structures cannot handle
     length = longest_step_of(test.scenario)
     scales = design_scales(model, spec, length, response_time(model, spec))
-    families = [_with_wishes(family, wishes) for family in FAMILIES]
+    kept = _kept_blocks(spec, wishes)
+    families = [_with_blocks(family, kept) for family in FAMILIES]
     first = families[0]
     check_feasible(model, spec, first.design(scales, first.values(first.starts[0])))
     slowness = scales.dead_time + 1.0 / fastest_filter(scales)
@@ -177,13 +183,29 @@ class _Search:
         return [outcome]
 
 
-def _with_wishes(family: CandidateFamily, wishes: Design | None) -> CandidateFamily:
-    """Return the family whose designs have the name and the blocks of `wishes`."""
-    if wishes is None:
-        return family
-    kept = {"name": wishes.name} | {
-        key: value for key in KEPT if (value := getattr(wishes, key)) is not None
-    }
+def _kept_blocks(spec: Spec, wishes: Design | None) -> dict[str, object]:
+    """Return the keys of a design that the search does not vary, with their values.
+
+    They are the name and the blocks of `wishes`. A specification of the tracking error adds a
+    profile, which it is measured from, and its feedforward.
+    """
+    kept: dict[str, object] = {}
+    if wishes is not None:
+        kept = {key: value for key in KEPT if (value := getattr(wishes, key)) is not None}
+    if any(getattr(spec, key) is not None for key in TRACKED):
+        if "prefilter" not in kept:
+            kept = {"profile": ProfileDesign(), **kept}
+        if "friction_compensation" not in kept:
+            kept = {"feedforward": FeedforwardDesign(), **kept}
+    if "profile" in kept:
+        kept["prefilter"] = None
+    if "feedforward" in kept:
+        kept["friction_compensation"] = None
+    return kept
+
+
+def _with_blocks(family: CandidateFamily, kept: Mapping[str, object]) -> CandidateFamily:
+    """Return the family whose designs have the keys of `kept`."""
     return replace(
         family,
         design=lambda scales, values: structs.replace(family.design(scales, values), **kept),

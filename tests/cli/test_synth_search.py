@@ -9,12 +9,17 @@ from pathlib import Path
 import pytest
 import yaml
 
+from frictool.campaign.automatic_design import FAMILIES, _kept_blocks, _with_blocks
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
+from frictool.documents.design_blocks import FeedforwardDesign, PrefilterDesign, ProfileDesign
 from frictool.documents.registry import load
+from frictool.documents.spec import Spec
+from frictool.documents.weights import Weights
+from frictool.synth.search.design_scales import design_scales
 from frictool.synth.search.pi_cascade import PI_CASCADE
 from studies.command_line import run
-from studies.rigs.clutch_model import ROOT
+from studies.rigs.clutch_model import ROOT, clutch_model
 from tests.support.command_line import refused
 
 RIG = ROOT / "configs/clutch"
@@ -148,5 +153,41 @@ def test_blocks_of_a_design_with_method_auto_are_kept(spec: Path, tmp_path: Path
     refused(run(*_synth(spec, "--design", design)), 3, "method auto searches them")
     design.write_text(f"{wishes}profile: {{}}\n")
     refused(run(*_synth(spec, "--design", design)), 3, "wishes.yaml:7: ", "profile replaces")
+    profile = wishes.replace(
+        "prefilter: {natural_frequency_rad_s: 25, damping: 0.9}", "profile: {}"
+    )
+    design.write_text(profile)
+    done = run(*_synth(spec, "--design", design, "-o", controller))
+    assert done.code == 0, done.stderr
+    found = load(tmp_path / "controller.design.yaml", Design)
+    assert found.profile is not None
+    assert found.prefilter is None
     design.write_text(wishes.replace("auto", "pid"))
     refused(run(*_synth(spec, "--design", design)), 3, "structure: missing")
+
+
+def test_a_specification_of_the_tracking_error_adds_a_profile_with_feedforward(spec: Path) -> None:
+    assert _kept_blocks(load(spec, Spec), None) == {}
+    spec.write_text(f"{EASY}tracking_error_peak: {{value: 6, unit: rad}}\n")
+    kept = _kept_blocks(load(spec, Spec), None)
+    assert kept == {
+        "profile": ProfileDesign(),
+        "feedforward": FeedforwardDesign(),
+        "prefilter": None,
+        "friction_compensation": None,
+    }
+    scales = design_scales(clutch_model(), load(spec, Spec), 50.0, 0.35)
+    for family in FAMILIES:
+        design = _with_blocks(family, kept).design(scales, family.values(family.starts[0]))
+        assert design.profile is not None
+        assert design.prefilter is None
+    own = Design(
+        format="design/1",
+        name="mine",
+        axis="rotary",
+        method="auto",
+        weights=Weights(),
+        prefilter=PrefilterDesign(natural_frequency_rad_s=25.0, damping=0.9),
+    )
+    assert set(_kept_blocks(load(spec, Spec), own)) >= {"name", "prefilter", "feedforward"}
+    assert "profile" not in _kept_blocks(load(spec, Spec), own)

@@ -38,6 +38,8 @@ EFFECTS = {
     "velocity.order": "of this filter",
     "prefilter.natural_frequency_rad_s": "of the reference: more is faster, and overshoots more",
     "prefilter.damping": "of the reference: more overshoots less",
+    "profile": "from the present position to the reference, within the drive's limit",
+    "feedforward": "of the model, along the reference",
     "friction_compensation.source": "friction of the model, added to the drive",
     "friction_compensation.velocity": "whose sign the friction has",
     "friction_compensation.smoothing_speed": "below it the added friction fades",
