@@ -24,6 +24,10 @@ KINDS: dict[str, tuple[str, tuple[str, ...]]] = {
         "viscous, Coulomb and regimes: sines at several speeds",
         ("amplitude", "speeds", "duration", "seed"),
     ),
+    "speeds": (
+        "viscous, Coulomb and the Stribeck fall: runs at constant speeds",
+        ("speeds", "duration"),
+    ),
     "breakaway": (
         "breakaway: ramps in both directions over the travel",
         ("amplitude", "rate", "repetitions", "open_loop"),
@@ -89,7 +93,10 @@ positive = FiniteRange(0.0, min_open=True)
 @click.option(
     "--duration",
     type=positive,
-    help="Duration of sine or sines, or of the best test with --for [s].  [default: 10, 30]",
+    help=(
+        "Duration of sine, sines or speeds, or of the best test with --for [s].  "
+        "[default: 10, 30, 60]"
+    ),
 )
 @click.option(
     "--repetitions",
@@ -97,7 +104,9 @@ positive = FiniteRange(0.0, min_open=True)
     help=("Number of periods of a sine or multisine, or of rounds of steps or ramps."),
 )
 @click.option(
-    "--speeds", type=click.IntRange(2, 100), help="Number of speeds of sines.  [default: 6]"
+    "--speeds",
+    type=click.IntRange(2, 100),
+    help="Number of speeds of sines or speeds.  [default: 6, 10]",
 )
 @click.option(
     "--harmonics",

@@ -36,7 +36,7 @@ from studies.rigs.identification_rigs import CLUTCH, EMPS, clutch, mass_bench
 from studies.rigs.sample_logs import NOISE, TRUTH
 from tests.support.command_line import refused
 
-REFERENCES = ("sine", "sines", "steps", "multisine")
+REFERENCES = ("sine", "sines", "speeds", "steps", "multisine")
 
 
 @given(st.floats(1e-2, 1e3))

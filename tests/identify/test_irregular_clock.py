@@ -14,6 +14,7 @@ from frictool.errors import LogError
 from frictool.identify.estimators.auto import auto
 from frictool.identify.estimators.least_squares import least_squares
 from frictool.identify.estimators.stribeck_curve import find_runs, stribeck_curve
+from frictool.identify.excite.excitation_kinds import ExcitationSettings, excite
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import LONGEST_BRIDGE, MotionRecord, make_record
@@ -131,6 +132,20 @@ def test_runs_in_one_direction_use_the_offset_of_the_bench() -> None:
     assert coulomb.low <= COULOMB <= coulomb.high
     assert coulomb.half_width > 0.001
     assert "one direction" in fit.refused["offset"]
+
+
+def test_the_planned_runs_are_found_at_their_speeds() -> None:
+    test = excite("speeds", clutch(), ExcitationSettings(duration=40.0, speeds=8))
+    reference = test.columns["reference"]
+    speed = test.columns["reference_velocity"]
+    assert np.cumsum(speed)[-1] * test.period == pytest.approx(0.0, abs=1e-3)
+    record = make_record("plan", test.time, reference, speed, 1e-3, lag=0.0)
+    runs = find_runs([record])
+    planned = np.array([test.figures[f"speed_{number}"] for number in range(1, 9)])
+    nearest = np.argmin(np.abs(runs.speed[:, None] / planned - 1.0), axis=1)
+    assert np.allclose(runs.speed, planned[nearest], rtol=1e-3)
+    assert set(nearest.tolist()) == set(range(8))
+    assert np.sum(runs.sign) == 0.0
 
 
 def test_a_slow_sine_is_no_run() -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.errors import NoSolutionError
+from frictool.identify.excite import constant_speeds as runs
 from frictool.identify.excite import multisine as harmonics
 from frictool.identify.excite.bench_limits import (
     BenchLimits,
@@ -62,7 +63,7 @@ def excite(kind: str, bench: Bench, settings: ExcitationSettings) -> ExcitationS
     Parameters
     ----------
     kind
-        Key of MAKERS: "sine", "sines", "breakaway", "steps" or "multisine".
+        Key of MAKERS: "sine", "sines", "speeds", "breakaway", "steps" or "multisine".
     bench
         Bench whose limits the test respects.
     settings
@@ -185,6 +186,17 @@ def _steps(bench: Bench, limits: BenchLimits, settings: ExcitationSettings) -> E
     )
 
 
+def _speeds(bench: Bench, limits: BenchLimits, settings: ExcitationSettings) -> ExcitationSequence:
+    period = bench.sample_period_s
+    duration = settings.duration or runs.DURATION
+    _bearable(duration, bench)
+    count = settings.speeds or runs.SPEEDS
+    speeds = runs.chosen_speeds(limits, period, bench.encoder.resolution, duration, count)
+    figures = {f"speed_{number}": speed for number, speed in enumerate(speeds, start=1)}
+    motion = runs.constant_speeds(limits, period, speeds, duration)
+    return _reference("speeds", bench, limits, motion, figures)
+
+
 def _breakaway(
     bench: Bench, limits: BenchLimits, settings: ExcitationSettings
 ) -> ExcitationSequence:
@@ -209,6 +221,7 @@ def _bearable(duration: float, bench: Bench) -> None:
 MAKERS: dict[str, Callable[[Bench, BenchLimits, ExcitationSettings], ExcitationSequence]] = {
     "sine": _sine,
     "sines": _sines,
+    "speeds": _speeds,
     "breakaway": _breakaway,
     "steps": _steps,
     "multisine": _multisine,

@@ -1,0 +1,107 @@
+"""Runs at constant speeds in both directions, for friction over speed (`stribeck-curve`).
+
+Each run begins and ends at rest with a raised cosine of the speed. Friction and a limited speed
+leave the effort `spare` (`half_sines.spare_effort`); half of it accelerates the axis, and half
+overcomes viscous friction at the top speed. The ramps of the fastest run take half of the travel.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from frictool.errors import NoSolutionError
+from frictool.identify.excite.bench_limits import BenchLimits
+from frictool.identify.excite.half_sines import TOP_SHARE, Motion, joined, spare_effort
+
+SPEEDS = 10  # default number of speeds
+DURATION = 60.0  # s, default duration of all runs without their ramps
+FEWEST_SAMPLES = 400  # of a run at constant speed; `stribeck-curve` leaves out its ends
+FEWEST_COUNTS = 50.0  # encoder counts of the slowest run
+RANGE = 1000.0  # largest ratio of the speeds
+SHORTEST_RAMP = 20  # samples from rest to the speed of a run
+
+
+def chosen_speeds(
+    limits: BenchLimits, period: float, step: float, duration: float, count: int
+) -> list[float]:
+    """Return `count` speeds in geometric order, rad/s | m/s.
+
+    Parameters
+    ----------
+    limits
+        Limits of the bench.
+    period, step
+        Sample period [s] and encoder step [rad | m].
+    duration
+        Duration of all runs without their ramps [s].
+    count
+        Number of speeds, each in both directions.
+
+    Raises
+    ------
+    NoSolutionError
+        If no effort is left for a motion, or if the slowest speed is not below the fastest.
+    """
+    spare = 0.5 * spare_effort(limits)
+    top = TOP_SHARE * limits.speed
+    if limits.viscous > 0.0:
+        top = min(top, spare / limits.viscous)
+    if math.isfinite(limits.travel):
+        top = min(top, math.sqrt(limits.travel * spare / limits.inertia / math.pi))
+        top = min(top, 0.5 * limits.travel / (FEWEST_SAMPLES * period))
+    slowest = max(top / RANGE, FEWEST_COUNTS * step * 2.0 * count / duration)
+    if slowest >= 0.5 * top:
+        raise NoSolutionError(
+            f"speeds: the slowest run needs {slowest:.3g} {limits.unit}/s to pass "
+            f"{FEWEST_COUNTS:g} encoder counts, and the bench allows {top:.3g}; raise --duration "
+            "or lower --speeds"
+        )
+    return [float(speed) for speed in np.geomspace(slowest, top, count)]
+
+
+def constant_speeds(
+    limits: BenchLimits, period: float, speeds: list[float], duration: float
+) -> Motion:
+    """Return the runs forward and backward at each speed, from the low end of the travel.
+
+    `period` and `duration` are in s; `duration` is that of all runs without their ramps.
+    """
+    start = limits.low if math.isfinite(limits.low) else 0.0
+    parts: list[Motion] = []
+    for speed in speeds:
+        forward = _run(limits, period, speed, 0.5 * duration / len(speeds))
+        end = start + forward[0][-1]
+        position, velocity, acceleration = (signal[:-1] for signal in forward)
+        parts += [
+            (start + position, velocity, acceleration),
+            (end - position, -velocity, -acceleration),
+        ]
+    return joined(parts, start)
+
+
+def _run(limits: BenchLimits, period: float, speed: float, duration: float) -> Motion:
+    """Return a run of about `duration` s from rest at 0 to rest, as long as the travel allows."""
+    acceleration = 0.5 * spare_effort(limits) / limits.inertia
+    ramp = max(SHORTEST_RAMP, math.ceil(0.5 * math.pi * speed / acceleration / period))
+    steady = max(FEWEST_SAMPLES, round(duration / period))
+    if math.isfinite(limits.travel):
+        possible = math.floor((1.0 - 1e-9) * limits.travel / (speed * period)) - ramp
+        steady = max(1, min(steady, possible))
+    angle = math.pi * np.arange(ramp) / ramp
+    rising = 0.5 * speed * period * (np.arange(ramp) - ramp / math.pi * np.sin(angle))
+    rate = math.pi * speed / (2.0 * ramp * period) * np.sin(angle)
+    middle = 0.5 * speed * period * ramp + speed * period * np.arange(steady)
+    whole = speed * period * (ramp + steady)
+    index = np.arange(ramp)
+    falling = 0.5 * speed * (1.0 + np.cos(angle))
+    left = 0.5 * speed * period * (ramp - index - ramp / math.pi * np.sin(angle))
+    return joined(
+        [
+            (rising, 0.5 * speed * (1.0 - np.cos(angle)), rate),
+            (middle, np.full(steady, speed), np.zeros(steady)),
+            (whole - left, falling, -rate),
+        ],
+        whole,
+    )
