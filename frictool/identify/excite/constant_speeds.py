@@ -92,7 +92,8 @@ def _run(limits: BenchLimits, period: float, speed: float, duration: float) -> M
     angle = math.pi * np.arange(ramp) / ramp
     rising = 0.5 * speed * period * (np.arange(ramp) - ramp / math.pi * np.sin(angle))
     rate = math.pi * speed / (2.0 * ramp * period) * np.sin(angle)
-    middle = 0.5 * speed * period * ramp + speed * period * np.arange(steady)
+    still = np.zeros(steady)
+    middle = 0.5 * speed * period * ramp + speed * period * np.arange(steady, dtype=np.float64)
     whole = speed * period * (ramp + steady)
     index = np.arange(ramp)
     falling = 0.5 * speed * (1.0 + np.cos(angle))
@@ -100,7 +101,7 @@ def _run(limits: BenchLimits, period: float, speed: float, duration: float) -> M
     return joined(
         [
             (rising, 0.5 * speed * (1.0 - np.cos(angle)), rate),
-            (middle, np.full(steady, speed), np.zeros(steady)),
+            (middle, speed + still, still),
             (whole - left, falling, -rate),
         ],
         whole,
