@@ -36,6 +36,14 @@ NAMES = {
     "drift_zoom": "Non-drift, the last two seconds",
 }
 
+SIGNALS = {  # what a figure of a test shows, from above
+    "stick_slip": "position, velocity and friction over time",
+    "limit_cycle": "position, velocity and friction over time",
+    "presliding": "one loop",
+    "drift": "position and velocity over time",
+    "drift_zoom": "position over time",
+}
+
 
 def pictures(comparison: Comparison) -> list[PageFigure]:
     """Return the thesis's figures of the compared laws in order, then further figures."""
@@ -75,7 +83,7 @@ def _picture(
 ) -> PageFigure:
     units = _units(comparison)
     names = "; ".join(tested.title for tested in laws.values())
-    title = f"{NAMES[test]}: {names}"
+    title = f"{NAMES[test]}, {SIGNALS[test]}. Simulated: {names}"
     label = f"{test} {' '.join(laws)}"
     if test == "presliding":
         curves = [(law, *tested.loop) for law, tested in laws.items() if tested.loop is not None]
@@ -106,7 +114,7 @@ def _inputs(comparison: Comparison, number: str) -> PageFigure:
         time = travelled / (input_protocol.CREEP_SPEED * scales.speed)
         return _figure(
             number,
-            "Position of the presliding test",
+            "Position of the presliding test over time, the input of each law",
             draw_rows("presliding input", "t [s]", [(f"x [{units[0]}]", [("", time, path)])]),
         )
     time = np.linspace(0.0, 6.0 * scales.time, 3001)
@@ -118,6 +126,6 @@ def _inputs(comparison: Comparison, number: str) -> PageFigure:
         start = end
     return _figure(
         number,
-        "Force of the drift test, its first seconds",
+        "Force of the drift test over time, its first seconds, the input of each law",
         draw_rows("drift input", "t [s]", [(f"u [{units[1]}]", [("", time, force)])]),
     )

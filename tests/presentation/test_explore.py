@@ -38,7 +38,7 @@ def _chromium(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browser]:
 @pytest.fixture(name="report", scope="module")
 def _report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("page") / "report.html"
-    path.write_text(page(judge(clutch_spec(), [clutch_log(3)], controller()), MADE))
+    path.write_text(page(judge(clutch_spec(), [clutch_log(7)], controller()), MADE))
     return path
 
 
@@ -140,6 +140,25 @@ def test_the_band_of_the_static_error_is_enlarged(chromium: Browser, report: Pat
         "b.textContent === 'whole figure').click()"
     )
     assert chromium.evaluate(SCALES.format(key="step-1")) == before
+
+
+def test_every_folded_part_is_open_on_paper_and_no_table_is_cut(
+    chromium: Browser, report: Path
+) -> None:
+    chromium.open(report, 688)  # A4 less its margins
+    assert chromium.evaluate("[...document.querySelectorAll('details')].some(d => !d.open)")
+    chromium.call("Emulation.setEmulatedMedia", media="print")
+    heights = (
+        "[...document.querySelectorAll('details table, details dl')]"
+        ".map(e => e.getBoundingClientRect().height)"
+    )
+    assert min(chromium.evaluate(heights)) > 0
+    cut = (
+        "[...document.querySelectorAll('table')]"
+        ".filter(t => t.getBoundingClientRect().right > 688.5).length"
+    )
+    assert chromium.evaluate(cut) == 0
+    chromium.call("Emulation.setEmulatedMedia", media="")
 
 
 def test_the_worst_plant_is_red_and_on_top(report: Path, chromium: Browser) -> None:

@@ -83,7 +83,7 @@ def _legend(axes: Axes) -> None:
             labels,
             loc="lower left",
             bbox_to_anchor=(0.0, 1.0),
-            ncols=4,
+            ncols=2,
             columnspacing=1.0,
             handlelength=1.4,
             frameon=False,
