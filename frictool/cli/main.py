@@ -36,6 +36,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "frictool.cli.excite",
         "Write a test to play on the bench: sines, ramps, steps, multisines.",
     ),
+    "plan": (
+        "frictool.cli.plan",
+        "Say which test to play next, until a controller meets the specification.",
+    ),
     "identify": (
         "frictool.cli.identify",
         "Identify parameters with intervals from logs (model.yaml).",

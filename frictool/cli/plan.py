@@ -1,0 +1,142 @@
+"""`frictool plan`: the next test of a commissioning."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from frictool.cli.common_options import NamedPath, existing, json_option
+from frictool.cli.console_output import print_json, say
+from frictool.cli.excite_test import bench_of, save_test, summary, text
+from frictool.cli.output_files import check_targets, command_line, save_text
+from frictool.cli.progress import note_step
+
+if TYPE_CHECKING:
+    from frictool.plan.commissioning import PlanStep
+
+HELP = """\b
+Example:
+  frictool plan bench.yaml --spec spec.yaml -o next.mcap
+  frictool plan bench.yaml --spec spec.yaml ramps.mcap strokes.mcap -o next.mcap
+
+Say what to do next on a bench, and write that test. Without a log: ramps of the drive, which show
+the direction of drive and encoder and the breakaway. Then strokes for friction and inertia. With
+both, a search says whether `frictool synth` meets the specification for every plant that is left;
+if it does, the last test is for `frictool validate`. If only exact parameters would allow a
+controller, the next test halves the intervals.
+
+Each test is within travel, speed and drive on every axis of the bench's ranges. `frictool simulate
+--as-bench` plays a test without hardware.
+
+Exit code 1 if the direction is wrong, or if only the ranges of the bench prevent a controller; 4 if
+no controller meets the specification.
+"""
+
+
+@click.command("plan", help=HELP)
+@click.argument("bench", help="Rig (bench.yaml).", type=existing)
+@click.argument("logs", metavar="[LOG]...", nargs=-1, help="Logs so far.", type=existing)
+@click.option("--spec", type=existing, required=True, help="Specification (spec.yaml).")
+@click.option(
+    "--narrow",
+    is_flag=True,
+    help="The bench's ranges are ignorance, not the product's life; design for the logs alone.",
+)
+@click.option(
+    "--promise", type=NamedPath(writes=("YAML",)), help="Write the promise of the next test (YAML)."
+)
+@click.option(
+    "--model",
+    type=NamedPath(writes=("YAML",)),
+    help="Write the model of the logs (YAML), with --narrow for their intervals alone.",
+)
+@click.option(
+    "-o",
+    "--output",
+    type=NamedPath(True, ("CSV", "MCAP"), True),
+    help="Next test (.csv or .mcap).",
+)
+@json_option
+def command(
+    bench: Path,
+    logs: tuple[Path, ...],
+    spec: Path,
+    narrow: bool,
+    promise: Path | None,
+    model: Path | None,
+    output: Path | None,
+    as_json: bool,
+) -> None:
+    inputs = [bench, spec, *logs]
+    check_targets({"-o": output, "--promise": promise, "--model": model}, inputs)
+    from msgspec.structs import replace
+
+    from frictool.documents.provenance import provenance_of_command
+    from frictool.documents.registry import load
+    from frictool.documents.spec import Spec
+    from frictool.documents.writing import to_yaml
+    from frictool.identify.excite.promise_document import promise_of
+    from frictool.logs.log_reader import read_log
+    from frictool.plan.commissioning import next_step
+    from frictool.plan.controller_search import search_refusal
+
+    document = bench_of(bench)
+    specification = load(spec, Spec)
+    step = next_step(
+        document,
+        [read_log(path, document) for path in logs],
+        lambda model: search_refusal(model, specification, note_step),
+        narrow,
+    )
+    words = command_line("plan", {"bench": bench, "logs": logs, "--spec": spec, "--narrow": narrow})
+    provenance = provenance_of_command(words, inputs)
+    if step.test is not None and output is not None:
+        save_test(step.test.sequence, output, words, inputs)
+    if step.test is not None and promise is not None and step.test.half_widths:
+        promised = promise_of([step.test], document, None, provenance)
+        save_text(promise, to_yaml(promised), inputs)
+    if step.model is not None and model is not None:
+        save_text(model, to_yaml(replace(step.model, provenance=provenance)), inputs)
+    if as_json:
+        print_json("plan/1", view(step), output)
+    else:
+        say(shown(step, output), output)
+    if step.exit_code:
+        click.get_current_context().exit(step.exit_code)
+
+
+def view(step: PlanStep) -> dict[str, Any]:
+    """Return a step as JSON values."""
+    return {
+        "step": step.name,
+        "why": step.why,
+        "enough": step.enough,
+        "reached": [
+            {
+                "parameter": one.parameter,
+                "unit": one.unit,
+                "value": one.value,
+                "half_width": one.half_width,
+                "share": one.share,
+            }
+            for one in step.reached
+        ],
+        "test": None if step.test is None else summary(step.test.sequence),
+    }
+
+
+def shown(step: PlanStep, output: Path | None) -> str:
+    """Return a step as text."""
+    lines = [
+        f"{one.parameter:<18}{one.value:.5g} +-{one.half_width:.2g} {one.unit}"
+        + ("" if one.share is None else f" ({100.0 * one.share:.2g} %)")
+        for one in step.reached
+    ]
+    lines.append(f"{'enough' if step.enough else 'next'}: {step.name}: {step.why}")
+    if step.test is not None:
+        lines.append(text(step.test.sequence, output or Path("the test")))
+        if output is None:
+            lines.append("-o FILE writes the test")
+    return "\n".join(lines)

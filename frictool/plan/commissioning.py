@@ -1,0 +1,200 @@
+"""Next step of a commissioning, from the bench, the specification and the logs so far.
+
+    no log                    ramps: direction, encoder, breakaway
+    ramps                     strokes: friction and inertia
+    friction and inertia      synth: does a controller meet the specification for every plant left?
+        yes                   steps, for a validation: enough
+        for the logs' intervals only      the ranges of the bench are too wide for any controller
+        for exact values only             strokes again, with half of the intervals
+        no                    no controller meets the specification
+
+Each test is within the limits of the bench on every axis of its a-priori ranges, so that it is safe
+before anything is known. After a log, the ranges of its identified parameters replace those of the
+bench in the design of the next test.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from frictool.documents.bench import Bench
+from frictool.documents.model import Model
+from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION, NoSolutionError
+from frictool.identify.excite.excitation_kinds import ExcitationSettings, excite
+from frictool.identify.excite.precise_ramps import precise_ramps
+from frictool.identify.excite.precise_strokes import (
+    PreciseTest,
+    PrecisionRequest,
+    precise_strokes,
+)
+from frictool.identify.from_logs import IdentifiedModel, identify
+from frictool.identify.identification import NothingIdentified
+from frictool.logs.log import Log
+from frictool.plan.narrowed_model import exact_model, narrowed_bench, narrowed_model
+
+FIRST_RAMPS = 0.1  # half width of the breakaway relative to its expected value
+FIRST_STROKES = 0.05  # half widths of the first strokes relative to the bench's values
+FALLBACK_DURATION = 30.0  # s, of the best strokes if FIRST_STROKES cannot be reached
+FINER = 0.5  # half widths of a repeated test relative to those reached
+SLIDING = ("inertia", "viscous", "coulomb")
+NEEDED = ("inertia", "coulomb")  # without them no controller is searched
+
+
+@dataclass(frozen=True)
+class ReachedPrecision:
+    """Identified interval of a parameter, SI; `share` is its half width over its value."""
+
+    parameter: str
+    value: float
+    half_width: float
+    unit: str
+
+    @property
+    def share(self) -> float | None:
+        """Return the half width relative to the value; None if the value is 0."""
+        return self.half_width / abs(self.value) if self.value else None
+
+
+@dataclass(frozen=True)
+class PlanStep:
+    """Next step of a commissioning.
+
+    - name: `breakaway`, `friction and inertia`, `finer`, `validation`, `direction`, `ranges` or
+      `impossible`
+    - why: reason, as text
+    - test: test to play, None without one
+    - reached: precision so far
+    - model: model of the logs so far, None without one
+    - enough: True if a controller meets the specification for every plant that is left
+    - exit_code: exit code of the command
+    """
+
+    name: str
+    why: str
+    test: PreciseTest | None = None
+    reached: tuple[ReachedPrecision, ...] = ()
+    model: Model | None = None
+    enough: bool = False
+    exit_code: int = 0
+
+
+# returns the reason for which no controller meets the specification, or None if one does
+Judge = Callable[[Model], str | None]
+
+
+def next_step(
+    bench: Bench, logs: Sequence[Log], refusal_of: Judge, narrow: bool = False
+) -> PlanStep:
+    """Return the next step of a commissioning.
+
+    Parameters
+    ----------
+    bench
+        Bench with its a-priori ranges and limits.
+    logs
+        Logs so far, in any order; ramps are recognised.
+    refusal_of
+        Judge that searches a controller for a model; it returns the reason for a refusal, or None.
+    narrow
+        True if the ranges of the bench are what is unknown before a measurement, and not those over
+        the life of the product. The controller is then designed for the intervals of the logs.
+
+    Returns
+    -------
+    PlanStep
+        The step, with its test and the precision reached.
+
+    Raises
+    ------
+    NoSolutionError
+        If the bench allows no test.
+    """
+    if not logs:
+        return _ramps(bench)
+    try:
+        outcome = identify(logs, bench)
+    except NothingIdentified as error:
+        if error.exit_code == EXIT_NO_SOLUTION:
+            why = f"{error}; check the wiring, or set encoder.direction of the bench to -1"
+            return PlanStep("direction", why, exit_code=EXIT_NO)
+        return _strokes(bench, f"the logs so far identify nothing ({error})", ())
+    model = outcome.model
+    reached = _reached(outcome)
+    known = {one.parameter for one in reached}
+    if "ramp" not in outcome.result.kinds.values() and "breakaway" not in known:
+        return _ramps(bench, reached)
+    missing = [name for name in NEEDED if name not in known]
+    if missing:
+        reasons = "; ".join(
+            f"{name}: {outcome.result.refused.get(name, 'no log of it')}" for name in missing
+        )
+        return _strokes(narrowed_bench(bench, model), f"not identified yet: {reasons}", reached)
+    return _designed(bench, outcome, refusal_of, narrow)
+
+
+def _ramps(bench: Bench, reached: tuple[ReachedPrecision, ...] = ()) -> PlanStep:
+    """Return the ramps, or the usual ones if FIRST_RAMPS cannot be reached."""
+    try:
+        test = precise_ramps(bench, PrecisionRequest({"breakaway": FIRST_RAMPS}))
+    except NoSolutionError:
+        sequence = excite("breakaway", bench, ExcitationSettings())
+        test = PreciseTest(sequence, {}, {})
+    why = (
+        "slow ramps of the drive show the sign of drive and encoder, and the breakaway; the drive "
+        "returns to 0 as soon as the axis moves. The drive's constant cannot be told from position "
+        "and drive: an error of it scales every parameter alike"
+    )
+    return PlanStep("breakaway", why, test, reached)
+
+
+def _strokes(bench: Bench, why: str, reached: tuple[ReachedPrecision, ...]) -> PlanStep:
+    """Return strokes for friction and inertia, or the best of FALLBACK_DURATION."""
+    known = bench.mechanics
+    wanted = {name: FIRST_STROKES for name in SLIDING if getattr(known, name).value > 0.0}
+    try:
+        test = precise_strokes(bench, PrecisionRequest(wanted, longest=2.0 * FALLBACK_DURATION))
+    except NoSolutionError:
+        test = precise_strokes(bench, PrecisionRequest(wanted, duration=FALLBACK_DURATION))
+    return PlanStep("friction and inertia", why, test, reached)
+
+
+def _designed(bench: Bench, outcome: IdentifiedModel, refusal_of: Judge, narrow: bool) -> PlanStep:
+    """Return the step that the judge of a controller leads to."""
+    model = outcome.model
+    reached = _reached(outcome)
+    left = narrowed_model(model) if narrow else model
+    refusal = refusal_of(left)
+    if refusal is None:
+        sequence = excite("steps", bench, ExcitationSettings())
+        why = "`synth` meets this specification for every plant that is left; validate the model"
+        test = PreciseTest(sequence, {}, {})
+        return PlanStep("validation", why, test, reached, left, enough=True)
+    if not narrow and refusal_of(narrowed_model(model)) is None:
+        why = (
+            f"no controller meets the specification over the ranges of the bench ({refusal}), but "
+            "one does for the intervals of the logs; narrow `mechanics` of the bench if its ranges "
+            "are not those of the product's life, or give --narrow"
+        )
+        return PlanStep("ranges", why, None, reached, model, exit_code=EXIT_NO)
+    if refusal_of(exact_model(model)) is not None:
+        why = f"no controller meets the specification even for exact parameters: {refusal}"
+        return PlanStep("impossible", why, None, reached, model, exit_code=EXIT_NO_SOLUTION)
+    wanted = {
+        one.parameter: FINER * one.share
+        for one in reached
+        if one.parameter in SLIDING and one.share
+    }
+    test = precise_strokes(narrowed_bench(bench, model), PrecisionRequest(wanted))
+    why = f"the intervals are too wide for a controller ({refusal}); exact parameters allow one"
+    return PlanStep("finer", why, test, reached, model)
+
+
+def _reached(outcome: IdentifiedModel) -> tuple[ReachedPrecision, ...]:
+    return tuple(
+        ReachedPrecision(
+            name, one.value, one.half_width, getattr(outcome.model.parameters, name).unit
+        )
+        for name, one in outcome.result.identified.items()
+        if getattr(outcome.model.parameters, name, None) is not None
+    )

@@ -1,0 +1,37 @@
+"""Bench and model whose ranges are the intervals that the logs leave."""
+
+from __future__ import annotations
+
+from msgspec import structs
+
+from frictool.documents.bench import Bench
+from frictool.documents.model import Model
+from frictool.documents.quantity import Quantity
+
+NARROWED = ("inertia", "viscous", "coulomb", "breakaway", "offset")
+
+
+def narrowed_bench(bench: Bench, model: Model) -> Bench:
+    """Return the bench with the identified intervals in place of its a-priori ranges."""
+    identified = {
+        name: Quantity(one.value, low=one.interval[0], high=one.interval[1], unit=one.unit)
+        for name in NARROWED
+        if (one := getattr(model.parameters, name)).source == "identified"
+    }
+    return structs.replace(bench, mechanics=structs.replace(bench.mechanics, **identified))
+
+
+def narrowed_model(model: Model) -> Model:
+    """Return the model with a narrowed bench: its plants are those that the logs leave."""
+    return structs.replace(model, bench=narrowed_bench(model.bench, model))
+
+
+def exact_model(model: Model) -> Model:
+    """Return the narrowed model without any interval of an identified parameter."""
+    exact = {
+        name: structs.replace(one, low=one.value, high=one.value)
+        for name in NARROWED
+        if (one := getattr(model.parameters, name)).source == "identified"
+    }
+    parameters = structs.replace(model.parameters, **exact)
+    return narrowed_model(structs.replace(model, parameters=parameters))

@@ -1,0 +1,171 @@
+"""`plan`: from an empty bench to a controller, and every branch of its decision."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from msgspec import structs
+
+from frictool.documents.bench import Bench
+from frictool.documents.model import Model
+from frictool.documents.writing import to_yaml
+from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION
+from frictool.identify.excite.bench_limits import limits_of
+from frictool.identify.from_logs import identify
+from frictool.logs.log import Log
+from frictool.plan.commissioning import PlanStep, next_step
+from frictool.plan.narrowed_model import exact_model, narrowed_bench
+from frictool.simulate import play
+from frictool.simulate.default_servo import default_servo, feedforward
+from studies.command_line import run, run_checked
+from studies.promises.rigs import benches, truth
+
+SPEC = """\
+format: spec/1
+name: belt
+axis: linear
+drive: current
+response_time_95_s: 0.6
+overshoot_percent: 10
+static_error: {value: 0.002, unit: m}
+"""
+BELT: Bench = next(bench for bench in benches() if bench.name == "belt")
+
+
+def passing(model: Model) -> str | None:
+    return None
+
+
+def refusing(model: Model) -> str | None:
+    return "too slow"
+
+
+def played(step: PlanStep, number: int) -> Log:
+    """Return the log of the step's test on the drawn axis."""
+    assert step.test is not None
+    test = step.test.sequence.as_log("test")
+    log = play(
+        truth(BELT, 3),
+        test,
+        servo=default_servo(BELT),
+        drive_noise=0.02,
+        seed=number,
+        forward=feedforward(BELT, test),
+    )
+    return replace(log, source=f"log_{number}.mcap")
+
+
+@pytest.fixture(scope="module")
+def logs() -> tuple[Log, Log]:
+    first = next_step(BELT, [], refusing)
+    ramps = played(first, 1)
+    second = next_step(BELT, [ramps], refusing)
+    return ramps, played(second, 2)
+
+
+def test_an_empty_bench_begins_with_ramps_and_continues_with_strokes(
+    logs: tuple[Log, Log],
+) -> None:
+    first = next_step(BELT, [], refusing)
+    assert first.name == "breakaway"
+    assert first.test is not None
+    assert set(first.test.half_widths) == {"breakaway"}
+    second = next_step(BELT, logs[:1], refusing)
+    assert second.name == "friction and inertia"
+    assert second.test is not None
+    assert set(second.test.half_widths) == {"inertia", "viscous", "coulomb"}
+    assert [one.parameter for one in second.reached] == ["breakaway"]
+
+
+def test_no_log_leaves_the_limits(logs: tuple[Log, Log]) -> None:
+    limits = limits_of(BELT)
+    for log in logs:
+        position = log.main.signals["position"]
+        assert 0.0 <= position.min() <= position.max() <= 0.8
+        assert np.abs(np.diff(position)).max() <= limits.speed * BELT.sample_period_s + 2e-5
+
+
+def test_enough_and_its_validation(logs: tuple[Log, Log]) -> None:
+    step = next_step(BELT, logs, passing)
+    assert step.enough
+    assert step.name == "validation"
+    assert step.test is not None
+    assert step.test.sequence.kind == "steps"
+    assert {one.parameter for one in step.reached} >= {"inertia", "coulomb", "breakaway"}
+
+
+def test_ranges_of_the_bench_that_prevent_a_controller(logs: tuple[Log, Log]) -> None:
+    def over_the_logs_only(model: Model) -> str | None:
+        low, high = model.bench.mechanics.coulomb.interval
+        return None if high - low < 1.0 else "too slow"
+
+    step = next_step(BELT, logs, over_the_logs_only)
+    assert (step.name, step.exit_code, step.test) == ("ranges", EXIT_NO, None)
+    assert next_step(BELT, logs, over_the_logs_only, narrow=True).enough
+
+
+def test_intervals_that_are_too_wide_are_halved(logs: tuple[Log, Log]) -> None:
+    def exact_only(model: Model) -> str | None:
+        low, high = model.parameters.coulomb.interval
+        return None if low == high else "too slow"
+
+    step = next_step(BELT, logs, exact_only)
+    assert step.name == "finer"
+    assert step.test is not None
+    reached = {one.parameter: one.half_width for one in step.reached}
+    for name in ("inertia", "viscous", "coulomb"):
+        assert step.test.half_widths[name] <= 0.5 * reached[name] * (1.0 + 1e-9)
+
+
+def test_no_controller_even_for_exact_parameters(logs: tuple[Log, Log]) -> None:
+    step = next_step(BELT, logs, refusing)
+    assert (step.name, step.exit_code) == ("impossible", EXIT_NO_SOLUTION)
+    assert "too slow" in step.why
+
+
+def test_a_reversed_encoder_is_named(logs: tuple[Log, Log]) -> None:
+    stream = logs[1].main
+    position = 0.8 - stream.signals["position"]
+    signals = {**stream.signals, "position": position}
+    signals.pop("reference")
+    reversed_log = replace(logs[1], streams=(replace(stream, signals=signals),))
+    step = next_step(BELT, [reversed_log], passing)
+    assert step.name == "direction"
+    assert "encoder.direction" in step.why
+
+
+def test_a_narrowed_bench_has_the_intervals_of_the_logs(logs: tuple[Log, Log]) -> None:
+    model = identify(logs, BELT).model
+    narrowed = narrowed_bench(BELT, model).mechanics
+    assert narrowed.coulomb.interval == model.parameters.coulomb.interval
+    assert narrowed.travel == BELT.mechanics.travel
+    low, high = exact_model(model).parameters.inertia.interval
+    assert low == high
+    assert structs.asdict(narrowed_bench(BELT, model).encoder) == structs.asdict(BELT.encoder)
+
+
+def test_commands_from_an_empty_bench_to_enough(tmp_path: Path) -> None:
+    bench, spec, model = (tmp_path / name for name in ("bench.yaml", "spec.yaml", "truth.yaml"))
+    bench.write_text(to_yaml(BELT))
+    spec.write_text(SPEC)
+    model.write_text(to_yaml(truth(BELT, 3)))
+    recorded: list[Path] = []
+    names = []
+    for number in range(3):
+        test, log = tmp_path / f"test{number}.mcap", tmp_path / f"log{number}.mcap"
+        options = ("--spec", spec, *recorded, "-o", test, "--json")
+        shown = json.loads(run_checked("plan", bench, *options))
+        names.append(shown["step"])
+        if shown["enough"]:
+            break
+        run_checked("simulate", "--as-bench", model, test, "-o", log, "--seed", number)
+        recorded.append(log)
+    assert names == ["breakaway", "friction and inertia", "validation"]
+    text = run("plan", bench, "--spec", spec)
+    assert text.code == 0
+    assert "next: breakaway: slow ramps" in text.stdout
+    assert "-o FILE writes the test" in text.stdout
