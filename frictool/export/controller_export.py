@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal, get_args
 
 from frictool.adapters.controller_composition import controller_program
@@ -17,13 +17,14 @@ from frictool.export.c99 import c_sources
 from frictool.export.cmsis import cmsis_arrays, cmsis_header
 from frictool.export.coefficients import json_files, matlab_files
 from frictool.export.export_origin import ExportOrigin
+from frictool.export.fmu import fmu_file
 from frictool.export.golden_vectors import GoldenVectors, golden_vectors
 from frictool.export.languages import CONTROLLER_LANGUAGES
 from frictool.export.mode_coverage import visit_conditions
 from frictool.export.rounded_loop import RoundedLoop, rounded_loop
 from frictool.verify.recheck import recheck
 
-Language = Literal["c", "json", "cmsis", "matlab"]
+Language = Literal["c", "json", "cmsis", "matlab", "fmu"]
 COEFFICIENTS_ONLY = (
     "coefficients only: the operations, the limit of the drive and the guard of the inputs "
     "are in --lang c"
@@ -103,7 +104,7 @@ def export(
     ----------
     controller : Controller
         The controller; it is verified again with rounded coefficients.
-    language : {"c", "json", "cmsis", "matlab"}
+    language : {"c", "json", "cmsis", "matlab", "fmu"}
         Language of the files.
     number : {"double", "float", "q31", "q15"}, optional
         Number format; by default double, or float for cmsis.
@@ -147,7 +148,7 @@ def export_controller(
     """
     recheck(controller)
     try:
-        return {"c": _c, "json": _json, "cmsis": _cmsis, "matlab": _matlab}[language](
+        return {"c": _c, "json": _json, "cmsis": _cmsis, "matlab": _matlab, "fmu": _fmu}[language](
             controller, number, origin
         )
     except FixedPointOverflow as error:
@@ -191,6 +192,16 @@ def _c(controller: Controller, number: Number, origin: ExportOrigin) -> ExportRe
             f"{vectors.away:.3g} {unit}, {vectors.rms:.3g} rms{apart}"
         )
     return ExportResult(controller, "c", number, origin, files, loop, vectors, tuple(more))
+
+
+def _fmu(controller: Controller, number: Number, origin: ExportOrigin) -> ExportResult:
+    result = _c(controller, number, origin)
+    sources = {name: str(text) for name, text in result.files.items()}
+    files = fmu_file(controller, controller_program(controller), number, sources, origin)
+    period = (
+        f"one sample each {controller.sample_period_s:g} s; the drive is that of the step's start"
+    )
+    return replace(result, language="fmu", files=files, more=(*result.more, period))
 
 
 def _json(controller: Controller, number: Number, origin: ExportOrigin) -> ExportResult:

@@ -56,6 +56,12 @@ LANGUAGES: tuple[ExportLanguage, ...] = (
         ("number",),
     ),
     ExportLanguage(
+        "fmu",
+        "controller",
+        "NAME.fmu: FMI 3.0 co-simulation unit with the C code inside, in double or float",
+        ("number",),
+    ),
+    ExportLanguage(
         "urdf",
         "model",
         "the URDF or SDF of --into with damping and friction of one joint, all else unchanged",

@@ -63,6 +63,7 @@ def test_commands_are_completed_without_loading_any() -> None:
                 "plain,json",
                 "plain,cmsis",
                 "plain,matlab",
+                "plain,fmu",
                 "plain,urdf",
                 "plain,table",
                 "plain,mjcf",
