@@ -34,7 +34,7 @@ DRAWN, SEED = 40, 1
 OTHERS, MOVED = 30, ((0.2, 0.15), (0.35, 0.37), (0.7, 0.6), (0.85, 0.85))
 # places within a count from which the worst plants of a found design start, and places to which
 # their targets are moved; number of worst plants of each requirement
-PLACES, TARGETS, WORST = 6, 6, 2
+PLACES, TARGETS, WORST = 4, 5, 2
 # requirements that an axis misses if it stays away from its target
 REACHED = ("response_time_95_s", "rise_time_s", "static_error", "settling_after_profile")
 GOLDEN = 0.6180339887498949  # multiples of it spread evenly over a count
