@@ -57,7 +57,7 @@ the lightest, the nominal and the heaviest axis. Numbers are in SI.
 
 With --for instead of --kind, the test is the shortest one with the wanted precisions, or with
 --duration the best one of that length. A precision is half of a 95 % interval relative to the
-bench's value. The test holds it for every axis of the bench's intervals: strokes of several
+bench's value. The test is designed for the worst axis of the bench's intervals: strokes of several
 lengths, speeds and shapes, or ramps for the breakaway. --promise writes what `frictool identify
 --promise` compares with its result.
 

@@ -33,7 +33,7 @@ class HalfWidths(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
 
 class Promise(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Precision that a test promises for every axis of the bench's intervals: `promise.yaml`.
+    """Precision expected of a test on the worst axis of the bench's intervals: `promise.yaml`.
 
     - `name`: Name of the bench.
     - `confidence`: Confidence of the intervals.
