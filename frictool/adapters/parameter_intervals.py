@@ -53,6 +53,18 @@ def ranges(model: Model) -> dict[str, tuple[float, float]]:
     return {name: hull(*quantities) for name, quantities in pairs.items()}
 
 
+def absolute(low: float, high: float, constant: Quantity) -> tuple[float, float]:
+    """Return the interval [low, high] of a parameter, widened by that of the actuator's constant.
+
+    A model's parameters are proportional to the value of the constant, and their intervals hold for
+    this value. The returned interval holds for every constant in its interval: it contains the
+    products of all parameters in [low, high] and all ratios of the constant to its value.
+    """
+    ratios = [end / constant.value for end in constant.interval]
+    products = [ratio * end for ratio in ratios for end in (low, high)]
+    return min(products), max(products)
+
+
 def hull(*quantities: Quantity) -> tuple[float, float]:
     """Return the smallest interval that contains the intervals of all quantities."""
     return min(one.interval[0] for one in quantities), max(one.interval[1] for one in quantities)
