@@ -41,8 +41,12 @@ Values = Mapping[str, float]
 
 @dataclass(frozen=True)
 class SlipRows:
-    """Smoothed signals (m,) in SI units at the samples `index` (m,) that certainly slip."""
+    """Smoothed signals (m,) in SI units at the samples `index` (m,) that certainly slip.
 
+    `window` is the length of the smoothing window in samples.
+    """
+
+    window: int
     index: NDArray[np.int64]
     time: Vector
     position: Vector
@@ -79,6 +83,7 @@ def slip_rows(record: MotionRecord, bench: Bench) -> SlipRows | None:
         return None
     position = np.convolve(record.position, bump(window, record.period), mode="same")
     return SlipRows(
+        window,
         index,
         record.time[index],
         position[index],

@@ -38,6 +38,7 @@ from frictool.identify.sliding_parameters import (
     sliding_fit,
     with_force_error,
 )
+from frictool.identify.unmodelled_effects import WidenedFit
 
 # parameters of which every model that `identify` writes has at least one
 PHYSICAL = frozenset(NEVER_NEGATIVE)
@@ -106,7 +107,7 @@ def identify_records(
         If a log is passed twice, or cannot be of this axis.
     """
     logs = sort_logs(records, ramps, bench, method, settings)
-    logs, free, outcome = _estimate(logs)
+    logs, free, outcome, wider = _estimate(logs)
     if (
         bench.load is None
         and outcome.ramp is not None
@@ -117,7 +118,9 @@ def identify_records(
         # a load that the bench does not declare looks in slip like friction that varies with
         # position
         without_load = msgspec.structs.replace(bench, load=ONLY_OFFSET)
-        logs, free, outcome = _estimate(sort_logs(records, ramps, without_load, method, settings))
+        logs, free, outcome, wider = _estimate(
+            sort_logs(records, ramps, without_load, method, settings)
+        )
     outcome = with_varying_breakaway(logs, outcome)
     if outcome.fit is not None:
         fit = replace(outcome.fit, laws=outcome.laws)
@@ -130,24 +133,31 @@ def identify_records(
         method=method if outcome.fit is None else outcome.fit.method or method,
         confidence=settings.confidence,
         kinds=logs.kinds,
-        warnings=(*logs.warnings, *_warnings(logs, free, outcome)),
+        warnings=(
+            *logs.warnings,
+            *_warnings(logs, free, outcome),
+            *(() if wider is None else wider.warnings(outcome.identified)),
+        ),
     )
     if PHYSICAL & outcome.identified.keys():
         return result
     raise _nothing_physical(logs, result)
 
 
-def _estimate(logs: AxisLogs) -> tuple[AxisLogs, SlidingFit | None, Outcome]:
-    """Return the logs, the free fit of the sliding logs, and the outcome.
+def _estimate(
+    logs: AxisLogs,
+) -> tuple[AxisLogs, SlidingFit | None, Outcome, WidenedFit | None]:
+    """Return the logs, the free fit of the sliding logs, the outcome, and the widened fit.
 
     The fitted load is subtracted from the ramps in the logs. The free fit has no parameter fixed at
     a value of the bench. Raises NothingIdentified if position and drive of a sliding log have
     opposite signs.
     """
     free = None
+    wider = None
     try:
         free = sliding_fit(logs)
-        outcome = settled(logs, free)
+        outcome, wider = settled(logs, free)
     except UnusableLogs as error:
         outcome = Outcome(refused=dict.fromkeys(SLIDING, str(error)))
     if not {"viscous", "coulomb"} <= outcome.identified.keys() or any_negative(outcome.fit):
@@ -155,7 +165,7 @@ def _estimate(logs: AxisLogs) -> tuple[AxisLogs, SlidingFit | None, Outcome]:
         if reason is not None:
             raise _reversed(logs, reason)
     logs = logs.without_load(outcome.laws)
-    return logs, free, with_breakaway(logs, outcome)
+    return logs, free, with_breakaway(logs, outcome), wider
 
 
 def _warnings(logs: AxisLogs, free: SlidingFit | None, outcome: Outcome) -> list[str]:

@@ -13,6 +13,7 @@ from frictool.identify.interval_checks import NEVER_NEGATIVE
 from frictool.identify.measurement_faults import refuse_self_explained
 from frictool.identify.methods import METHODS, run
 from frictool.identify.outcome import Outcome, accept, sliding_intervals
+from frictool.identify.unmodelled_effects import WidenedFit, widened
 
 LARGEST_FORCE_ERROR = 0.5  # above it more than a quarter of the effort's mean square is unexplained
 
@@ -39,11 +40,14 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
     return fit
 
 
-def settled(logs: AxisLogs, fit: SlidingFit) -> Outcome:
+def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
     """Return the accepted parameters and the fit with the others at the bench's values.
 
-    The fit is repeated until no further parameter is refused (`fixed_parameter_refit.py`).
+    The fit is repeated until no further parameter is refused (`fixed_parameter_refit.py`). The
+    intervals include effects that the model lacks; the widened fit names them.
     """
+    wider = with_unmodelled_effects(logs, fit)
+    fit = wider.fit
     outcome = accept(fit.parameters, logs.bench, fit.refused)
     fixed: dict[str, Interval] = {}
     final = METHODS[fit.method or logs.method].whole_curve or any_negative(fit)
@@ -53,14 +57,21 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> Outcome:
             break
         fixed |= more
         try:
-            fit = refit(logs.sliding, logs.bench, logs.settings, fit, fixed)
+            again = refit(logs.sliding, logs.bench, logs.settings, fit, fixed)
         except UnusableLogs:
             break
+        wider = with_unmodelled_effects(logs, again)
+        fit = wider.fit
         reasons = {n: reason for n, reason in fit.refused.items() if n not in outcome.refused}
         others = {n: one for n, one in outcome.identified.items() if n not in SLIDING}
-        again = accept(fit.parameters, logs.bench, reasons)
-        outcome = replace(outcome, identified=others).merge(again)
-    return replace(outcome, fit=fit, laws=fit.laws)
+        accepted = accept(fit.parameters, logs.bench, reasons)
+        outcome = replace(outcome, identified=others).merge(accepted)
+    return replace(outcome, fit=fit, laws=fit.laws), wider
+
+
+def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:
+    """Return the fit with intervals that include effects which the model lacks."""
+    return widened(fit, logs.sliding, logs.bench, logs.settings.confidence)
 
 
 def any_negative(fit: SlidingFit | None) -> bool:

@@ -131,7 +131,7 @@ def _verdict(
 
 
 def _scale(truth: dict[str, float], name: str) -> float:
-    """Return the size to which errors are relative: the truth, or Coulomb friction for an offset."""
+    """Return the size to which an error is relative: the truth, or Coulomb friction."""
     return truth["coulomb" if name == "offset" else name]
 
 

@@ -85,7 +85,7 @@ def draw_machine(draw: np.random.Generator) -> Machine:
     period = PERIODS[int(draw.integers(len(PERIODS)))]
     top = inertia * speed * rate + viscous * speed + coulomb
     servo = Servo(0.0, 0.0, 4.0 * top)
-    time = np.arange(round(DURATION / period)) * period
+    time = np.asarray(np.arange(round(DURATION / period)) * period, dtype=np.float64)
     if test == "half_sines":
         played = _half_sines(draw, time, rate, top)
         rate_played = np.zeros(time.size)

@@ -90,14 +90,14 @@ def coulomb_level(p: Physics, x: float, v: float, time: float, direction: float)
     level = p.coulomb * warmed(p, p.coulomb_warming, time)
     level *= 1.0 + p.coulomb_direction * direction
     level *= 1.0 + p.position_share * np.sin(p.position_rate * x + p.position_phase)
-    return level + p.stribeck * np.exp(-((v / p.stribeck_speed) ** 2))
+    return float(level + p.stribeck * np.exp(-((v / p.stribeck_speed) ** 2)))
 
 
 @kernel
 def load(p: Physics, x: float, time: float) -> float:
     """Return the load torque besides friction, N m."""
     angle = p.cogging_rate * x
-    return (
+    return float(
         p.offset
         + p.offset_drift * np.sin(p.drift_rate * time)
         + p.gravity * np.sin(x + p.gravity_phase)

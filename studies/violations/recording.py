@@ -26,9 +26,9 @@ actuator:
   constant: {{value: {constant:.9g}, low: {low:.9g}, high: {high:.9g}, unit: N m/A}}
   limit: {{value: {limit:.9g}, unit: A}}
 mechanics:
-  inertia: {{value: {inertia[0]:.9g}, low: {inertia[1]:.9g}, high: {inertia[2]:.9g}, unit: kg m^2}}
-  viscous: {{value: {viscous[0]:.9g}, low: {viscous[1]:.9g}, high: {viscous[2]:.9g}, unit: N m s/rad}}
-  coulomb: {{value: {coulomb[0]:.9g}, low: {coulomb[1]:.9g}, high: {coulomb[2]:.9g}, unit: N m}}
+  inertia: {inertia}
+  viscous: {viscous}
+  coulomb: {coulomb}
 columns:
   time: {{column: time, unit: s}}
   position: {{column: encoder, unit: count}}
@@ -65,9 +65,9 @@ class Recording:
             low=machine.constant * (1.0 - machine.constant_share),
             high=machine.constant * (1.0 + machine.constant_share),
             limit=1.5 * machine.servo.limit / machine.constant,
-            inertia=machine.bench_inertia,
-            viscous=machine.bench_viscous,
-            coulomb=machine.bench_coulomb,
+            inertia=_quantity(machine.bench_inertia, "kg m^2"),
+            viscous=_quantity(machine.bench_viscous, "N m s/rad"),
+            coulomb=_quantity(machine.bench_coulomb, "N m"),
         )
 
     @property
@@ -91,6 +91,12 @@ class Recording:
             )
 
 
+def _quantity(ends: tuple[float, float, float], unit: str) -> str:
+    """Return a document's quantity from its value, low and high."""
+    value, low, high = ends
+    return f"{{value: {value:.9g}, low: {low:.9g}, high: {high:.9g}, unit: {unit}}}"
+
+
 def record(machine: Machine, seed: str) -> Recording:
     """Play the machine's test and return what is logged."""
     instruments = machine.instruments
@@ -107,7 +113,7 @@ def record(machine: Machine, seed: str) -> Recording:
         effort,
     )
     draw = generator_of(seed, "noise")
-    time = np.arange(n) * instruments.period
+    time = np.asarray(np.arange(n) * instruments.period, dtype=np.float64)
     position = motion[0] + instruments.eccentric * np.sin(motion[0] + instruments.eccentric_phase)
     counts = np.floor(position / instruments.count + draw.uniform())
     noise = instruments.noise * draw.standard_normal(n)

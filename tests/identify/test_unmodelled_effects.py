@@ -1,0 +1,90 @@
+"""Effects that a model lacks widen its intervals; those of a true model stay as they are."""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+import pytest
+
+from frictool.adapters.parameter_intervals import absolute
+from frictool.documents.bench import Bench
+from frictool.documents.quantity import Quantity
+from frictool.identify.estimators.least_squares import least_squares
+from frictool.identify.fit_result import SLIDING, SlidingFit
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.motion_record import MotionRecord, make_record
+from frictool.identify.unmodelled_effects import WidenedFit, widened
+from frictool.typing import Vector
+from tests.support.loaded_axis import rotary_bench
+
+INERTIA, VISCOUS, COULOMB, OFFSET = (1e-3, 0.01, 0.1, 0.02)
+PERIOD = 1e-3
+
+
+def axis(effect: Vector | float = 0.0, seed: int = 1) -> tuple[MotionRecord, Vector, Vector]:
+    """Return a record of two sines with an additional effort, its time and its velocity."""
+    time = np.arange(12_000) * PERIOD
+    position = 4.0 * np.sin(4.0 * time) + 2.0 * np.sin(9.1 * time)
+    velocity = 16.0 * np.cos(4.0 * time) + 18.2 * np.cos(9.1 * time)
+    acceleration = -64.0 * np.sin(4.0 * time) - 165.62 * np.sin(9.1 * time)
+    effort = INERTIA * acceleration + VISCOUS * velocity + COULOMB * np.sign(velocity) + OFFSET
+    noise = np.random.default_rng(seed).normal(0.0, 3e-3, time.size)
+    record = make_record("log", time, position, effort + effect + noise, resolution=1e-5, lag=1.0)
+    return record, time, velocity
+
+
+def both(record: MotionRecord, bench: Bench) -> tuple[SlidingFit, WidenedFit]:
+    """Return the fit of least squares and the widened fit."""
+    settings = IdentificationSettings()
+    fit = least_squares([record], bench, settings)
+    return fit, widened(fit, [record], bench, settings.confidence)
+
+
+@pytest.fixture
+def bench() -> Bench:
+    return rotary_bench(None)
+
+
+def test_the_intervals_of_a_true_model_stay_nearly_as_they_are(bench: Bench) -> None:
+    ratios = []
+    for seed in range(8):
+        fit, result = both(axis(seed=seed)[0], bench)
+        assert result.warnings(result.fit.parameters) == ()
+        ratios += [
+            result.fit.parameters[name].half_width / fit.parameters[name].half_width
+            for name in SLIDING
+        ]
+    assert min(ratios) >= 1.0
+    assert float(np.median(ratios)) < 1.1
+
+
+def test_a_lacking_effect_widens_the_interval_to_the_truth_and_is_named(bench: Bench) -> None:
+    _, _, velocity = axis()
+    effect = 0.03 * np.sign(velocity) * np.exp(-np.abs(velocity) / 3.0)
+    fit, result = both(axis(effect)[0], bench)
+    plain, wide = fit.parameters["coulomb"], result.fit.parameters["coulomb"]
+    assert not plain.low <= COULOMB <= plain.high
+    assert wide.low <= COULOMB <= wide.high
+    assert wide.value == plain.value
+    (warning,) = result.warnings(result.fit.parameters)
+    assert result.warnings({"coulomb": plain}) == ()
+    assert "friction that falls over speed" in warning
+    assert "coulomb" in warning
+
+
+def test_no_end_moves_beyond_the_interval_of_the_bench(bench: Bench) -> None:
+    _, _, velocity = axis()
+    record = axis(0.03 * np.sign(velocity) * np.exp(-np.abs(velocity) / 3.0))[0]
+    free = both(record, bench)[1].fit.parameters["coulomb"]
+    lowest = 0.5 * (free.low + free.value)
+    known = Quantity(COULOMB, lowest, 2.0 * COULOMB, "N m")
+    mechanics = msgspec.structs.replace(bench.mechanics, coulomb=known)
+    cut = both(record, msgspec.structs.replace(bench, mechanics=mechanics))[1]
+    assert cut.fit.parameters["coulomb"].low == pytest.approx(lowest)
+
+
+def test_an_absolute_interval_holds_every_constant() -> None:
+    constant = Quantity(2.0, 1.8, 2.4, "N m/A")
+    assert absolute(1.0, 3.0, constant) == pytest.approx((0.9, 3.6))
+    assert absolute(-1.0, 3.0, constant) == pytest.approx((-1.2, 3.6))
+    assert absolute(1.0, 3.0, Quantity(2.0, unit="N m/A")) == (1.0, 3.0)
