@@ -159,7 +159,8 @@
     const side = {
       size: (_, texts) => 16 + 7 * Math.max(4, ...(texts || []).map(one => one.length)),
       ...(panel.ticks ? { splits: () => panel.ticks[0], values: () => panel.ticks[1] } : {}) };
-    const own = { x: panel.xlim, y: panel.ylim };
+    const ordered = ([a, b]) => a < b ? [a, b] : [b, a];
+    const own = { x: ordered(panel.xlim), y: ordered(panel.ylim) };
     const options = {
       mode: 2, width: host.clientWidth, height, legend: { show: false }, title: "",
       padding: [8, 10, 0, 0],
@@ -168,7 +169,7 @@
         points: { show: false }, bind: { dblclick: u => () => { whole(u); return null; } },
       },
       scales: Object.fromEntries(["x", "y"].map((key, k) => [key, {
-        time: false, distr: panel.log[k] ? 3 : 1, range: u => (u.view || own)[key] }])),
+        time: false, dir: panel[key + "lim"][0] < panel[key + "lim"][1] ? 1 : -1, distr: panel.log[k] ? 3 : 1, range: u => (u.view || own)[key] }])),
       axes: [{ ...axis, scale: "x", label: last ? texts.x : undefined, size: 34, labelSize: 18,
              },
              { ...axis, scale: "y", label: texts.y, labelSize: 20, ...side }],

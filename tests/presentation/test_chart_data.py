@@ -69,6 +69,16 @@ def test_lines_areas_and_bars_are_stored_and_a_map_is_not() -> None:
     assert chart_json(figure) is None
 
 
+def test_named_ticks_are_stored_with_their_names() -> None:
+    axes = (figure := Figure()).subplots()
+    axes.plot([1.0, 2.0], [0.0, 1.0])
+    axes.set_yticks([0.0, 1.0], ["inertia", "viscous"])
+    axes.set_ylim(1.5, -0.5)
+    (panel,) = panels(figure)
+    assert panel["ticks"] == [[0.0, 1.0], ["inertia", "viscous"]]
+    assert panel["ylim"] == [1.5, -0.5]
+
+
 def test_a_chart_has_the_detail_that_paper_has_not() -> None:
     time = np.arange(4000.0)
     noise = np.sin(time**2)
