@@ -32,6 +32,9 @@ JITTER = 0.1  # relative deviation of an interval from the period above which th
 SMALLEST_COUNT = 1e-9  # least count relative to the range of a velocity; finer ones are rounding
 # share of broken intervals above which the clock does not count as uniform: the record is resampled
 MOST_BROKEN = 0.02
+# a record is refused if more than half of its intervals differ from the median by more than this
+# share of it
+ERRATIC = 0.5
 LONGEST_BRIDGE = 5.0  # periods; a longer interval of a jittering clock is a gap and ends a piece
 
 
@@ -96,7 +99,8 @@ def make_record(
     Raises
     ------
     LogError
-        If the time does not increase, or if fewer than 3 samples are finite.
+        If the time does not increase, if fewer than 3 samples are finite, or if no period exists
+        (`ERRATIC`).
 
     Notes
     -----
@@ -116,7 +120,15 @@ def make_record(
         raise LogError(
             name, f"the time does not increase after {time[int(np.argmin(steps > 0.0))]:g} s"
         )
-    broken = np.abs(steps - period) > JITTER * period
+    deviation = np.abs(steps - period)
+    if np.mean(deviation > ERRATIC * period) > 0.5:
+        raise LogError(
+            name,
+            "has no sample period: more than half of the intervals differ from the median, "
+            f"{period:.3g} s, by more than {100 * ERRATIC:g} %; record it again with a regular "
+            "clock, or resample it (ingest --resample)",
+        )
+    broken = deviation > JITTER * period
     piece = np.concatenate(([0], np.cumsum(broken))).astype(np.int64)
     record = MotionRecord(name, time, position, effort, piece, period, resolution, lag, reference)
     return _on_grid(record) if np.mean(broken) > MOST_BROKEN else record
