@@ -32,6 +32,9 @@ FURTHER = (  # after the commands of the README
         f"frictool ingest build/sines.{ending} --guess --axis rotary -o build/{ending}.yaml"
         for ending in FORMATS
     ),
+    f"frictool plan {CLUTCH}/bench.yaml --spec {CLUTCH}/spec.yaml -o build/plan.mcap",
+    "frictool export build/model.yaml --lang mjcf --without backlash -o build/mjcf --check "
+    "build/sines.mcap",
     "frictool campaign build/model.yaml build/controller.yaml --scenario "
     f"{CLUTCH}/scenarios/steps.yaml --spec {CLUTCH}/spec.yaml "
     "-n 8 --cores 2 -o build/campaign.html",

@@ -89,10 +89,16 @@ def test_a_rotary_log_is_none_of_a_linear_bench():
         match_bench(made(bench(COLUMNS)), bench(COLUMNS, axis="linear"))
 
 
-@pytest.mark.parametrize("period", [0.0015, 0.0005, 1.0])
-def test_another_period_is_refused(period: float):
+@pytest.mark.parametrize("period", [0.04, 2e-5, 1.0])
+def test_a_period_of_another_unit_of_time_is_refused(period: float):
     with pytest.raises(LogError, match=r"the period is 0\.001 s, but sample_period_s of the bench"):
         match_bench(made(bench(COLUMNS)), bench(COLUMNS, sample_period_s=period))
+
+
+@pytest.mark.parametrize("period", [0.0015, 0.0005])
+def test_a_log_of_another_period_is_read_with_a_warning(period: float):
+    log = match_bench(made(bench(COLUMNS)), bench(COLUMNS, sample_period_s=period))
+    assert any("the period is 0.001 s" in warning for warning in log.warnings)
 
 
 def test_a_period_that_is_a_little_off_is_a_warning_once():

@@ -163,8 +163,9 @@ def test_what_the_log_says_of_unit_and_date_comes_first(
             "--date '[0-9]{5}' finds nothing in the name of any log, such as 2026-01-09.mcap",
         ),
         (
-            ("--date", "[0-9]{4}"),
-            "--date '[0-9]{4}' finds '2026' in 2026-01-09.mcap, which is no date: year, month, day",
+            ("--date", "[0-9]{4}(?=-0)"),
+            "--date '[0-9]{4}(?=-0)' finds '2026' in 2026-01-09.mcap, which is no date: year, "
+            "month, day",
         ),
         (("--unit", "S[0-9]"), "--unit 'S[0-9]' finds nothing in the name of any log"),
     ],

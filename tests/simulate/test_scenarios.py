@@ -243,7 +243,7 @@ HEAD = "format: scenario/1\nname: s\naxis: rotary\nstart: {value: 5, unit: rad}\
             8,
             "plants: found 0; allowed: a whole number >= 1",
         ),
-        (STEPS + "plants: 10\n", 1, "belongs to variants: random, which needs it"),
+        (STEPS + "plants: 10\n", 7, "belongs to variants: random, which needs it"),
         (
             STEPS + "variants: random\nplants: 100000\n",
             5,

@@ -37,7 +37,7 @@ from frictool.typing import Vector
 PRIOR = 12.0  # precision of a rest position that is uniform within its count, 1/count^2
 # largest number of onsets, evenly spaced, in the comparison of Stribeck velocities; all count as
 # one there
-ONSETS_COMPARED = 40
+ONSETS_COMPARED = 100
 
 
 def efforts(

@@ -5,7 +5,9 @@ the later the encoder shows the motion. An onset that is corrected for an immedi
 too high a breakaway. The finer the encoder, the better its changes determine the fall.
 
 `allowed_fall` keeps each pair of Stribeck velocity and exponent whose misfit exceeds the least
-misfit by at most the chi-square quantile with one degree of freedom. The misfit is the mean over
+misfit of the preferred exponent by at most the chi-square quantile with one degree of freedom. The
+other exponents widen the interval and do not change the value: they can imitate friction that
+varies with position. The misfit is the mean over
 the onsets: a repetitive test repeats its timing errors, so that all onsets count as one.
 """
 
@@ -88,14 +90,16 @@ def allowed_fall(
     -------
     StribeckVelocityRange
         For each exponent, the range extends to the next rejected velocity of the grid. The value
-        is an immediate fall if that is allowed, else the fall with the least misfit.
+        is an immediate fall if that is allowed, else the fall of the preferred exponent with the
+        least misfit.
     """
     columns = [
         [IMMEDIATE, *(StribeckFall(scale * step, exponent) for step in steps.tolist()), NO_FALL]
         for exponent, steps in zip(EXPONENTS, (GRID, GRID[::2], GRID[::2]), strict=True)
     ]
     levels = {fall: nominal(fall) for column in columns for fall in column}
-    limit = min(levels.values()) + float(ndtri(0.5 + 0.5 * confidence)) ** 2
+    best = min(columns[0], key=levels.__getitem__)
+    limit = levels[best] + float(ndtri(0.5 + 0.5 * confidence)) ** 2
     included: list[StribeckFall] = []
     for column in columns:
         allowed = [
@@ -106,5 +110,5 @@ def allowed_fall(
         if allowed:
             included += [column[max(allowed[0] - 1, 0)]]
             included += [column[min(allowed[-1] + 1, len(column) - 1)]]
-    best = IMMEDIATE if levels[IMMEDIATE] <= limit else min(levels, key=levels.__getitem__)
-    return StribeckVelocityRange(best, tuple(dict.fromkeys(included)))
+    value = IMMEDIATE if levels[IMMEDIATE] <= limit else best
+    return StribeckVelocityRange(value, tuple(dict.fromkeys(included)))
