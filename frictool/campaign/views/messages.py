@@ -53,10 +53,13 @@ def percent_text(share: float) -> str:
 
 
 def chance_text(chance: float | None) -> str:
-    """Return the p-value as text; empty if nothing is random."""
+    """Return the p-value as text; empty if nothing is random.
+
+    The tests are approximate far out in the tail, so that values below 1e-4 have no digits.
+    """
     if chance is None:
         return ""
-    return "chance below 1e-6" if chance < 1e-6 else f"chance {chance:.1g}"
+    return "chance below 1e-4" if chance < 1e-4 else f"chance {chance:.1g}"
 
 
 def headline(findings: Findings) -> str:
