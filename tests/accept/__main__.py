@@ -1,8 +1,11 @@
 """Runs every check at full count, prints a table and writes the figures as JSON.
 
-    python -m tests.accept build/accept.json [NAME...]
+    python -m tests.accept build/accept.json [NAME...] [--minutes M] [--again]
 
-With names, only those checks; --help says more. Exit code 1 where one fails.
+The JSON file keeps the last result of each check with its commit, date and cost. The same command
+on the same commit runs only the checks that have not passed, so that an interrupted run goes on;
+`--again` runs them all. With `--minutes`, no check begins that would probably end later: a part of
+the whole. Exit code 1 where one of the checks failed or was not run.
 """
 
 from __future__ import annotations
@@ -12,16 +15,24 @@ import difflib
 import importlib
 import json
 import os
+import resource
+import subprocess
 import sys
 import time
 import traceback
-from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from collections.abc import Callable, Iterator
+from concurrent.futures import FIRST_COMPLETED, Future, ProcessPoolExecutor, wait
+from datetime import UTC, datetime
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+from frictool.runtime.part_files import part_file
+
 Check = Callable[[], dict[str, Any]]
+Results = dict[str, dict[str, Any]]
+ROOT = Path(__file__).parents[2]
+COST_UNKNOWN_S = 300.0  # of a check that was never run
 
 
 def collect(folder: Path) -> dict[str, Check]:
@@ -35,14 +46,64 @@ def collect(folder: Path) -> dict[str, Check]:
     return checks
 
 
-def run(checks: dict[str, Check]) -> dict[str, dict[str, Any]]:
-    """Run each check in a process of its own; return the results."""
+def commit_of(root: Path) -> str:
+    """Return the hash of the last commit; empty where a file differs from it."""
+    git = ["git", "-C", str(root)]
+    changed = subprocess.run(
+        [*git, "status", "--porcelain", "--untracked-files=no"],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stdout
+    if changed:
+        return ""
+    return subprocess.run(
+        [*git, "rev-parse", "HEAD"], capture_output=True, text=True, check=True
+    ).stdout.strip()
+
+
+def left_to_run(names: list[str], results: Results, commit: str) -> list[str]:
+    """Return the checks that have not passed at `commit`, the longest first."""
+    left = [
+        name
+        for name in names
+        if not commit
+        or not results.get(name, {}).get("passed")
+        or results[name].get("commit") != commit
+    ]
+    return sorted(left, key=lambda name: -cost_s(name, results))
+
+
+def cost_s(name: str, results: Results) -> float:
+    """Return the wall time of the check's last run [s]."""
+    return float(results.get(name, {}).get("seconds", COST_UNKNOWN_S))
+
+
+def run(
+    checks: dict[str, Check], costs: dict[str, float], most_s: float
+) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Run each check in a process of its own and yield the results as the checks end.
+
+    A check begins only if it will end before `most_s` by its cost, except for the first ones.
+    """
     _started.update(checks)
-    with ProcessPoolExecutor(min(len(checks), os.cpu_count() or 1), get_context("fork")) as pool:
-        asked = {pool.submit(one, name): name for name in checks}
-        for done in as_completed(asked):
-            print(row(asked[done], done.result()), flush=True)
-        return {name: done.result() for done, name in asked.items()}
+    waiting, first = list(checks), True
+    start = time.perf_counter()
+    cores = max(1, min(len(checks), os.cpu_count() or 1))
+    with ProcessPoolExecutor(cores, get_context("fork")) as pool:
+        running: dict[Future[dict[str, Any]], str] = {}
+        while True:
+            ends = time.perf_counter() - start
+            fitting = [name for name in waiting if ends + costs[name] <= most_s]
+            if first:  # a check longer than the limit is run all the same, at the start
+                fitting, first = waiting, False
+            for name in fitting[: cores - len(running)]:
+                waiting.remove(name)
+                running[pool.submit(one, name)] = name
+            if not running:
+                return
+            for done in wait(running, return_when=FIRST_COMPLETED).done:
+                yield running.pop(done), done.result()
 
 
 _started: dict[str, Check] = {}  # as a process inherits them
@@ -50,7 +111,7 @@ _started: dict[str, Check] = {}  # as a process inherits them
 
 def one(name: str) -> dict[str, Any]:
     """Return the result of a check; one that raises has failed, with the exception as its error."""
-    start = time.perf_counter()
+    start, spent = time.perf_counter(), processor_s()
     try:
         result = _started[name]()
     except Exception as error:  # one broken check must not hide the others
@@ -60,14 +121,24 @@ def one(name: str) -> dict[str, Any]:
         **result,
         "passed": bool(result["passed"]),
         "seconds": round(time.perf_counter() - start, 2),
+        "processor_s": round(processor_s() - spent, 2),
     }
+
+
+def processor_s() -> float:
+    """Return the processor time of this process and its ended children [s]."""
+    spent = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(each.ru_utime + each.ru_stime for each in spent)
+
+
+ADDED = ("passed", "seconds", "processor_s", "commit", "date")  # by this program
 
 
 def row(name: str, result: dict[str, Any]) -> str:
     figures = {
         key: value
         for key, value in result.items()
-        if key not in ("passed", "seconds") and not isinstance(value, dict | list)
+        if key not in ADDED and not isinstance(value, dict | list)
     }
     shown = ", ".join(
         f"{key} {value:.4g}" if isinstance(value, float) else f"{key} {value}"
@@ -90,26 +161,54 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "names", nargs="*", metavar="NAME", help="only these checks; all where none is named"
     )
+    parser.add_argument(
+        "--minutes",
+        type=float,
+        default=float("inf"),
+        help="begin no check that would probably end later; the same command goes on from there",
+    )
+    parser.add_argument(
+        "--again", action="store_true", help="also run what has passed at this commit"
+    )
     return parser
 
 
 def main(arguments: list[str]) -> int:
     parser = _parser()
-    asked = parser.parse_args(arguments)
-    target, names = asked.target, asked.names
+    options = parser.parse_args(arguments)
+    target = options.target
     checks = collect(Path(__file__).parent)
-    for wrong in (name for name in names if name not in checks):
+    for wrong in (name for name in options.names if name not in checks):
         near = difflib.get_close_matches(wrong, checks, n=1)
         parser.error(
             f"there is no check {wrong!r}{f'; did you mean {near[0]!r}?' if near else ';'} "
             f"allowed: {', '.join(checks)}"
         )
-    results = run({name: check for name, check in checks.items() if not names or name in names})
+    commit = commit_of(ROOT)
+    names = options.names or list(checks)
+    results: Results = json.loads(target.read_text()) if target.exists() else {}
+    left = left_to_run(names, results, "" if options.again else commit)
+    costs = {name: cost_s(name, results) for name in left}
     target.parent.mkdir(parents=True, exist_ok=True)
-    target.write_text(json.dumps(results, indent=2, default=float) + "\n")
-    failed = [name for name, result in results.items() if not result["passed"]]
-    print(f"{len(results) - len(failed)} of {len(results)} checks passed; figures in {target}")
-    return 1 if failed else 0
+    for name, result in run({name: checks[name] for name in left}, costs, 60.0 * options.minutes):
+        results[name] = {**result, "commit": commit, "date": f"{datetime.now(UTC):%Y-%m-%d}"}
+        print(row(name, result), flush=True)
+        with part_file(target) as stream:
+            stream.write((json.dumps(results, indent=2, default=float) + "\n").encode())
+    not_passed = (
+        left_to_run(names, results, commit)
+        if commit
+        else [name for name in left if not results[name]["passed"]]
+    )
+    print(
+        f"{len(names) - len(not_passed)} of {len(names)} checks passed at "
+        f"{commit[:8] or 'the edited files'}; figures in {target}"
+    )
+    for name in not_passed:
+        last = results.get(name, {})
+        state = "failed" if last.get("commit") == commit and last else "not run"
+        print(f"  {state}: {name} ({costs.get(name, COST_UNKNOWN_S) / 60.0:.1f} min)")
+    return 1 if not_passed else 0
 
 
 if __name__ == "__main__":
