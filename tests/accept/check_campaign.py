@@ -137,7 +137,7 @@ def worst() -> dict[str, Any]:
             output,
         )
         found = yaml.safe_load(output.read_text())
-        drawn = {metric["name"]: metric["worst"]["value"] for metric in found["metrics"]}
+        drawn = {metric["name"]: metric for metric in found["metrics"]}
         same, gains = [], {}
         for case in found["worst"]:
             log, scenario = folder / "run.mcap", folder / "worst" / case["scenario"]
@@ -166,13 +166,16 @@ def worst() -> dict[str, Any]:
                 if r["name"] == case["requirement"]
             )
             same.append(again == case["value"])
-            before = drawn[case["requirement"]]
-            gains[case["requirement"]] = (np.inf if case["value"] is None else case["value"]) - (
-                np.inf if before is None else before
+            metric = drawn[case["requirement"]]
+            value, before = (
+                np.inf if one is None else one for one in (case["value"], metric["worst"]["value"])
+            )
+            gains[case["requirement"]] = (
+                before - value if metric["relation"] == ">=" else value - before
             )
         finite = {key: float(gain) for key, gain in gains.items() if np.isfinite(gain)}
         passed = (
-            len(same) == 5
+            {*gains} == {metric["name"] for metric in found["metrics"] if metric["relation"]}
             and all(same)
             and all(gain >= 0.0 for gain in finite.values())
             and finite.get("overshoot", 1.0) > 0.0
