@@ -21,10 +21,8 @@ from frictool.identify.model_page.evidence import (
 from frictool.identify.model_page.friction_panels import band_half_width
 from frictool.identify.model_page.intervals import absolute_interval
 from frictool.typing import Vector
-from studies.command_line import run
 
 ROOT = Path(__file__).parents[2]
-BENCH, SAMPLES = ROOT / "configs" / "clutch" / "bench.yaml", ROOT / "sample_logs"
 NONLINEAR = load(ROOT / "configs" / "clutch" / "nonlinear.yaml", Model)
 
 
@@ -32,28 +30,6 @@ def samples(position: Vector, residual: Vector) -> SlipSamples:
     velocity = np.asarray((-1.0) ** np.arange(position.size))
     time = np.asarray(np.arange(position.size) * 1e-3)
     return SlipSamples(time, position, velocity, residual, residual)
-
-
-def test_the_page_has_every_figure_and_no_request(tmp_path: Path) -> None:
-    page = tmp_path / "model.html"
-    logs = (SAMPLES / "sines.csv", SAMPLES / "ramp.csv")
-    assert run("identify", *logs, "--bench", BENCH, "--page", page).code == 0
-    text = page.read_text()
-    for title in (
-        "Friction over speed",
-        "Breakaway over position",
-        "Residual over position",
-        "Residual over time",
-        "Spectrum of the residual",
-        "Strokes left out of the fit: fit 9",
-        "Intervals and the bench&#39;s ranges",
-        "What was tried",
-        "What to measure next",
-    ):
-        assert f">{title}" in text, title
-    assert "Content-Security-Policy" in text
-    assert "<link" not in text
-    assert "Absolute interval" in text
 
 
 def test_a_ripple_is_found_in_the_spectrum_at_its_wave_number_and_amplitude() -> None:

@@ -41,23 +41,18 @@ def test_the_curve_over_speed_is_the_friction_that_the_engine_has(
     )
 
 
-def test_sines_and_ramps_are_drawn_over_speed_and_position(tmp_path: Path) -> None:
-    plots = [tmp_path / "a.svg", tmp_path / "b.svg"]
-    for plot in plots:
-        assert (
-            run(
-                "identify",
-                SAMPLES / "sines.csv",
-                SAMPLES / "ramp.csv",
-                "--bench",
-                BENCH,
-                "--plot",
-                plot,
-            ).code
-            == 0
-        )
-    text = plots[0].read_text()
-    assert plots[0].read_bytes() == plots[1].read_bytes()
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder with the picture and the page of the sample logs' model."""
+    folder = tmp_path_factory.mktemp("drawn")
+    logs = (SAMPLES / "sines.csv", SAMPLES / "ramp.csv")
+    outputs = ("--plot", folder / "model.svg", "--page", folder / "model.html")
+    assert run("identify", *logs, "--bench", BENCH, *outputs).code == 0
+    return folder
+
+
+def test_sines_and_ramps_are_drawn_over_speed_and_position(drawn: Path) -> None:
+    text = (drawn / "model.svg").read_text()
     for words in (
         "speed [rad/s]",
         "position [rad]",
@@ -68,20 +63,32 @@ def test_sines_and_ramps_are_drawn_over_speed_and_position(tmp_path: Path) -> No
     assert "velocity [rad/s]" not in text  # no map: friction is the same everywhere
 
 
+def test_the_page_has_every_figure_and_no_request(drawn: Path) -> None:
+    text = (drawn / "model.html").read_text()
+    for title in (
+        "Friction over speed",
+        "Breakaway over position",
+        "Residual over position",
+        "Residual over time",
+        "Spectrum of the residual",
+        "Strokes left out of the fit: fit 9",
+        "Intervals and the bench&#39;s ranges",
+        "What was tried",
+        "What to measure next",
+    ):
+        assert f">{title}" in text, title
+    assert "Content-Security-Policy" in text
+    assert "<link" not in text
+    assert "Absolute interval" in text
+
+
 def test_without_a_stroke_the_breakaways_are_drawn_and_no_map(tmp_path: Path) -> None:
-    assert (
-        run(
-            "identify",
-            "--ramp",
-            SAMPLES / "ramp.csv",
-            "--bench",
-            BENCH,
-            "--plot",
-            tmp_path / "a.svg",
-        ).code
-        == 0
-    )
-    text = (tmp_path / "a.svg").read_text()
+    plots = [tmp_path / "a.svg", tmp_path / "b.svg"]
+    for plot in plots:
+        line = ("identify", "--ramp", SAMPLES / "ramp.csv", "--bench", BENCH, "--plot", plot)
+        assert run(*line).code == 0
+    text = plots[0].read_text()
+    assert plots[0].read_bytes() == plots[1].read_bytes()
     assert "breakaways forward" in text
     assert "velocity [rad/s]" not in text
 

@@ -67,9 +67,9 @@ def test_kept_trials_are_not_run_again(tmp_path: Path, monkeypatch: pytest.Monke
 
 
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """Four actuators: synth meets their specification, and the judge agrees."""
+    """Two actuators: synth meets their specification, and the judge agrees."""
     target = tmp_path / "table.json"
-    assert main(["4", "--seed", "actuators", "-o", str(target)]) == 0
+    assert main(["2", "--seed", "actuators", "-o", str(target)]) == 0
     found = json.loads(target.read_text())
-    assert found["summary"]["met"] == 4
-    assert len(capsys.readouterr().out.splitlines()) == 15
+    assert found["summary"]["met"] == 2
+    assert len(capsys.readouterr().out.splitlines()) == 13
