@@ -139,7 +139,7 @@ def test_the_table_is_the_closed_form_where_friction_falls_at_once_or_never(
 
 
 def test_the_allowed_velocities_reach_to_the_next_that_is_refused() -> None:
-    def around_one(fall: StribeckFall) -> float:
+    def around_one(fall: StribeckFall, most: float) -> float:
         """Misfit with the least value at 1 rad/s and the exponent 2."""
         return 10.0 * math.log(max(fall.velocity, 1e-3)) ** 2 + 100.0 * (fall.exponent != 2.0)
 
@@ -147,8 +147,9 @@ def test_the_allowed_velocities_reach_to_the_next_that_is_refused() -> None:
     assert 0.0 < steep.low < 1.0 < steep.high < math.inf
     assert steep.low < steep.velocity < steep.high
     assert {end.exponent for end in steep.ends} == {2.0}
-    flat = allowed_fall(lambda _: 2.0, [], 1.0, 0.95)
+    flat = allowed_fall(lambda fall, most: 2.0, [], 1.0, 0.95)
     assert (flat.velocity, flat.low, flat.high) == (0.0, 0.0, math.inf)
-    uncertain = allowed_fall(around_one, [lambda fall: 100.0 * (fall.velocity > 0.0)], 1.0, 0.95)
+    immediate_only = [lambda fall, most: 100.0 * (fall.velocity > 0.0)]
+    uncertain = allowed_fall(around_one, immediate_only, 1.0, 0.95)
     assert uncertain.low == 0.0
     assert uncertain.velocity > 0.0

@@ -192,19 +192,39 @@ def least_misfit(
     low = best - step
     high = min(best + step, time[0])
     ratio = 0.5 * (math.sqrt(5.0) - 1.0)
+    left = high - ratio * (high - low)
+    right = low + ratio * (high - low)
+    before = misfit(left, time, seen, ramp, axis, resolution, expected, timing, table_step, table)[
+        0
+    ]
+    after = misfit(right, time, seen, ramp, axis, resolution, expected, timing, table_step, table)[
+        0
+    ]
     for _ in range(HALVINGS):
-        left = high - ratio * (high - low)
-        right = low + ratio * (high - low)
-        before = misfit(
-            left, time, seen, ramp, axis, resolution, expected, timing, table_step, table
-        )[0]
-        after = misfit(
-            right, time, seen, ramp, axis, resolution, expected, timing, table_step, table
-        )[0]
-        if before <= after:
-            high = right
+        # one of the two inner points stays an inner point
+        keeps_left = before <= after
+        if keeps_left:
+            high, right, after = right, left, before
+            left = high - ratio * (high - low)
         else:
-            low = left
+            low, left, before = left, right, after
+            right = low + ratio * (high - low)
+        value = misfit(
+            left if keeps_left else right,
+            time,
+            seen,
+            ramp,
+            axis,
+            resolution,
+            expected,
+            timing,
+            table_step,
+            table,
+        )[0]
+        if keeps_left:
+            before = value
+        else:
+            after = value
     middle: float = 0.5 * (low + high)
     return middle
 

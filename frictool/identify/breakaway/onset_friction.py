@@ -97,13 +97,27 @@ class OnsetData:
     offset: float | None
     fall: StribeckFall = IMMEDIATE  # assumed fall of friction over the speed
 
-    def misfit(self, axis: Mapping[str, float], shape: Vector | None, fall: StribeckFall) -> float:
-        """Return the mean misfit of an onset (`efforts`) for a fall of friction."""
+    def misfit(
+        self,
+        axis: Mapping[str, float],
+        shape: Vector | None,
+        fall: StribeckFall,
+        most: float = math.inf,
+    ) -> float:
+        """Return the mean misfit of an onset (`efforts`) for a fall of friction.
+
+        The sum ends at the first onset after which the mean exceeds `most`; the result is then inf.
+        """
         every = slice(None, None, math.ceil(len(self.onsets) / ONSETS_COMPARED))
-        factors = None if shape is None else shape[every]
-        return float(
-            np.mean(efforts(self.onsets[every], axis, self.resolution, 0.5, factors, fall)[2])
-        )
+        onsets = self.onsets[every]
+        factors = np.ones(len(onsets)) if shape is None else shape[every]
+        squares: list[float] = []
+        for k, onset in enumerate(onsets):
+            one = efforts([onset], axis, self.resolution, 0.5, factors[k : k + 1], fall)
+            squares += one[2].tolist()
+            if sum(squares) > most * len(onsets):
+                return math.inf
+        return float(np.mean(squares))
 
     def fall_range(
         self, axis: Mapping[str, Interval], shape: Vector | None, confidence: float

@@ -13,10 +13,11 @@ the onsets: a repetitive test repeats its timing errors, so that all onsets coun
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 from scipy.special import ndtri
@@ -38,7 +39,13 @@ class StribeckFall(NamedTuple):
 
 IMMEDIATE = StribeckFall(0.0)
 NO_FALL = StribeckFall(math.inf)
-Misfit = Callable[[StribeckFall], float]  # mean misfit of an onset
+
+
+class Misfit(Protocol):
+    """Misfit of the onsets with given parameters of the axis."""
+
+    def __call__(self, fall: StribeckFall, most: float) -> float:
+        """Return the mean misfit of an onset for a fall; inf where it exceeds `most`."""
 
 
 @dataclass(frozen=True)
@@ -97,15 +104,22 @@ def allowed_fall(
         [IMMEDIATE, *(StribeckFall(scale * step, exponent) for step in steps.tolist()), NO_FALL]
         for exponent, steps in zip(EXPONENTS, (GRID, GRID[::2], GRID[::2]), strict=True)
     ]
-    levels = {fall: nominal(fall) for column in columns for fall in column}
+    margin = float(ndtri(0.5 + 0.5 * confidence)) ** 2
+    levels: dict[StribeckFall, float] = {}
+    limit = math.inf
+    for fall in columns[0]:
+        levels[fall] = nominal(fall, limit)
+        limit = min(limit, levels[fall] + margin)
     best = min(columns[0], key=levels.__getitem__)
-    limit = levels[best] + float(ndtri(0.5 + 0.5 * confidence)) ** 2
+    for fall in itertools.chain(*columns[1:]):
+        if fall not in levels:
+            levels[fall] = nominal(fall, limit)
     included: list[StribeckFall] = []
     for column in columns:
         allowed = [
             k
             for k, fall in enumerate(column)
-            if levels[fall] <= limit or any(misfit(fall) <= limit for misfit in ends)
+            if levels[fall] <= limit or any(misfit(fall, limit) <= limit for misfit in ends)
         ]
         if allowed:
             included += [column[max(allowed[0] - 1, 0)]]
