@@ -44,7 +44,7 @@ PLAYED = [
     if blocks(page, "sh", "python") and page != README and name_of(page) not in ELSEWHERE
 ]
 LANGUAGES = {"sh", "text", "python", "console", "yaml", "c", "matlab", "json", "diff"}
-TARGETS = re.compile(r"make(?: -C (\S+))?(?: (\w[\w -]*))?$")
+TARGETS = re.compile(r"make(?: -C (\S+))?(?: (\w[\w =-]*))?$")
 
 
 @pytest.fixture(scope="module")

@@ -54,3 +54,18 @@ def test_a_triangle_keeps_what_products_lose() -> None:
     whole = merged(part)
     assert np.linalg.solve(whole[:2, :2], whole[:2, 2]) == pytest.approx([2.0, 3.0], rel=1e-5)
     assert np.linalg.cond(np.array(columns) @ np.array(columns).T) > 1e15
+
+
+@pytest.mark.parametrize("size", [1e-150, 1e-155, 1e-160, 1e-200])
+def test_a_column_whose_squares_underflow_leaves_the_others_as_they_are(size: float) -> None:
+    """The values of a steep exponential reach this size at the fastest runs."""
+    ordinary, tiny, target = (
+        np.array([1.0, 2.0]),
+        np.array([size, 3.0 * size]),
+        np.array([4.0, 1.0]),
+    )
+    found = triangles((ordinary, tiny, target), np.ones(2), np.array([0]))
+    plain = triangles((ordinary, target), np.ones(2), np.array([0]))
+    assert np.all(np.isfinite(found))
+    gram = found[0].T @ found[0]
+    assert gram[0, 2] == pytest.approx((plain[0].T @ plain[0])[0, 1], rel=1e-12)

@@ -18,6 +18,9 @@ from frictool.typing import IntVector, Vector
 
 Tensor = NDArray[np.float64]
 BLOCK = 64  # rows reduced at a time
+# squares below the smallest normal number over the rounding unit have lost digits; a reflection of
+# such a column divides by them
+UNDERFLOW = 1e-290
 # rows copied side by side for the kernel, which is compiled once for any number of columns
 PIECE = 512 * BLOCK
 
@@ -45,7 +48,7 @@ def reduce_rows(
                 below = 0.0
                 for k in range(rows):
                     below += block[j, k] * block[j, k]
-                if below == 0.0:
+                if below < UNDERFLOW:
                     continue
                 norm = math.sqrt(triangle[j, j] * triangle[j, j] + below)
                 head = triangle[j, j] + math.copysign(norm, triangle[j, j])
