@@ -277,7 +277,7 @@ def long_joint_states(path: Path, messages: int, at_once: int = 5000) -> None:
             time = START + count * PERIOD
             records["log"] = records["publish"] = time + DELAY
             records["sec"], records["nanosec"] = time // 10**9, time % 10**9
-            records["position"] = 0.01 * (count % 1000)
+            records["position"] = 0.01 * np.abs(count % 1000 - 500)
             data = records.tobytes()
             builder = RecordBuilder()
             Chunk("", data, int(time[-1]), int(time[0]), zlib.crc32(data), len(data)).write(builder)
