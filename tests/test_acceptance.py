@@ -30,7 +30,8 @@ def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     git = ["git", "-C", str(tmp_path), "-c", "user.name=a", "-c", "user.email=a@b.c"]
     subprocess.run([*git, "init", "-q"], check=True)
     (tmp_path / "code").write_text("1")
-    subprocess.run([*git, "add", "code"], check=True)
+    (tmp_path / ".gitignore").write_text("accept.json\nran\n")
+    subprocess.run([*git, "add", "."], check=True)
     subprocess.run([*git, "commit", "-q", "-m", "one"], check=True)
     ran = tmp_path / "ran"
     checks = {name: check(ran, name, name != "new") for name in COSTS}
@@ -57,14 +58,29 @@ def test_what_passed_at_the_commit_is_not_run_again(checkout: Path) -> None:
     assert ran(checkout) == ["short"]
 
 
-def test_edited_files_reuse_nothing(checkout: Path) -> None:
+@pytest.mark.parametrize("edited", ["code", "check_more.py"])
+def test_edited_or_added_files_reuse_nothing(checkout: Path, edited: str) -> None:
     target = str(checkout / "accept.json")
     acceptance.main([target])
     ran(checkout)
-    (checkout / "code").write_text("2")
+    (checkout / edited).write_text("2")
     acceptance.main([target])
     assert ran(checkout) == ["long", "new", "short"]
     assert {row["commit"] for row in json.loads(Path(target).read_text()).values()} == {""}
+
+
+@pytest.mark.parametrize("edited", [False, True])
+def test_a_check_that_was_not_run_has_not_passed(
+    checkout: Path,
+    edited: bool,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    if edited:
+        (checkout / "code").write_text("2")
+    monkeypatch.setattr(acceptance, "run", lambda checks, costs, most_s: iter(()))
+    assert acceptance.main([str(checkout / "accept.json"), "--minutes", "1"]) == 1
+    assert capsys.readouterr().out.count("not run") == 3
 
 
 def test_a_part_begins_only_what_ends_in_time() -> None:

@@ -47,13 +47,10 @@ def collect(folder: Path) -> dict[str, Check]:
 
 
 def commit_of(root: Path) -> str:
-    """Return the hash of the last commit; empty where a file differs from it."""
+    """Return the hash of the last commit; empty if a file was edited or added since."""
     git = ["git", "-C", str(root)]
     changed = subprocess.run(
-        [*git, "status", "--porcelain", "--untracked-files=no"],
-        capture_output=True,
-        text=True,
-        check=True,
+        [*git, "status", "--porcelain"], capture_output=True, text=True, check=True
     ).stdout
     if changed:
         return ""
@@ -63,7 +60,7 @@ def commit_of(root: Path) -> str:
 
 
 def left_to_run(names: list[str], results: Results, commit: str) -> list[str]:
-    """Return the checks that have not passed at `commit`, the longest first."""
+    """Return the checks that have not passed at `commit`, the longest first; all if it is empty."""
     left = [
         name
         for name in names
@@ -84,7 +81,8 @@ def run(
 ) -> Iterator[tuple[str, dict[str, Any]]]:
     """Run each check in a process of its own and yield the results as the checks end.
 
-    A check begins only if it will end before `most_s` by its cost, except for the first ones.
+    A check begins only if its cost says that it ends before `most_s`. The first checks, one to a
+    core, begin in any case.
     """
     _started.update(checks)
     waiting, first = list(checks), True
@@ -93,8 +91,8 @@ def run(
     with ProcessPoolExecutor(cores, get_context("fork")) as pool:
         running: dict[Future[dict[str, Any]], str] = {}
         while True:
-            ends = time.perf_counter() - start
-            fitting = [name for name in waiting if ends + costs[name] <= most_s]
+            spent = time.perf_counter() - start
+            fitting = [name for name in waiting if spent + costs[name] <= most_s]
             if first:  # a check longer than the limit is run all the same, at the start
                 fitting, first = waiting, False
             for name in fitting[: cores - len(running)]:
@@ -190,24 +188,21 @@ def main(arguments: list[str]) -> int:
     left = left_to_run(names, results, "" if options.again else commit)
     costs = {name: cost_s(name, results) for name in left}
     target.parent.mkdir(parents=True, exist_ok=True)
+    ended = set(names) - set(left)
     for name, result in run({name: checks[name] for name in left}, costs, 60.0 * options.minutes):
+        ended.add(name)
         results[name] = {**result, "commit": commit, "date": f"{datetime.now(UTC):%Y-%m-%d}"}
         print(row(name, result), flush=True)
         with part_file(target) as stream:
             stream.write((json.dumps(results, indent=2, default=float) + "\n").encode())
-    not_passed = (
-        left_to_run(names, results, commit)
-        if commit
-        else [name for name in left if not results[name]["passed"]]
-    )
+    not_passed = [name for name in names if name not in ended or not results[name]["passed"]]
     print(
         f"{len(names) - len(not_passed)} of {len(names)} checks passed at "
         f"{commit[:8] or 'the edited files'}; figures in {target}"
     )
     for name in not_passed:
-        last = results.get(name, {})
-        state = "failed" if last.get("commit") == commit and last else "not run"
-        print(f"  {state}: {name} ({costs.get(name, COST_UNKNOWN_S) / 60.0:.1f} min)")
+        state = "failed" if name in ended else f"not run ({costs[name] / 60.0:.1f} min)"
+        print(f"  {state}: {name}")
     return 1 if not_passed else 0
 
 

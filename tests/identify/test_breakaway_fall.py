@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from frictool.identify.breakaway.onset import STEPS, looked_up, travel, travel_table
-from frictool.identify.breakaway.stribeck_velocity import StribeckFall, allowed_fall
+from frictool.identify.breakaway.stribeck_velocity import Misfit, StribeckFall, allowed_fall
 from frictool.plant.axis import AxisParameters
 from studies.command_line import run
 from tests.identify.arm import BENCH, PERIOD, write_log
@@ -153,3 +153,23 @@ def test_the_allowed_velocities_reach_to_the_next_that_is_refused() -> None:
     uncertain = allowed_fall(around_one, immediate_only, 1.0, 0.95)
     assert uncertain.low == 0.0
     assert uncertain.velocity > 0.0
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_misfits_that_end_at_the_limit_change_no_range(seed: int) -> None:
+    draw = np.random.default_rng(seed)
+    levels = {end: draw.uniform(0.0, 30.0, 200) for end in range(3)}
+
+    def misfit(end: int, ends_early: bool) -> Misfit:
+        def level(fall: StribeckFall, most: float) -> float:
+            place = int(1e3 * math.log(1.0 + min(fall.velocity, 1e6)) + 10.0 * fall.exponent) % 200
+            found = float(levels[end][place])
+            return math.inf if ends_early and found > most else found
+
+        return level
+
+    whole, early = (
+        allowed_fall(misfit(0, ends), [misfit(1, ends), misfit(2, ends)], 1.0, 0.95)
+        for ends in (False, True)
+    )
+    assert early == whole

@@ -55,9 +55,11 @@ def test_json_and_model_of_the_sample_logs(tmp_path: Path) -> None:
 
 def test_text_and_stdout_and_bytes_twice(tmp_path: Path) -> None:
     line = ("identify", SINES, "--ramp", RAMP, "--bench", CLUTCH)
-    piped, again = run(*line, "-o", "-"), run(*line, "-o", tmp_path / "model.yaml")
+    piped = run(*line, "-o", "-", "--plot", tmp_path / "a.svg")
+    again = run(*line, "-o", tmp_path / "model.yaml", "--plot", tmp_path / "b.svg")
     assert again.code == 0
     assert piped.out == (tmp_path / "model.yaml").read_bytes()
+    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
     for word in (
         "inertia by weak",
         "differencing sample by sample: up to",

@@ -1,4 +1,4 @@
-"""`identify --page`: what a model's page shows, and the data behind its figures."""
+"""`identify --page`: the data behind the figures of a model's page."""
 
 from __future__ import annotations
 

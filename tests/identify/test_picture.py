@@ -1,5 +1,5 @@
-"""`identify --plot`: what is drawn where, the same bytes each time, and that the curves are those
-of the model that is simulated."""
+"""`identify --plot` and `--page`: what is drawn where, and that the curves are those of the model
+that is simulated."""
 
 from __future__ import annotations
 
@@ -83,12 +83,10 @@ def test_the_page_has_every_figure_and_no_request(drawn: Path) -> None:
 
 
 def test_without_a_stroke_the_breakaways_are_drawn_and_no_map(tmp_path: Path) -> None:
-    plots = [tmp_path / "a.svg", tmp_path / "b.svg"]
-    for plot in plots:
-        line = ("identify", "--ramp", SAMPLES / "ramp.csv", "--bench", BENCH, "--plot", plot)
-        assert run(*line).code == 0
-    text = plots[0].read_text()
-    assert plots[0].read_bytes() == plots[1].read_bytes()
+    plot = tmp_path / "a.svg"
+    line = ("identify", "--ramp", SAMPLES / "ramp.csv", "--bench", BENCH, "--plot", plot)
+    assert run(*line).code == 0
+    text = plot.read_text()
     assert "breakaways forward" in text
     assert "velocity [rad/s]" not in text
 

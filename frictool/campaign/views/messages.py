@@ -55,7 +55,7 @@ def percent_text(share: float) -> str:
 def chance_text(chance: float | None) -> str:
     """Return the p-value as text; empty if nothing is random.
 
-    The tests are approximate far out in the tail, so that values below 1e-4 have no digits.
+    No decision depends on a value below 1e-4, so that such values are stated as a bound.
     """
     if chance is None:
         return ""

@@ -194,37 +194,26 @@ def least_misfit(
     ratio = 0.5 * (math.sqrt(5.0) - 1.0)
     left = high - ratio * (high - low)
     right = low + ratio * (high - low)
-    before = misfit(left, time, seen, ramp, axis, resolution, expected, timing, table_step, table)[
-        0
-    ]
-    after = misfit(right, time, seen, ramp, axis, resolution, expected, timing, table_step, table)[
-        0
-    ]
-    for _ in range(HALVINGS):
-        # one of the two inner points stays an inner point
-        keeps_left = before <= after
-        if keeps_left:
+    before, _ = misfit(
+        left, time, seen, ramp, axis, resolution, expected, timing, table_step, table
+    )
+    after, _ = misfit(
+        right, time, seen, ramp, axis, resolution, expected, timing, table_step, table
+    )
+    for _round in range(HALVINGS):
+        # one of the two inner points is an inner point of the next interval
+        if before <= after:
             high, right, after = right, left, before
             left = high - ratio * (high - low)
+            before, _ = misfit(
+                left, time, seen, ramp, axis, resolution, expected, timing, table_step, table
+            )
         else:
             low, left, before = left, right, after
             right = low + ratio * (high - low)
-        value = misfit(
-            left if keeps_left else right,
-            time,
-            seen,
-            ramp,
-            axis,
-            resolution,
-            expected,
-            timing,
-            table_step,
-            table,
-        )[0]
-        if keeps_left:
-            before = value
-        else:
-            after = value
+            after, _ = misfit(
+                right, time, seen, ramp, axis, resolution, expected, timing, table_step, table
+            )
     middle: float = 0.5 * (low + high)
     return middle
 

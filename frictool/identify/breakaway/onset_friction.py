@@ -106,18 +106,18 @@ class OnsetData:
     ) -> float:
         """Return the mean misfit of an onset (`efforts`) for a fall of friction.
 
-        The sum ends at the first onset after which the mean exceeds `most`; the result is then inf.
+        The result is inf as soon as the onsets so far show that the mean exceeds `most`.
         """
         every = slice(None, None, math.ceil(len(self.onsets) / ONSETS_COMPARED))
         onsets = self.onsets[every]
         factors = np.ones(len(onsets)) if shape is None else shape[every]
-        squares: list[float] = []
+        total = 0.0
         for k, onset in enumerate(onsets):
             one = efforts([onset], axis, self.resolution, 0.5, factors[k : k + 1], fall)
-            squares += one[2].tolist()
-            if sum(squares) > most * len(onsets):
+            total += float(one[2][0])
+            if total > most * len(onsets):
                 return math.inf
-        return float(np.mean(squares))
+        return total / len(onsets)
 
     def fall_range(
         self, axis: Mapping[str, Interval], shape: Vector | None, confidence: float

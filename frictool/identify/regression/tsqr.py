@@ -18,8 +18,8 @@ from frictool.typing import IntVector, Vector
 
 Tensor = NDArray[np.float64]
 BLOCK = 64  # rows reduced at a time
-# squares below the smallest normal number over the rounding unit have lost digits; a reflection of
-# such a column divides by them
+# A sum of squares below this one is nearly or fully subnormal and has lost digits. A reflection
+# divides by it, so that such a column is left as it is.
 UNDERFLOW = 1e-290
 # rows copied side by side for the kernel, which is compiled once for any number of columns
 PIECE = 512 * BLOCK
