@@ -306,14 +306,14 @@ def _alone(line: IdentifyCommand) -> None:
         promised = compare_with_promise(outcome, document, promise)
     if output is not None:
         save_text(output, to_yaml(outcome.model), inputs)
-    if views.plot is not None:
-        from frictool.identify.model_page.page import model_picture
+    if views.plot is not None or views.page is not None:
+        from frictool.identify.model_page.page import model_page, model_panels, model_picture
 
-        save_text(views.plot, model_picture(outcome, line.request) + "\n", inputs)
-    if views.page is not None:
-        from frictool.identify.model_page.page import model_page
-
-        save_text(views.page, model_page(outcome, line.request), inputs)
+        panels = model_panels(outcome, line.request)
+        if views.plot is not None:
+            save_text(views.plot, model_picture(outcome, panels) + "\n", inputs)
+        if views.page is not None:
+            save_text(views.page, model_page(outcome, panels), inputs)
     extra = {} if promised is None else {"promise": [row.view() for row in promised]}
     _show(outcome.result, document, views.as_json, output, outcome.model, extra)
     if not views.as_json:

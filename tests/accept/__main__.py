@@ -2,10 +2,10 @@
 
     python -m tests.accept build/accept.json [NAME...] [--minutes M] [--again]
 
-The JSON file keeps the last result of each check with its commit, date and cost. The same command
-on the same commit runs only the checks that have not passed, so that an interrupted run goes on;
-`--again` runs them all. With `--minutes`, no check begins that would probably end later: a part of
-the whole. Exit code 1 where one of the checks failed or was not run.
+The JSON file keeps the last result of each check with its commit, date and run time. A second run
+on the same commit runs only the checks that have not passed yet; `--again` runs every check. With
+`--minutes M`, a check starts only if its last run time fits into what is left of M minutes. The
+exit code is 1 if a check failed or has no result for this commit, else 0.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def collect(folder: Path) -> dict[str, Check]:
 
 
 def commit_of(root: Path) -> str:
-    """Return the hash of the last commit; empty if a file was edited or added since."""
+    """Return the hash of the last commit, or an empty text if a file differs from that commit."""
     git = ["git", "-C", str(root)]
     changed = subprocess.run(
         [*git, "status", "--porcelain"], capture_output=True, text=True, check=True
@@ -60,7 +60,10 @@ def commit_of(root: Path) -> str:
 
 
 def left_to_run(names: list[str], results: Results, commit: str) -> list[str]:
-    """Return the checks that have not passed at `commit`, the longest first; all if it is empty."""
+    """Return the checks that have not passed at `commit`, the longest run time first.
+
+    If `commit` is empty, all checks are returned.
+    """
     left = [
         name
         for name in names
@@ -81,8 +84,8 @@ def run(
 ) -> Iterator[tuple[str, dict[str, Any]]]:
     """Run each check in a process of its own and yield the results as the checks end.
 
-    A check begins only if its cost says that it ends before `most_s`. The first checks, one to a
-    core, begin in any case.
+    A check starts only if it would end within `most_s` seconds of the start of the run, judged by
+    `costs`, the last run times [s]. The first checks, one per core, start regardless of this limit.
     """
     _started.update(checks)
     waiting, first = list(checks), True
@@ -162,8 +165,9 @@ def _parser() -> argparse.ArgumentParser:
     parser.add_argument(
         "--minutes",
         type=float,
+        metavar="M",
         default=float("inf"),
-        help="begin no check that would probably end later; the same command goes on from there",
+        help="begin no check whose last run took longer than what is left of M minutes",
     )
     parser.add_argument(
         "--again", action="store_true", help="also run what has passed at this commit"

@@ -53,24 +53,6 @@ def test_json_and_model_of_the_sample_logs(tmp_path: Path) -> None:
     ]
 
 
-def test_text_and_stdout_and_bytes_twice(tmp_path: Path) -> None:
-    line = ("identify", SINES, "--ramp", RAMP, "--bench", CLUTCH)
-    piped = run(*line, "-o", "-", "--plot", tmp_path / "a.svg")
-    again = run(*line, "-o", tmp_path / "model.yaml", "--plot", tmp_path / "b.svg")
-    assert again.code == 0
-    assert piped.out == (tmp_path / "model.yaml").read_bytes()
-    assert (tmp_path / "a.svg").read_bytes() == (tmp_path / "b.svg").read_bytes()
-    for word in (
-        "inertia by weak",
-        "differencing sample by sample: up to",
-        "identified",
-        "interval at 95 %",
-        "onsets",
-    ):
-        assert word in again.stdout
-        assert word in piped.stderr
-
-
 def test_help_opens_with_an_example_and_says_when_each_method_is_right() -> None:
     shown = run("identify", "--help").stdout
     assert shown.index("Example:") < shown.index("Options:")

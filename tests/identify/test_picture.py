@@ -1,5 +1,5 @@
-"""`identify --plot` and `--page`: what is drawn where, and that the curves are those of the model
-that is simulated."""
+"""`identify --plot` and `--page`: what is drawn where, the same bytes each time, and that the
+curves are those of the model that is simulated."""
 
 from __future__ import annotations
 
@@ -41,14 +41,36 @@ def test_the_curve_over_speed_is_the_friction_that_the_engine_has(
     )
 
 
+LINE = ("identify", SAMPLES / "sines.csv", "--ramp", SAMPLES / "ramp.csv", "--bench", BENCH)
+
+
 @pytest.fixture(scope="module")
 def drawn(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A folder with the picture and the page of the sample logs' model."""
+    """A folder with the sample logs' model, its picture, its page and the text on standard
+    output."""
     folder = tmp_path_factory.mktemp("drawn")
-    logs = (SAMPLES / "sines.csv", SAMPLES / "ramp.csv")
-    outputs = ("--plot", folder / "model.svg", "--page", folder / "model.html")
-    assert run("identify", *logs, "--bench", BENCH, *outputs).code == 0
+    views = ("--plot", folder / "model.svg", "--page", folder / "model.html")
+    result = run(*LINE, *views, "-o", folder / "model.yaml")
+    assert result.code == 0
+    (folder / "text").write_text(result.stdout)
     return folder
+
+
+def test_text_and_stdout_and_bytes_twice(drawn: Path, tmp_path: Path) -> None:
+    views = ("--plot", tmp_path / "model.svg", "--page", tmp_path / "model.html")
+    piped = run(*LINE, *views, "-o", "-")
+    assert piped.out == (drawn / "model.yaml").read_bytes()
+    for name in ("model.svg", "model.html"):
+        assert (tmp_path / name).read_bytes() == (drawn / name).read_bytes()
+    for words in (
+        "inertia by weak",
+        "differencing sample by sample: up to",
+        "identified",
+        "interval at 95 %",
+        "onsets",
+    ):
+        assert words in (drawn / "text").read_text()
+        assert words in piped.stderr
 
 
 def test_sines_and_ramps_are_drawn_over_speed_and_position(drawn: Path) -> None:

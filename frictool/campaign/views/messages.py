@@ -53,9 +53,9 @@ def percent_text(share: float) -> str:
 
 
 def chance_text(chance: float | None) -> str:
-    """Return the p-value as text; empty if nothing is random.
+    """Return the p-value as text, or an empty text if the trials were not drawn at random.
 
-    No decision depends on a value below 1e-4, so that such values are stated as a bound.
+    A value below 1e-4 is written as "below 1e-4", because no decision depends on its digits.
     """
     if chance is None:
         return ""

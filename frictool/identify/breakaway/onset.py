@@ -201,7 +201,7 @@ def least_misfit(
         right, time, seen, ramp, axis, resolution, expected, timing, table_step, table
     )
     for _round in range(HALVINGS):
-        # one of the two inner points is an inner point of the next interval
+        # one inner point stays an inner point of the next interval, and its misfit is reused
         if before <= after:
             high, right, after = right, left, before
             left = high - ratio * (high - low)

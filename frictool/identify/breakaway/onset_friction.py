@@ -104,9 +104,10 @@ class OnsetData:
         fall: StribeckFall,
         most: float = math.inf,
     ) -> float:
-        """Return the mean misfit of an onset (`efforts`) for a fall of friction.
+        """Return the misfit of `efforts`, averaged over the onsets, for a fall of friction.
 
-        The result is inf as soon as the onsets so far show that the mean exceeds `most`.
+        The function stops and returns inf once the onsets computed so far imply a mean above
+        `most`.
         """
         every = slice(None, None, math.ceil(len(self.onsets) / ONSETS_COMPARED))
         onsets = self.onsets[every]

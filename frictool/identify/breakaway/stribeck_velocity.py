@@ -42,10 +42,10 @@ NO_FALL = StribeckFall(math.inf)
 
 
 class Misfit(Protocol):
-    """Misfit of the onsets with given parameters of the axis."""
+    """Function that compares the onsets with a fall, for given parameters of the axis."""
 
     def __call__(self, fall: StribeckFall, most: float) -> float:
-        """Return the mean misfit of an onset for a fall; inf where it exceeds `most`."""
+        """Return the misfit averaged over the onsets, or inf if the average exceeds `most`."""
 
 
 @dataclass(frozen=True)

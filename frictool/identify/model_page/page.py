@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from frictool.documents.quantity import Quantity, si_unit
@@ -39,13 +40,13 @@ def model_panels(outcome: IdentifiedModel, request: IdentificationRequest) -> li
     return [*panels, interval_panel(parameter_intervals(model))]
 
 
-def model_picture(outcome: IdentifiedModel, request: IdentificationRequest) -> str:
-    """Return the panels as one `<svg>` element; equal identifications give identical bytes."""
-    return picture(model_panels(outcome, request), f"{outcome.model.name}: identified model")
+def model_picture(outcome: IdentifiedModel, panels: Sequence[FigurePanel]) -> str:
+    """Return `model_panels` as one `<svg>` element; equal identifications give identical bytes."""
+    return picture(panels, f"{outcome.model.name}: identified model")
 
 
-def model_page(outcome: IdentifiedModel, request: IdentificationRequest) -> str:
-    """Return the HTML text; equal identifications give identical bytes."""
+def model_page(outcome: IdentifiedModel, panels: Sequence[FigurePanel]) -> str:
+    """Return the HTML text with `model_panels`; equal identifications give identical bytes."""
     model, result = outcome.model, outcome.result
     rows = parameter_intervals(model)
     identified = sum(row.identified for row in rows)
@@ -61,7 +62,7 @@ def model_page(outcome: IdentifiedModel, request: IdentificationRequest) -> str:
         parameters=_parameter_table(rows, result.confidence),
         constant=_range(model.bench.actuator.constant),
         laws=law_lines(model),
-        figures=[panel.figure() for panel in model_panels(outcome, request)],
+        figures=[panel.figure() for panel in panels],
         method=f"{result.method}: {METHODS[result.method].what}",
         why=why or "",
         tried=_tried_table(outcome),

@@ -18,8 +18,9 @@ from frictool.typing import IntVector, Vector
 
 Tensor = NDArray[np.float64]
 BLOCK = 64  # rows reduced at a time
-# A sum of squares below this one is nearly or fully subnormal and has lost digits. A reflection
-# divides by it, so that such a column is left as it is.
+# Below this bound a sum of squares is subnormal or nearly subnormal and has lost digits. A
+# Householder reflection divides by the sum of squares of its column; a column whose sum is below
+# the bound is therefore not reflected.
 UNDERFLOW = 1e-290
 # rows copied side by side for the kernel, which is compiled once for any number of columns
 PIECE = 512 * BLOCK
