@@ -91,8 +91,15 @@ def travel_table(
                 at = v + (step if stage == 3 else 0.5 * step) * slopes[stage - 1]
             t = step * (k + (0.0 if stage == 0 else 1.0 if stage == 3 else 0.5))
             ratio = at / velocity
-            # a general power takes several times as long as a product
-            power = ratio * ratio if exponent == 2.0 else ratio**exponent
+            # a general power takes several times as long as a product or a root
+            if exponent == 2.0:
+                power = ratio * ratio
+            elif exponent == 1.0:
+                power = ratio
+            elif exponent == 0.5:
+                power = math.sqrt(ratio)
+            else:
+                power = ratio**exponent
             fallen = -math.expm1(-power)
             slopes[stage] = (rate * t + max(excess, 0.0) * fallen - axis[1] * at) / axis[0]
         table[k + 1, 0] = table[k, 0] + step * (
