@@ -134,6 +134,18 @@ def test_with_the_gains_the_reference_drives_the_model(tmp_path: Path) -> None:
     assert found["force_error_rel"] < 1e-3
 
 
+def test_a_log_that_begins_in_motion_is_replayed_from_its_speed(tmp_path: Path) -> None:
+    """A constant effort keeps 0.3 m/s; from rest the axis lags by v J / f = 0.06 m."""
+    time = np.arange(2000) * PERIOD
+    current = (AXIS.viscous * 0.3 + AXIS.coulomb + AXIS.offset) / CONSTANT
+    rows = np.column_stack([time, 0.3 * time, np.zeros(time.size), np.full(time.size, current)])
+    path = tmp_path / "moving.csv"
+    np.savetxt(path, rows, delimiter=",", header="time,x,wanted,i", comments="", fmt="%.12g")
+    assert figures(model(tmp_path), path, "--moving")["position_error_largest_m"] < 1e-4
+    from_rest = figures(model(tmp_path), path)["position_error_largest_m"]
+    assert from_rest == pytest.approx(0.3 * AXIS.inertia / AXIS.viscous, rel=0.01)
+
+
 @pytest.mark.parametrize(("axis", "label"), [("rotary", "torque\nN m"), ("linear", "force\nN")])
 def test_the_plot_calls_the_effort_what_it_is(axis: Axis, label: str) -> None:
     assert effort_label(axis) == label

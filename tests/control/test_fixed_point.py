@@ -178,6 +178,12 @@ def test_a_coefficient_keeps_its_bits(value: float, kept: int) -> None:
     assert round_coefficient(round_coefficient(value, kept), kept) == round_coefficient(value, kept)
 
 
+@pytest.mark.parametrize("kept", sorted(BITS.values()))
+def test_a_coefficient_below_the_finest_fraction_is_zero(kept: int) -> None:
+    assert coefficient(1e-300, kept) == (0, 0)
+    assert coefficient(-1e-300, kept) == (0, 0)
+
+
 def _without(controller: Controller, *fields: str) -> Controller:
     return msgspec.structs.replace(
         controller,

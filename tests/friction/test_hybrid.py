@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.friction.hybrid_b import presliding_damping, presliding_stiffness
-from frictool.friction.hybrid_kernels import SLIPPING, STUCK
+from frictool.friction.hybrid_kernels import SLIPPING, STUCK, is_captured
 from frictool.friction.law import HybridKernels
 from frictool.friction.law_registry import LAWS
 from frictool.friction.reversal_memory import COUNT
@@ -274,3 +274,11 @@ def test_hold_time_counts_in_the_stuck_mode_only() -> None:
     z = np.array([5.0])
     kernels("hybrid_a").enter(SLIPPING, 0.0, 2.0, z, p)
     assert z[0] == 0.0
+
+
+def test_an_effort_of_exactly_coulomb_friction_keeps_the_slip() -> None:
+    """The capture (3.2) needs an effort below Coulomb friction: at equality nothing brakes."""
+    p = packed(LAWS["hybrid_a"])
+    for way in (1.0, -1.0):
+        assert not is_captured(way * 0.5 * SIGMA, way * F_C, p)
+        assert is_captured(way * 0.5 * SIGMA, way * 0.999 * F_C, p)

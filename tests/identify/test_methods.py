@@ -5,15 +5,19 @@ from __future__ import annotations
 
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 from frictool.errors import FrictoolError
+from frictool.identify.applicable_methods import _too_rough
 from frictool.identify.estimators.total_least_squares import errors_in_variables
 from frictool.identify.fit_result import SlidingFit, UnusableLogs
 from frictool.identify.methods import IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord
+from frictool.logs.quality.survey import POSITION
 from studies.rigs.identification_rigs import (
     MASS,
     clutch,
@@ -170,3 +174,15 @@ def test_no_motion_is_said(method: str) -> None:
     with pytest.raises(FrictoolError, match=r"slips|moves|motion") as raised:
         run(method, [still], clutch(), IdentificationSettings())
     assert isinstance(raised.value, UnusableLogs)
+
+
+def test_a_coarse_encoder_is_told_with_its_share_of_a_sample_distance() -> None:
+    """0.4 rad/s at 100 Hz is 4 mrad per sample, and a count of 2 mrad half of it."""
+    stream: Any = SimpleNamespace(
+        base=SimpleNamespace(gaps=0, rate_hz=100.0),
+        signals={POSITION: SimpleNamespace(step=2e-3)},
+        velocity=(-0.4, 0.3),
+    )
+    assert "one encoder count is 50 % of the distance per sample" in str(_too_rough(stream))
+    stream.velocity = None
+    assert _too_rough(stream) is None

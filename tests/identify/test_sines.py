@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from frictool.identify.estimators.sines import sines
-from frictool.identify.fit_result import UnusableLogs
+from frictool.identify.estimators.piecewise_friction import StrokeMeans
+from frictool.identify.estimators.sines import StrokeRows, _of_fixed, sines
+from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import make_record
 from studies.rigs.curve_logs import mass_sines
@@ -63,3 +64,23 @@ def test_one_direction_is_refused(tmp_path: Path) -> None:
     )
     with pytest.raises(UnusableLogs, match="forward and 0 backward"):
         sines([still], mass_bench(tmp_path), IdentificationSettings())
+
+
+def test_an_uncertain_fixed_parameter_moves_the_others_as_a_weighted_fit_does() -> None:
+    """The shift of Coulomb friction for an offset at the end of its range, by normal equations."""
+    random = np.random.default_rng(3)
+    sign = np.repeat([1.0, -1.0], [7, 4])
+    weight = random.uniform(1.0, 9.0, sign.size)
+    means = StrokeMeans(
+        sign[:, None],
+        random.normal(size=sign.size),
+        sign,
+        weight,
+        np.arange(sign.size),
+        np.ones(sign.size),
+        np.arange(sign.size),
+    )
+    rows = StrokeRows(np.zeros(sign.size), np.zeros(sign.size), means)
+    found = _of_fixed(rows, means.columns, np.array([0.1]), {"offset": Interval(1.0, 0.7, 1.2)})
+    shift = 0.3 * np.sum(weight**2 * sign) / np.sum(weight**2)
+    assert found == pytest.approx([np.hypot(0.1, shift)])

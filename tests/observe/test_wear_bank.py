@@ -215,3 +215,24 @@ def test_a_first_move_that_is_noisier_than_was_known_weighs_by_its_own_noise() -
         value, deviation = bank.value("wear")
         errors.append((value - truth[own.index("wear")]) / deviation)
     assert 0.8 <= np.std(errors) <= 1.3
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_noise_of_a_rough_first_move_scales_with_the_unit_of_effort(seed: int) -> None:
+    """An effort in mN has a variance of 1e-6 of that in N, with the same rows spent."""
+    draw = np.random.default_rng(seed)
+    known, rows = restrictions(draw), draw.normal(size=(12, 5))
+    effort = rows @ known[0].fixed + 20.0 * draw.normal(size=12)
+    found = []
+    for unit in (1.0, 1e-3):
+        scaled = [
+            dataclasses.replace(
+                one, fixed=unit * one.fixed, mean=unit * one.mean, deviation=unit * one.deviation
+            )
+            for one in known
+        ]
+        bank = unchanging(scaled, 1e-2 * unit**2, 2.0)
+        bank.take(moved(rows, unit * effort))
+        found.append([bank.noise / unit**2, *(bank.spreads.ravel())])
+    np.testing.assert_allclose(found[1], found[0], rtol=1e-6, atol=1e-9)
+    assert found[0][0] > 10.0 * 1e-2

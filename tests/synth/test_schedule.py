@@ -63,14 +63,18 @@ def test_outside_its_interval_a_parameter_counts_as_at_its_end() -> None:
 
 
 @settings(max_examples=20, deadline=None)
-@given(st.integers(0, 1000), st.integers(0, 3))
-def test_a_sum_with_one_weight_is_that_controller(seed: int, which: int) -> None:
+@given(st.integers(0, 1000), st.integers(1, 4), st.data())
+def test_a_sum_with_one_weight_is_that_controller(
+    seed: int, count: int, data: st.DataObject
+) -> None:
+    which = data.draw(st.integers(0, count - 1))
     random = np.random.default_rng(seed)
     controllers = [
         Lti(*(random.normal(size=shape) for shape in ((3, 3), (3, 1), (1, 3), (1, 1))), 1e-3)
-        for _ in range(4)
+        for _ in range(count)
     ]
-    found = interpolate_controller(controllers, np.eye(4)[which])
+    found = interpolate_controller(controllers, np.eye(count)[which])
+    assert found.period == controllers[0].period
     for part in "abcd":
         assert np.array_equal(getattr(found, part), getattr(controllers[which], part))
 

@@ -152,7 +152,8 @@ def test_a_self_locking_screw_stands_under_any_load_and_is_let_down_by_the_motor
     )
 
 
-def test_a_screw_whose_load_is_too_heavy_to_be_braked_jams() -> None:
+@pytest.mark.parametrize("pressings", [0, 2])
+def test_a_screw_whose_load_is_too_heavy_to_be_braked_jams(pressings: int) -> None:
     # effective inertia J - (back_loss - ratio) ratio m < 0 while the load runs ahead: the thread
     # wedges, and the motion stops dead
     b = Builder()
@@ -160,9 +161,16 @@ def test_a_screw_whose_load_is_too_heavy_to_be_braked_jams() -> None:
     b.block(50.0)
     b.joint(0, 1, 0.1, drive_loss=0.1, back_loss=0.15)
     b.friction(0, "coulomb", coulomb=0.2)
+    if pressings:
+        b.curves.append((np.array([-1.0, 1.0]), np.array([1.0, 1.0])))
+    for _ in range(pressings):
+        b.pressing(0, 0, 0.01)
     machine, state = ready(b, [0.0, 0.0], [10.0, 1.0])
     result = run(machine, state, np.zeros((2, 0)), 0.01)
     assert result.status == 0
     assert instants(result, JAMS, 0).size == 1
     assert np.all(result.speeds[:, -1] == 0.0)
-    assert work_by_element(machine, state).impacts[0] > 0.0
+    # the motion stops at its start, and all its energy is the jam's
+    assert work_by_element(machine, state).impacts[0] == pytest.approx(
+        0.5 * 1e-3 * 10.0**2 + 0.5 * 50.0 * 1.0**2, rel=1e-9
+    )
