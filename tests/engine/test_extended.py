@@ -64,6 +64,21 @@ def test_agrees_with_an_integrator(name: str, drive: EffortFunction, end: float)
     np.testing.assert_allclose(run.state[[0, 1, 2]], last[:3], rtol=1e-6, atol=1e-6)
 
 
+@pytest.mark.parametrize("name", EXTENSIONS)
+def test_the_sampled_friction_is_what_slows_the_mass(name: str) -> None:
+    """m v' = u - F along a slip, with v' from differences of the samples."""
+    start = ok(simulate(body(EXTENSIONS[name]), [(16.0, SPRING)], [])).times_of(BREAKS_AWAY)[0]
+    times = start + 1e-3 + 1e-4 * np.arange(4000)
+    found = ok(simulate(body(EXTENSIONS[name]), [(16.0, SPRING)], times))
+    effort = 2.0 * (0.1 * times - found.position)
+    slips = np.abs(found.velocity) > 1e-3
+    smooth = slips & np.roll(slips, 1) & np.roll(slips, -1)
+    smooth[[0, -1]] = False
+    gap = MASS * np.gradient(found.velocity, times) - (effort - found.friction)
+    assert np.count_nonzero(smooth) > 1000
+    assert np.quantile(np.abs(gap[smooth]), 0.99) < 1e-4
+
+
 extensions = st.builds(
     FrictionExtension,
     backward_values=st.builds(
