@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from frictool.errors import FrictoolError
-from frictool.identify.applicable_methods import _too_rough
+from frictool.identify.applicable_methods import _no_sliding, _too_rough
 from frictool.identify.estimators.total_least_squares import errors_in_variables
 from frictool.identify.fit_result import SlidingFit, UnusableLogs
 from frictool.identify.methods import IdentificationSettings, run
@@ -186,3 +186,11 @@ def test_a_coarse_encoder_is_told_with_its_share_of_a_sample_distance() -> None:
     assert "one encoder count is 50 % of the distance per sample" in str(_too_rough(stream))
     stream.velocity = None
     assert _too_rough(stream) is None
+
+
+@pytest.mark.parametrize("velocity", [(0.0, 0.4), (-0.4, 0.0), (0.1, 0.4)])
+def test_one_direction_and_rests_do_not_reveal_an_offset(velocity: tuple[float, float]) -> None:
+    stream: Any = SimpleNamespace(velocity=velocity)
+    assert "moves in one direction only" in str(_no_sliding(stream, "sines"))
+    stream.velocity = (-0.1, 0.4)
+    assert _no_sliding(stream, "sines") is None

@@ -20,6 +20,8 @@ from frictool.identify.breakaway.onset import (
     search_span,
     travel,
 )
+from frictool.identify.breakaway.onset_detection import _onset
+from frictool.identify.motion_record import make_record
 
 INERTIA, VISCOUS, COULOMB = 1.32e-5, 3.81e-4, 0.099
 STEP = 0.1122
@@ -173,3 +175,19 @@ def test_statuses() -> None:
         )[3]
         == NOT_POSITIVE
     )
+
+
+@pytest.mark.parametrize(("reaction", "used"), [(0, 1), (3, 1), (7, 2), (12, 3), (60, 4)])
+def test_only_counts_before_the_drive_leaves_the_ramp_are_used(reaction: int, used: int) -> None:
+    """A count every 5 samples after a rest of 200; a servo halves its effort `reaction` samples
+    after the first. The first count belongs to the ramp in any case."""
+    n, rest = 260, 200
+    after = np.arange(n) - rest
+    position = np.asarray(STEP * np.where(after < 0, 0, 1 + after // 5), dtype=np.float64)
+    share = np.where(after < reaction, 1.0, 0.5)
+    effort = np.asarray(1e-3 * np.arange(n) * share, dtype=np.float64)
+    record = make_record("ramp", 1e-3 * np.arange(n), position, effort, STEP, 0.0)
+    onset = _onset(record, 0, rest, n, 1.0)
+    assert onset is not None
+    assert onset.seen.size == used
+    assert onset.rate == pytest.approx(1.0)
