@@ -91,18 +91,17 @@ def load_of(model: Model) -> PositionLoad:
 def load_law(document: LoadDocument) -> PositionLoad:
     """Return the load of a document."""
     gravity = document.gravity
-    ripple = document.ripple
     harmonics = []
     if gravity is not None:
         harmonics.append(LoadHarmonic(1.0, gravity.sine.value, gravity.cosine.value))
-    if ripple is not None:
-        harmonics.append(
-            LoadHarmonic(
-                2.0 * math.pi * ripple.cycles / ripple.per.value,
-                ripple.sine.value,
-                ripple.cosine.value,
-            )
+    harmonics += [
+        LoadHarmonic(
+            2.0 * math.pi * ripple.cycles / ripple.per.value,
+            ripple.sine.value,
+            ripple.cosine.value,
         )
+        for ripple in document.ripples
+    ]
     return PositionLoad(
         document.stiffness.value if document.stiffness is not None else 0.0, tuple(harmonics)
     )

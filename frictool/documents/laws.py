@@ -169,11 +169,18 @@ class Load(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     - `stiffness`: Stiffness of a spring that is relaxed at position 0.
     - `gravity`: Gravity of an unbalanced arm.
     - `ripple`: Effort ripple.
+    - `harmonics`: Further harmonics of the ripple.
     """
 
     stiffness: StiffnessEstimate | None = None
     gravity: Gravity | None = None
     ripple: Ripple | None = None
+    harmonics: tuple[Ripple, ...] = ()
+
+    @property
+    def ripples(self) -> tuple[Ripple, ...]:
+        """Return all harmonics of the ripple."""
+        return (() if self.ripple is None else (self.ripple,)) + self.harmonics
 
 
 class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):

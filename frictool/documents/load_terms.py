@@ -9,26 +9,56 @@ import msgspec
 from frictool.documents.quantity import NonNegativeEffort, PositiveLength
 
 OVER_POSITION = ("spring", "gravity", "ripple")
+MOST_HARMONICS = 6  # of a ripple
 Term = Literal[
-    "offset", "spring", "gravity", "ripple", "viscous_by_direction", "coulomb_by_direction"
+    "offset",
+    "spring",
+    "gravity",
+    "ripple",
+    "viscous_by_direction",
+    "coulomb_by_direction",
+    "drift",
+    "warming",
+    "eccentricity",
+    "stribeck",
+    "friction_over_position",
+    "inertial_friction",
+    "delay",
+    "resonance",
 ]
+CyclesPerDistance = Annotated[float, msgspec.Meta(gt=0, le=1e6)]
 
 
-class RipplePeriod(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class RipplePeriod(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Period of an effort ripple, such as seven periods per turn of the motor.
 
     - `cycles`: Number of periods in the distance `per`.
     - `per`: Distance that contains `cycles` periods.
+    - `harmonics`: Numbers of periods in `per` of up to 5 further harmonics.
     """
 
-    cycles: Annotated[float, msgspec.Meta(gt=0, le=1e6)]
+    cycles: CyclesPerDistance
     per: PositiveLength
+    harmonics: tuple[CyclesPerDistance, ...] = ()
+
+    def __post_init__(self) -> None:
+        if len(self.harmonics) >= MOST_HARMONICS or len(set(self.numbers)) < len(self.numbers):
+            raise ValueError(
+                f"harmonics: found {list(self.harmonics)} with cycles {self.cycles:g}; allowed: "
+                f"at most {MOST_HARMONICS - 1}, all different"
+            )
+
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        """Return the numbers of periods in the distance `per`, one for each harmonic."""
+        return (self.cycles, *self.harmonics)
 
 
 class LoadTerms(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Load terms to identify; an offset that is not listed is zero.
 
-    - `terms`: Terms to estimate.
+    - `terms`: Terms to estimate. `drift` to `resonance` are removed from the effort, so that the
+      other parameters do not absorb them; the model does not contain them.
     - `ripple`: Period of the term `ripple`, which needs it.
     - `most`: Largest sum of spring, gravity and ripple efforts anywhere on the travel, for the
       planning of tests.

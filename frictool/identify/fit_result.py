@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 from frictool.documents.laws import Laws
+from frictool.documents.load_terms import LoadTerms
 from frictool.documents.quantity import Axis, Estimate, si_unit
 from frictool.errors import EXIT_NO, FrictoolError
 
@@ -80,6 +81,29 @@ class TriedModel:
 
 
 @dataclass(frozen=True)
+class Explanation:
+    """Part of the effort beyond inertia, viscous and Coulomb friction and offset.
+
+    - name, what: name in `load.terms`, and physical name as text
+    - state: `used` in the fit, or `left` in its residual
+    - effort: its size (rms), N m | N
+    - probability: probability of the data if it did not act
+    - held_out: held-out error with it, relative to that without it
+    - settle: change of the bench or test that settles it, as text
+    - rivals: physical names of hypotheses that predict unseen strokes as well
+    """
+
+    name: str
+    what: str
+    state: str
+    effort: float
+    probability: float
+    held_out: float
+    settle: str
+    rivals: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
 class SlidingFit:
     """Sliding parameters of one method.
 
@@ -91,6 +115,9 @@ class SlidingFit:
     - samples: number of rows or samples in the fit
     - details: figures that are specific to the method
     - laws: friction and load beyond the sliding parameters
+    - effects: parameters of effects that were removed from the effort (`rows/effects.py`)
+    - load: load terms of the fit if `auto` selected them, else None
+    - explanations: explanations of the effort that `auto` used, or that its residual contains
     - method, why: name of the method, and the reason if it was chosen automatically
     - dropped: parameters set to 0, since unseen strokes are predicted no worse without them
     - fixed: parameters that were held at the interval of the bench
@@ -106,6 +133,9 @@ class SlidingFit:
     samples: int
     details: dict[str, float | int] = field(default_factory=dict)
     laws: Laws | None = None
+    effects: dict[str, Interval] = field(default_factory=dict)
+    load: LoadTerms | None = None
+    explanations: tuple[Explanation, ...] = ()
     method: str | None = None
     why: str | None = None
     dropped: tuple[str, ...] = ()

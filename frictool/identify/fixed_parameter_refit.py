@@ -63,6 +63,8 @@ def refit(
     row = methods.METHODS[fit.method]
     if row.known_inertia and inertia is not None and "inertia" not in fixed:
         bench = bench_with_inertia(bench, inertia)
+    if fit.load is not None:
+        bench = msgspec.structs.replace(bench, load=fit.load)
     again = row.refit(records, bench, fixed_settings, terms_of(fit.laws))
     kept = {"inertia": inertia} if inertia is not None and "inertia" not in fixed else {}
     parameters = {
@@ -84,6 +86,8 @@ def refit(
         tried=fit.tried,
         dropped=fit.dropped,
         fixed=dict(fixed),
+        load=fit.load,
+        explanations=fit.explanations,
     )
 
 

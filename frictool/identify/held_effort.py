@@ -29,6 +29,7 @@ from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.clusters import clusters
 from frictool.identify.regression.regression import SingularRegressors, solve
+from frictool.identify.rows.effects import SmoothedMotion
 from frictool.identify.rows.load_columns import load_columns
 from frictool.identify.rows.regression_samples import RegressionSamples, parameters_of
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping
@@ -200,9 +201,10 @@ def _needed(
     record: MotionRecord, bench: Bench, window: int, values: Vector, one_direction: bool
 ) -> Vector:
     """Return the effort (n,) that the motion needs, with coefficients `values` (p,)."""
-    acceleration, velocity, _ = smoothed(record, window)
+    signals = smoothed(record, window)
+    acceleration, velocity, _ = signals
     sign = find_strokes(record).sign
     constant = () if one_direction else (np.ones(sign.size),)
-    loads = load_columns(record, bench, window, velocity, sign)
+    loads = load_columns(SmoothedMotion(record, window, *signals, sign), bench)
     columns = np.column_stack((acceleration, velocity, sign, *constant, *loads.values()))
     return np.asarray(np.where(np.isfinite(columns @ values), columns @ values, 0.0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -39,6 +40,7 @@ def as_view(result: Identification, bench: Bench, model: Model | None = None) ->
         "details": fit.details if fit else {},
         "chosen_because": fit.why if fit else None,
         "dropped": list(fit.dropped) if fit else [],
+        "explanations": [asdict(one) for one in fit.explanations] if fit else [],
         "not_identified": result.refused,
         "warnings": list(result.warnings),
         "laws": None if result.laws is None else to_builtins(result.laws),

@@ -9,10 +9,13 @@ from frictool.documents.laws import Load
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, si_unit
 from frictool.identify.breakaway.stribeck_velocity import StribeckVelocityRange
-from frictool.identify.fit_result import CURVE, PARAMETERS
+from frictool.identify.fit_result import CURVE, PARAMETERS, Explanation
 from frictool.identify.from_logs import IdentifiedModel
 from frictool.identify.line_breaking import bounded
 from frictool.identify.methods import METHODS
+from frictool.identify.rows.effects import EFFECTS
+
+REMOVED = frozenset(effect.term for effect in EFFECTS)
 
 
 def law_lines(model: Model) -> list[str]:
@@ -77,13 +80,11 @@ def load_line(load: Load) -> str:
             shown("gravity sine", load.gravity.sine),
             shown("gravity cosine", load.gravity.cosine),
         ]
-    if load.ripple is not None:
-        cycles, per = load.ripple.cycles, load.ripple.per
+    for ripple in load.ripples:
+        cycles, per = ripple.cycles, ripple.per
         parts += [
-            shown(
-                f"ripple of {cycles:g} cycles per {per.value:.5g} {per.unit} sine", load.ripple.sine
-            ),
-            shown("cosine", load.ripple.cosine),
+            shown(f"ripple of {cycles:g} cycles per {per.value:.5g} {per.unit} sine", ripple.sine),
+            shown("cosine", ripple.cosine),
         ]
     return ", ".join(parts)
 
@@ -138,6 +139,25 @@ def force_line(error: float | None) -> str:
         if error is None
         else f"force error {100 * error:.3g} %"
     )
+
+
+def explanation_line(one: Explanation, unit: str) -> str:
+    """Return the line on an explanation of the effort, or on what is left in the residual."""
+    size = f"{one.what}, {one.effort:.3g} {unit} (rms)"
+    error = f"the error on strokes left out of the fit is {one.held_out:.2g} of that without"
+    rivals = (
+        f"; {' and '.join(one.rivals)} predicts as well, so that this motion does not decide"
+        if one.rivals
+        else ""
+    )
+    if one.state == "left":
+        return f"left in the residual: {size}: {error}{rivals}; to settle it, {one.settle}"
+    if one.name in REMOVED:
+        return (
+            f"removed from the effort, and not in the model: {size}: {error}{rivals}; to settle "
+            f"it, {one.settle}"
+        )
+    return f"explained by {size}: {error}{rivals}"
 
 
 def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
@@ -197,6 +217,9 @@ def table(outcome: IdentifiedModel) -> str:
             "set to 0, because strokes left out of the fit are predicted as well without: "
             f"{', '.join(result.fit.dropped)}"
         )
+    if result.fit is not None:
+        unit = model.parameters.offset.unit
+        lines += [explanation_line(one, unit) for one in result.fit.explanations]
     lines += law_lines(model) + presliding_lines(model) + measurement_lines(model)
     ordered = dict.fromkeys((*PARAMETERS, *result.refused))
     lines += [

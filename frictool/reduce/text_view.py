@@ -138,8 +138,7 @@ def _load(load: Load) -> list[str]:
             f"{load.gravity.sine.value:.5g} sin x "
             f"{load.gravity.cosine.value:+.5g} cos x {load.gravity.sine.unit}"
         )
-    if load.ripple is not None:
-        one = load.ripple
+    for one in load.ripples:
         angle = f"2 pi x {one.cycles:.6g} / ({one.per.value:.6g} {one.per.unit})"
         terms.append(
             f"{one.sine.value:.5g} sin {one.cosine.value:+.5g} cos of {angle}, {one.sine.unit}"

@@ -58,7 +58,7 @@ def disturbance(model: Model) -> LoadDisturbance:
                 "model where it may be neglected"
             ).at("model", "laws.load.stiffness")
         gravity = 0.0 if load.gravity is None else amplitude(load.gravity.sine, load.gravity.cosine)
-        ripple = 0.0 if load.ripple is None else amplitude(load.ripple.sine, load.ripple.cosine)
+        ripple = sum(amplitude(one.sine, one.cosine) for one in load.ripples)
     offset = largest(today.offset)
     available = actuator.constant.interval[0] * actuator.limit.value
     estimate = LoadDisturbance(offset, gravity, ripple, available, today.breakaway.interval[0])

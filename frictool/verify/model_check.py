@@ -99,6 +99,6 @@ def outside_margins(model: Model) -> tuple[str, ...]:
         "friction over position": laws is not None and laws.position is not None,
         "dwell": laws is not None and laws.dwell is not None,
         "gravity": load is not None and load.gravity is not None,
-        "ripple": load is not None and load.ripple is not None,
+        "ripple": load is not None and bool(load.ripples),
     }
     return ("dry friction", "drive limit", *(name for name, present in parts.items() if present))

@@ -13,7 +13,7 @@ from typing import Any
 
 from scipy.stats import binom
 
-from frictool.identify.estimators.load_search import with_supported_loads
+from frictool.identify.estimators.explanation_search import search_explanations
 from frictool.identify.fit_result import SLIDING
 from frictool.identify.methods import DEFAULT, IdentificationSettings, run
 from tests.support.identification_statistics import CHANCE, RATE, SEEDS
@@ -47,8 +47,7 @@ def not_there() -> dict[str, Any]:
     kinds, zero = ("spring", "gravity", "ripple"), list[bool]()
     axes = (loaded_axis(seed, "") for seed in range(SEEDS))
     found = sum(
-        with_supported_loads([axis.record], axis.bench, IdentificationSettings(RATE)).load
-        is not None
+        search_explanations([axis.record], axis.bench, IdentificationSettings(RATE))[0] is not None
         for axis in axes
     )
     for seed in range(SEEDS):

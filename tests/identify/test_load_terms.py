@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from frictool.documents.model import Model
 from frictool.documents.registry import load as load_document
 from frictool.identify.axis_logs import without_load
-from frictool.identify.estimators.load_search import with_supported_loads
+from frictool.identify.estimators.explanation_search import search_explanations
 from frictool.identify.fit_result import SLIDING, UnusableLogs
 from frictool.identify.methods import METHODS, IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord, make_record, velocity_record
@@ -97,7 +97,7 @@ def test_a_declared_load_that_is_not_there_is_kept_and_its_interval_holds_zero()
 def test_auto_finds_what_the_bench_does_not_say(kind: str) -> None:
     for seed in range(3):
         axis = loaded_axis(seed, kind, known=False)
-        found = with_supported_loads([axis.record], axis.bench, IdentificationSettings()).load
+        found = search_explanations([axis.record], axis.bench, IdentificationSettings())[0]
         assert (
             found is None
             if not kind

@@ -2,6 +2,9 @@
 
 The verdicts on the encoder and the motion are those of `assess/identifiability.py`.
 
+Loads and disturbing effects are searched first (`explanation_search`). The following steps fit
+the supported ones together with the sliding parameters.
+
 1. If `assess` refuses differentiated velocities, the method is sines.
 2. If the efficient estimate (`least_squares`) and the robust one (`power_balance`) disagree by more
    than their intervals, power-balance is preferred. The disagreement means that friction at low
@@ -25,6 +28,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import msgspec
 import numpy as np
 
 from frictool.documents.bench import Bench
@@ -37,7 +41,7 @@ from frictool.identify.assess.identifiability import (
     verdict,
 )
 from frictool.identify.assess.recorded_motion import recorded_facts
-from frictool.identify.estimators.load_search import with_supported_loads
+from frictool.identify.estimators.explanation_search import search_explanations
 from frictool.identify.estimators.power_balance import POWER_BALANCE, by_speed
 from frictool.identify.estimators.stribeck_curve import runs_prevail
 from frictool.identify.fit_result import SlidingFit, UnusableLogs
@@ -57,14 +61,25 @@ def auto(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
 
     Raises UnusableLogs if nothing moves enough.
     """
+    measured = any(record.velocity is not None for record in records)
+    undeclared = bench.load in (None, ONLY_OFFSET)
+    if undeclared and not measured and (curve := _speeds(records, bench, settings)):
+        return curve
+    load, explanations = search_explanations(records, bench, settings)
+    explained = bench if load is None else msgspec.structs.replace(bench, load=load)
+    fit = _suitable(records, explained, settings)
+    return replace(fit, load=load, explanations=explanations)
+
+
+def _suitable(
+    records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
+) -> SlidingFit:
+    """Return the fit by the method that suits the records and the load terms of the bench."""
     declared = bench.load is not None and "offset" in bench.load.terms
     droppable = tuple(name for name in DROPPABLE if name != "offset" or not declared)
     if any(record.velocity is not None for record in records):
         # a measured velocity does not depend on an encoder
         return _differentiated(records, bench, settings, droppable)
-    if bench.load in (None, ONLY_OFFSET) and (curve := _speeds(records, bench, settings)):
-        return curve
-    bench = with_supported_loads(records, bench, settings)
     facts = recorded_facts(records, bench)
     inertia = decide_identifiability("inertia", facts)
     friction = decide_identifiability("viscous", facts)

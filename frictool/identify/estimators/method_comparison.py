@@ -15,8 +15,9 @@ Output error is last since its parameters also absorb effects that a regression 
 of different structures are not compared: an offset has another meaning if viscous friction differs
 by direction.
 
-If the logs are too short for halves, the regressions are compared on the fitted logs. Output error
-then takes no part, since it minimises the compared error.
+An effect that is removed from the effort (`rows/effects.py`) cannot be simulated; the preferred
+method is then used. If the logs are too short for halves, the regressions are compared on the
+fitted logs. Output error then takes no part, since it minimises the compared error.
 """
 
 from __future__ import annotations
@@ -42,6 +43,7 @@ from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, TriedMod
 from frictool.identify.force_error import SlipRows, force_error, motion_rows
 from frictool.identify.methods import IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord
+from frictool.identify.rows.effects import declared_effects
 from frictool.identify.rows.load_terms import (
     DIRECTION,
     POSITIVE,
@@ -102,7 +104,7 @@ def best_by_prediction(data: ComparedData) -> SlidingFit:
     records = data.records
     bench = data.bench
     first = data.fits[0]
-    if any(record.velocity is not None for record in records):
+    if any(record.velocity is not None for record in records) or declared_effects(bench):
         return first
     sides = halves(records)
     rows = [motion_rows(side, bench) for side in sides or (records, records)]

@@ -42,6 +42,7 @@ from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.clusters import clusters
 from frictool.identify.regression.regression import SingularRegressors, solve
+from frictool.identify.rows.effects import declared_effects
 from frictool.identify.rows.load_terms import (
     GRAVITY,
     SPRING,
@@ -328,13 +329,18 @@ def output_error(
 ) -> SlidingFit:
     """Return open-loop output error on the structure that best predicts unseen data.
 
-    Raises UnusableLogs as `simulation_error` does, or if Coulomb friction is declared by direction.
+    Raises UnusableLogs as `simulation_error` does, or if Coulomb friction by direction or an effect
+    that cannot be simulated is declared.
     """
     if bench.load is not None and "coulomb_by_direction" in bench.load.terms:
         raise UnusableLogs(
             "output-error fits an offset and cannot fit coulomb_by_direction; write offset "
             "instead in load.terms"
         )
+    effects = declared_effects(bench)
+    if effects:
+        names = ", ".join(effect.term for effect in effects)
+        raise UnusableLogs(f"output-error cannot simulate {names} of load.terms; use least-squares")
     known = start_values(power_balance(records, bench, settings), bench)
     terms, errors = choose_terms(records, bench, known, settings.confidence)
     return simulated_fit(records, bench, settings, terms, errors)

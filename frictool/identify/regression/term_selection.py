@@ -3,7 +3,7 @@
 A sliding parameter is dropped if its interval contains 0 and the held-out error is no larger
 without it. Its value is then 0, and the other parameters are fitted again without its column. Its
 interval is kept, since the data do not show that the parameter is exactly 0. Load terms are never
-dropped: the bench declares them, or a search has shown that they help (`load_search`,
+dropped: the bench declares them, or a search has shown that they help (`explanation_search`,
 `structure_selection`).
 """
 

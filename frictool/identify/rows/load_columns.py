@@ -5,6 +5,8 @@
     gravity_sine, _cosine        sin x, cos x
     ripple_sine, _cosine         sin n x, cos n x
 
+The columns of effects that only disturb the fit follow (`effects`).
+
 A harmonic needs a sufficient travel: over a short distance its sine cannot be distinguished from a
 spring, and its cosine from an offset.
 """
@@ -17,9 +19,10 @@ import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.identify.fit_result import UnusableLogs
-from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.tsqr import Tensor, merged
+from frictool.identify.rows.effects import SmoothedMotion, declared_effects
 from frictool.identify.rows.load_terms import (
+    DECLARED,
     DIRECTION,
     HARMONICS,
     TERMS,
@@ -33,24 +36,28 @@ from frictool.typing import Vector
 LEAST_SHARE = 0.005
 
 
-def load_columns(
-    record: MotionRecord, bench: Bench, window: int, velocity: Vector, sign: Vector
-) -> dict[str, Vector]:
+def load_columns(motion: SmoothedMotion, bench: Bench) -> dict[str, Vector]:
     """Return the column (n,) of each parameter of the bench's load terms.
 
-    `velocity` (n,) is smoothed, `sign` (n,) is the sign of each stroke. Raises UnusableLogs if a
-    term needs a position that was not measured.
+    Raises UnusableLogs if a term needs a position that was not measured.
     """
+    record = motion.record
+    window = motion.window
     terms = declared_terms(bench)
+    effects = declared_effects(bench)
+    absolute = [
+        *(DECLARED[term] for term in terms if term != DIRECTION),
+        *(effect.term for effect in effects if effect.needs_position),
+    ]
     out = dict[str, Vector]()
-    if record.velocity is not None and any(term != DIRECTION for term in terms):
+    if record.velocity is not None and absolute:
         raise UnusableLogs(
-            f"{record.name} has a velocity and no position, on which {', '.join(terms)} of "
+            f"{record.name} has a velocity and no position, on which {', '.join(absolute)} of "
             "load.terms depend"
         )
     for term in terms:
         if term == DIRECTION:
-            columns: tuple[Vector, ...] = (np.where(sign < 0.0, velocity, 0.0),)
+            columns: tuple[Vector, ...] = (np.where(motion.sign < 0.0, motion.velocity, 0.0),)
         elif term in HARMONICS:
             angle = wave_number(term, bench) * record.position
             columns = (
@@ -60,6 +67,8 @@ def load_columns(
         else:
             columns = (_smoothed(record.position, window, record.period),)
         out.update(zip(TERMS[term], columns, strict=True))
+    for effect in effects:
+        out.update(zip(effect.names, effect.columns(motion), strict=True))
     return out
 
 

@@ -3,7 +3,8 @@
     direction   viscous friction backward differs from forward
     spring      + stiffness x
     gravity     + gravity_sine sin(x) + gravity_cosine cos(x)      rotary: an unbalanced arm
-    ripple      + ripple_sine sin(n x) + ripple_cosine cos(n x)    n known: poles, slots, teeth
+    ripple      + ripple_sine sin(n x) + ripple_cosine cos(n x)    n known: poles, slots, teeth;
+                ripple_2 to ripple_6 are further harmonics with their own n
 
 Coulomb friction that differs by direction cannot be separated from the offset; therefore it is not
 a load term.
@@ -27,30 +28,35 @@ from frictool.documents.laws import Backward, Gravity
 from frictool.documents.laws import Laws as LawsDocument
 from frictool.documents.laws import Load as LoadLaw
 from frictool.documents.laws import Ripple as RippleLaw
-from frictool.documents.load_terms import LoadTerms, Term
+from frictool.documents.load_terms import MOST_HARMONICS, LoadTerms, Term
 from frictool.documents.quantity import Estimate
 from frictool.engine.effort_replay import replay_parameters
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
 from frictool.identify.motion_record import MotionRecord
+from frictool.identify.rows.effects import effect_names
 from frictool.plant.axis import BACKLASH_BREAKAWAY_RATIO, AxisParameters
 from frictool.plant.axis_friction_laws import AxisFrictionLevels, AxisLaws
 from frictool.plant.position_load import LoadHarmonic, PositionLoad
 from frictool.typing import Vector
 
 DIRECTION, SPRING, GRAVITY, RIPPLE = "direction", "spring", "gravity", "ripple"
-HARMONICS = (GRAVITY, RIPPLE)
+RIPPLES = (RIPPLE, *(f"{RIPPLE}_{k}" for k in range(2, MOST_HARMONICS + 1)))
+HARMONICS = (GRAVITY, *RIPPLES)
 TERMS: dict[str, tuple[str, ...]] = {
     DIRECTION: ("viscous_backward",),
     SPRING: ("stiffness",),
     GRAVITY: ("gravity_sine", "gravity_cosine"),
-    RIPPLE: ("ripple_sine", "ripple_cosine"),
+    **{
+        term: (term.replace(RIPPLE, "ripple_sine"), term.replace(RIPPLE, "ripple_cosine"))
+        for term in RIPPLES
+    },
 }
 # name of each term in `load.terms`
 DECLARED: dict[str, Term] = {
     DIRECTION: "viscous_by_direction",
     SPRING: "spring",
     GRAVITY: "gravity",
-    RIPPLE: "ripple",
+    **dict.fromkeys(RIPPLES, "ripple"),
 }
 POSITIVE = ("inertia", "viscous", "coulomb", "viscous_backward", "coulomb_backward")
 HALVES = ("coulomb_backward",)  # parameters that belong to no term
@@ -67,11 +73,9 @@ def names_of(terms: tuple[str, ...]) -> tuple[str, ...]:
 def declared_terms(bench: Bench) -> tuple[str, ...]:
     """Return the terms that the bench declares."""
     named = () if bench.load is None else bench.load.terms
-    return tuple(
-        term
-        for term in TERMS
-        if term in named or (term == DIRECTION and "viscous_by_direction" in named)
-    )
+    harmonics = bench.load.ripple.numbers if bench.load and bench.load.ripple else ()
+    absent = RIPPLES[len(harmonics) :]
+    return tuple(term for term in TERMS if DECLARED[term] in named and term not in absent)
 
 
 def possible(bench: Bench) -> tuple[str, ...]:
@@ -87,7 +91,8 @@ def wave_number(term: str, bench: Bench) -> float:
         return 1.0
     assert bench.load is not None
     assert bench.load.ripple is not None
-    return 2.0 * np.pi * bench.load.ripple.cycles / bench.load.ripple.per.value
+    ripple = bench.load.ripple
+    return 2.0 * np.pi * ripple.numbers[RIPPLES.index(term)] / ripple.per.value
 
 
 def start_of(name: str, known: Mapping[str, float]) -> float:
@@ -157,7 +162,7 @@ def laws_of(identified: Mapping[str, Interval], bench: Bench) -> LawsDocument | 
         least = 0.0 if name in POSITIVE else -math.inf
         return identified[name].estimate(dimension, bench.axis, least)
 
-    backward = load = ripple = None
+    backward = load = None
     if "viscous_backward" in identified or "coulomb_backward" in identified:
         viscous = known("viscous_backward", "viscous") if "viscous_backward" in identified else None
         backward = Backward(
@@ -170,18 +175,16 @@ def laws_of(identified: Mapping[str, Interval], bench: Bench) -> LawsDocument | 
         if "gravity_sine" in identified
         else None
     )
-    if "ripple_sine" in identified:
-        assert bench.load is not None
-        assert bench.load.ripple is not None
+    ripples = list[RippleLaw]()
+    if bench.load is not None and bench.load.ripple is not None:
         repeats = bench.load.ripple
-        ripple = RippleLaw(
-            repeats.cycles,
-            repeats.per,
-            known("ripple_sine", "effort"),
-            known("ripple_cosine", "effort"),
-        )
-    if stiffness is not None or gravity is not None or ripple is not None:
-        load = LoadLaw(stiffness, gravity, ripple)
+        ripples = [
+            RippleLaw(cycles, repeats.per, *(known(name, "effort") for name in TERMS[term]))
+            for term, cycles in zip(RIPPLES, repeats.numbers, strict=False)
+            if TERMS[term][0] in identified
+        ]
+    if stiffness is not None or gravity is not None or ripples:
+        load = LoadLaw(stiffness, gravity, ripples[0] if ripples else None, tuple(ripples[1:]))
     return None if backward is None and load is None else LawsDocument(backward=backward, load=load)
 
 
@@ -195,9 +198,10 @@ def load_values(laws: LawsDocument | None) -> dict[str, float]:
         "stiffness": load.stiffness,
         "viscous_backward": None if backward is None else backward.viscous,
     }
-    for name, harmonic in (("gravity", load.gravity), ("ripple", load.ripple)):
+    harmonics = [(RIPPLES[k], ripple) for k, ripple in enumerate(load.ripples)]
+    for term, harmonic in ((GRAVITY, load.gravity), *harmonics):
         if harmonic is not None:
-            estimates |= {f"{name}_sine": harmonic.sine, f"{name}_cosine": harmonic.cosine}
+            estimates |= dict(zip(TERMS[term], (harmonic.sine, harmonic.cosine), strict=True))
     return {name: one.value for name, one in estimates.items() if one is not None}
 
 
@@ -224,23 +228,27 @@ def bench_with_terms(bench: Bench, terms: tuple[str, ...]) -> Bench:
 def with_laws(fit: SlidingFit, bench: Bench) -> SlidingFit:
     """Return the fit with its load parameters as laws; an infinite interval is not identified."""
     sliding = {name: interval for name, interval in fit.parameters.items() if name in SLIDING}
-    determined = {
+    removed = effect_names()
+    loads = {
         name: interval
         for name, interval in fit.parameters.items()
-        if name not in sliding and np.isfinite(interval.half_width)
+        if name not in sliding and name not in removed
     }
-    endless = {
-        name: TOO_FEW_REPETITIONS
-        for name in fit.parameters
-        if name not in sliding and name not in determined
+    determined = {
+        name: interval for name, interval in loads.items() if np.isfinite(interval.half_width)
     }
+    endless = {name: TOO_FEW_REPETITIONS for name in loads if name not in determined}
     determined = {
         name: interval
         for name, interval in determined.items()
         if name in HALVES or not any(other in endless for other in _term(name))
     }
     return replace(
-        fit, parameters=sliding, refused={**fit.refused, **endless}, laws=laws_of(determined, bench)
+        fit,
+        parameters=sliding,
+        refused={**fit.refused, **endless},
+        laws=laws_of(determined, bench),
+        effects={name: one for name, one in fit.parameters.items() if name in removed},
     )
 
 

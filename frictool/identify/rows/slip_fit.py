@@ -24,6 +24,7 @@ from frictool.documents.bench import Bench
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
+from frictool.identify.rows.effects import SmoothedMotion
 from frictool.identify.rows.load_columns import load_columns
 from frictool.identify.rows.load_terms import HARMONICS, SPRING, TERMS, with_laws
 from frictool.identify.rows.quantisation_limit import refuse_hidden_inertia
@@ -218,7 +219,7 @@ def slipping_rows(
     """
     strokes = find_strokes(record)
     mask = slipping_mask(record, strokes, bench, signals[1], window, every)
-    loads = load_columns(record, bench, window, signals[1], strokes.sign)
+    loads = load_columns(SmoothedMotion(record, window, *signals, strokes.sign), bench)
     for values in (*signals, strokes.sign, strokes.number):
         keep_rows(mask, values)
     kept = np.count_nonzero(mask)

@@ -1,0 +1,568 @@
+"""Competing explanations of the effort, weighed by the prediction of unseen strokes.
+
+`auto` adds one hypothesis at a time to inertia, viscous, Coulomb and offset:
+
+- loads: a spring and, on a rotary axis, gravity; harmonics of a ripple, with wave numbers from the
+  spectrum of the residual over the position (`position_spectrum`)
+- effects that only disturb the fit (`rows/effects.py`), such as a drifting offset
+- viscous friction by direction, which is only compared: the simulation decides on it
+  (`structure_selection`)
+
+All hypotheses are columns of one regression, reduced once to triangles, and have one score: the
+squared prediction error of the strokes of the other half. The best one is used if
+
+1. the squares of the strokes decrease beyond chance and the held-out error falls by a fifth
+   (`term_selection.clearly_better`), and
+2. its parameters differ from 0 in the joint test over clusters (`joint_test`) at FALSE_ALARM over
+   all hypotheses together; half of it is shared by the wave numbers.
+
+A load is not claimed if an effect predicts the strokes as well. A hypothesis that the others make
+needless is removed again. What is significant in the end, but not used, is left in the residual and
+is reported with its size.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import msgspec
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.documents.load_terms import MOST_HARMONICS, LoadTerms, RipplePeriod, Term
+from frictool.documents.quantity import Quantity
+from frictool.identify.estimators.position_spectrum import SpectrumPeak, highest_peak, snapped
+from frictool.identify.fit_result import SLIDING, Explanation, UnusableLogs
+from frictool.identify.methods import IdentificationSettings
+from frictool.identify.motion_record import MotionRecord
+from frictool.identify.regression.joint_test import joint_probability
+from frictool.identify.regression.regression import SingularRegressors, least
+from frictool.identify.regression.term_selection import (
+    beyond_chance,
+    by_stroke,
+    clearly_better,
+    halved,
+)
+from frictool.identify.regression.tsqr import Tensor, merged
+from frictool.identify.rows.effects import EFFECTS
+from frictool.identify.rows.load_columns import indistinct_terms
+from frictool.identify.rows.load_terms import DECLARED, DIRECTION, GRAVITY, RIPPLES, SPRING, TERMS
+from frictool.identify.rows.regression_samples import (
+    RegressionSamples,
+    joined,
+    parameters_of,
+    reduced,
+)
+from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping_rows, stroke_samples
+from frictool.identify.rows.smoothing import (
+    acceleration_response,
+    choose_window,
+    measurement_noise,
+    smoothed,
+)
+from frictool.typing import IntVector, Matrix, Vector
+
+FALSE_ALARM = 0.02  # of all hypotheses together
+ROWS_PER_WINDOW = 8  # rows of a smoothing window; nearer ones repeat each other
+MOST_ROWS = 8_000  # samples of all records divided by this is the least distance of two rows
+MOST_SAMPLES, PARTS = 300_000, 20  # of longer logs, evenly spaced parts are searched
+MOST_LEFT = 3  # hypotheses reported as left in the residual
+NOTICEABLE = 0.95  # largest held-out squares of what is left, relative to those without it
+# least effort of a derivative of smoothed signals, relative to that of the encoder's noise
+ABOVE_NOISE = 3.0
+ECCENTRICITY: Term = "eccentricity"
+EQUAL = 1.1  # squares of two hypotheses that predict alike, largest ratio
+
+
+@dataclass(frozen=True)
+class Hypothesis:
+    """One hypothesis: its term, its columns, its physical name, and what settles it, as text.
+
+    - claims: True if the model document then contains a load
+    - differentiates: True if the columns are derivatives of smoothed signals
+    """
+
+    term: str
+    names: tuple[str, ...]
+    what: str
+    settle: str
+    claims: bool = False
+    differentiates: bool = False
+
+    @property
+    def declared(self) -> Term:
+        """Return the name in `load.terms`."""
+        return DECLARED.get(self.term, self.term)  # type: ignore[arg-type]
+
+
+LOADS = (
+    Hypothesis(
+        SPRING,
+        TERMS[SPRING],
+        "a spring",
+        "take the spring off the axis, or declare load.terms: [offset, spring]",
+        claims=True,
+    ),
+    Hypothesis(
+        GRAVITY,
+        TERMS[GRAVITY],
+        "gravity",
+        "turn the axis by 90 deg, or declare load.terms: [offset, gravity]",
+        claims=True,
+    ),
+    Hypothesis(
+        DIRECTION,
+        TERMS[DIRECTION],
+        "viscous friction that differs by direction",
+        "declare load.terms: [offset, viscous_by_direction]",
+    ),
+)
+REMOVED = tuple(
+    Hypothesis(
+        effect.term, effect.names, effect.what, effect.settle, differentiates=effect.differentiates
+    )
+    for effect in EFFECTS
+)
+AFTER_POSITION = {
+    SPRING,
+    GRAVITY,
+    *(effect.term for effect in EFFECTS if effect.needs_position),
+}
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Terms beyond the four sliding parameters, and the wave numbers (1/rad | 1/m) of the ripple.
+
+    The terms of harmonics are those of RIPPLES, one for each wave number.
+    """
+
+    terms: tuple[str, ...] = ()
+    waves: tuple[float, ...] = ()
+
+    def load(self, rotary: bool) -> LoadTerms:
+        """Return the load terms of the bench."""
+        names = dict.fromkeys(("offset", *(DECLARED.get(term, term) for term in self.terms)))
+        per = 2.0 * np.pi if rotary else 1.0
+        cycles = tuple(wave * per / (2.0 * np.pi) for wave in self.waves)
+        unit = "rad" if rotary else "m"
+        ripple = RipplePeriod(cycles[0], Quantity(per, unit=unit), cycles[1:]) if cycles else None
+        return LoadTerms(tuple(names), ripple)  # type: ignore[arg-type]
+
+
+@dataclass(frozen=True)
+class ReducedRows:
+    """Rows of all hypotheses, reduced to triangles (g, q, q) of runs with q - 1 columns.
+
+    - names: names of the columns, (q - 1,)
+    - base: names of the columns that are always in the fit
+    - cluster, stroke: cluster and stroke of each run, (g,)
+    - noise: effort (rms) of the encoder's noise in the inertia's column for an inertia of 1
+    """
+
+    samples: RegressionSamples
+    plain: Tensor
+    cluster: IntVector
+    stroke: IntVector
+    names: tuple[str, ...]
+    base: tuple[str, ...]
+    noise: float
+
+    def columns(self, hypotheses: Sequence[Hypothesis]) -> list[int]:
+        """Return the indices of the columns of the base and of these hypotheses."""
+        chosen = {*self.base, *(name for one in hypotheses for name in one.names)}
+        return [k for k, name in enumerate(self.names) if name in chosen]
+
+    @cached_property
+    def half(self) -> IntVector:
+        """Return the half of each run, 0 or 1, (g,)."""
+        return halved(self.stroke)
+
+    @cached_property
+    def sides(self) -> Tensor:
+        """Return the triangle of each half, (2, q, q); each is computed once for all trials."""
+        return np.array([_triangle(self.plain[self.half == side]) for side in (0, 1)])
+
+    def fitted(self, columns: Sequence[int]) -> Vector:
+        """Return the parameters (p,) of these columns, fitted to all rows."""
+        return least(self.sides[:, :, [*columns, -1]])[0]
+
+    def squares(self, hypotheses: Sequence[Hypothesis]) -> Vector | None:
+        """Return the squared prediction error of each stroke (s,), or None if undetermined.
+
+        Each half is predicted by a fit to the other half.
+        """
+        chosen = [*self.columns(hypotheses), -1]
+        out = np.empty(self.half.size)
+        for side in (0, 1):
+            try:
+                value = least(self.sides[1 - side : 2 - side, :, chosen])[0]
+            except SingularRegressors:
+                return None
+            parts = self.plain[self.half == side][:, :, chosen]
+            out[self.half == side] = np.sum(
+                (parts[:, :, -1] - parts[:, :, :-1] @ value) ** 2, axis=1
+            )
+        return by_stroke(out, self.stroke)
+
+    def probability(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> float:
+        """Return the probability of the data if the tested hypothesis does not act."""
+        columns = self.columns([*others, tested])
+        indices = [k for k, column in enumerate(columns) if self.names[column] in tested.names]
+        return joint_probability(self.plain[:, :, [*columns, -1]], self.cluster, indices)
+
+    def effort(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> float:
+        """Return the effort (rms, N m | N) that the tested hypothesis explains."""
+        columns = self.columns([*others, tested])
+        value = self.fitted(columns)
+        factor = np.zeros(len(self.names))
+        for k, one in zip(columns, value, strict=True):
+            factor[k] = one if self.names[k] in tested.names else 0.0
+        size = float(np.linalg.norm(self.sides[:, :, :-1] @ factor))
+        return size / float(np.sqrt(self.samples.velocity.size))
+
+    def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
+        """Return whether the travel and the encoder's noise allow the tested hypothesis."""
+        columns = self.columns([*others, tested])
+        names = [self.names[k] for k in columns]
+        if indistinct_terms(self.sides[:, :, [*columns, -1]], names, self.samples.velocity.size):
+            return False
+        if not tested.differentiates:
+            return True
+        try:
+            inertia = float(self.fitted(columns)[0])
+            return self.effort(tested, others) > ABOVE_NOISE * abs(inertia) * self.noise
+        except SingularRegressors:
+            return False
+
+    def residual(self, hypotheses: Sequence[Hypothesis]) -> Vector:
+        """Return the residual effort (n,) of the rows."""
+        columns = self.columns(hypotheses)
+        value = self.fitted(columns)
+        named = dict(zip(SLIDING, self.samples.columns, strict=True)) | self.samples.loads
+        out = self.samples.effort.copy()
+        for k, v in zip(columns, value, strict=True):
+            out -= v * named[self.names[k]]
+        return out
+
+
+def _triangle(parts: Tensor) -> Matrix:
+    """Return the square triangle (q, q) of all runs; zeros fill the rows that a few runs lack."""
+    q = parts.shape[2]
+    out = np.zeros((q, q))
+    if parts.shape[0]:
+        triangle = merged(parts)
+        out[: triangle.shape[0]] = triangle
+    return out
+
+
+@dataclass(frozen=True)
+class ExplanationSearch:
+    """Records of one axis, their bench, and the smoothing window of each record."""
+
+    records: Sequence[MotionRecord]
+    bench: Bench
+    settings: IdentificationSettings
+    windows: tuple[int, ...]
+
+    @classmethod
+    def of(
+        cls, records: Sequence[MotionRecord], bench: Bench, settings: IdentificationSettings
+    ) -> ExplanationSearch:
+        """Return the search over evenly spaced parts of the records.
+
+        Raises UnusableLogs if nothing moves.
+        """
+        share = MOST_SAMPLES / sum(record.position.size for record in records)
+        parts = [_thinned(record, share) for record in records]
+        lengths = [stroke_samples(record) for record in parts]
+        moving = [
+            (part, settings.window or choose_window(part, length, SMALLEST_SHARE))
+            for part, length in zip(parts, lengths, strict=True)
+            if length > 0.0
+        ]
+        if not moving:
+            raise UnusableLogs("no sample slips: no motion exceeds one encoder count")
+        used, windows = zip(*moving, strict=True)
+        return cls(used, bench, settings, windows)
+
+    @property
+    def rotary(self) -> bool:
+        """Return whether the axis is rotary."""
+        return self.bench.axis == "rotary"
+
+    @property
+    def declared_waves(self) -> tuple[float, ...]:
+        """Return the wave numbers of the ripple that the bench declares, 1/rad | 1/m."""
+        load = self.bench.load
+        if load is None or load.ripple is None:
+            return ()
+        return tuple(2.0 * np.pi * one / load.ripple.per.value for one in load.ripple.numbers)
+
+    @property
+    def hypotheses(self) -> tuple[Hypothesis, ...]:
+        """Return the hypotheses of this axis that the bench does not declare, without ripple."""
+        named = () if self.bench.load is None else self.bench.load.terms
+        measured = any(record.velocity is not None for record in self.records)
+        return tuple(
+            one
+            for one in (*LOADS, *REMOVED)
+            if one.declared not in named
+            and not (one.term == GRAVITY and not self.rotary)
+            and not (one.term == ECCENTRICITY and not self.rotary)
+            and not (measured and one.term in AFTER_POSITION)
+        )
+
+    def rows(self, waves: tuple[float, ...]) -> ReducedRows:
+        """Return the rows with the columns of all hypotheses and of a ripple of these waves.
+
+        Raises UnusableLogs if nothing slips.
+        """
+        declared = self.bench.load or LoadTerms(("offset",))
+        terms = (*(one.term for one in self.hypotheses), *RIPPLES[: len(waves)])
+        load = Structure(terms, waves).load(self.rotary)
+        named = dict.fromkeys((*declared.terms, *load.terms[1:]))
+        load = msgspec.structs.replace(declared, terms=tuple(named), ripple=load.ripple)
+        bench = msgspec.structs.replace(self.bench, load=load)
+        size = sum(record.position.size for record in self.records)
+        least_step = max(1, size // MOST_ROWS)
+        parts = []
+        for record, window in zip(self.records, self.windows, strict=True):
+            every = max(least_step, window // ROWS_PER_WINDOW)
+            parts.append(slipping_rows(record, bench, window, smoothed(record, window), every))
+        samples = joined(parts)
+        if samples.velocity.size == 0:
+            raise UnusableLogs("no sample slips for longer than its smoothing window")
+        names, refused = parameters_of(samples)
+        if names[:3] != SLIDING[:3] or "coulomb" in refused:
+            raise UnusableLogs("the motion does not determine Coulomb friction and offset")
+        plain, _, cluster, stroke = reduced(
+            samples, np.ones(samples.velocity.size), len(names), ROWS_PER_WINDOW
+        )
+        tried = {name for one in self.hypotheses for name in one.names}
+        fixed = len(self.declared_waves)
+        tried |= {name for term in RIPPLES[fixed : len(waves)] for name in TERMS[term]}
+        every_name = (*names, *samples.loads)
+        base = tuple(name for name in every_name if name not in tried)
+        record = self.records[0]
+        noise = measurement_noise(record) * float(
+            np.linalg.norm(acceleration_response(record, self.windows[0]))
+        )
+        return ReducedRows(samples, plain, cluster, stroke, every_name, base, noise)
+
+    def ripple(
+        self, rows: ReducedRows, waves: tuple[float, ...], used: Sequence[Hypothesis]
+    ) -> tuple[Hypothesis, SpectrumPeak] | None:
+        """Return the harmonic at the highest peak of the residual's spectrum, or None."""
+        position = rows.samples.loads.get(TERMS[SPRING][0])
+        if position is None or len(waves) == MOST_HARMONICS:
+            return None
+        speed = float(np.quantile(np.abs(rows.samples.velocity), 0.25))
+        shortest = max(
+            max(speed * window * record.period, 4.0 * record.resolution)
+            for window, record in zip(self.windows, self.records, strict=True)
+        )
+        half = halved(np.unique(rows.samples.stroke, return_inverse=True)[1])
+        excluded = (*waves, *((1.0,) if self.rotary else ()))
+        peak = highest_peak(position, rows.residual(used), half, shortest, excluded)
+        if peak is None:
+            return None
+        if self.rotary:
+            peak = replace(peak, number=snapped(peak))
+        term = RIPPLES[len(waves)]
+        if self.rotary:
+            shown = f"{peak.number:.4g} cycles a turn"
+            key = f"{{cycles: {peak.number:.4g}, per: {{value: 1, unit: turn}}}}"
+        else:
+            length = 2e3 * np.pi / peak.number
+            shown = f"a period of {length:.4g} mm"
+            key = f"{{cycles: 1, per: {{value: {length:.4g}, unit: mm}}}}"
+        what = f"a ripple over the position with {shown}"
+        settle = f"declare load: {{terms: [offset, ripple], ripple: {key}}}"
+        return Hypothesis(term, TERMS[term], what, settle, claims=True), peak
+
+
+def _thinned(record: MotionRecord, share: float) -> MotionRecord:
+    """Return PARTS evenly spaced parts of a record, a share of it; each part is a piece."""
+    if share >= 1.0:
+        return record
+    size = record.position.size
+    length = int(share * size / PARTS)
+    starts = np.linspace(0, size - length, PARTS).astype(np.int64)
+    index = (starts[:, None] + np.arange(length)).ravel()
+    kept = record.part(index)
+    breaks = np.diff(kept.piece, prepend=0) != 0
+    breaks[length::length] = True
+    return replace(kept, piece=np.cumsum(breaks))
+
+
+@dataclass(frozen=True)
+class Trial:
+    """Hypothesis with its squared prediction errors of the strokes, (s,), and its level."""
+
+    hypothesis: Hypothesis
+    rows: ReducedRows
+    squares: Vector
+    level: float
+    wave: float | None = None
+
+    @property
+    def sum(self) -> float:
+        """Return the sum of the squares."""
+        return float(np.sum(self.squares))
+
+
+def _trials(
+    search: ExplanationSearch,
+    rows: ReducedRows,
+    waves: tuple[float, ...],
+    used: Sequence[Hypothesis],
+) -> list[Trial]:
+    """Return the visible hypotheses that are not used, each tried in addition to the used ones."""
+    free = [one for one in search.hypotheses if one not in used]
+    level = 0.5 * FALSE_ALARM / max(len(search.hypotheses), 1)
+    candidates: list[tuple[Hypothesis, ReducedRows, float, float | None]] = [
+        (one, rows, level, None) for one in free
+    ]
+    found = search.ripple(rows, waves, used)
+    if found is not None:
+        harmonic, peak = found
+        more = search.rows((*waves, peak.number))
+        candidates.append((harmonic, more, 0.5 * FALSE_ALARM / peak.tried, peak.number))
+    out = []
+    for one, table, chance, wave in candidates:
+        squares = table.squares([*used, one])
+        if squares is not None and table.visible(one, used):
+            out.append(Trial(one, table, squares, chance, wave))
+    return out
+
+
+def search_explanations(
+    records: Sequence[MotionRecord], bench: Bench, settings: IdentificationSettings
+) -> tuple[LoadTerms | None, tuple[Explanation, ...]]:
+    """Return the load terms that the logs support, and what explains or is left in the effort.
+
+    The terms are None if the bench declares its loads, if no hypothesis is supported, or if nothing
+    slips.
+    """
+    try:
+        search = ExplanationSearch.of(records, bench, settings)
+        waves = search.declared_waves
+        rows = search.rows(waves)
+    except UnusableLogs:
+        return None, ()
+    used: list[Hypothesis] = []
+    out: list[Explanation] = []
+    best = rows.squares(used)
+    trials = _trials(search, rows, waves, used)
+    while bench.load is None and best is not None and trials:
+        trial = min(trials, key=lambda one: one.sum)
+        rivals = _rivals(trial, trials, settings.confidence)
+        effect = next((one for one in rivals if not one.hypothesis.claims), None)
+        if trial.hypothesis.claims and effect is not None:
+            rivals = [trial, *(one for one in rivals if one is not effect)]
+            trial = effect
+        if trial.hypothesis.term == DIRECTION or not _supported(trial, best, used, settings):
+            break
+        out.append(_explanation(trial, used, float(np.sum(best)), rivals, "used"))
+        used.append(trial.hypothesis)
+        best = trial.squares
+        if trial.wave is not None:
+            waves = (*waves, trial.wave)
+            rows = trial.rows
+        trials = _trials(search, rows, waves, used)
+    for one in list(used):
+        others = [other for other in used if other is not one]
+        if one.term in RIPPLES or not others:
+            continue
+        if not clearly_better(best, rows.squares(others), settings.confidence):
+            used = others
+            best = rows.squares(used)
+            out = [kept for kept in out if kept.name != one.declared or kept.what != one.what]
+    out += _left(search, rows, waves, used, settings)
+    structure = Structure(tuple(one.term for one in used), waves)
+    return (structure.load(search.rotary) if used else None), tuple(out)
+
+
+def _rivals(best: Trial, trials: Sequence[Trial], confidence: float) -> list[Trial]:
+    """Return the other trials that predict unseen strokes as well as the best one.
+
+    Their squares are at most EQUAL times as large, and not larger beyond chance.
+    """
+    return [
+        one
+        for one in trials
+        if one is not best
+        and one.sum <= EQUAL * best.sum
+        and not beyond_chance(best.squares, one.squares, confidence)
+    ]
+
+
+def _supported(
+    trial: Trial, simpler: Vector, used: Sequence[Hypothesis], settings: IdentificationSettings
+) -> bool:
+    """Return whether a trial predicts clearly better, and its parameters differ from 0."""
+    return (
+        clearly_better(trial.squares, simpler, settings.confidence)
+        and trial.rows.probability(trial.hypothesis, used) < trial.level
+    )
+
+
+def _left(
+    search: ExplanationSearch,
+    rows: ReducedRows,
+    waves: tuple[float, ...],
+    used: Sequence[Hypothesis],
+    settings: IdentificationSettings,
+) -> list[Explanation]:
+    """Return the significant hypotheses that are left in the residual, the largest first."""
+    out: list[Explanation] = []
+    seen = list(used)
+    while len(out) < MOST_LEFT:
+        simpler = rows.squares(seen)
+        if simpler is None:
+            break
+        significant = [
+            one
+            for one in _trials(search, rows, waves, seen)
+            if one.sum < NOTICEABLE * float(np.sum(simpler))
+            and beyond_chance(one.squares, simpler, settings.confidence)
+            and one.rows.probability(one.hypothesis, seen) < one.level
+        ]
+        if not significant:
+            break
+        trial = min(significant, key=lambda one: one.sum)
+        rivals = _rivals(trial, significant, settings.confidence)
+        out.append(_explanation(trial, seen, float(np.sum(simpler)), rivals, "left"))
+        seen.append(trial.hypothesis)
+        rows = trial.rows
+        waves = waves if trial.wave is None else (*waves, trial.wave)
+    return out
+
+
+def _explanation(
+    trial: Trial,
+    others: Sequence[Hypothesis],
+    before: float,
+    rivals: Sequence[Trial],
+    state: str,
+) -> Explanation:
+    """Return the view of a trial; `before` are the squares without it."""
+    one = trial.hypothesis
+    alike = tuple(rival.hypothesis.what for rival in rivals)
+    position = trial.rows.samples.loads.get(TERMS[SPRING][0])
+    if one.term == ECCENTRICITY and position is not None and np.ptp(position) < 2.0 * np.pi:
+        turn = float(np.ptp(position)) / (2.0 * np.pi)
+        alike = (*alike, f"over {turn:.2g} of a turn another load of one cycle a turn")
+    return Explanation(
+        one.declared,
+        one.what,
+        state,
+        trial.rows.effort(one, others),
+        trial.rows.probability(one, others),
+        float(np.sqrt(trial.sum / before)) if before > 0.0 else 1.0,
+        one.settle,
+        alike,
+    )

@@ -1,0 +1,100 @@
+"""Spectrum of a residual over the position: least-squares periodogram on a grid of wave numbers.
+
+The residual is summed in bins of the position, and one FFT of the bins gives the amplitude
+2 |sum r exp(-i n x)|/m of each wave number n. It is computed for both halves of the strokes; the
+smaller amplitude of the two counts, so that a peak has to occur in both halves.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictool.typing import IntVector, Vector
+
+LEAST_PERIODS = 1.5  # periods within the travel; fewer look like a spring
+BINS_PER_PERIOD = 6  # of the shortest period
+OVERSAMPLING = 16  # grid points of the wave number in a resolution 2 pi/travel
+MOST_BINS = 1 << 15
+# distance to a whole number of cycles a turn up to which a peak is that number: share of the
+# resolution, and cycles
+SNAP, FARTHEST = (0.35, 0.2)
+
+
+@dataclass(frozen=True)
+class SpectrumPeak:
+    """Peak of a spectrum over the position.
+
+    - number: wave number n, 1/rad | 1/m
+    - amplitude: amplitude of the residual there, N m | N
+    - resolution: 2 pi/travel, the difference of two wave numbers that the travel can separate
+    - tried: number of wave numbers that the spectrum can distinguish
+    """
+
+    number: float
+    amplitude: float
+    resolution: float
+    tried: int
+
+
+def highest_peak(
+    position: Vector,
+    residual: Vector,
+    half: IntVector,
+    shortest: float,
+    excluded: tuple[float, ...] = (),
+) -> SpectrumPeak | None:
+    """Return the highest peak of the residual over the position.
+
+    Parameters
+    ----------
+    position, residual
+        Position (n,) [rad | m] and residual effort (n,) [N m | N].
+    half
+        Half of each sample, 0 or 1, (n,).
+    shortest
+        Shortest period [rad | m].
+    excluded
+        Wave numbers [1/rad | 1/m] that do not count, with their neighbours.
+
+    Returns
+    -------
+    SpectrumPeak or None
+        None if the travel is shorter than LEAST_PERIODS of the shortest period.
+    """
+    low = float(position.min())
+    travel = float(np.ptp(position))
+    if travel <= LEAST_PERIODS * shortest or min(np.bincount(half, minlength=2)) == 0:
+        return None
+    bins = min(int(BINS_PER_PERIOD * travel / shortest), MOST_BINS)
+    index = np.minimum((bins * (position - low) / travel).astype(np.int64), bins - 1)
+    size = OVERSAMPLING * bins
+    amplitude = np.min(
+        [
+            2.0
+            * np.abs(
+                np.fft.rfft(np.bincount(index[half == side], residual[half == side], bins), size)
+            )
+            / np.count_nonzero(half == side)
+            for side in (0, 1)
+        ],
+        axis=0,
+    )
+    resolution = 2.0 * np.pi / travel
+    number = np.arange(amplitude.size) * resolution / OVERSAMPLING
+    allowed = (number >= LEAST_PERIODS * resolution) & (number <= 2.0 * np.pi / shortest)
+    for one in excluded:
+        allowed &= np.abs(number - one) > 0.75 * resolution
+    if not allowed.any():
+        return None
+    best = int(np.argmax(np.where(allowed, amplitude, 0.0)))
+    tried = max(1, int(np.count_nonzero(allowed) / OVERSAMPLING))
+    return SpectrumPeak(float(number[best]), float(amplitude[best]), resolution, tried)
+
+
+def snapped(peak: SpectrumPeak) -> float:
+    """Return the wave number of a rotary axis, a whole number if the peak is near to it."""
+    nearest = float(round(peak.number))
+    near = abs(nearest - peak.number) <= min(SNAP * peak.resolution, FARTHEST)
+    return nearest if near and nearest >= 1.0 else peak.number

@@ -1,0 +1,227 @@
+"""Effects that act on real machines and disturb the fit of the sliding parameters: one registry.
+
+    effort = inertia a + viscous v + coulomb s + offset + load(x) + effect
+
+The columns of a declared effect (`load.terms`) are added to the regression, and the other
+parameters no longer absorb the effect. The model document does not contain the effects. Columns
+over the log's time and over the travel are Legendre polynomials without their constant, so that the
+sliding parameters are means over the log and over the travel.
+
+    drift                   P_k(t), k = 1 to 4                  an offset that changes slowly
+    warming                 s P_1, s P_2, v P_1, v P_2 of t     friction that changes along the log
+    eccentricity            J e, c e of x + e sin(x + phase)    encoder: (sin x)'', (sin x)', ...
+    stribeck                s exp(-(v / w)^2), w = 5 %, 15 %    of the record's top speed
+    friction_over_position  s P_k(x), k = 1 to 3                over the record's travel
+    inertial_friction       s |a|                               friction under the inertial load
+    delay                   -du/dt                              current read late, or current loop
+    resonance               a''                                 one compliance, to first order
+
+`eccentricity` follows from the true position x + e sin(x + phase) in the equation of motion, to
+first order in e. `delay` and `resonance` are the first terms of the Taylor series in the delay and
+in the square of the resonance's period.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.documents.load_terms import Term
+from frictool.identify.motion_record import MotionRecord
+from frictool.typing import Vector
+
+DRIFT_ORDER, WARMING_ORDER, TRAVEL_ORDER = 4, 2, 3
+SLOW_SHARES = (0.05, 0.15)  # of the top speed, widths of the columns of `stribeck`
+
+
+@dataclass(frozen=True)
+class SmoothedMotion:
+    """Smoothed signals (n,) of a record in SI units; they are NaN at the ends of the record.
+
+    `window` is the number of samples of the smoothing, `sign` the direction of each stroke.
+    """
+
+    record: MotionRecord
+    window: int
+    acceleration: Vector
+    velocity: Vector
+    effort: Vector
+    sign: Vector
+
+
+@dataclass(frozen=True)
+class Effect:
+    """One effect and its columns of the regression.
+
+    - term: name in `load.terms` of the bench
+    - names: parameters, one for each column
+    - what: physical name, as text
+    - settle: change of the bench or test that settles it, as text
+    - columns: function of the smoothed motion that returns the columns, (n,) each
+    - needs_position: True if the columns depend on the absolute position
+    - differentiates: True if the columns are derivatives of smoothed signals
+    """
+
+    term: Term
+    names: tuple[str, ...]
+    what: str
+    settle: str
+    columns: Callable[[SmoothedMotion], tuple[Vector, ...]]
+    needs_position: bool = False
+    differentiates: bool = False
+
+
+def _legendre(values: Vector, orders: Iterable[int]) -> tuple[Vector, ...]:
+    """Return Legendre polynomials (n,) over the range of values (n,)."""
+    low = float(values.min())
+    high = float(values.max())
+    scaled = 2.0 * (values - low) / max(high - low, 1e-300) - 1.0
+    return tuple(
+        np.asarray(np.polynomial.legendre.Legendre.basis(order)(scaled)) for order in orders
+    )
+
+
+def _over_time(motion: SmoothedMotion, order: int) -> tuple[Vector, ...]:
+    return _legendre(motion.record.time, range(1, order + 1))
+
+
+def _drift(motion: SmoothedMotion) -> tuple[Vector, ...]:
+    return _over_time(motion, DRIFT_ORDER)
+
+
+def _warming(motion: SmoothedMotion) -> tuple[Vector, ...]:
+    shapes = _over_time(motion, WARMING_ORDER)
+    return (*(motion.sign * one for one in shapes), *(motion.velocity * one for one in shapes))
+
+
+def _eccentricity(motion: SmoothedMotion) -> tuple[Vector, ...]:
+    """Return second and first derivatives of sin x and cos x; the encoder's turn is the axis's."""
+    x, v, a = motion.record.position, motion.velocity, motion.acceleration
+    sine = np.sin(x)
+    cosine = np.cos(x)
+    return a * cosine - v**2 * sine, -a * sine - v**2 * cosine, v * cosine, -v * sine
+
+
+def _stribeck(motion: SmoothedMotion) -> tuple[Vector, ...]:
+    top = float(np.nanmax(np.abs(motion.velocity), initial=0.0)) or 1.0
+    return tuple(
+        motion.sign * np.exp(-((motion.velocity / (share * top)) ** 2)) for share in SLOW_SHARES
+    )
+
+
+def _friction_over_position(motion: SmoothedMotion) -> tuple[Vector, ...]:
+    shapes = _legendre(motion.record.position, range(1, TRAVEL_ORDER + 1))
+    return tuple(motion.sign * one for one in shapes)
+
+
+def _inertial_friction(motion: SmoothedMotion) -> tuple[Vector, ...]:
+    return (motion.sign * np.abs(motion.acceleration),)
+
+
+def _delay(motion: SmoothedMotion) -> tuple[Vector, ...]:
+    return (-np.gradient(motion.effort) / motion.record.period,)
+
+
+def _resonance(motion: SmoothedMotion) -> tuple[Vector, ...]:
+    """Return the second difference of the acceleration over a quarter of the window."""
+    a = motion.acceleration
+    step = max((motion.window - 1) // 4, 1)
+    out = np.full(a.size, np.nan)
+    if a.size > 2 * step:
+        out[step:-step] = (a[2 * step :] - 2.0 * a[step:-step] + a[: -2 * step]) / (
+            step * motion.record.period
+        ) ** 2
+    return (out,)
+
+
+def _numbered(name: str, count: int) -> tuple[str, ...]:
+    return tuple(f"{name}_{k}" for k in range(1, count + 1))
+
+
+EFFECTS = (
+    Effect(
+        "drift",
+        _numbered("drift", DRIFT_ORDER),
+        "an offset that drifts slowly along the log",
+        "record the current at rest before and after the test, or declare load.terms: [offset, "
+        "drift]",
+        _drift,
+    ),
+    Effect(
+        "warming",
+        (
+            *_numbered("warming_coulomb", WARMING_ORDER),
+            *_numbered("warming_viscous", WARMING_ORDER),
+        ),
+        "friction that changes along the log (warming)",
+        "record after a warm-up of the same motion, or declare load.terms: [offset, warming]",
+        _warming,
+    ),
+    Effect(
+        "eccentricity",
+        (
+            *("eccentricity_inertia_sine", "eccentricity_inertia_cosine"),
+            *("eccentricity_viscous_sine", "eccentricity_viscous_cosine"),
+        ),
+        "an eccentric encoder (one cycle a turn)",
+        "compare the encoder with another one over a slow turn, or declare load.terms: [offset, "
+        "eccentricity]",
+        _eccentricity,
+        needs_position=True,
+    ),
+    Effect(
+        "stribeck",
+        _numbered("stribeck", len(SLOW_SHARES)),
+        "friction that falls with the speed (Stribeck)",
+        "record runs at constant speeds, slow ones too, for --method stribeck-curve, or declare "
+        "load.terms: [offset, stribeck]",
+        _stribeck,
+    ),
+    Effect(
+        "friction_over_position",
+        _numbered("friction_over_position", TRAVEL_ORDER),
+        "friction that varies over the travel",
+        "record breakaway ramps over the travel, or declare load.terms: [offset, "
+        "friction_over_position]",
+        _friction_over_position,
+        needs_position=True,
+    ),
+    Effect(
+        "inertial_friction",
+        ("inertial_friction",),
+        "friction proportional to the transmitted inertial load",
+        "repeat the motion with another load, or declare load.terms: [offset, inertial_friction]",
+        _inertial_friction,
+    ),
+    Effect(
+        "delay",
+        ("delay",),
+        "a delay between effort and position, or the lag of the current loop",
+        "record a current step for --measurement, correct the time stamps or "
+        "actuator.loop_time_constant_s, or declare load.terms: [offset, delay]",
+        _delay,
+        differentiates=True,
+    ),
+    Effect(
+        "resonance",
+        ("resonance",),
+        "one resonance of a compliant transmission",
+        "record a chirp to higher frequencies, or declare load.terms: [offset, resonance]",
+        _resonance,
+        differentiates=True,
+    ),
+)
+
+
+def declared_effects(bench: Bench) -> tuple[Effect, ...]:
+    """Return the effects that the bench declares."""
+    named = () if bench.load is None else bench.load.terms
+    return tuple(effect for effect in EFFECTS if effect.term in named)
+
+
+def effect_names() -> frozenset[str]:
+    """Return the parameters of all effects."""
+    return frozenset(name for effect in EFFECTS for name in effect.names)
