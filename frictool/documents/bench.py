@@ -300,7 +300,7 @@ class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     - `quadrature`: Encoder channels to decode, by the name of the new column.
     - `instruments`: Further instruments that record at the rig, by name.
     - `load`: Load terms that `identify` estimates. By default an offset; method `auto` also tests
-      for a spring and, on a rotary axis, for gravity.
+      the others.
     """
 
     format: Literal["bench/1"]

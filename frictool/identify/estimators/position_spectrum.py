@@ -19,7 +19,7 @@ OVERSAMPLING = 16  # grid points of the wave number in a resolution 2 pi/travel
 MOST_BINS = 1 << 15
 # distance to a whole number of cycles a turn up to which a peak is that number: share of the
 # resolution, and cycles
-SNAP, FARTHEST = (0.35, 0.2)
+SNAP, FARTHEST = (0.35, 0.35)
 
 
 @dataclass(frozen=True)
