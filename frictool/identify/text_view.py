@@ -145,8 +145,9 @@ def explanation_line(one: Explanation, unit: str) -> str:
     """Return the line on an explanation of the effort, or on what is left in the residual."""
     size = f"{one.what}, {one.effort:.3g} {unit} (rms)"
     error = f"the error on strokes left out of the fit is {one.held_out:.2g} of that without"
+    verb = "predicts" if len(one.rivals) == 1 else "predict"
     rivals = (
-        f"; {' and '.join(one.rivals)} predicts as well, so that this motion does not decide"
+        f"; {' and '.join(one.rivals)} {verb} as well, and this motion does not decide between them"
         if one.rivals
         else ""
     )
