@@ -141,24 +141,29 @@ def force_line(error: float | None) -> str:
     )
 
 
+def explanation_place(one: Explanation) -> str:
+    """Return whether an explanation is in the model, removed from the effort, or left over."""
+    if one.state == "left":
+        return "left in the residual"
+    return (
+        "removed from the effort, and not in the model" if one.name in REMOVED else "in the model"
+    )
+
+
 def explanation_line(one: Explanation, unit: str) -> str:
     """Return the line on an explanation of the effort, or on what is left in the residual."""
-    size = f"{one.what}, {one.effort:.3g} {unit} (rms)"
-    error = f"the error on strokes left out of the fit is {one.held_out:.2g} of that without"
+    place = explanation_place(one)
     verb = "predicts" if len(one.rivals) == 1 else "predict"
     rivals = (
         f"; {' and '.join(one.rivals)} {verb} as well, and this motion does not decide between them"
         if one.rivals
         else ""
     )
-    if one.state == "left":
-        return f"left in the residual: {size}: {error}{rivals}; to settle it, {one.settle}"
-    if one.name in REMOVED:
-        return (
-            f"removed from the effort, and not in the model: {size}: {error}{rivals}; to settle "
-            f"it, {one.settle}"
-        )
-    return f"explained by {size}: {error}{rivals}"
+    settle = "" if place == "in the model" else f"; to settle it, {one.settle}"
+    return (
+        f"{place}: {one.what}, {one.effort:.3g} {unit} (rms): the error on strokes left out of the "
+        f"fit is {one.held_out:.2g} of that without{rivals}{settle}"
+    )
 
 
 def fall_line(fall: StribeckVelocityRange, unit: str) -> str:

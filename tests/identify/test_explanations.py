@@ -16,13 +16,14 @@ from frictool.documents.load_terms import LoadTerms, RipplePeriod, Term
 from frictool.documents.quantity import Quantity
 from frictool.identify.estimators.explanation_search import search_explanations
 from frictool.identify.estimators.position_spectrum import highest_peak
-from frictool.identify.fit_result import SlidingFit, UnusableLogs
+from frictool.identify.fit_result import Explanation, SlidingFit, UnusableLogs
 from frictool.identify.methods import IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.regression.joint_test import joint_probability
 from frictool.identify.regression.tsqr import triangles
 from frictool.identify.rows.smoothing import smoothed
 from frictool.identify.rows.strokes import find_strokes
+from frictool.identify.text_view import explanation_line, explanation_place
 from frictool.typing import Vector
 from tests.support.loaded_axis import COUNT, Loaded, loaded_axis, rotary_bench
 
@@ -201,3 +202,23 @@ def test_the_joint_test_keeps_its_level() -> None:
         below += joint_probability(parts, np.arange(20), (1, 2)) < 0.05
         assert joint_probability(parts, np.arange(20), (0,)) < 0.05
     assert below <= 27  # 15 expected; more than 27 once in 500 draws
+
+
+@pytest.mark.parametrize(
+    ("name", "state", "place"),
+    [
+        ("gravity", "used", "in the model"),
+        ("drift", "used", "removed from the effort, and not in the model"),
+        ("gravity", "left", "left in the residual"),
+        ("drift", "left", "left in the residual"),
+    ],
+)
+def test_the_text_says_where_an_effort_is_and_what_settles_it(
+    name: str, state: str, place: str
+) -> None:
+    one = Explanation(name, "an effort", state, 0.25, 1e-6, 0.5, "turn the axis", ("a", "b"))
+    line = explanation_line(one, "N m")
+    assert explanation_place(one) == place
+    assert line.startswith(f"{place}: an effort, 0.25 N m (rms): ")
+    assert "a and b predict as well" in line
+    assert line.endswith("to settle it, turn the axis") == (place != "in the model")

@@ -18,7 +18,7 @@ from frictool.identify.model_page.residual_panels import (
     prediction_panel,
     residual_panels,
 )
-from frictool.identify.text_view import force_line, law_lines
+from frictool.identify.text_view import explanation_place, force_line, law_lines
 from frictool.presentation.page import render_page
 from frictool.presentation.sections import TextTable
 
@@ -62,6 +62,7 @@ def model_page(outcome: IdentifiedModel, panels: Sequence[FigurePanel]) -> str:
         parameters=_parameter_table(rows, result.confidence),
         constant=_range(model.bench.actuator.constant),
         laws=law_lines(model),
+        explanations=_explanation_table(outcome),
         figures=[panel.figure() for panel in panels],
         method=f"{result.method}: {METHODS[result.method].what}",
         why=why or "",
@@ -101,6 +102,35 @@ def _parameter_table(rows: list[ParameterIntervals], confidence: float) -> TextT
             for row in rows
         ),
         names=2,
+    )
+
+
+def _explanation_table(outcome: IdentifiedModel) -> TextTable:
+    """Return the efforts besides inertia, friction and offset, and what would settle them."""
+    fit = outcome.result.fit
+    explanations = () if fit is None else fit.explanations
+    return TextTable(
+        "Other efforts",
+        (
+            "Effort",
+            "Place",
+            "Size, rms",
+            "Error on strokes left out of the fit, relative to that without",
+            "As likely",
+            "To settle it",
+        ),
+        tuple(
+            (
+                one.what,
+                explanation_place(one),
+                f"{one.effort:.3g} {outcome.model.parameters.offset.unit}",
+                f"{one.held_out:.2g}",
+                ", ".join(one.rivals) or "–",
+                one.settle,
+            )
+            for one in explanations
+        ),
+        names=6,
     )
 
 
