@@ -458,10 +458,15 @@ def search_explanations(
     best = rows.squares(used)
     trials = _trials(search, rows, waves, used)
     while bench.load is None and best is not None and trials:
-        trial = min(trials, key=lambda one: one.sum)
+        usable = [one for one in trials if _spans_a_turn(one)]
+        if not usable:
+            break
+        trial = min(usable, key=lambda one: one.sum)
         rivals = _rivals(trial, trials, settings.confidence)
         effect = next((one for one in rivals if not one.hypothesis.claims), None)
         if trial.hypothesis.claims and effect is not None:
+            if effect not in usable:
+                break
             rivals = [trial, *(one for one in rivals if one is not effect)]
             trial = effect
         if trial.hypothesis.term == DIRECTION or not _supported(trial, best, used, settings):
@@ -484,6 +489,16 @@ def search_explanations(
     out += _left(search, rows, waves, used, settings)
     structure = Structure(tuple(one.term for one in used), waves)
     return (structure.load(search.rotary) if used else None), tuple(out)
+
+
+def _spans_a_turn(trial: Trial) -> bool:
+    """Return whether the travel determines the hypothesis: an eccentric encoder needs a turn."""
+    position = trial.rows.samples.loads.get(TERMS[SPRING][0])
+    return (
+        trial.hypothesis.term != ECCENTRICITY
+        or position is None
+        or float(np.ptp(position)) >= 2.0 * np.pi
+    )
 
 
 def _rivals(best: Trial, trials: Sequence[Trial], confidence: float) -> list[Trial]:
@@ -553,7 +568,7 @@ def _explanation(
     one = trial.hypothesis
     alike = tuple(rival.hypothesis.what for rival in rivals)
     position = trial.rows.samples.loads.get(TERMS[SPRING][0])
-    if one.term == ECCENTRICITY and position is not None and np.ptp(position) < 2.0 * np.pi:
+    if position is not None and not _spans_a_turn(trial):
         turn = float(np.ptp(position)) / (2.0 * np.pi)
         alike = (*alike, f"over {turn:.2g} of a turn another load of one cycle a turn")
     return Explanation(
