@@ -47,6 +47,7 @@ from frictool.identify.regression.regression import (
     solve_triangles,
 )
 from frictool.identify.regression.tsqr import Tensor, triangles
+from frictool.identify.rows.effects import WHAT
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE
 from frictool.identify.rows.smoothing import acceleration_response, bump, measurement_noise
 from frictool.identify.rows.strokes import find_strokes
@@ -85,7 +86,7 @@ class EffectSignals:
 
 
 @dataclass(frozen=True)
-class Effect:
+class UnmodelledEffect:
     """Effect that a model may lack.
 
     - what: name in messages
@@ -100,30 +101,30 @@ class Effect:
 
 
 EFFECTS = (
-    Effect("a delay or lag between effort and position", lambda s: (s.rise,), "acceleration"),
+    UnmodelledEffect(WHAT["delay"], lambda s: (s.rise,), "acceleration"),
     # the second difference of the effort without its middle, whose noise is that of the row
-    Effect("a resonance", lambda s: (s.around,), "acceleration"),
-    Effect("a drift of the offset", lambda s: (s.time, s.time**2)),
-    Effect("friction that changes along the log", lambda s: (s.time * s.sign, s.time * s.velocity)),
-    Effect("viscous friction by direction", lambda s: (np.abs(s.velocity),)),
-    Effect(
-        "friction that falls over speed",
+    UnmodelledEffect(WHAT["resonance"], lambda s: (s.around,), "acceleration"),
+    UnmodelledEffect(WHAT["drift"], lambda s: (s.time, s.time**2)),
+    UnmodelledEffect(WHAT["warming"], lambda s: (s.time * s.sign, s.time * s.velocity)),
+    UnmodelledEffect(WHAT["viscous_by_direction"], lambda s: (np.abs(s.velocity),)),
+    UnmodelledEffect(
+        WHAT["stribeck"],
         lambda s: (s.sign * np.exp(-np.abs(s.velocity) / (SLOW_SHARE * s.top_speed)),),
     ),
-    Effect(
+    UnmodelledEffect(
         "viscous friction that is not proportional to speed",
         lambda s: (s.velocity * np.abs(s.velocity),),
     ),
-    Effect("a spring", lambda s: (s.position,), "position"),
-    Effect(
-        "friction over position",
+    UnmodelledEffect(WHAT["spring"], lambda s: (s.position,), "position"),
+    UnmodelledEffect(
+        WHAT["friction_over_position"],
         lambda s: (s.position * s.sign, s.position**2 * s.sign),
         "position",
     ),
-    Effect("friction proportional to the load", lambda s: (s.sign * np.abs(s.acceleration),)),
-    Effect("gravity", lambda s: (np.sin(s.angle), np.cos(s.angle)), "angle"),
-    Effect(
-        "an eccentric encoder",
+    UnmodelledEffect(WHAT["inertial_friction"], lambda s: (s.sign * np.abs(s.acceleration),)),
+    UnmodelledEffect(WHAT["gravity"], lambda s: (np.sin(s.angle), np.cos(s.angle)), "angle"),
+    UnmodelledEffect(
+        WHAT["eccentricity"],
         lambda s: (
             s.acceleration * np.cos(s.angle) - s.velocity**2 * np.sin(s.angle),
             s.acceleration * np.sin(s.angle) + s.velocity**2 * np.cos(s.angle),
@@ -233,7 +234,7 @@ class _EffectRegression:
     parts: Tensor
     cluster: IntVector
     names: tuple[str, ...]
-    places: tuple[tuple[Effect, range], ...]
+    places: tuple[tuple[UnmodelledEffect, range], ...]
     effort: float
 
     def accepted(self, level: float) -> list[AcceptedEffects]:
@@ -243,7 +244,7 @@ class _EffectRegression:
             return []
         base = alone.value
         out = []
-        chosen: list[tuple[Effect, range]] = []
+        chosen: list[tuple[UnmodelledEffect, range]] = []
         while len(chosen) < MOST_EFFECTS:
             tried = []
             for place in self.places:
@@ -267,7 +268,7 @@ class _EffectRegression:
             chosen.append(best[1])
         return out
 
-    def _plausible(self, places: Sequence[tuple[Effect, range]], value: Vector) -> float:
+    def _plausible(self, places: Sequence[tuple[UnmodelledEffect, range]], value: Vector) -> float:
         """Return the factor that limits the effort of effects to LARGEST_EFFORT, 1 if it is less.
 
         `value` are the sliding parameters and the coefficients of the effects.
@@ -276,7 +277,9 @@ class _EffectRegression:
         effort = float(np.linalg.norm(self.parts[:, :, columns] @ value[len(self.names) :]))
         return min(1.0, LARGEST_EFFORT * self.effort / max(effort, 1e-300))
 
-    def _solved(self, places: Sequence[tuple[Effect, range]]) -> LeastSquaresSolution | None:
+    def _solved(
+        self, places: Sequence[tuple[UnmodelledEffect, range]]
+    ) -> LeastSquaresSolution | None:
         columns = [*range(len(self.names)), *(k for _, place in places for k in place), -1]
         try:
             return solve_triangles(self.parts[:, :, columns], self.cluster)

@@ -25,32 +25,26 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import msgspec
 import numpy as np
 
 from frictool.documents.bench import Bench
-from frictool.documents.load_terms import MOST_HARMONICS, LoadTerms, RipplePeriod, Term
-from frictool.documents.quantity import Quantity
+from frictool.documents.load_terms import MOST_HARMONICS, LoadTerms
+from frictool.identify.estimators.hypothesis_rows import ReducedRows
+from frictool.identify.estimators.load_hypotheses import LOADS, Structure, declared_term
 from frictool.identify.estimators.position_spectrum import SpectrumPeak, highest_peak, snapped
 from frictool.identify.fit_result import SLIDING, Explanation, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
-from frictool.identify.regression.joint_test import joint_probability
-from frictool.identify.regression.regression import SingularRegressors, least
 from frictool.identify.regression.term_selection import (
     beyond_chance,
-    by_stroke,
     clearly_better,
     halved,
 )
-from frictool.identify.regression.tsqr import Tensor, merged
-from frictool.identify.rows.effects import EFFECTS
-from frictool.identify.rows.load_columns import indistinct_terms
-from frictool.identify.rows.load_terms import DECLARED, DIRECTION, GRAVITY, RIPPLES, SPRING, TERMS
+from frictool.identify.rows.effects import EFFECTS, Hypothesis
+from frictool.identify.rows.load_terms import DIRECTION, GRAVITY, RIPPLES, SPRING, TERMS
 from frictool.identify.rows.regression_samples import (
-    RegressionSamples,
     joined,
     parameters_of,
     reduced,
@@ -62,7 +56,7 @@ from frictool.identify.rows.smoothing import (
     measurement_noise,
     smoothed,
 )
-from frictool.typing import IntVector, Matrix, Vector
+from frictool.typing import Vector
 
 FALSE_ALARM = 0.02  # of all hypotheses together
 ROWS_PER_WINDOW = 8  # rows of a smoothing window; nearer ones repeat each other
@@ -70,192 +64,8 @@ MOST_ROWS = 8_000  # samples of all records divided by this is the least distanc
 MOST_SAMPLES, PARTS = 300_000, 20  # of longer logs, evenly spaced parts are searched
 MOST_LEFT = 3  # hypotheses reported as left in the residual
 NOTICEABLE = 0.95  # largest held-out squares of what is left, relative to those without it
-# least effort of a derivative of smoothed signals, relative to that of the encoder's noise
-ABOVE_NOISE = 3.0
-ECCENTRICITY: Term = "eccentricity"
+ECCENTRICITY = "eccentricity"
 EQUAL = 1.1  # squares of two hypotheses that predict alike, largest ratio
-
-
-@dataclass(frozen=True)
-class Hypothesis:
-    """One hypothesis: its term, its columns, its physical name, and what settles it, as text.
-
-    - claims: True if the model document then contains a load
-    - differentiates: True if the columns are derivatives of smoothed signals
-    """
-
-    term: str
-    names: tuple[str, ...]
-    what: str
-    settle: str
-    claims: bool = False
-    differentiates: bool = False
-
-    @property
-    def declared(self) -> Term:
-        """Return the name in `load.terms`."""
-        return DECLARED.get(self.term, self.term)  # type: ignore[arg-type]
-
-
-LOADS = (
-    Hypothesis(
-        SPRING,
-        TERMS[SPRING],
-        "a spring",
-        "take the spring off the axis, or declare load.terms: [offset, spring]",
-        claims=True,
-    ),
-    Hypothesis(
-        GRAVITY,
-        TERMS[GRAVITY],
-        "gravity",
-        "turn the axis by 90 deg, or declare load.terms: [offset, gravity]",
-        claims=True,
-    ),
-    Hypothesis(
-        DIRECTION,
-        TERMS[DIRECTION],
-        "viscous friction that differs by direction",
-        "declare load.terms: [offset, viscous_by_direction]",
-    ),
-)
-REMOVED = tuple(
-    Hypothesis(
-        effect.term, effect.names, effect.what, effect.settle, differentiates=effect.differentiates
-    )
-    for effect in EFFECTS
-)
-AFTER_POSITION = {
-    SPRING,
-    GRAVITY,
-    *(effect.term for effect in EFFECTS if effect.needs_position),
-}
-
-
-@dataclass(frozen=True)
-class Structure:
-    """Terms beyond the four sliding parameters, and the wave numbers (1/rad | 1/m) of the ripple.
-
-    The terms of harmonics are those of RIPPLES, one for each wave number.
-    """
-
-    terms: tuple[str, ...] = ()
-    waves: tuple[float, ...] = ()
-
-    def load(self, rotary: bool) -> LoadTerms:
-        """Return the load terms of the bench."""
-        names = dict.fromkeys(("offset", *(DECLARED.get(term, term) for term in self.terms)))
-        per = 2.0 * np.pi if rotary else 1.0
-        cycles = tuple(wave * per / (2.0 * np.pi) for wave in self.waves)
-        unit = "rad" if rotary else "m"
-        ripple = RipplePeriod(cycles[0], Quantity(per, unit=unit), cycles[1:]) if cycles else None
-        return LoadTerms(tuple(names), ripple)  # type: ignore[arg-type]
-
-
-@dataclass(frozen=True)
-class ReducedRows:
-    """Rows of all hypotheses, reduced to triangles (g, q, q) of runs with q - 1 columns.
-
-    - names: names of the columns, (q - 1,)
-    - base: names of the columns that are always in the fit
-    - cluster, stroke: cluster and stroke of each run, (g,)
-    - noise: effort (rms) of the encoder's noise in the inertia's column for an inertia of 1
-    """
-
-    samples: RegressionSamples
-    plain: Tensor
-    cluster: IntVector
-    stroke: IntVector
-    names: tuple[str, ...]
-    base: tuple[str, ...]
-    noise: float
-
-    def columns(self, hypotheses: Sequence[Hypothesis]) -> list[int]:
-        """Return the indices of the columns of the base and of these hypotheses."""
-        chosen = {*self.base, *(name for one in hypotheses for name in one.names)}
-        return [k for k, name in enumerate(self.names) if name in chosen]
-
-    @cached_property
-    def half(self) -> IntVector:
-        """Return the half of each run, 0 or 1, (g,)."""
-        return halved(self.stroke)
-
-    @cached_property
-    def sides(self) -> Tensor:
-        """Return the triangle of each half, (2, q, q); each is computed once for all trials."""
-        return np.array([_triangle(self.plain[self.half == side]) for side in (0, 1)])
-
-    def fitted(self, columns: Sequence[int]) -> Vector:
-        """Return the parameters (p,) of these columns, fitted to all rows."""
-        return least(self.sides[:, :, [*columns, -1]])[0]
-
-    def squares(self, hypotheses: Sequence[Hypothesis]) -> Vector | None:
-        """Return the squared prediction error of each stroke (s,), or None if undetermined.
-
-        Each half is predicted by a fit to the other half.
-        """
-        chosen = [*self.columns(hypotheses), -1]
-        out = np.empty(self.half.size)
-        for side in (0, 1):
-            try:
-                value = least(self.sides[1 - side : 2 - side, :, chosen])[0]
-            except SingularRegressors:
-                return None
-            parts = self.plain[self.half == side][:, :, chosen]
-            out[self.half == side] = np.sum(
-                (parts[:, :, -1] - parts[:, :, :-1] @ value) ** 2, axis=1
-            )
-        return by_stroke(out, self.stroke)
-
-    def probability(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> float:
-        """Return the probability of the data if the tested hypothesis does not act."""
-        columns = self.columns([*others, tested])
-        indices = [k for k, column in enumerate(columns) if self.names[column] in tested.names]
-        return joint_probability(self.plain[:, :, [*columns, -1]], self.cluster, indices)
-
-    def effort(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> float:
-        """Return the effort (rms, N m | N) that the tested hypothesis explains."""
-        columns = self.columns([*others, tested])
-        value = self.fitted(columns)
-        factor = np.zeros(len(self.names))
-        for k, one in zip(columns, value, strict=True):
-            factor[k] = one if self.names[k] in tested.names else 0.0
-        size = float(np.linalg.norm(self.sides[:, :, :-1] @ factor))
-        return size / float(np.sqrt(self.samples.velocity.size))
-
-    def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
-        """Return whether the travel and the encoder's noise allow the tested hypothesis."""
-        columns = self.columns([*others, tested])
-        names = [self.names[k] for k in columns]
-        if indistinct_terms(self.sides[:, :, [*columns, -1]], names, self.samples.velocity.size):
-            return False
-        if not tested.differentiates:
-            return True
-        try:
-            inertia = float(self.fitted(columns)[0])
-            return self.effort(tested, others) > ABOVE_NOISE * abs(inertia) * self.noise
-        except SingularRegressors:
-            return False
-
-    def residual(self, hypotheses: Sequence[Hypothesis]) -> Vector:
-        """Return the residual effort (n,) of the rows."""
-        columns = self.columns(hypotheses)
-        value = self.fitted(columns)
-        named = dict(zip(SLIDING, self.samples.columns, strict=True)) | self.samples.loads
-        out = self.samples.effort.copy()
-        for k, v in zip(columns, value, strict=True):
-            out -= v * named[self.names[k]]
-        return out
-
-
-def _triangle(parts: Tensor) -> Matrix:
-    """Return the square triangle (q, q) of all runs; zeros fill the rows that a few runs lack."""
-    q = parts.shape[2]
-    out = np.zeros((q, q))
-    if parts.shape[0]:
-        triangle = merged(parts)
-        out[: triangle.shape[0]] = triangle
-    return out
 
 
 @dataclass(frozen=True)
@@ -308,11 +118,11 @@ class ExplanationSearch:
         measured = any(record.velocity is not None for record in self.records)
         return tuple(
             one
-            for one in (*LOADS, *REMOVED)
-            if one.declared not in named
+            for one in (*LOADS, *EFFECTS)
+            if declared_term(one) not in named
             and not (one.term == GRAVITY and not self.rotary)
             and not (one.term == ECCENTRICITY and not self.rotary)
-            and not (measured and one.term in AFTER_POSITION)
+            and not (measured and one.needs_position)
         )
 
     def rows(self, waves: tuple[float, ...]) -> ReducedRows:
@@ -381,7 +191,7 @@ class ExplanationSearch:
             key = f"{{cycles: 1, per: {{value: {length:.4g}, unit: mm}}}}"
         what = f"a ripple over the position with {shown}"
         settle = f"declare load: {{terms: [offset, ripple], ripple: {key}}}"
-        return Hypothesis(term, TERMS[term], what, settle, claims=True), peak
+        return Hypothesis(term, TERMS[term], what, settle, is_load=True), peak
 
 
 def _thinned(record: MotionRecord, share: float) -> MotionRecord:
@@ -463,8 +273,8 @@ def search_explanations(
             break
         trial = min(usable, key=lambda one: one.sum)
         rivals = _rivals(trial, trials, settings.confidence)
-        effect = next((one for one in rivals if not one.hypothesis.claims), None)
-        if trial.hypothesis.claims and effect is not None:
+        effect = next((one for one in rivals if not one.hypothesis.is_load), None)
+        if trial.hypothesis.is_load and effect is not None:
             if effect not in usable:
                 break
             rivals = [trial, *(one for one in rivals if one is not effect)]
@@ -485,7 +295,7 @@ def search_explanations(
         if not clearly_better(best, rows.squares(others), settings.confidence):
             used = others
             best = rows.squares(used)
-            out = [kept for kept in out if kept.name != one.declared or kept.what != one.what]
+            out = [kept for kept in out if kept.name != declared_term(one) or kept.what != one.what]
     out += _left(search, rows, waves, used, settings)
     structure = Structure(tuple(one.term for one in used), waves)
     return (structure.load(search.rotary) if used else None), tuple(out)
@@ -572,7 +382,7 @@ def _explanation(
         turn = float(np.ptp(position)) / (2.0 * np.pi)
         alike = (*alike, f"over {turn:.2g} of a turn another load of one cycle a turn")
     return Explanation(
-        one.declared,
+        declared_term(one),
         one.what,
         state,
         trial.rows.effort(one, others),

@@ -43,7 +43,7 @@ from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, TriedMod
 from frictool.identify.force_error import SlipRows, force_error, motion_rows
 from frictool.identify.methods import IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord
-from frictool.identify.rows.effects import declared_effects
+from frictool.identify.rows.effects import WHAT, declared_effects
 from frictool.identify.rows.load_terms import (
     DIRECTION,
     POSITIVE,
@@ -55,7 +55,7 @@ from frictool.identify.rows.load_terms import (
 from frictool.typing import Vector
 
 Rows = Sequence[Sequence[SlipRows]]  # slipping samples of each half
-NAMES = {DIRECTION: "viscous friction by direction"}
+NAMES = {DIRECTION: WHAT["viscous_by_direction"]}
 REFINED = 0.9  # largest position error of another winner, relative to the preferred method's
 MOST_FORCE = 2.0  # largest force error allowed, relative to the smallest one
 

@@ -24,7 +24,7 @@ in the square of the resonance's period.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -34,6 +34,20 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.typing import Vector
 
 DRIFT_ORDER, WARMING_ORDER, TRAVEL_ORDER = 4, 2, 3
+# physical names of what may act besides friction and inertia, in all messages
+WHAT: dict[Term, str] = {
+    "spring": "a spring",
+    "gravity": "gravity",
+    "viscous_by_direction": "viscous friction by direction",
+    "drift": "a drift of the offset",
+    "warming": "friction that changes along the log",
+    "eccentricity": "an eccentric encoder",
+    "stribeck": "friction that falls over speed",
+    "friction_over_position": "friction over position",
+    "inertial_friction": "friction proportional to the inertial load",
+    "delay": "a delay or lag between effort and position",
+    "resonance": "a resonance",
+}
 SLOW_SHARES = (0.05, 0.15)  # of the top speed, widths of the columns of `stribeck`
 
 
@@ -53,25 +67,35 @@ class SmoothedMotion:
 
 
 @dataclass(frozen=True)
-class Effect:
-    """One effect and its columns of the regression.
+class Hypothesis:
+    """What may act besides inertia, viscous and Coulomb friction and offset.
 
-    - term: name in `load.terms` of the bench
-    - names: parameters, one for each column
+    - term: load term, as in `load_terms.TERMS`, or name in `load.terms` of the bench
+    - names: parameters, one for each column of the regression
     - what: physical name, as text
-    - settle: change of the bench or test that settles it, as text
-    - columns: function of the smoothed motion that returns the columns, (n,) each
+    - settle: change of the bench or test that settles whether it acts, as text
+    - is_load: True if the model document then contains a load
     - needs_position: True if the columns depend on the absolute position
     - differentiates: True if the columns are derivatives of smoothed signals
     """
 
-    term: Term
+    term: str
     names: tuple[str, ...]
     what: str
     settle: str
-    columns: Callable[[SmoothedMotion], tuple[Vector, ...]]
+    is_load: bool = False
     needs_position: bool = False
     differentiates: bool = False
+
+
+@dataclass(frozen=True)
+class Effect(Hypothesis):
+    """Hypothesis that disturbs the fit and is not in the model document.
+
+    - columns: function of the smoothed motion that returns the columns, (n,) each
+    """
+
+    columns: Callable[[SmoothedMotion], tuple[Vector, ...]] = field(kw_only=True)
 
 
 def _legendre(values: Vector, orders: Iterable[int]) -> tuple[Vector, ...]:
@@ -145,10 +169,10 @@ EFFECTS = (
     Effect(
         "drift",
         _numbered("drift", DRIFT_ORDER),
-        "an offset that drifts slowly along the log",
+        WHAT["drift"],
         "record the current at rest before and after the test, or declare load.terms: [offset, "
         "drift]",
-        _drift,
+        columns=_drift,
     ),
     Effect(
         "warming",
@@ -156,9 +180,9 @@ EFFECTS = (
             *_numbered("warming_coulomb", WARMING_ORDER),
             *_numbered("warming_viscous", WARMING_ORDER),
         ),
-        "friction that changes along the log (warming)",
+        WHAT["warming"],
         "record after a warm-up of the same motion, or declare load.terms: [offset, warming]",
-        _warming,
+        columns=_warming,
     ),
     Effect(
         "eccentricity",
@@ -166,51 +190,51 @@ EFFECTS = (
             *("eccentricity_inertia_sine", "eccentricity_inertia_cosine"),
             *("eccentricity_viscous_sine", "eccentricity_viscous_cosine"),
         ),
-        "an eccentric encoder (one cycle a turn)",
+        WHAT["eccentricity"],
         "compare the encoder with another one over a slow turn, or declare load.terms: [offset, "
         "eccentricity]",
-        _eccentricity,
+        columns=_eccentricity,
         needs_position=True,
     ),
     Effect(
         "stribeck",
         _numbered("stribeck", len(SLOW_SHARES)),
-        "friction that falls with the speed (Stribeck)",
+        WHAT["stribeck"],
         "record runs at constant speeds, slow ones too, for --method stribeck-curve, or declare "
         "load.terms: [offset, stribeck]",
-        _stribeck,
+        columns=_stribeck,
     ),
     Effect(
         "friction_over_position",
         _numbered("friction_over_position", TRAVEL_ORDER),
-        "friction that varies over the travel",
+        WHAT["friction_over_position"],
         "record breakaway ramps over the travel, or declare load.terms: [offset, "
         "friction_over_position]",
-        _friction_over_position,
+        columns=_friction_over_position,
         needs_position=True,
     ),
     Effect(
         "inertial_friction",
         ("inertial_friction",),
-        "friction proportional to the transmitted inertial load",
+        WHAT["inertial_friction"],
         "repeat the motion with another load, or declare load.terms: [offset, inertial_friction]",
-        _inertial_friction,
+        columns=_inertial_friction,
     ),
     Effect(
         "delay",
         ("delay",),
-        "a delay between effort and position, or the lag of the current loop",
+        WHAT["delay"],
         "record a current step for --measurement, correct the time stamps or "
         "actuator.loop_time_constant_s, or declare load.terms: [offset, delay]",
-        _delay,
+        columns=_delay,
         differentiates=True,
     ),
     Effect(
         "resonance",
         ("resonance",),
-        "one resonance of a compliant transmission",
+        WHAT["resonance"],
         "record a chirp to higher frequencies, or declare load.terms: [offset, resonance]",
-        _resonance,
+        columns=_resonance,
         differentiates=True,
     ),
 )

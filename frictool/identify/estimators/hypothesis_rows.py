@@ -1,0 +1,128 @@
+"""Rows of all hypotheses of `explanation_search`, reduced to triangles, and the fits to them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from frictool.identify.fit_result import SLIDING
+from frictool.identify.regression.joint_test import joint_probability
+from frictool.identify.regression.regression import SingularRegressors, least
+from frictool.identify.regression.term_selection import by_stroke, halved
+from frictool.identify.regression.tsqr import Tensor, merged
+from frictool.identify.rows.effects import Hypothesis
+from frictool.identify.rows.load_columns import indistinct_terms
+from frictool.identify.rows.regression_samples import RegressionSamples
+from frictool.typing import IntVector, Matrix, Vector
+
+# least effort of a derivative of smoothed signals, relative to that of the encoder's noise
+ABOVE_NOISE = 3.0
+
+
+@dataclass(frozen=True)
+class ReducedRows:
+    """Rows of all hypotheses, reduced to triangles (g, q, q) of runs with q - 1 columns.
+
+    - names: names of the columns, (q - 1,)
+    - base: names of the columns that are always in the fit
+    - cluster, stroke: cluster and stroke of each run, (g,)
+    - noise: effort (rms) of the encoder's noise in the inertia's column for an inertia of 1
+    """
+
+    samples: RegressionSamples
+    plain: Tensor
+    cluster: IntVector
+    stroke: IntVector
+    names: tuple[str, ...]
+    base: tuple[str, ...]
+    noise: float
+
+    def columns(self, hypotheses: Sequence[Hypothesis]) -> list[int]:
+        """Return the indices of the columns of the base and of these hypotheses."""
+        chosen = {*self.base, *(name for one in hypotheses for name in one.names)}
+        return [k for k, name in enumerate(self.names) if name in chosen]
+
+    @cached_property
+    def half(self) -> IntVector:
+        """Return the half of each run, 0 or 1, (g,)."""
+        return halved(self.stroke)
+
+    @cached_property
+    def sides(self) -> Tensor:
+        """Return the triangle of each half, (2, q, q); each is computed once for all trials."""
+        return np.array([_triangle(self.plain[self.half == side]) for side in (0, 1)])
+
+    def fitted(self, columns: Sequence[int]) -> Vector:
+        """Return the parameters (p,) of these columns, fitted to all rows."""
+        return least(self.sides[:, :, [*columns, -1]])[0]
+
+    def squares(self, hypotheses: Sequence[Hypothesis]) -> Vector | None:
+        """Return the squared prediction error of each stroke (s,), or None if undetermined.
+
+        Each half is predicted by a fit to the other half.
+        """
+        chosen = [*self.columns(hypotheses), -1]
+        out = np.empty(self.half.size)
+        for side in (0, 1):
+            try:
+                value = least(self.sides[1 - side : 2 - side, :, chosen])[0]
+            except SingularRegressors:
+                return None
+            parts = self.plain[self.half == side][:, :, chosen]
+            out[self.half == side] = np.sum(
+                (parts[:, :, -1] - parts[:, :, :-1] @ value) ** 2, axis=1
+            )
+        return by_stroke(out, self.stroke)
+
+    def probability(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> float:
+        """Return the probability of the data if the tested hypothesis does not act."""
+        columns = self.columns([*others, tested])
+        indices = [k for k, column in enumerate(columns) if self.names[column] in tested.names]
+        return joint_probability(self.plain[:, :, [*columns, -1]], self.cluster, indices)
+
+    def effort(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> float:
+        """Return the effort (rms, N m | N) that the tested hypothesis explains."""
+        columns = self.columns([*others, tested])
+        value = self.fitted(columns)
+        factor = np.zeros(len(self.names))
+        for k, one in zip(columns, value, strict=True):
+            factor[k] = one if self.names[k] in tested.names else 0.0
+        size = float(np.linalg.norm(self.sides[:, :, :-1] @ factor))
+        return size / float(np.sqrt(self.samples.velocity.size))
+
+    def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
+        """Return whether the travel and the encoder's noise allow the tested hypothesis."""
+        columns = self.columns([*others, tested])
+        names = [self.names[k] for k in columns]
+        if indistinct_terms(self.sides[:, :, [*columns, -1]], names, self.samples.velocity.size):
+            return False
+        if not tested.differentiates:
+            return True
+        try:
+            inertia = float(self.fitted(columns)[0])
+            return self.effort(tested, others) > ABOVE_NOISE * abs(inertia) * self.noise
+        except SingularRegressors:
+            return False
+
+    def residual(self, hypotheses: Sequence[Hypothesis]) -> Vector:
+        """Return the residual effort (n,) of the rows."""
+        columns = self.columns(hypotheses)
+        value = self.fitted(columns)
+        named = dict(zip(SLIDING, self.samples.columns, strict=True)) | self.samples.loads
+        out = self.samples.effort.copy()
+        for k, v in zip(columns, value, strict=True):
+            out -= v * named[self.names[k]]
+        return out
+
+
+def _triangle(parts: Tensor) -> Matrix:
+    """Return the square triangle (q, q) of all runs; zeros fill the rows that a few runs lack."""
+    q = parts.shape[2]
+    out = np.zeros((q, q))
+    if parts.shape[0]:
+        triangle = merged(parts)
+        out[: triangle.shape[0]] = triangle
+    return out

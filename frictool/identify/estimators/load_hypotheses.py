@@ -1,0 +1,63 @@
+"""Loads as hypotheses of `explanation_search`, and the structure of terms that it has accepted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import cast
+
+import numpy as np
+
+from frictool.documents.load_terms import LoadTerms, RipplePeriod, Term
+from frictool.documents.quantity import Quantity
+from frictool.identify.rows.effects import WHAT, Hypothesis
+from frictool.identify.rows.load_terms import DECLARED, DIRECTION, GRAVITY, SPRING, TERMS
+
+LOADS = (
+    Hypothesis(
+        SPRING,
+        TERMS[SPRING],
+        WHAT["spring"],
+        "take the spring off the axis, or declare load.terms: [offset, spring]",
+        is_load=True,
+        needs_position=True,
+    ),
+    Hypothesis(
+        GRAVITY,
+        TERMS[GRAVITY],
+        WHAT["gravity"],
+        "turn the axis by 90 deg, or declare load.terms: [offset, gravity]",
+        is_load=True,
+        needs_position=True,
+    ),
+    Hypothesis(
+        DIRECTION,
+        TERMS[DIRECTION],
+        WHAT["viscous_by_direction"],
+        "declare load.terms: [offset, viscous_by_direction]",
+    ),
+)
+
+
+def declared_term(one: Hypothesis) -> Term:
+    """Return the name of a hypothesis in `load.terms`."""
+    return cast(Term, DECLARED.get(one.term, one.term))
+
+
+@dataclass(frozen=True)
+class Structure:
+    """Terms beyond the four sliding parameters, and the wave numbers (1/rad | 1/m) of the ripple.
+
+    The terms of harmonics are those of RIPPLES, one for each wave number.
+    """
+
+    terms: tuple[str, ...] = ()
+    waves: tuple[float, ...] = ()
+
+    def load(self, rotary: bool) -> LoadTerms:
+        """Return the load terms of the bench."""
+        terms = (cast(Term, DECLARED.get(term, term)) for term in self.terms)
+        per = 2.0 * np.pi if rotary else 1.0
+        cycles = tuple(wave * per / (2.0 * np.pi) for wave in self.waves)
+        unit = "rad" if rotary else "m"
+        ripple = RipplePeriod(cycles[0], Quantity(per, unit=unit), cycles[1:]) if cycles else None
+        return LoadTerms(tuple(dict.fromkeys(("offset", *terms))), ripple)
