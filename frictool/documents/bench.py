@@ -327,6 +327,11 @@ class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
             raise ValueError(
                 "load.terms: gravity belongs to a rotary axis; on a linear axis it is an offset"
             )
+        if self.axis == "linear" and self.load is not None and "eccentricity" in self.load.terms:
+            raise ValueError(
+                "load.terms: eccentricity belongs to the encoder of a rotary axis; on a linear "
+                "axis declare a ripple with the length of a turn"
+            )
         if self.encoder.index_reset and self.mechanics.top_speed is None:
             raise ValueError(
                 "encoder.index_reset needs mechanics.top_speed, to distinguish a reset from "

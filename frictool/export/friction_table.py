@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -141,9 +141,9 @@ def table_files(
         notes.append(note)
     else:
         notes.append("no frict_comp: the bench's drive is a voltage, and the table has currents")
-    ripple = model.laws.load.ripple if model.laws and model.laws.load else None
-    if ripple is not None:
-        cogging, note = _moteus_table(model, ripple)
+    ripples = model.laws.load.ripples if model.laws and model.laws.load else ()
+    if ripples:
+        cogging, note = _moteus_table(model, ripples)
         notes.append(note)
         if cogging:
             files[f"{name}_moteus.cfg"] = cogging
@@ -192,13 +192,13 @@ def _position_table(model: Model, head: str) -> str | None:
     if law is None and load == PositionLoad():
         return None
     travel = model.bench.mechanics.travel
-    ripple = laws.load.ripple if laws.load else None
+    ripples = laws.load.ripples if laws.load else ()
     if law is not None:
         ends = (law.over.low, law.over.high)
     elif travel is not None:
         ends = (travel.low, travel.high)
     else:
-        ends = (0.0, ripple.per.value if ripple else 2.0 * math.pi)
+        ends = (0.0, ripples[0].per.value if ripples else 2.0 * math.pi)
     effort = si_unit("effort", model.axis)
     position = np.linspace(*ends, POSITIONS)
     columns = {f"position [{si_unit('position', model.axis)}]": position}
@@ -248,15 +248,15 @@ def _drive_table(
     return _csv(head, columns), note
 
 
-def _moteus_table(model: Model, ripple: Ripple) -> tuple[str | None, str]:
-    """Return the commands that store the ripple as moteus's cogging table, and a note."""
-    cycles = 2.0 * math.pi * ripple.cycles / ripple.per.value
+def _moteus_table(model: Model, ripples: Sequence[Ripple]) -> tuple[str | None, str]:
+    """Return the commands that store all harmonics as moteus's cogging table, and a note."""
     if model.axis != "rotary" or model.bench.actuator.drive != "current":
         return None, "no moteus table: it needs a rotary axis with a current drive"
-    if abs(cycles - round(cycles)) > WHOLE * cycles:
-        return None, f"no moteus table: {cycles:.6g} cycles per turn; allowed: a whole number"
+    for cycles in (2.0 * math.pi * one.cycles / one.per.value for one in ripples):
+        if abs(cycles - round(cycles)) > WHOLE * cycles:
+            return None, f"no moteus table: {cycles:.6g} cycles per turn; allowed: a whole number"
     angle = 2.0 * math.pi * np.arange(COGGING_ROWS) / COGGING_ROWS
-    effort = load_law(Load(ripple=ripple)).at(angle)
+    effort = load_law(Load(harmonics=tuple(ripples))).at(angle)
     current = effort / model.bench.actuator.constant.value
     scale = float(np.max(np.abs(current))) / COGGING_LEVELS
     if scale == 0.0:

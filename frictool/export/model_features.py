@@ -48,13 +48,14 @@ def _of_laws(text: str, key: str) -> ModelFeature:
 
 def _of_load(text: str, key: str) -> ModelFeature:
     """Return the feature that is the key of `laws.load`."""
+    plain = getattr(Load(), key)
 
     def removed(model: Model) -> Model:
-        load = replace(_laws(model).load or Load(), **{key: None})
+        load = replace(_laws(model).load or Load(), **{key: plain})
         return replace(model, laws=replace(_laws(model), load=None if load == Load() else load))
 
     return ModelFeature(
-        text, lambda model: getattr(_laws(model).load or Load(), key) is not None, removed
+        text, lambda model: getattr(_laws(model).load or Load(), key) != plain, removed
     )
 
 
@@ -96,6 +97,7 @@ FEATURES: dict[str, ModelFeature] = {
     "spring": _of_load("spring load", "stiffness"),
     "gravity": _of_load("gravity load", "gravity"),
     "ripple": _of_load("effort ripple", "ripple"),
+    "harmonics": _of_load("further harmonics of the effort ripple", "harmonics"),
     "backlash": ModelFeature("backlash of the bench", _has_backlash, _without_backlash),
     "resonances": _of_model("modes of compliant links", "resonances"),
 }

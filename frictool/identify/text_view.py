@@ -83,7 +83,11 @@ def load_line(load: Load) -> str:
     for ripple in load.ripples:
         cycles, per = ripple.cycles, ripple.per
         parts += [
-            shown(f"ripple of {cycles:g} cycles per {per.value:.5g} {per.unit} sine", ripple.sine),
+            shown(
+                f"ripple of {cycles:g} {'cycle' if cycles == 1.0 else 'cycles'} per "
+                f"{per.value:.5g} {per.unit} sine",
+                ripple.sine,
+            ),
             shown("cosine", ripple.cosine),
         ]
     return ", ".join(parts)

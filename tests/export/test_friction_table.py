@@ -159,6 +159,15 @@ def test_moteus_s_table_is_the_ripple_of_one_turn(clutch: Model) -> None:
     np.testing.assert_allclose(
         columns["load [N m]"], load_of(made).at(columns["position [rad]"]), atol=1e-9
     )
+    double = replace(ripple, cycles=14.0)
+    both = replace(clutch, laws=Laws(load=Load(ripple=ripple, harmonics=(double,))))
+    text = table_files(both, ORIGIN, ())[0]["clutch_non_linear_moteus.cfg"]
+    assert isinstance(text, str)
+    first, *rest = text.splitlines()
+    unit = float(first.split()[-1]) * 13.4e-3
+    entries = np.array([int(line.split()[-1]) for line in rest])
+    opposing = load_of(both).at(2.0 * np.pi * np.arange(1024) / 1024)
+    assert np.max(np.abs(entries * unit - opposing)) <= 0.5001 * unit
     odd = replace(made, laws=Laws(load=Load(ripple=replace(ripple, cycles=7.5))))
     files, notes = table_files(odd, ORIGIN, ())
     assert "clutch_non_linear_moteus.cfg" not in files

@@ -185,6 +185,18 @@ def test_refuses_what_mjcf_cannot_represent(lugre: Model, plain: Model, tmp_path
     )
     with pytest.raises(NoSolutionError, match="stribeck"):
         mjcf_files(replace(lugre, presliding=None), ORIGIN, ())
+    assert lugre.laws is not None
+    assert lugre.laws.load is not None
+    ripple = lugre.laws.load.ripple
+    assert ripple is not None
+    load = replace(lugre.laws.load, harmonics=(replace(ripple, cycles=2.0 * ripple.cycles),))
+    rich = replace(lugre, laws=replace(lugre.laws, load=load))
+    with pytest.raises(NoSolutionError, match="cannot represent harmonics"):
+        mjcf_files(rich, ORIGIN, ())
+    assert (
+        "left out: harmonics (further harmonics of the effort ripple)"
+        in (mjcf_files(rich, ORIGIN, {"harmonics"})[1])
+    )
     with pytest.raises(NoSolutionError, match=r"stribeck_exponent 1; allowed: 2"):
         mjcf_files(replace(lugre, laws=Laws(stribeck_exponent=1.0)), ORIGIN, ())
     _, notes = mjcf_files(lugre, ORIGIN, {"presliding", "stribeck", "ripple", "spring"})

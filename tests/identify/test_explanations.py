@@ -25,6 +25,7 @@ from frictool.identify.rows.smoothing import smoothed
 from frictool.identify.rows.strokes import find_strokes
 from frictool.identify.text_view import explanation_line, explanation_place
 from frictool.typing import Vector
+from tests.support.linear_axis import linear_bench
 from tests.support.loaded_axis import COUNT, Loaded, loaded_axis, rotary_bench
 
 Extra = Callable[[Vector, Vector, Vector, Vector], Vector]
@@ -84,8 +85,10 @@ def test_an_effect_is_not_taken_for_a_load(kind: Term) -> None:
 
 @pytest.mark.parametrize("scale", [1.0, 5.0])
 def test_an_eccentric_encoder_is_not_gravity(scale: float) -> None:
-    """Scaled, the same efforts move a fifth of the inertia over more than a turn. Over less than a turn
-    other loads look alike, and the eccentricity is left in the residual."""
+    """Scaled, the same efforts move a fifth of the inertia over more than a turn.
+
+    Over less than a turn other loads look alike, and the eccentricity is left in the residual.
+    """
     for seed in (1, 2, 3):
         axis = loaded_axis(seed, "", known=False)
         x, count = scale * axis.record.position, scale * COUNT
@@ -232,3 +235,8 @@ def test_the_text_says_where_an_effort_is_and_what_settles_it(
     assert line.startswith(f"{place}: an effort, 0.25 N m (rms): ")
     assert "a and b predict as well" in line
     assert line.endswith("to settle it, turn the axis") == (place != "in the model")
+
+
+def test_a_linear_axis_has_no_eccentric_encoder() -> None:
+    with pytest.raises(ValueError, match="eccentricity belongs to the encoder of a rotary axis"):
+        msgspec.structs.replace(linear_bench(), load=LoadTerms(("offset", "eccentricity")))
