@@ -165,8 +165,8 @@ def explanation_line(one: Explanation, unit: str) -> str:
     )
     settle = "" if place == "in the model" else f"; to settle it, {one.settle}"
     return (
-        f"{place}: {one.what}, {one.effort:.3g} {unit} (rms): the error on strokes left out of the "
-        f"fit is {one.held_out:.2g} of that without{rivals}{settle}"
+        f"{place}: {one.what}, {one.effort:.3g} {unit} (rms): with it, the error on strokes left "
+        f"out of the fit is {one.held_out:.2g} times as large{rivals}{settle}"
     )
 
 

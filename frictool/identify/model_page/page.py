@@ -115,7 +115,7 @@ def _explanation_table(outcome: IdentifiedModel) -> TextTable:
             "Effort",
             "Place",
             "Size, rms",
-            "Error on strokes left out of the fit, relative to that without",
+            "Error on unseen strokes with it / without it",
             "As likely",
             "To settle it",
         ),
