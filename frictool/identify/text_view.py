@@ -158,15 +158,17 @@ def explanation_line(one: Explanation, unit: str) -> str:
     """Return the line on an explanation of the effort, or on what is left in the residual."""
     place = explanation_place(one)
     verb = "predicts" if len(one.rivals) == 1 else "predict"
+    names = " and ".join(one.rivals)
     rivals = (
-        f"; {' and '.join(one.rivals)} {verb} as well, and this motion does not decide between them"
-        if one.rivals
+        f". {names[0].upper()}{names[1:]} {verb} these strokes equally well, and this motion "
+        "cannot distinguish between them"
+        if names
         else ""
     )
-    settle = "" if place == "in the model" else f"; to settle it, {one.settle}"
+    settle = "" if place == "in the model" else f". To decide, {one.settle}"
     return (
-        f"{place}: {one.what}, {one.effort:.3g} {unit} (rms): with it, the error on strokes left "
-        f"out of the fit is {one.held_out:.2g} times as large{rivals}{settle}"
+        f"{place}: {one.what}, {one.effort:.3g} {unit} rms. It changes the prediction error on "
+        f"strokes left out of the fit by a factor of {one.held_out:.2g}{rivals}{settle}"
     )
 
 

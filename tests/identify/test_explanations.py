@@ -232,9 +232,9 @@ def test_the_text_says_where_an_effort_is_and_what_settles_it(
     one = Explanation(name, "an effort", state, 0.25, 1e-6, 0.5, "turn the axis", ("a", "b"))
     line = explanation_line(one, "N m")
     assert explanation_place(one) == place
-    assert line.startswith(f"{place}: an effort, 0.25 N m (rms): ")
-    assert "a and b predict as well" in line
-    assert line.endswith("to settle it, turn the axis") == (place != "in the model")
+    assert line.startswith(f"{place}: an effort, 0.25 N m rms. ")
+    assert "A and b predict these strokes equally well" in line
+    assert line.endswith("To decide, turn the axis") == (place != "in the model")
 
 
 def test_a_linear_axis_has_no_eccentric_encoder() -> None:

@@ -5,20 +5,22 @@
 - loads: a spring and, on a rotary axis, gravity; harmonics of a ripple, with wave numbers from the
   spectrum of the residual over the position (`position_spectrum`)
 - effects that only disturb the fit (`rows/effects.py`), such as a drifting offset
-- viscous friction by direction, which is only compared: the simulation decides on it
-  (`structure_selection`)
+- viscous friction by direction, which competes with the others, but is never added: the simulation
+  decides on it (`structure_selection`)
 
-All hypotheses are columns of one regression, reduced once to triangles, and have one score: the
-squared prediction error of the strokes of the other half. The best one is used if
+All hypotheses are columns of one regression, reduced once to triangles. The score of each is the
+squared prediction error of all strokes, each half predicted by a fit to the other half. The best
+hypothesis is used if
 
-1. the squares of the strokes decrease beyond chance and the held-out error falls by a fifth
-   (`term_selection.clearly_better`), and
-2. its parameters differ from 0 in the joint test over clusters (`joint_test`) at FALSE_ALARM over
-   all hypotheses together; half of it is shared by the wave numbers.
+1. the squared errors of the strokes decrease significantly and the rms prediction error falls by
+   more than a fifth (`term_selection.clearly_better`), and
+2. its parameters differ from 0 in the joint test over clusters (`joint_test`). FALSE_ALARM is the
+   level of all tests together: one half is divided among the hypotheses, one among the wave numbers
+   of a ripple.
 
-A load is not claimed if an effect predicts the strokes as well. A hypothesis that the others make
-needless is removed again. What is significant in the end, but not used, is left in the residual and
-is reported with its size.
+A load is not used if an effect predicts the strokes equally well. A hypothesis is removed again if
+the prediction is no longer clearly better with it; harmonics of a ripple stay. Significant
+hypotheses that are not used are reported as left in the residual, with their rms effort.
 """
 
 from __future__ import annotations
@@ -63,7 +65,8 @@ ROWS_PER_WINDOW = 8  # rows of a smoothing window; nearer ones repeat each other
 MOST_ROWS = 8_000  # samples of all records divided by this is the least distance of two rows
 MOST_SAMPLES, PARTS = 300_000, 20  # of longer logs, evenly spaced parts are searched
 MOST_LEFT = 3  # hypotheses reported as left in the residual
-NOTICEABLE = 0.95  # largest held-out squares of what is left, relative to those without it
+# a hypothesis is reported only if it reduces the sum of held-out squares to less than this share
+NOTICEABLE = 0.95
 ECCENTRICITY = "eccentricity"
 EQUAL = 1.1  # squares of two hypotheses that predict alike, largest ratio
 

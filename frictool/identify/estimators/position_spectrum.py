@@ -15,10 +15,10 @@ from frictool.typing import IntVector, Vector
 
 LEAST_PERIODS = 1.5  # periods within the travel; fewer look like a spring
 BINS_PER_PERIOD = 6  # of the shortest period
-OVERSAMPLING = 16  # grid points of the wave number in a resolution 2 pi/travel
+OVERSAMPLING = 16  # grid points of the wave number per resolution step of 2 pi/travel
 MOST_BINS = 1 << 15
-# distance to a whole number of cycles a turn up to which a peak is that number: share of the
-# resolution, and cycles
+# a peak is rounded to a whole number of cycles per turn if it is no farther away than SNAP times
+# the resolution and than FARTHEST cycles
 SNAP, FARTHEST = (0.35, 0.35)
 
 

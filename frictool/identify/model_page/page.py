@@ -112,12 +112,12 @@ def _explanation_table(outcome: IdentifiedModel) -> TextTable:
     return TextTable(
         "Other efforts",
         (
-            "Effort",
-            "Place",
-            "Size, rms",
-            "Error on unseen strokes with it / without it",
-            "As likely",
-            "To settle it",
+            "Possible cause",
+            "Treatment",
+            "Effort, rms",
+            "Prediction error on unseen strokes, with it / without it",
+            "Predict equally well",
+            "To decide",
         ),
         tuple(
             (

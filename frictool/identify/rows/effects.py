@@ -4,12 +4,13 @@
 
 The columns of a declared effect (`load.terms`) are added to the regression, and the other
 parameters no longer absorb the effect. The model document does not contain the effects. Columns
-over the log's time and over the travel are Legendre polynomials without their constant, so that the
-sliding parameters are means over the log and over the travel.
+over the log's time or the record's travel are the Legendre polynomials P_k, k >= 1. The sliding
+parameters are therefore means over the log and the travel. s is the direction of the motion, u the
+effort:
 
     drift                   P_k(t), k = 1 to 4                  an offset that changes slowly
     warming                 s P_1, s P_2, v P_1, v P_2 of t     friction that changes along the log
-    eccentricity            J e, c e of x + e sin(x + phase)    encoder: (sin x)'', (sin x)', ...
+    eccentricity            (sin x)'', (cos x)'', (sin x)', (cos x)'    eccentric encoder
     stribeck                s exp(-(v / w)^2), w = 5 %, 15 %    of the record's top speed
     friction_over_position  s P_k(x), k = 1 to 3                over the record's travel
     inertial_friction       s |a|                               friction under the inertial load
