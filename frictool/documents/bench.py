@@ -217,6 +217,8 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     - `header_line`: Line with the names of the columns.
     - `unit_line`: Line with the units.
     - `first_line`: First line with numbers.
+    - `dates`: Order of a date's parts if the year comes last: `day-first` (31/01/2026) or
+      `month-first` (01/31/2026).
     - `period_s`: Time between two rows, if no column contains the time.
     - `start_s`: Time of the first row, with `period_s`.
     - `whole`: True if the last line is complete although it has no line end.
@@ -231,6 +233,7 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     header_line: LineNumber | None = None
     unit_line: LineNumber | None = None
     first_line: Annotated[int, msgspec.Meta(ge=1)] | None = None
+    dates: Literal["day-first", "month-first"] | None = None
     period_s: PositiveNumber | None = None
     start_s: float | None = None
     whole: bool = False

@@ -48,7 +48,7 @@ class Format(NamedTuple):
     other_suffixes: tuple[str, ...] = ()
 
 
-# in the order of detection; the text format accepts any file without a NUL character
+# in the order of detection; the text format, the last one, accepts any file without a NUL character
 FORMATS = (
     Format(
         "recording",
@@ -100,6 +100,12 @@ FORMATS = (
         "NumPy (.npz)",
     ),
     Format(
+        "jsonl",
+        "JSON lines",
+        (".jsonl", ".ndjson"),
+        "frictool.logs.text.json_lines_format",
+    ),
+    Format(
         "csv",
         "text with columns (CSV)",
         (".csv",),
@@ -107,7 +113,7 @@ FORMATS = (
         "frictool.logs.text.csv_writer",
         "CSV",
         several=False,
-        other_suffixes=(".tsv", ".txt"),
+        other_suffixes=(".tsv", ".txt", ".lvm"),
     ),
 )
 WRITTEN = {one.name: one for one in sorted(FORMATS) if one.writer}

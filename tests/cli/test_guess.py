@@ -18,7 +18,11 @@ from tests.support.logger_headers import LOGGERS, twincat
 
 ASKED = "?"
 EXPECTED: dict[str, dict[str, tuple[str, str]]] = {
-    "twincat": {"position": ("fActPosition", ASKED), "effort": (ASKED, ASKED)},
+    "twincat": {
+        "time": ("Time", "ms"),
+        "position": ("fActPosition", ASKED),
+        "effort": (ASKED, ASKED),
+    },
     "siemens": {
         "time": ("Time", ASKED),
         "position": ("_DriveAxis_1.ActualPosition", ASKED),
@@ -113,7 +117,7 @@ def test_what_a_logger_does_not_tell_is_asked(name: str, tmp_path: Path):
 def test_the_channels_of_twincat_keep_their_names_and_units(tmp_path: Path):
     """None of the lines about the channels passes for the header but that of the names."""
     facts, bench = guessed(tmp_path, twincat(unit="deg"))
-    assert facts["columns"] == {"position": ["fActPosition", "deg"]}
+    assert facts["columns"] == {"time": ["Time", "ms"], "position": ["fActPosition", "deg"]}
     assert "fActTorque" in facts["left"]
     assert (
         "header in line 5, units in line 19, numbers from line 23"
@@ -158,7 +162,17 @@ def test_a_unit_that_ends_a_name(name: str, unit: str | None):
 
 
 @pytest.mark.parametrize(
-    "name", ["odrive", "moteus", "torque_sensor", "torque_only", "torque_cur", "odrive_s1", "laas"]
+    "name",
+    [
+        "twincat",
+        "odrive",
+        "moteus",
+        "torque_sensor",
+        "torque_only",
+        "torque_cur",
+        "odrive_s1",
+        "laas",
+    ],
 )
 def test_info_shows_a_raw_file_in_its_own_units(name: str, tmp_path: Path):
     """Nothing is converted, and no effort is made of a current: the file does not tell the
@@ -180,7 +194,7 @@ def test_info_shows_a_raw_file_in_its_own_units(name: str, tmp_path: Path):
     assert run("info", log).stdout.startswith("log.csv: ")
 
 
-@pytest.mark.parametrize("name", ["twincat", "siemens", "sample_index", "kinova", "rtde"])
+@pytest.mark.parametrize("name", ["siemens", "sample_index", "kinova", "rtde"])
 def test_info_of_a_file_that_tells_too_little_asks_for_the_bench(name: str, tmp_path: Path):
     log = tmp_path / "log.csv"
     log.write_text(LOGGERS[name])

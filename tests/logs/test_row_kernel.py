@@ -13,7 +13,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from frictool.logs.kernels.decimal_parser import NO_NUMBER, NUMBER
-from frictool.logs.kernels.iso8601 import scan_stamp
+from frictool.logs.kernels.iso8601 import DAY_FIRST, MONTH_FIRST, YEAR_FIRST, scan_stamp
 from frictool.logs.kernels.row_scanner import (
     CELL,
     CUT,
@@ -58,6 +58,7 @@ def read(
         stamps,
         issues,
         0,
+        YEAR_FIRST,
     )
     listed = [tuple(int(field) for field in issue[:4]) for issue in issues[: progress.issues]]
     return progress, values[:, : progress.rows], stamps[: progress.rows], listed
@@ -183,8 +184,8 @@ def test_full_rows_and_full_issues_stop_before_the_next_row():
 
 
 @kernel
-def stamp_of(text):
-    return scan_stamp(text, 0, True)
+def stamp_of(text, order=YEAR_FIRST):
+    return scan_stamp(text, 0, True, order)
 
 
 @given(
@@ -203,6 +204,44 @@ def test_a_stamp_is_that_of_datetime(
     seconds = (whole - datetime(1970, 1, 1, tzinfo=UTC)) // timedelta(seconds=1)
     below = int(fraction[1:].ljust(9, "0")) if digits else 0
     assert stamp_of(padded(text.encode())) == (seconds * 10**9 + below, len(text), NUMBER)
+
+
+@given(
+    moment=st.datetimes(datetime(1678, 1, 1), datetime(2261, 12, 31)),
+    mark=st.sampled_from("./-"),
+    half=st.sampled_from(["", " %p"]),
+)
+def test_a_date_is_read_in_each_order(moment: datetime, mark: str, half: str):
+    moment = moment.replace(microsecond=0)
+    clock = f"{'%I' if half else '%H'}:%M:%S{half}"
+    seconds = (moment - datetime(1970, 1, 1)) // timedelta(seconds=1)
+    year = f"{moment.year:04d}"
+    forms = {
+        YEAR_FIRST: f"{year}{mark}%m{mark}%d {clock}",
+        DAY_FIRST: f"%d{mark}%m{mark}{year} {clock}",
+        MONTH_FIRST: f"%m{mark}%d{mark}{year} {clock}",
+    }
+    for order, form in forms.items():
+        text = moment.strftime(form)
+        assert stamp_of(padded(text.encode()), order) == (seconds * 10**9, len(text), NUMBER)
+
+
+@pytest.mark.parametrize(
+    ("text", "order"),
+    [
+        ("31.01.2026 12:00:00", YEAR_FIRST),
+        ("31.01.2026 12:00:00", MONTH_FIRST),
+        ("01/31/2026 12:00:00", DAY_FIRST),
+        ("31.01/2026 12:00:00", DAY_FIRST),
+        ("29.02.2026 12:00", DAY_FIRST),
+        ("31.01.26 12:00", DAY_FIRST),
+        ("31.01.2026 13:00 PM", DAY_FIRST),
+        ("31.01.2026", DAY_FIRST),
+    ],
+)
+def test_what_is_no_date_in_this_order(text: str, order: int):
+    _, end, status = stamp_of(padded(text.encode()), order)
+    assert status == NO_NUMBER or end < len(text)
 
 
 def test_a_time_of_day_stands_alone():

@@ -4,6 +4,7 @@ are called."""
 from __future__ import annotations
 
 import io
+import json
 import re
 import shutil
 import tempfile
@@ -57,6 +58,26 @@ def _scope() -> bytes:
     own."""
     return (
         "Model,S1\nSample Interval,0.001,s\nProbe,10\n\nTIME,CH1,CH2\ns,V,V\n" + _rows()
+    ).encode()
+
+
+def _labview() -> bytes:
+    """A LabVIEW measurement with a time column, a unit line and a column of comments."""
+    head = (
+        "LabVIEW Measurement\t\nWriter_Version\t2\nReader_Version\t2\nSeparator\tTab\n"
+        "Decimal_Separator\t,\nMulti_Headings\tNo\nX_Columns\tOne\nTime_Pref\tRelative\n"
+        "***End_of_Header***\t\n\t\nChannels\t2\t\t\nSamples\t40\t40\t\n"
+        "Y_Unit_Label\tcount\tA\t\nX_Dimension\tTime\tTime\t\nX0\t0,0\t0,0\t\n"
+        "Delta_X\t0,001\t0,001\t\n***End_of_Header***\t\t\t\nX_Value\tencoder\tcurrent\tComment\n"
+    )
+    return (head + _rows("\t", ",")).encode()
+
+
+def _json_lines() -> bytes:
+    rows = zip(TIME.tolist(), COUNTS.tolist(), CURRENT.tolist(), strict=True)
+    return "".join(
+        json.dumps({"time": t, "encoder": n, "motor": {"current": i}, "state": "on"}) + "\n"
+        for t, n, i in rows
     ).encode()
 
 
@@ -210,6 +231,12 @@ SAMPLES: dict[str, Callable[[], bytes] | Callable[[Path], None]] = {
         "when;encoder;current\n"
         + _rows(";", date=lambda t: f"2026-01-02T03:04:05.{round(1000 * t):03d}Z")
     ).encode(),
+    "csv.labview": _labview,
+    "csv.day_first": lambda: (
+        "when;encoder;current\n"
+        + _rows(";", date=lambda t: f"31.01.2026 03:04:05.{round(1000 * t):03d}")
+    ).encode(),
+    "jsonl": _json_lines,
     "mat": _mat,
     "mat.compressed": lambda: _mat(do_compression=True),
     "npz": lambda: _npz(),

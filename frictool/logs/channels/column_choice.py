@@ -22,7 +22,14 @@ import numpy as np
 from frictool.documents.bench import OPEN
 from frictool.documents.quantity import CHANNEL_DIMENSIONS, Axis, factor_to_si, si_unit
 from frictool.logs.arrays.memory_table import MemoryTable
-from frictool.logs.channels.column_names import QUANTITIES, clarity, is_command, quantities, unit_in
+from frictool.logs.channels.column_names import (
+    QUANTITIES,
+    clarity,
+    is_command,
+    is_connector,
+    quantities,
+    unit_in,
+)
 from frictool.logs.channels.mapping import COUNT, EFFORT, TIME
 from frictool.logs.channels.question import ColumnQuestion
 from frictool.logs.quality.time_base import encoder_step
@@ -43,6 +50,8 @@ MOST_NAMES = 8  # maximum number of column names in a question
 COUNTS = (COUNT, "counts", "ticks", "inc", "increments")
 # s, range of the steps of a time without unit that is in seconds; in ms, no logger is so fast
 SECONDS = (1e-5, 0.02)
+FEWEST_STEPS = 8  # least number of rows of a column that may count them
+STEP_TOLERANCE = 0.02  # relative difference of the steps of a time, from rounding in the file
 CANDIDATES: dict[str, tuple[str, str]] = {  # dimension -> candidate units, rotary and linear
     TIME: ("s, ms, us", "s, ms, us"),
     "position": ("rad, deg, turn, count", "m, mm, count"),
@@ -160,6 +169,8 @@ def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
         return matching or (
             ["reference"] if not named and "reference" in compatible else []
         ), clarity(one.name)
+    if named == ["position"] and _counts_rows(one):
+        named = [TIME]
     matching = [name for name in named if name in compatible]
     if matching or one.unit is None or (clarity(one.name) < len(QUANTITIES) and not named):
         return matching, clarity(one.name) if len(matching) == 1 else len(QUANTITIES)
@@ -170,6 +181,8 @@ def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
 def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> ColumnChoice:
     """Return the choice among columns that fit a channel equally well."""
     first = contenders[0]
+    if channel == TIME:  # an instrument may repeat its times before each channel
+        contenders = [first, *(o for o in contenders[1:] if not _same(o.values, first.values))]
     names = tuple(one.name for one in contenders)
     several = [name for name in names if len(quantities(name)) > 1 and first.unit is None]
     questions = []
@@ -188,6 +201,13 @@ def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> Co
                 "column",
                 _quoted(names),
                 f"its name says {what}; move the line to the channel that it is",
+            )
+        )
+    elif is_connector(first.name):
+        column = OPEN
+        questions.append(
+            ColumnQuestion(
+                channel, "column", _quoted(names), "is it this signal? the file names a connector"
             )
         )
     elif channel == EFFORT and first.name != EFFORT and not _JOINT_STATE.fullmatch(first.name):
@@ -211,7 +231,7 @@ def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQues
     if channel == TIME:
         steps = np.diff(values)
         interval = float(np.median(steps)) if steps.size else 0.0
-        if SECONDS[0] <= interval <= SECONDS[1]:
+        if SECONDS[0] <= interval <= SECONDS[1] and TIME in quantities(one.name):
             return "s", None
         why += f", and its steps are {interval:.6g}; leave time out where it counts samples"
     if (
@@ -224,6 +244,18 @@ def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQues
     why += "" if step is None else f", where its steps are multiples of {step:.6g}"
     candidates = tuple(CANDIDATES[dimension][axis == "linear"].split(", "))
     return OPEN, ColumnQuestion(channel, "unit", candidates, why)
+
+
+def _same(values: Vector, others: Vector) -> bool:
+    return bool(values.shape == others.shape and np.array_equal(values, others))
+
+
+def _counts_rows(one: OfferedColumn) -> bool:
+    """Return whether a column x without unit rises in equal steps, as the x-axis of an export."""
+    if one.unit is not None or one.name.lower() != "x" or one.values.size < FEWEST_STEPS:
+        return False
+    steps = np.diff(one.values)
+    return bool(steps.min() > 0.0 and np.ptp(steps) <= STEP_TOLERANCE * steps.max())
 
 
 def _quoted(names: Sequence[str]) -> tuple[str, ...]:

@@ -24,7 +24,8 @@ _COMMAND = re.compile(
     r"soll|sollwert"
 )
 _NO_SIGNAL = re.compile(
-    r"error|err|deviation|limit|max|min|bus|vbus|supply|vsupply|battery|vdc|temperature"
+    r"error|err|deviation|limit|max|min|bus|vbus|supply|vsupply|bat|batt|vbat|battery|vdc|"
+    r"temp|temperature"
 )
 UNITS: Mapping[str, str] = {  # units that may end a name
     "s": "s", "sec": "s", "seconds": "s", "ms": "ms", "us": "us", "ns": "ns",
@@ -38,6 +39,12 @@ RATES: Mapping[tuple[str, str], str] = {
     ("rad", "s"): "rad/s", ("deg", "s"): "deg/s", ("mm", "s"): "mm/s", ("m", "s"): "m/s",
     ("rev", "s"): "turn/s", ("turns", "s"): "turn/s",
 }  # fmt: skip
+# channels of an instrument, which do not say what is connected
+_CONNECTOR = re.compile(
+    r"((ch|chn|channel|ai|analog|analogue|input|trace|untitled|dev\d+/ai)[ _]*\d{0,2}[a-d]?"
+    r"|voltage[ _]*\d{1,2})( \(column \d+\))?",
+    re.IGNORECASE,
+)
 _HUMP = re.compile(r"(?<=[a-z])(?=[A-Z])")  # word boundary in a name such as motorCurrent
 
 
@@ -88,6 +95,15 @@ def clarity(name: str) -> int:
 def is_command(name: str) -> bool:
     """Return whether a name denotes a command and not a measurement."""
     return any(map(_COMMAND.fullmatch, words(name)))
+
+
+def is_connector(name: str) -> bool:
+    """Return whether a name denotes a connector of an instrument, and no signal.
+
+    >>> is_connector("CH1"), is_connector("Channel B"), is_connector("current")
+    (True, True, False)
+    """
+    return _CONNECTOR.fullmatch(name) is not None
 
 
 def unit_in(name: str) -> str | None:

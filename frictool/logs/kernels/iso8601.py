@@ -1,7 +1,11 @@
-"""Conversion of ISO 8601 to integer nanoseconds since 1970-01-01.
+"""Conversion of dates and times of day to integer nanoseconds since 1970-01-01.
 
-    YYYY-MM-DD[T| ]hh:mm[:ss[.fff...]][Z|+hh[[:]mm]]     date and time of day; UTC without a zone
+    YYYY-MM-DD[T| ]hh:mm[:ss[.fff...]][Z|+hh[[:]mm]]     ISO 8601; UTC without a zone
     hh:mm[:ss[.fff...]]                                  time of day, counted as on 1970-01-01
+    D.M.YYYY hh:mm[:ss[.fff...]] [AM|PM]                 the caller says whether the day or the
+                                                         month comes first
+
+A date may have `-`, `/` or `.` between its parts.
 
 Days are counted by the civil calendar from 1 March, so that the leap day is the last of a year (H.
 Hinnant, chrono-compatible date algorithms).
@@ -19,6 +23,9 @@ FIRST_YEAR, LAST_YEAR = 1678, 2261  # first and last full year that fit 63 bits 
 SECOND = 1_000_000_000
 NO_DATE = -1_000_000  # days; earlier than FIRST_YEAR
 DASH, COLON, BLANK, SMALL_T, BIG_T, BIG_Z, POINT, COMMA, PLUS = (ord(sign) for sign in "-: tTZ.,+")
+SLASH, SMALL_A, SMALL_P, SMALL_M, LOWER = ord("/"), ord("a"), ord("p"), ord("m"), 32
+# order of the parts of a date: the year first only, or also the day or the month first
+YEAR_FIRST, DAY_FIRST, MONTH_FIRST = 0, 1, 2
 MONTH_DAYS = np.array([31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31])
 
 
@@ -58,28 +65,54 @@ def days_of(year: int, month: int, day: int) -> int:
 
 
 @kernel
-def scan_stamp(text: NDArray[np.uint8], at: int, comma: bool) -> tuple[int, int, int]:
+def _one_or_two(text: NDArray[np.uint8], at: int) -> tuple[int, int]:
+    """Return the number of one or two digits at `at`, or -1, and its end."""
+    length = 2 if _whole(text, at, 2) >= 0 else 1
+    return _whole(text, at, length), at + length
+
+
+@kernel
+def scan_date(text: NDArray[np.uint8], at: int, order: int) -> tuple[int, int]:
+    """Return (days since 1970-01-01 or NO_DATE, end) of the date that begins at `text[at]`."""
+    year = _whole(text, at, 4)
+    first, after = (year, at + 4) if year >= 0 else _one_or_two(text, at)
+    mark = text[after]
+    if first < 0 or mark not in (DASH, SLASH, POINT):
+        return NO_DATE, at
+    second, after = _one_or_two(text, after + 1)
+    if second < 0 or text[after] != mark:
+        return NO_DATE, at
+    if year >= 0:
+        day, after = _one_or_two(text, after + 1)
+        return days_of(year, second, day), after
+    year = _whole(text, after + 1, 4)
+    if year < 0 or order == YEAR_FIRST:
+        return NO_DATE, at
+    if order == DAY_FIRST:
+        return days_of(year, second, first), after + 5
+    return days_of(year, first, second), after + 5
+
+
+@kernel
+def scan_stamp(text: NDArray[np.uint8], at: int, comma: bool, order: int) -> tuple[int, int, int]:
     """Return (ns, end, NUMBER or NO_NUMBER) of the time stamp that begins at `text[at]`.
 
     The text must end with a byte that no stamp contains.
 
     comma: True if a comma may precede the fraction of a second; False if a comma ends a cell.
+    order: order of the parts of a date (YEAR_FIRST, DAY_FIRST, MONTH_FIRST).
     """
     days = 0
     if _whole(text, at, 2) < 0 or text[at + 2] != COLON:
-        year = _whole(text, at, 4)
-        if year < 0 or text[at + 4] != DASH or _whole(text, at + 5, 2) < 0 or text[at + 7] != DASH:
-            return 0, at, NO_NUMBER
-        days = days_of(year, _whole(text, at + 5, 2), _whole(text, at + 8, 2))
-        at += 10
+        days, at = scan_date(text, at, order)
         if days == NO_DATE or not (text[at] == BLANK or text[at] == BIG_T or text[at] == SMALL_T):
             return 0, at, NO_NUMBER
         at += 1
-    hour = _whole(text, at, 2)
-    if not 0 <= hour <= 23 or text[at + 2] != COLON:
+    hour, at = _one_or_two(text, at)
+    if not 0 <= hour <= 23 or text[at] != COLON:
         return 0, at, NO_NUMBER
-    minute = _whole(text, at + 3, 2)
-    at += 5
+    minute = _whole(text, at + 1, 2)
+    at += 3
     second, fraction = 0, 0
     if text[at] == COLON:
         second = _whole(text, at + 1, 2)
@@ -93,6 +126,12 @@ def scan_stamp(text: NDArray[np.uint8], at: int, comma: bool) -> tuple[int, int,
                 at += 1
     if not (0 <= minute <= 59 and 0 <= second <= 59):
         return 0, at, NO_NUMBER
+    half = text[at + 1] | LOWER if text[at] == BLANK else 0
+    if half in (SMALL_A, SMALL_P) and text[at + 2] | LOWER == SMALL_M:
+        if not 1 <= hour <= 12:
+            return 0, at, NO_NUMBER
+        hour = hour % 12 + (12 if half == SMALL_P else 0)
+        at += 3
     zone = 0
     if text[at] == BIG_Z:
         at += 1

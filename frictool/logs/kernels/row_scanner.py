@@ -23,6 +23,7 @@ from frictool.logs.kernels.iso8601 import COMMA, scan_stamp
 from frictool.logs.kernels.pointer import pointer_to
 from frictool.runtime.kernels import inner_kernel, kernel
 
+NO_STAMP = -1  # of `dates`: the cell is a number
 SKIP, STAMP = -1, -2  # slots of a column that is ignored, and of one with time stamps
 CELL, ROW, CUT = 0, 1, 2  # kinds of issues
 ISSUE_FIELDS = 6  # row, kind, line, column (of a CELL) or number of cells (of a ROW), start, stop
@@ -76,9 +77,11 @@ def _past_cell(text: NDArray[np.uint8], at: int, end: int, delimiter: int) -> tu
 
 @inner_kernel
 def _scan(
-    text: NDArray[np.uint8], at: int, delimiter: int, mark: int, stamped: bool
+    text: NDArray[np.uint8], at: int, delimiter: int, mark: int, dates: int
 ) -> tuple[float, int, int, bool]:
     """Return (value, ns, end, plain) of the cell at `at`, read as a number or a stamp.
+
+    dates: order of the parts of a stamp's date; NO_STAMP for a number.
 
     plain: True if the whole cell is a number or a stamp.
     """
@@ -87,8 +90,8 @@ def _scan(
     quoted = text[at] == QUOTE
     if quoted:
         at = _over_blanks(text, at + 1, delimiter)
-    if stamped:
-        stamp, at, status = scan_stamp(text, at, quoted or delimiter != COMMA)
+    if dates != NO_STAMP:
+        stamp, at, status = scan_stamp(text, at, quoted or delimiter != COMMA, dates)
     else:
         value, at, status = scan_number(text, at, mark)
     plain = status == NUMBER
@@ -152,6 +155,7 @@ def read_rows(
     stamps: NDArray[np.int64],
     issues: NDArray[np.int64],
     row: int,
+    dates: int,
 ) -> ScanProgress:
     """Read whole rows from the start of the text until the text, `values` or `issues` is exhausted.
 
@@ -164,6 +168,7 @@ def read_rows(
     values: (slots, rows), filled from `row` on; NaN for each CELL issue.
     stamps: (rows,), or (0,) if no column is a STAMP.
     issues: (m, ISSUE_FIELDS) with m > columns + 1.
+    dates: order of the parts of a stamp's date (iso8601.py).
     """
     columns = slots.size
     rows = values.shape[1]
@@ -187,7 +192,9 @@ def read_rows(
             slot = slots[cells] if cells < columns else SKIP
             plain = False
             if slot != SKIP:
-                value, stamp, at, plain = _scan(text, start, delimiter, mark, slot == STAMP)
+                value, stamp, at, plain = _scan(
+                    text, start, delimiter, mark, dates if slot == STAMP else NO_STAMP
+                )
                 if slot == STAMP:
                     stamps[row] = stamp
                 else:

@@ -9,18 +9,19 @@ from frictool.logs.recordings.object_decoder import ObjectDecoder
 LONGEST = 2_000_000  # bytes, maximum size of a message
 
 
-def _decoded(data: bytes) -> object:
+def decoded(data: bytes) -> object:
+    """Return the value of a JSON text; raise ValueError if it is none, or too long."""
     if len(data) > LONGEST:
         raise ValueError(f"is {len(data)} bytes of JSON; allowed: {LONGEST}")
     try:
-        decoded: object = msgspec.json.decode(data)
+        value: object = msgspec.json.decode(data)
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"is no JSON ({error})") from None
-    return decoded
+    return value
 
 
 class JsonDecoder(ObjectDecoder):
     """Decoder of JSON messages; true is 1, false is 0, and null is no number."""
 
     def __init__(self) -> None:
-        super().__init__(_decoded)
+        super().__init__(decoded)

@@ -60,7 +60,7 @@ class ObjectDecoder:
 
     def names(self, data: bytes) -> list[str]:
         """Return the paths of the numbers of one message (see Decoder)."""
-        return list(self._numbers(data))
+        return list(self.numbers_of(data))
 
     def columns(
         self, messages: Messages, paths: tuple[str, ...]
@@ -72,7 +72,7 @@ class ObjectDecoder:
         failed: dict[int, str] = {}
         for index in range(count):
             try:
-                numbers = self._numbers(messages.payload(index))
+                numbers = self.numbers_of(messages.payload(index))
             except ValueError as error:
                 failed[index] = str(error)
                 continue
@@ -80,7 +80,11 @@ class ObjectDecoder:
             present[:, index] = [path in numbers for path in paths]
         return values, present, failed
 
-    def _numbers(self, data: bytes) -> dict[str, float]:
+    def numbers_of(self, data: bytes) -> dict[str, float]:
+        """Return path and value of each number of one message.
+
+        Raises ValueError if the message is damaged or has too many numbers.
+        """
         decoded: dict[str, float] = {}
         try:
             for path, value in numbers(self._objects(data)):

@@ -10,8 +10,10 @@ import re
 from collections.abc import Sequence
 
 from frictool.documents.bench import Layout
+from frictool.logs.kernels.iso8601 import DAY_FIRST, MONTH_FIRST, YEAR_FIRST
 
 BLANK = " "
+LAST_MONTH = 12
 DELIMITERS = {"comma": ",", "semicolon": ";", "tab": "\t", "blank": BLANK}
 MARKS = {"point": ".", "comma": ","}
 THOUSANDS = {
@@ -35,7 +37,8 @@ DIALECTS = (
 )
 # a name includes the unit after it
 _BETWEEN_BLANKS = re.compile(r'"[^"]*"|\S+(?:[ \t]+\[[^\]]*\])?')
-_STAMP = re.compile(r"(\d{4}-\d\d-\d\d[Tt ])?\d\d:\d\d(:\d\d([.,]\d+)?)?(Z|[+-]\d\d(:?\d\d)?)?")
+_DATE = r"(?:\d{4}([-/.])\d\d?\1\d\d?|(?P<first>\d\d?)([-/.])(?P<second>\d\d?)\3\d{4})[Tt ]\d?"
+_STAMP = re.compile(rf"(?:{_DATE}|\d)\d:\d\d(:\d\d([.,]\d+)?)?( [AaPp][Mm])?(Z|[+-]\d\d(:?\d\d)?)?")
 _NUMBERS = {
     mark: re.compile(
         rf"[+-]?(?:(?:[0-9]+(?:{form}[0-9]*)?|{form}[0-9]+)(?:e[+-]?[0-9]+)?|nan|inf|infinity)",
@@ -72,8 +75,26 @@ def number(cell: str, mark: str, thousands: str = "") -> float | None:
 
 
 def is_stamp(cell: str) -> bool:
-    """Return whether a cell holds a time of day, with or without a date, in ISO 8601."""
+    """Return whether a cell holds a time of day, with or without a date."""
     return _STAMP.fullmatch(cell) is not None
+
+
+def order_of_dates(cells: Sequence[str]) -> int | None:
+    """Return the order of the parts of the dates in `cells` (iso8601.py).
+
+    Returns None if the year comes last and the day and the month can be exchanged in each date.
+
+    >>> order_of_dates(["03/04/2026 12:00"]), order_of_dates(["3.4.2026 12:00"])
+    (None, 1)
+    """
+    dates = [match for cell in cells if (match := _STAMP.fullmatch(cell)) and match["first"]]
+    if not dates:
+        return YEAR_FIRST
+    if any(int(date["first"]) > LAST_MONTH or date[3] == "." for date in dates):
+        return DAY_FIRST
+    if any(int(date["second"]) > LAST_MONTH for date in dates):
+        return MONTH_FIRST
+    return None
 
 
 def dialect(lines: Sequence[str], layout: Layout) -> tuple[str, str]:

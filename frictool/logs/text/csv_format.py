@@ -35,6 +35,7 @@ NO_END = (
     "the last line has no line end: the file may be cut; add a line end if it is whole, "
     "or write layout.whole: true in the bench"
 )
+OVER_RANGE = "\u221e"  # infinity sign, of a sample beyond the range of a PicoScope
 _DATE = re.compile(r"\d+[./-]\d+[./-]\d+\b")
 
 
@@ -123,7 +124,7 @@ class CsvTable:
             for row, lost in self._judged(batch, slots, losses):
                 if row > begin:
                     yield self._block(batch, chosen, begin, row, clock), batch.done
-                if losses is not None and row >= begin:
+                if losses is not None and lost is not None and row >= begin:
                     losses.append(lost)
                 begin = row + 1
             if batch.rows > begin:
@@ -158,14 +159,14 @@ class CsvTable:
         self, slots: NDArray[np.int64], width: int, until: int | None
     ) -> Iterator[RowBatch]:
         layout = self.layout
-        dialect = ord(layout.delimiter), ord(layout.mark)
+        dialect = ord(layout.delimiter), ord(layout.mark), layout.dates
         feed = TextWindow(text_bytes(self._path, layout.encoding), self._start)
         return batches(self.source, feed, layout.first_line, dialect, slots, width, until)
 
     def _judged(
         self, batch: RowBatch, slots: NDArray[np.int64], losses: list[DataLoss] | None
-    ) -> Iterator[tuple[int, DataLoss]]:
-        """Yield (row, loss) for each row of a batch that is left out.
+    ) -> Iterator[tuple[int, DataLoss | None]]:
+        """Yield (row, loss) for each row of a batch that is left out; the trailer is no loss.
 
         Numbers in another notation are filled into the batch. Raises LogError at the first issue if
         losses are not allowed.
@@ -180,7 +181,10 @@ class CsvTable:
             if value is not None and slots[issue.what] >= 0:
                 batch.values[slots[issue.what], issue.row] = value
                 continue
-            if issue.kind == CUT and self._whole:
+            if self._ignored(issue):
+                continue
+            if issue.kind == ROW and self.layout.trailer == cell:
+                yield issue.row, None
                 continue
             message = self._message(issue, cell)
             if losses is None:
@@ -191,6 +195,13 @@ class CsvTable:
                 )
             if issue.kind != CELL or slots[issue.what] == STAMP:
                 yield issue.row, DataLoss((), f"line {issue.line}: {message}", samples=1)
+
+    def _ignored(self, issue: RowIssue) -> bool:
+        """Return whether an issue is none: a comment after the row, or an end that is known."""
+        if issue.kind == CUT:
+            return self._whole or decoded(issue.text, self.layout.encoding) == self.layout.trailer
+        columns = len(self.names)
+        return issue.kind == ROW and self.layout.commented and issue.what == columns + 1
 
     def _message(self, issue: RowIssue, cell: str) -> str:
         if issue.kind == CUT:
@@ -204,6 +215,12 @@ class CsvTable:
                 else "the first of the numbers"
             )
             return f"has {issue.what} cells, {where} has {len(self.names)}{cut}"
+        if cell.lstrip("+-") == OVER_RANGE:
+            return (
+                f"column {self.names[issue.what]!r}: found {cell}, over range: the instrument's "
+                "input was saturated; allowed: a number, measured with a larger range; or leave "
+                f"these samples out: {SALVAGE}"
+            )
         shown = repr(cell if len(cell) <= 40 else cell[:37] + "...") if cell else "an empty cell"
         other = "," if layout.mark == "." else "."
         hint = (
@@ -223,6 +240,6 @@ class CsvTable:
             )
         if issue.what == layout.stamps or _DATE.match(cell):
             hint = "" if issue.what == layout.stamps else " or "
-            hint += "a date and time of ISO 8601, such as 2026-01-31T12:00:00.5"
+            hint += "a date and time such as 2026-01-31T12:00:00.5"
         allowed = hint if issue.what == layout.stamps else f"a number{hint}"
         return f"column {self.names[issue.what]!r}: found {shown}; allowed: {allowed}"

@@ -8,6 +8,7 @@ ISO_8601 = "iso8601"  # unit of a column of dates and times of day
 SPELLED = {  # spellings that the units library does not read or reads differently
     "sec": "s", "secs": "s", "second": "s", "seconds": "s", "msec": "ms", "usec": "us",
     "µsec": "us", "nsec": "ns",
+    "newton": "N", "newtons": "N", "radian": "rad", "radians": "rad", "degrees": "deg",
     "volt": "V", "volts": "V", "amp": "A", "amps": "A", "ampere": "A", "amperes": "A",
     "r/min": "rpm", "rev/min": "rpm", "1/min": "rpm", "min-1": "rpm", "min^-1": "rpm",
     "u/min": "rpm", "tr/min": "rpm",
@@ -54,6 +55,12 @@ def is_unit(text: str) -> bool:
     )
 
 
+def _ends_in_unit(name: str) -> bool:
+    """Return whether the last word of a name is a unit; a number is the channel's."""
+    last = name.split()[-1]
+    return is_unit(last) and not last.isdigit()
+
+
 def name_and_unit(cell: str) -> tuple[str, str | None]:
     """Return name and unit of a header cell: `speed [rpm]`, `speed (rpm)` or `speed/rpm`.
 
@@ -68,6 +75,6 @@ def name_and_unit(cell: str) -> tuple[str, str | None]:
         return match.group(1), spelled(match.group(2))
     for form in (_IN_PARENTHESES, _AFTER_SLASH):
         match = form.fullmatch(cell)
-        if match and is_unit(match.group(2)) and not is_unit(match.group(1).split()[-1]):
+        if match and is_unit(match.group(2)) and not _ends_in_unit(match.group(1)):
             return match.group(1), spelled(match.group(2))
     return cell, None

@@ -107,7 +107,7 @@ def batches(
     source: str,
     feed: TextWindow,
     first_line: int,
-    dialect: tuple[int, int],
+    dialect: tuple[int, int, int],
     slots: NDArray[np.int64],
     width: int,
     until: int | None = None,
@@ -116,7 +116,7 @@ def batches(
 
     source: name of the file for messages.
     feed: the text; its first byte is in line `first_line`.
-    dialect: byte between cells and byte before decimals.
+    dialect: byte between cells, byte before decimals, and order of a date's parts (iso8601.py).
     slots: destination of each column, see `read_rows`.
     width: number of value slots.
     until: index of the last row to read; None reads all.
@@ -131,12 +131,23 @@ def batches(
         values = np.empty((width, rows))
         stamps = np.empty(rows if STAMP in slots else 0, np.int64)
         row = 0
+        delimiter, mark, dates = dialect
         last_line = line
         listed = []
         while row < rows:
             text = feed.text
             progress = read_rows(
-                text, feed.size, feed.last, *dialect, slots, values, stamps, issues, row
+                text,
+                feed.size,
+                feed.last,
+                delimiter,
+                mark,
+                slots,
+                values,
+                stamps,
+                issues,
+                row,
+                dates,
             )
             for at, kind, below, what, start, stop in issues[: progress.issues].tolist():
                 listed.append(RowIssue(at, kind, line + below, what, text[start:stop].tobytes()))

@@ -6,8 +6,11 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
+import msgspec
+
 from frictool.documents.bench import Layout
 from frictool.errors import LogError
+from frictool.logs.kernels.iso8601 import DAY_FIRST, MONTH_FIRST, YEAR_FIRST
 from frictool.logs.text.cells import (
     DELIMITERS,
     MARKS,
@@ -16,6 +19,14 @@ from frictool.logs.text.cells import (
     dialect,
     is_stamp,
     number,
+    order_of_dates,
+)
+from frictool.logs.text.declared_headers import (
+    DeclaredHeader,
+    HeaderError,
+    Number,
+    declared_header,
+    labview_dialect,
 )
 from frictool.logs.text.header_units import ISO_8601
 from frictool.logs.text.text_encoding import TextEncoding
@@ -24,6 +35,7 @@ from frictool.logs.text.text_header import IsNumber, Rows, first_row, labels, la
 LONGEST_LINE = 1_000_000  # characters, maximum length of a line above the numbers
 # the usual layout, which is not reported
 PLAIN = "UTF-8, comma between cells, decimal point, header in line 1, numbers from line 2"
+ORDERS = {"day-first": DAY_FIRST, "month-first": MONTH_FIRST}
 MOST_LINES = 200  # maximum number of lines examined
 
 
@@ -35,9 +47,12 @@ class TextLayout:
     first_line: line of the first row of numbers.
     clock: words that name the source of the times; None if times are missing or in a column of
         numbers.
-    stamps: index of the column with times in ISO 8601, or None.
+    stamps: index of the column with dates or times of day, or None.
+    dates: order of the parts of these dates (kernels/iso8601.py).
     period_ns, start_ns: interval and start of the rows in ns, from a line above the numbers or from
         the bench.
+    commented: True if a row may end in one more cell, a comment.
+    trailer: text of a last line that ends the samples; "" if there is none.
     """
 
     encoding: TextEncoding
@@ -51,8 +66,11 @@ class TextLayout:
     first_line: int
     clock: str | None = None
     stamps: int | None = None
+    dates: int = YEAR_FIRST
     period_ns: float | None = None
     start_ns: float = 0.0
+    commented: bool = False
+    trailer: str = ""
 
     @property
     def description(self) -> str:
@@ -84,7 +102,13 @@ def find_layout(
     a line longer than LONGEST_LINE.
     """
     lines = _lines(path, head, whole, max(MOST_LINES, layout.first_line or 0))
-    delimiter, mark = dialect(lines[:MOST_LINES], layout)
+    declared_delimiter, declared_mark, samples = labview_dialect(lines)
+    layout = msgspec.structs.replace(
+        layout,
+        delimiter=layout.delimiter or declared_delimiter,
+        decimal=layout.decimal or declared_mark,
+    )
+    delimiter, mark = dialect(lines[samples:MOST_LINES], layout)
     thousands = THOUSANDS[layout.thousands]
     rows = [cells_of(line, delimiter) for line in lines]
 
@@ -94,19 +118,15 @@ def find_layout(
     def is_number(cell: str) -> bool:
         return value(cell) is not None or is_stamp(cell)
 
-    after = max(layout.header_line or 0, layout.unit_line or 0)
-    below = [[] if index < after else row for index, row in enumerate(rows)]
-    first = first_row(below, is_number) if layout.first_line is None else layout.first_line - 1
-    if first is None or first >= len(rows):
-        raise LogError(path, _no_rows(rows, first, after))
-    header, unit = _above(rows, first, layout, is_number)
-    names = labels(rows, first, header, unit, value)
+    found = _header(path, rows, layout, value, is_number)
+    names, first = found.labels, found.first
     stamps = next(
         (index for index, cell in enumerate(rows[first][: len(names.names)]) if is_stamp(cell)),
         None,
     )
     units = tuple(ISO_8601 if index == stamps else one for index, one in enumerate(names.units))
     clock, period, start = names.clock, names.period_ns, names.start_ns
+    dates = YEAR_FIRST
     if layout.period_s is not None:
         clock = "layout.period_s"
         stamps = None
@@ -116,6 +136,7 @@ def find_layout(
         clock = names.names[stamps]
         period = None
         start = 0.0
+        dates = _order(path, [row[stamps] for row in rows[first:] if stamps < len(row)], layout)
     return TextLayout(
         encoding,
         delimiter,
@@ -123,14 +144,52 @@ def find_layout(
         thousands,
         names.names,
         units,
-        header_line=0 if header is None else header + 1,
-        unit_line=0 if unit is None else unit + 1,
+        header_line=0 if found.header is None else found.header + 1,
+        unit_line=0 if found.unit is None else found.unit + 1,
         first_line=first + 1,
         clock=clock,
         stamps=stamps,
+        dates=dates,
         period_ns=period,
         start_ns=start,
+        commented=found.commented,
+        trailer=found.trailer,
     )
+
+
+def _header(
+    path: Path, rows: list[list[str]], layout: Layout, value: Number, is_number: IsNumber
+) -> DeclaredHeader:
+    """Return the header that the instrument declares, else the detected one.
+
+    A line that the bench names takes precedence over both.
+    """
+    after = max(layout.header_line or 0, layout.unit_line or 0)
+    if layout.header_line is None and layout.unit_line is None and layout.first_line is None:
+        try:
+            declared = declared_header(rows, value, is_number)
+        except HeaderError as error:
+            raise LogError(path, str(error)) from None
+        if declared is not None:
+            return declared
+    below = [[] if index < after else row for index, row in enumerate(rows)]
+    first = first_row(below, is_number) if layout.first_line is None else layout.first_line - 1
+    if first is None or first >= len(rows):
+        raise LogError(path, _no_rows(rows, first, after))
+    header, unit = _above(rows, first, layout, is_number)
+    return DeclaredHeader(labels(rows, first, header, unit, value), header, unit, first)
+
+
+def _order(path: Path, cells: list[str], layout: Layout) -> int:
+    """Return the order of the parts of dates; raise LogError if the file does not show it."""
+    order = ORDERS[layout.dates] if layout.dates else order_of_dates(cells)
+    if order is None:
+        raise LogError(
+            path,
+            f"has dates such as {cells[0]!r}, which may begin with the day or with the month; "
+            "write layout.dates: day-first or month-first in the bench",
+        )
+    return order
 
 
 def _lines(path: Path, head: str, whole: bool, most: int) -> list[str]:

@@ -1,0 +1,171 @@
+"""Reader of JSON lines: one object a line; the column of a nested number is its path.
+
+    {"t": 0.001, "axis": {"pos": [0.1, 0.2]}}  ->  t, axis.pos[0], axis.pos[1]
+
+The first key with a date or a time of day gives the times of the rows. A line without any of the
+requested numbers gives no row; a missing number is an empty cell.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import islice
+from pathlib import Path
+from typing import BinaryIO
+
+import numpy as np
+
+from frictool.documents.bench import Layout
+from frictool.errors import LogError
+from frictool.logs.day_clock import DayClock
+from frictool.logs.kernels.decimal_parser import NUMBER
+from frictool.logs.kernels.iso8601 import YEAR_FIRST, scan_stamp
+from frictool.logs.kernels.row_scanner import PADDING
+from frictool.logs.open_file import open_log
+from frictool.logs.raw_table import (
+    BLOCK_ROWS,
+    SALVAGE,
+    DataLoss,
+    RawTable,
+    RowBlock,
+    fail_at,
+    find,
+)
+from frictool.logs.recordings.json_messages import LONGEST, JsonDecoder, decoded
+from frictool.logs.text.cells import is_stamp
+
+_START = re.compile(rb"\s*(\{\s*\"|\{\s*\}|\[\s*\{)")
+NAMED_LINES = 200  # lines whose numbers are the columns
+ONE_DOCUMENT = (
+    "is one JSON document; write one object a line, for example by jq -c '.[]' or "
+    "jq -c '.entries[]'"
+)
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """Return whether the file begins with a JSON object, or with an array of objects."""
+    return _START.match(head) is not None
+
+
+def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
+    """Return the one table of the file; raise LogError if its first line is no object."""
+    return (JsonLinesTable(path),)
+
+
+class JsonLinesTable:
+    """Objects of a file of JSON lines (a RawTable)."""
+
+    def __init__(self, path: Path) -> None:
+        self.source = str(path)
+        self.topic = ""
+        self.size = path.stat().st_size
+        self._path = path
+        self._decoder = JsonDecoder()
+        names: dict[str, None] = {}
+        stamps: dict[str, None] = {}
+        with open_log(path) as stream:
+            for number, line in enumerate(islice(_lines(stream), NAMED_LINES)):
+                try:
+                    message = _object(line)
+                    names.update(dict.fromkeys(self._decoder.names(line)))
+                except ValueError as error:
+                    if number == 0:
+                        raise LogError(path, ONE_DOCUMENT) from None
+                    raise LogError(path, str(error), line=number + 1) from None
+                stamps.update(dict.fromkeys(_dated(message)))
+        self.names = tuple(names)
+        self.clock = next(iter(stamps), None)
+        self.units: Mapping[str, str | None] = dict.fromkeys(self.names)
+        if not self.names:
+            raise LogError(path, f"has no number in its first {NAMED_LINES} lines")
+
+    def find(self, wanted: str | int) -> str | None:
+        """Return the name of the column with this name or number (from 1), or None."""
+        return find(self.names, wanted)
+
+    def line(self, row: int) -> int | None:
+        """Return None: a line without the requested numbers is no row."""
+        return None
+
+    def blocks(
+        self, wanted: Sequence[str], losses: list[DataLoss] | None = None
+    ) -> Iterator[tuple[RowBlock, int]]:
+        """Yield the rows (see RawTable); a damaged line is an error or a loss."""
+        clock = DayClock()
+        first = done = 0
+        with open_log(self._path) as stream:
+            numbered = enumerate(_lines(stream), start=1)
+            while batch := list(islice(numbered, BLOCK_ROWS)):
+                rows: list[Sequence[float]] = []
+                times: list[int] = []
+                for number, line in batch:
+                    done += len(line)
+                    try:
+                        values = self._row(line, wanted)
+                        time = 0 if self.clock is None else self._time(line)
+                    except ValueError as error:
+                        lost = f"line {number}: {error}"
+                        if losses is None:
+                            raise fail_at(self, first, f"{lost}; {SALVAGE}") from None
+                        losses.append(DataLoss((), lost, samples=1))
+                        continue
+                    if values is not None:
+                        rows.append(values)
+                        times.append(time)
+                if rows:
+                    columns = np.array(rows, dtype=np.float64).reshape(len(rows), len(wanted))
+                    stamps = clock.onward(np.array(times)) if self.clock is not None else None
+                    yield (
+                        RowBlock(
+                            first,
+                            {name: columns[:, k].copy() for k, name in enumerate(wanted)},
+                            stamps,
+                        ),
+                        done,
+                    )
+                    first += len(rows)
+        if not first:
+            raise LogError(self.source, "has no rows")
+
+    def _row(self, line: bytes, wanted: Sequence[str]) -> Sequence[float] | None:
+        """Return the requested numbers, NaN for a missing one; None if all are missing."""
+        found = self._decoder.numbers_of(line)
+        if wanted and not any(name in found for name in wanted):
+            return None
+        return [found.get(name, np.nan) for name in wanted]
+
+    def _time(self, line: bytes) -> int:
+        cell = _dated(_object(line)).get(str(self.clock))
+        if cell is None:
+            raise ValueError(f"key {self.clock!r}: found no time; allowed: one in each line")
+        text = np.full(len(cell) + PADDING, ord("\n"), np.uint8)
+        text[: len(cell)] = np.frombuffer(cell.encode("ascii", "replace"), np.uint8)
+        time, end, status = scan_stamp(text, 0, True, YEAR_FIRST)
+        if status != NUMBER or end != len(cell):
+            raise ValueError(
+                f"key {self.clock!r}: found {cell!r}; allowed: a date and time such as "
+                "2026-01-31T12:00:00.5"
+            )
+        return int(time)
+
+
+def _lines(stream: BinaryIO) -> Iterator[bytes]:
+    """Yield the lines that are not blank, each cut off behind the longest message."""
+    while line := stream.readline(LONGEST + 2):
+        if line.strip():
+            yield line
+
+
+def _object(line: bytes) -> Mapping[str, object]:
+    message = decoded(line)
+    if not isinstance(message, Mapping):
+        raise ValueError("is no JSON object; allowed: one object a line")
+    return message
+
+
+def _dated(message: Mapping[str, object]) -> dict[str, str]:
+    """Return the keys of an object with a date or a time of day."""
+    return {
+        key: value for key, value in message.items() if isinstance(value, str) and is_stamp(value)
+    }
