@@ -111,6 +111,69 @@ class Bound(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
         return 1.0 / self.below if self.of == "sensitivity" else None
 
 
+class RestCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """One hypothesis of the proof of rest.
+
+    - `name`: `breakaway`: the least friction of the box is above 0 [N m | N]. `band`: the band is
+      not narrower than an encoder count [rad | m]. `released_effort`, `count_pulse`: the effort of
+      a released drive, and its answer to one count, are below half of the least friction [N m | N].
+      `frozen_integrator`: integrators keep their values while the drive is released.
+      `arrival_speed`: the axis stops within the band from the speed at which the drive is released
+      [rad/s | m/s]. `stable_loop`: a bound of the linear loop is proved (its largest sensitivity).
+    - `state`: `holds`, `fails`, or `undecided`, because the check is sufficient only.
+    - `value`: Figure of this controller.
+    - `limit`: Figure that `value` is compared with.
+    """
+
+    # the hypotheses of propositions 5.2.1 and 5.2.2
+    name: Literal[
+        "breakaway",
+        "band",
+        "released_effort",
+        "count_pulse",
+        "frozen_integrator",
+        "arrival_speed",
+        "stable_loop",
+    ]
+    state: Literal["holds", "fails", "undecided"]
+    value: float
+    limit: float
+
+
+class Rest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Proof that an axis inside the band comes to rest and stays there, for every plant of the box.
+
+    - `verdict`: `proved`, or `undecided` if a check of the band fails.
+    - `disturbance`: Disturbance, offset included, below which the axis at rest stays at rest [N m |
+      N].
+    - `stopping_disturbance`: Disturbance up to which `speed` and `stop_time_s` hold [N m | N].
+    - `speed`: Largest speed at the target, with the drive decayed, from which the axis stops inside
+      the band [rad/s | m/s]; 0 if the release of the drive depends on the speed.
+    - `stop_time_s`: Time after which it stands still.
+    - `checks`: Hypotheses with their figures.
+    """
+
+    verdict: Literal["proved", "undecided"]
+    disturbance: Amplitude
+    stopping_disturbance: Amplitude
+    speed: Amplitude
+    stop_time_s: Amplitude
+    checks: tuple[RestCheck, ...]
+
+
+class Cycle(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Limit cycle that the nominal plant has in the simulation.
+
+    - `reference`: Position reference that is held [rad | m].
+    - `amplitude`: Half the peak-to-peak value of the position [rad | m].
+    - `period_s`: Time between turns of one side.
+    """
+
+    reference: float
+    amplitude: Amplitude
+    period_s: Amplitude
+
+
 class Certificate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Parameter intervals, weights and bounds of a certificate.
 
@@ -120,6 +183,8 @@ class Certificate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     - `weights`: Weights of the norm.
     - `bounds`: Bounds that are proved.
     - `not_proved`: Reason for each bound without a proof.
+    - `rest`: Proof of rest inside the band; absent without a band.
+    - `cycle`: Limit cycle of a controller without a band, if the simulation has one.
     """
 
     version: Literal[1, 2]
@@ -127,3 +192,5 @@ class Certificate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     weights: CertifiedWeights
     bounds: tuple[Bound, ...]
     not_proved: dict[str, str] = {}
+    rest: Rest | None = None
+    cycle: Cycle | None = None

@@ -21,6 +21,7 @@ from frictool.plant.parameter_box import enclosing_box
 from frictool.synth.acceptance import accept, resonant, unstable_earlier
 from frictool.synth.certificate_bounds import certified_weights, certify
 from frictool.synth.controller_schedule import verified_schedule
+from frictool.synth.cycle_search import find_cycle
 from frictool.synth.feasibility import check_feasible
 from frictool.synth.load_disturbance import disturbance
 from frictool.synth.lpv import bound
@@ -36,6 +37,7 @@ from frictool.verify.certificate_loop import SENSITIVITY
 from frictool.verify.document_check import NOT_EVALUABLE
 from frictool.verify.feedback_loops import feedbacks_of
 from frictool.verify.recheck import needs_search
+from frictool.verify.rest_proof import prove_rest
 from frictool.verify.zero_exclusion import ProvedBound
 
 WHOLE = (
@@ -180,6 +182,9 @@ def _beyond(
     progress("proof for every constant plant of the box")
     loops = feedbacks_of(controller)
     certificate, proved, remarks = _certificate(posed, controller)
+    if certificate is not None:
+        progress("proof of rest in the band")
+        certificate = _with_rest(posed, controller, certificate)
     controller = msgspec.structs.replace(controller, certificate=certificate)
     if scope.varying or needs_search(controller):
         progress("search for the worst plant of the box")
@@ -208,6 +213,15 @@ def _certificate(
         return *certify(certified_loop(controller, weights), box), ()
     except NoSolutionError as error:
         return None, (), (str(error),)
+
+
+def _with_rest(
+    posed: SynthesisProblem, controller: stored.Controller, certificate: Certificate
+) -> Certificate:
+    """Return the certificate with the proof of rest, or with a cycle of a loop without a band."""
+    at_rest = prove_rest(controller, certificate)
+    cycle = find_cycle(posed.model, controller) if at_rest is None else None
+    return msgspec.structs.replace(certificate, rest=at_rest, cycle=cycle)
 
 
 def problem(model: Model, spec: Spec, design: Design) -> SynthesisProblem:

@@ -58,6 +58,8 @@ def _certificate(result: SynthesisResult) -> dict[str, Any] | None:
     return {
         "box": msgspec.to_builtins(certificate.box),
         "proved": [asdict(bound) for bound in result.proved],
+        "rest": msgspec.to_builtins(certificate.rest),
+        "cycle": msgspec.to_builtins(certificate.cycle),
     }
 
 

@@ -11,6 +11,7 @@ from frictool.synth.design import SynthesisResult
 from frictool.synth.load_disturbance import LoadDisturbance
 from frictool.synth.weight_relaxation import Trade
 from frictool.verify.loop_wording import delay_words, plant_units, rounded_down
+from frictool.verify.rest_view import rest_lines
 
 COLUMNS = (
     7,
@@ -261,6 +262,7 @@ def _beyond(result: SynthesisResult) -> list[str]:
             lines += [
                 f"not proved: {reason}" for reason in controller.certificate.not_proved.values()
             ]
+        lines += rest_lines(controller.certificate, controller.axis)
     return lines
 
 

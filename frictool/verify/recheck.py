@@ -29,6 +29,7 @@ from frictool.verify.loop_figures import (
     tolerates_rounding,
 )
 from frictool.verify.model_check import ModelCheck, check_model
+from frictool.verify.rest_proof import prove_rest
 from frictool.verify.scheduled_loop import scheduled_figures
 from frictool.verify.zero_exclusion import ProvedBound
 
@@ -142,13 +143,18 @@ def recheck(controller: Controller) -> None:
 
 def _differences(controller: Controller) -> tuple[FigureDifference, ...]:
     computed: dict[str, Any] = {"verified": computed_figures(controller)}
+    stored: dict[str, Any] = {"verified": controller.verified, "schedule": controller.schedule}
     if controller.schedule is not None:
         computed["schedule"] = _scheduled(controller, controller.schedule)
+    certificate = controller.certificate
+    if certificate is not None and certificate.rest is not None:
+        computed["certificate.rest"] = prove_rest(controller, certificate)
+        stored["certificate.rest"] = certificate.rest
     return tuple(
         difference
         for name, figures in computed.items()
         for difference in _compared(
-            name, msgspec.to_builtins(getattr(controller, name)), msgspec.to_builtins(figures)
+            name, msgspec.to_builtins(stored[name]), msgspec.to_builtins(figures)
         )
     )
 

@@ -5,10 +5,13 @@ from __future__ import annotations
 from dataclasses import asdict
 from typing import Any
 
+import msgspec
+
 from frictool.documents.quantity import drive_dimension, si_unit
 from frictool.verify.loop_wording import delay_words, plant_words, rounded_down
 from frictool.verify.model_check import ModelCheck
 from frictool.verify.recheck import Verification
+from frictool.verify.rest_view import rest_lines
 from frictool.verify.zero_exclusion import ProvedBound
 
 NAMES = ("inertia", "viscous", "coulomb", "constant")
@@ -38,6 +41,8 @@ def json_view(verification: Verification) -> dict[str, Any]:
         if certificate is None
         else {name: list(getattr(certificate.box, name)) for name in NAMES},
         "not_proved": {} if certificate is None else certificate.not_proved,
+        "rest": None if certificate is None else msgspec.to_builtins(certificate.rest),
+        "cycle": None if certificate is None else msgspec.to_builtins(certificate.cycle),
         "vertices_rechecked": len(controller.verified.vertices),
         "differences": [asdict(one) for one in verification.differences],
         "changed": list(verification.changed),
@@ -90,6 +95,7 @@ def _proved(verification: Verification) -> list[str]:
         *output,
         *map(_bound, verification.proved),
         *(f"not proved: {reason}" for reason in certificate.not_proved.values()),
+        *rest_lines(certificate, controller.axis),
     ]
 
 

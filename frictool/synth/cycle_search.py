@@ -1,0 +1,57 @@
+"""Limit cycle of a controller without a band, found by simulation of the nominal plant (5.2.1)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from frictool.adapters.axis_model import axis_of, load_of
+from frictool.adapters.controller_composition import controller_program
+from frictool.control.compiled_program import compile_program, start_at
+from frictool.documents.certificate import Cycle
+from frictool.documents.controller import Controller
+from frictool.documents.model import Model
+from frictool.engine.closed_loop import RECORD_SIZE, TRUE_POSITION, measure, run
+from frictool.engine.disturbances_and_faults import NO_CONDITIONS
+from frictool.engine.status_codes import OK
+from frictool.metrics.limit_cycle import limit_cycle
+from frictool.plant.axis import rest
+
+HELD = 300_000  # samples of the hold: at 1 ms eight periods of the slowest cycle of table 5.1
+STEP = 0.25  # length of the step, relative to the travel
+ROTARY_STEP, LINEAR_STEP = 10.0, 0.1  # length of the step without a travel [rad], [m]
+
+
+def find_cycle(model: Model, controller: Controller) -> Cycle | None:
+    """Return the cycle in which the nominal axis ends after a step from rest; None without one.
+
+    The simulation shows that a cycle exists; it cannot show that there is none.
+    """
+    axis = axis_of(model).as_array()
+    travel = model.bench.mechanics.travel
+    if travel is None:
+        start, length = 0.0, ROTARY_STEP if model.axis == "rotary" else LINEAR_STEP
+    else:
+        start, length = 0.5 * (travel.low + travel.high), STEP * (travel.high - travel.low)
+    step = model.bench.encoder.resolution
+    program = compile_program(controller_program(controller))
+    start_at(program, measure(start, step))
+    record = np.empty((HELD, RECORD_SIZE))
+    period = controller.sample_period_s
+    status = run(
+        axis,
+        rest(start),
+        program,
+        np.full(HELD, start + length),
+        period,
+        controller.delay_samples,
+        record,
+        load_of(model).as_array(),
+        NO_CONDITIONS,
+    )
+    if status != OK:
+        return None
+    time = period * np.arange(HELD, dtype=np.float64)
+    found = limit_cycle(time, record[:, TRUE_POSITION], step)
+    if not found.amplitude or found.period is None:
+        return None
+    return Cycle(start + length, found.amplitude, found.period)

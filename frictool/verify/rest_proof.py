@@ -1,0 +1,157 @@
+"""Proof that an axis inside the band of its controller comes to rest and stays there.
+
+While the drive is released, friction is the only force on the axis beside the decaying drive i and
+a disturbance. For |disturbance| <= d < F, the least friction of the box,
+
+    J v' = K i(t) - friction + disturbance    =>    the axis covers at most D = J w^2/(2 (F - d))
+
+before it stops, with w = |v| + K |i| lag/J: no motion is longer than the one that receives the
+whole impulse of the decaying drive at its start. The states with |e| + D <= band - (one count) and
+the drive released therefore stop inside the band; there the reading is constant, the drive stays
+released, and only a disturbance above the least breakaway moves the axis again. No limit cycle
+passes through them.
+
+The hypotheses of proposition 5.2.1 (limiter) and 5.2.2 (square-root law) are checks with figures.
+Each figure is rounded to the safe side by ROUNDED, which exceeds the rounding errors of its terms.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Literal
+
+from frictool.control.speed_filter import first_order
+from frictool.documents.certificate import Box, Certificate, Rest, RestCheck
+from frictool.documents.controller import Controller, Limiter, PositionLaw
+
+ROUNDED = 1e-12  # relative margin of each figure; each needs fewer than 50 roundings
+OF_THE_APPROACH = ("arrival_speed", "stable_loop")  # checks that the states in the band do not need
+BRAKING_SHARE = 0.5  # disturbance while the axis stops, relative to the least friction
+
+
+def prove_rest(controller: Controller, certificate: Certificate) -> Rest | None:
+    """Return the proof of rest for every plant of the certificate's box; None without a band.
+
+    The result depends on the document alone, so that `verify` computes it again.
+    """
+    law, limiter = controller.position_law, controller.limiter
+    if law is not None and law.action != "none":
+        return _summary(
+            controller, certificate, law.band, _law_checks(controller, certificate, law)
+        )
+    if limiter is not None:
+        checks = _limiter_checks(controller, certificate.box, limiter)
+        return _summary(controller, certificate, limiter.band, checks)
+    return None
+
+
+def least_friction(controller: Controller, box: Box) -> float:
+    """Return the least Coulomb friction [N m | N] of the box, also inside the backlash.
+
+    Friction inside the backlash scales with that of the axis, as in the simulation, and no
+    breakaway is below the Coulomb friction.
+    """
+    mechanics = controller.bench.mechanics
+    low = box.coulomb[0]
+    if mechanics.backlash is not None and mechanics.backlash_coulomb is not None:
+        nominal = mechanics.coulomb.value
+        inside = mechanics.backlash_coulomb.interval[0]
+        low = min(low, inside * low / nominal if nominal > low > 0.0 else inside)
+    return max(0.0, low * (1.0 - ROUNDED))
+
+
+def _summary(
+    controller: Controller, certificate: Certificate, band: float, checks: tuple[RestCheck, ...]
+) -> Rest:
+    box = certificate.box
+    friction = least_friction(controller, box)
+    step = controller.bench.encoder.resolution
+    checks = (
+        RestCheck("breakaway", "holds" if friction > 0.0 else "fails", friction, 0.0),
+        RestCheck("band", "holds" if band >= step else "fails", band, step),
+        *checks,
+        _stable_loop(certificate),
+    )
+    states = {check.state for check in checks if check.name not in OF_THE_APPROACH}
+    verdict: Literal["proved", "undecided"] = "proved" if states <= {"holds"} else "undecided"
+    braking = (1.0 - BRAKING_SHARE) * friction
+    room = max(0.0, band - step) if verdict == "proved" else 0.0
+    speed = math.sqrt(2.0 * braking * room / box.inertia[1]) * (1.0 - ROUNDED)
+    stop = box.inertia[1] * speed / braking * (1.0 + ROUNDED) if braking > 0.0 else 0.0
+    coasts = controller.limiter is None or controller.limiter.condition == "error"
+    return Rest(
+        verdict=verdict,
+        disturbance=friction if verdict == "proved" else 0.0,
+        stopping_disturbance=BRAKING_SHARE * friction if verdict == "proved" else 0.0,
+        speed=speed if coasts else 0.0,
+        stop_time_s=stop if coasts else 0.0,
+        checks=checks,
+    )
+
+
+def _law_checks(
+    controller: Controller, certificate: Certificate, law: PositionLaw
+) -> tuple[RestCheck, ...]:
+    """Return the speed of arrival of proposition 5.2.2.
+
+    It is the speed of the law at the band's edge (`cut`), or `rest_speed` (`brake`), compared to
+    the speed from which every plant of the box stops within the whole band.
+    """
+    box, step = certificate.box, controller.bench.encoder.resolution
+    braking = (1.0 - BRAKING_SHARE) * least_friction(controller, box)
+    room = max(0.0, 2.0 * law.band - step)
+    admissible = math.sqrt(2.0 * braking * room / box.inertia[1]) * (1.0 - ROUNDED)
+    if law.action == "brake":
+        arrival = law.rest_speed
+    else:
+        arrival = law.gain * (math.sqrt(law.band) if law.kind == "square_root" else law.band)
+    return (
+        RestCheck(
+            "arrival_speed",
+            "holds" if arrival <= admissible else "undecided",
+            arrival,
+            admissible,
+        ),
+    )
+
+
+def _limiter_checks(controller: Controller, box: Box, limiter: Limiter) -> tuple[RestCheck, ...]:
+    """Return the hypotheses of proposition 5.2.1 on the released drive.
+
+    The released drive brakes against the measured speed, which one count disturbs. A brake whose
+    largest effort is below the friction only takes energy from the axis. A stronger one must be
+    below it for the speed that one count shows, else a count may push the axis over its next edge.
+    """
+    friction = (1.0 - BRAKING_SHARE) * least_friction(controller, box)
+    stretched = box.constant[1] / controller.bench.actuator.constant.value
+    effort = limiter.virtual_coulomb * stretched * (1.0 + ROUNDED)
+    frozen = controller.linear.form == "state_space"
+    pulse = _count_pulse(controller, limiter, effort)
+    return (
+        RestCheck("frozen_integrator", "holds" if frozen else "fails", 0.0, 0.0),
+        RestCheck(
+            "released_effort", "holds" if effort < friction else "undecided", effort, friction
+        ),
+        RestCheck("count_pulse", "holds" if pulse < friction else "fails", pulse, friction),
+    )
+
+
+def _stable_loop(certificate: Certificate) -> RestCheck:
+    bounds = [bound.below for bound in certificate.bounds if bound.of == "sensitivity"]
+    value = min(bounds, default=0.0)
+    return RestCheck("stable_loop", "holds" if certificate.bounds else "undecided", value, 0.0)
+
+
+def _count_pulse(controller: Controller, limiter: Limiter, effort: float) -> float:
+    """Return the largest effort [N m | N] by which the released drive answers one count."""
+    if limiter.virtual_coulomb == 0.0 or controller.velocity.source == "measured":
+        return 0.0
+    period, velocity = controller.sample_period_s, controller.velocity
+    if velocity.source == "observer":
+        return effort
+    speed = controller.bench.encoder.resolution / period
+    if velocity.bandwidth_rad_s > 0.0:
+        _, gain = first_order(velocity.bandwidth_rad_s, period)
+        # a stage answers a pulse by at most 2 gain, and any signal by at most its sum of magnitudes
+        speed *= 2.0 * gain * (max(1.0, 2.0 * gain) if velocity.order == 2 else 1.0)
+    return effort * min(1.0, speed / limiter.virtual_speed) * (1.0 + ROUNDED)

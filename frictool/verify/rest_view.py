@@ -1,0 +1,60 @@
+"""Text of the proof of rest, shared by `synth` and `verify`."""
+
+from __future__ import annotations
+
+from frictool.documents.certificate import Certificate, RestCheck
+from frictool.documents.quantity import Axis, si_unit
+
+# quantity of the figures of each check, and its wording
+WORDS = {
+    "breakaway": ("effort", "least friction of the box {value}, above {limit}"),
+    "band": ("position", "band {value}, one encoder count {limit}"),
+    "released_effort": (
+        "effort",
+        "effort of the released drive {value}, half of the friction {limit}",
+    ),
+    "count_pulse": ("effort", "one count makes the released drive answer {value}, limit {limit}"),
+    "frozen_integrator": (None, "integrators are held while the drive is released"),
+    "arrival_speed": (
+        "velocity",
+        "speed of arrival {value}, the axis stops in the band from {limit}",
+    ),
+    "stable_loop": (None, "largest sensitivity of the linear loop proved below {value}"),
+}
+BEYOND = "the axis may cross the band before it rests"
+
+
+def rest_lines(certificate: Certificate, axis: Axis) -> list[str]:
+    """Return the proof of rest, its hypotheses, and the limit cycle as lines of text."""
+    cycle, rest = certificate.cycle, certificate.rest
+    position, speed, effort = (si_unit(name, axis) for name in ("position", "velocity", "effort"))
+    if cycle is not None:
+        return [
+            f"rest: REFUTED: the nominal plant cycles at the reference {cycle.reference:.4g} "
+            f"{position}: amplitude {cycle.amplitude:.4g} {position}, period {cycle.period_s:.4g} s"
+        ]
+    if rest is None:
+        return ["rest: no band in which the drive is released, so that nothing is proved"]
+    if rest.verdict == "proved":
+        head = (
+            "rest: proved for every plant of the box: an axis at rest in the band stays there for "
+            f"disturbances below {rest.disturbance:.4g} {effort}"
+        )
+        lines = [head]
+        if rest.speed > 0.0:
+            lines.append(
+                f"  released at the target at up to {rest.speed:.4g} {speed} it stops in the band "
+                f"within {rest.stop_time_s:.3g} s, disturbances up to "
+                f"{rest.stopping_disturbance:.4g} {effort}"
+            )
+    else:
+        lines = ["rest: undecided"]
+    return [*lines, *(_check(check, axis) for check in rest.checks)]
+
+
+def _check(check: RestCheck, axis: Axis) -> str:
+    quantity, words = WORDS[check.name]
+    unit = f" {si_unit(quantity, axis)}" if quantity else ""
+    figures = words.format(value=f"{check.value:.4g}{unit}", limit=f"{check.limit:.4g}{unit}")
+    more = f": {BEYOND}" if check.name == "arrival_speed" and check.state != "holds" else ""
+    return f"  {check.state}: {figures}{more}"

@@ -1,0 +1,144 @@
+"""Proof of rest: axes that the engine releases in the proved set stop inside the band and stay."""
+
+from __future__ import annotations
+
+import msgspec
+import numpy as np
+import pytest
+
+from frictool.adapters.axis_model import axis_of
+from frictool.documents.certificate import Certificate, Rest
+from frictool.documents.controller import Controller, Limiter, Velocity
+from frictool.documents.design import Design
+from frictool.documents.model import Model
+from frictool.documents.provenance import Provenance
+from frictool.documents.registry import load
+from frictool.documents.spec import Spec
+from frictool.engine.axis_motion import advance
+from frictool.plant import axis as ax
+from frictool.synth.cycle_search import find_cycle
+from frictool.synth.design import design_controller
+from frictool.verify.recheck import verify
+from frictool.verify.rest_proof import prove_rest
+from studies.rigs.clutch_model import ROOT, clutch_model
+from tests.support.certified_controllers import certified
+
+SEED = 20261127
+MASS = ROOT / "configs/mass"
+
+
+def _rest(controller: Controller) -> Rest:
+    assert controller.certificate is not None
+    proof = prove_rest(controller, controller.certificate)
+    assert proof is not None
+    return proof
+
+
+def _state(controller: Controller, name: str) -> str:
+    return next(check.state for check in _rest(controller).checks if check.name == name)
+
+
+@pytest.mark.parametrize("name", ["speed", "fast"])
+def test_released_axes_stop_within_the_band(name: str) -> None:
+    controller = certified(name)  # type: ignore[arg-type]
+    proof, law = _rest(controller), controller.position_law
+    assert proof.verdict == "proved"
+    assert law is not None
+    assert controller.certificate is not None
+    box, bench = controller.certificate.box, controller.bench
+    random = np.random.default_rng(SEED)
+    margin = law.band - bench.encoder.resolution
+    furthest = 0.0
+    for _ in range(2000):
+        drawn = {
+            key: random.choice([*getattr(box, key), random.uniform(*getattr(box, key))])
+            for key in ("inertia", "viscous", "coulomb", "constant")
+        }
+        p = axis_of(clutch_model(), **drawn).as_array()
+        p[ax.OFFSET] = random.choice([-1.0, 1.0]) * proof.stopping_disturbance
+        state = ax.rest(30.0)
+        state[ax.GAP] = random.uniform(-0.5, 0.5) * p[ax.BACKLASH]
+        # the whole speed of the proof, split between motion and a drive that decays
+        share = random.uniform(-1.0, 1.0)
+        sign = random.choice([-1.0, 1.0])
+        state[ax.VELOCITY] = sign * abs(share) * proof.speed
+        state[ax.DRIVE] = (
+            random.choice([-1.0, 1.0])
+            * (1.0 - abs(share)) * proof.speed * p[ax.INERTIA] / (p[ax.CONSTANT] * p[ax.LAG])
+        )  # fmt: skip
+        wait = proof.stop_time_s + 40.0 * p[ax.LAG]
+        for _ in range(20):
+            assert advance(state, 0.0, p, wait / 20.0) == 0
+            furthest = max(furthest, abs(state[ax.POSITION] - 30.0))
+        assert state[ax.VELOCITY] == 0.0
+        p[ax.OFFSET] = random.choice([-0.999, 0.999]) * proof.disturbance
+        before = float(state[ax.POSITION])
+        assert advance(state, 0.0, p, 1.0) == 0
+        assert state[ax.POSITION] == before
+    assert 0.5 * margin < furthest < margin
+
+
+def test_a_band_below_a_count_is_not_proved() -> None:
+    controller = certified("speed")
+    law = msgspec.structs.replace(controller.position_law, band=0.1)  # a count is 0.112 rad
+    broken = msgspec.structs.replace(controller, position_law=law)
+    assert _rest(broken).verdict == "undecided"
+    assert _state(broken, "band") == "fails"
+    assert _rest(broken).disturbance == 0.0
+
+
+def test_an_axis_without_friction_is_not_proved() -> None:
+    controller = certified("speed")
+    assert controller.certificate is not None
+    box = msgspec.structs.replace(controller.certificate.box, coulomb=(0.0, 0.18))
+    certificate = msgspec.structs.replace(controller.certificate, box=box)
+    proof = prove_rest(controller, certificate)
+    assert proof is not None
+    assert proof.verdict == "undecided"
+
+
+def test_a_limiter_that_a_count_excites_is_not_proved() -> None:
+    controller = certified("speed")
+    limiter = Limiter("energy", band=1.8, inertia=1.32e-5, coulomb=0.099)
+    quiet = msgspec.structs.replace(
+        controller, structure="position", position_law=None, limiter=limiter
+    )
+    assert _rest(quiet).verdict == "proved"
+    assert _rest(quiet).speed == 0.0  # the release depends on the speed
+    strong = msgspec.structs.replace(limiter, virtual_coulomb=0.3, virtual_speed=10.0)
+    velocity = Velocity(order=1, bandwidth_rad_s=300.0)
+    chatters = msgspec.structs.replace(quiet, limiter=strong, velocity=velocity)
+    assert _rest(chatters).verdict == "undecided"
+    assert _state(chatters, "count_pulse") == "fails"
+    sections = msgspec.structs.replace(quiet.linear, form="sos", sos_anti_windup=(0.0,) * 4)
+    assert _state(msgspec.structs.replace(quiet, linear=sections), "frozen_integrator") == "fails"
+
+
+def test_an_edited_proof_of_rest_is_seen() -> None:
+    controller = certified("speed")
+    assert controller.certificate is not None
+    proof = _rest(controller)
+
+    def with_rest(rest: Rest) -> Certificate:
+        assert controller.certificate is not None
+        return msgspec.structs.replace(controller.certificate, rest=rest)
+
+    honest = msgspec.structs.replace(controller, certificate=with_rest(proof))
+    assert not verify(honest).differences
+    random = np.random.default_rng(SEED)
+    for field in ("disturbance", "stopping_disturbance", "speed", "stop_time_s"):
+        factor = random.uniform(1.001, 2.0)
+        edited = msgspec.structs.replace(proof, **{field: factor * getattr(proof, field)})
+        found = verify(msgspec.structs.replace(controller, certificate=with_rest(edited)))
+        assert [one.key for one in found.differences] == [f"certificate.rest.{field}"]
+
+
+def test_the_cycle_of_table_5_1_is_found() -> None:
+    model, spec = load(MASS / "model.yaml", Model), load(MASS / "spec.yaml", Spec)
+    here = Provenance("a test", "0")
+    for name, cycles in (("pid", True), ("pid_limiter", False)):
+        design = load(MASS / f"designs/{name}.yaml", Design)
+        cycle = find_cycle(model, design_controller(model, spec, design, here))
+        assert (cycle is not None) == cycles
+        if cycle is not None:
+            assert cycle.period_s == pytest.approx(36.0, rel=0.05)  # numbers.md, table 5.1
