@@ -335,8 +335,8 @@ def _show(
         note(f"warning: {warning}")
     if model is not None and model.bench_values_only is not None:
         note(
-            "warning: the model holds the bench's values only, and synth refuses it: "
-            f"{model.bench_values_only}"
+            "warning: the model holds the bench's values only, since nothing was identified; "
+            "synth refuses it"
         )
     if as_json:
         from frictool.identify.json_view import as_view

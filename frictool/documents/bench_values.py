@@ -8,4 +8,4 @@ KEY = "bench_values_only"
 
 def bench_values_words(model: str, reason: str) -> str:
     """Return the warning that `model` (name or path) holds the bench's values only."""
-    return f"{model} holds the bench's values only, since nothing was identified ({reason})"
+    return f"{model} holds the bench's values only ({reason})"

@@ -64,6 +64,8 @@ class Identification(Outcome):
 class NothingIdentified(UnusableLogs):
     """Error for logs that give neither inertia nor friction; `result` holds the reasons.
 
+    The message names the parameters of each reason, unless one reason holds for all of them.
+
     exit_code is 1 if no fit was possible. It is 4 if a fit gave neither, or if position and drive
     have opposite signs.
     """
@@ -73,7 +75,7 @@ class NothingIdentified(UnusableLogs):
         self.exit_code = exit_code
         super().__init__(
             "; ".join(
-                f"{', '.join(names)}: {reason}"
+                reason if len(names) == len(PARAMETERS) else f"{', '.join(names)}: {reason}"
                 for reason, names in _by_reason(result.refused).items()
             )
         )

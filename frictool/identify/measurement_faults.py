@@ -50,9 +50,8 @@ def _refuse_saturated(record: MotionRecord, bench: Bench) -> None:
             unit = si_unit("effort", bench.axis)
             raise UnusableLogs(
                 f"{record.name}: the effort stays at {top.at:.4g} {unit} for {100 * share:.2g} % "
-                f"of the samples (allowed: {100 * LARGEST_SATURATED_SHARE:g} %) although the "
-                f"actuator can give {most:.4g}: the measurement of the effort is saturated; widen "
-                "its range"
+                f"of the samples (allowed: {100 * LARGEST_SATURATED_SHARE:g} %), and the actuator "
+                f"can give {most:.4g}: the measurement is saturated; widen its range"
             )
 
 
@@ -76,8 +75,8 @@ def _refuse_clipped(record: MotionRecord, bench: Bench) -> None:
             if speed > MARGIN * brake * 0.5 * n * record.period + unseen:
                 raise UnusableLogs(
                     f"{record.name}: the position stops at its extreme, {extreme:.4g} {unit}, "
-                    f"within a sample at {record.time[at]:.6g} s, from {speed:.3g} {unit}/s, and "
-                    "the effort does not brake it: the encoder is clipped, or the axis hit a stop"
+                    f"in one sample at {record.time[at]:.6g} s, from {speed:.3g} {unit}/s, and "
+                    "the effort does not brake it: clipped encoder, or a stop"
                 )
 
 

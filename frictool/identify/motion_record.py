@@ -125,8 +125,8 @@ def make_record(
         raise LogError(
             name,
             "has no sample period: more than half of the intervals differ from the median, "
-            f"{period:.3g} s, by more than {100 * ERRATIC:g} %; record it again with a regular "
-            "clock, or resample it (ingest --resample)",
+            f"{period:.3g} s, by more than {100 * ERRATIC:g} %; record it with a regular clock, "
+            "or resample it (ingest --resample)",
         )
     broken = deviation > JITTER * period
     piece = np.concatenate(([0], np.cumsum(broken))).astype(np.int64)

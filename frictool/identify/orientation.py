@@ -36,6 +36,7 @@ from frictool.identify.rows.regression_samples import FEWEST_STROKES, parameters
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping
 from frictool.identify.rows.strokes import find_strokes
 from frictool.logs.quality.sign_check import CLEAR, net_work
+from frictool.logs.raw_table import listed
 from frictool.typing import Vector
 
 
@@ -112,9 +113,9 @@ def opposite_signs(records: Sequence[MotionRecord], shown: str, bench: Bench) ->
     """Return the message that names the logs, the evidence and the change to make."""
     direction = bench.encoder.direction
     return (
-        f"{', '.join(Path(record.name).name for record in records)}: position and drive have "
+        f"{listed([Path(record.name).name for record in records])}: position and drive have "
         f"opposite signs: {shown}; set encoder.direction: {-direction} in the bench (found: "
-        f"{direction}) and ingest the log again"
+        f"{direction}) and ingest again"
     )
 
 

@@ -291,7 +291,7 @@ def _spring(here: MechanismView, name: str, spring: Spring) -> dict[str, Link]:
                 f"links.{name}: {moving[0]} and {moving[1]} move {first.ratio:.6g} and "
                 f"{second.ratio:.6g} times as far as the source, "
                 "so that no coordinate describes the spring between them; "
-                "replace the spring by a link with a ratio and a compliance"
+                "take a link with ratio and compliance"
             )
         stretch = CoordinateFrame(
             first.ratio - second.ratio, first.offset - second.offset, first.axis, first.block_axis

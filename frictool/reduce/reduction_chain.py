@@ -143,7 +143,7 @@ def _chain(
             f"sensors.{sensor}: {one.play.before_sensor:.4g} {unit} of play ({names}) "
             f"lie between it and {source}; a model.yaml has its "
             "sensor before the play; put a sensor on the source's side, "
-            "or simulate the mechanism itself"
+            "or simulate the mechanism"
         )
     kept = tuple(link.name for link in compliant_links(now))
     play = play_figures(whole, whole.sources[source].on, whole.sensors[sensor].on)

@@ -91,11 +91,10 @@ def check_played_step(model: Model, spec: Spec, length: float, dead_time: float)
     if required >= slowest.time + allowance:
         return
     raise NoSolutionError(
-        f"response_time_95_s of the specification is {required:.4g} s; for a step of "
-        f"{length:.4g} {si_unit('position', model.axis)} the drive needs at least "
-        f"{slowest.time:.4g} s ({_described(slowest.plant, model)}), and a speed loop with "
-        f"{dead_time:.4g} s of delay, lag and filter {allowance:.4g} s more; raise "
-        "response_time_95_s, shorten the steps, or take a drive with a higher actuator.limit"
+        f"response_time_95_s: found {required:.4g} s; for {length:.4g} "
+        f"{si_unit('position', model.axis)} the drive needs {slowest.time:.4g} s "
+        f"({_described(slowest.plant, model)}) and the speed loop {allowance:.4g} s; raise it, "
+        "shorten the steps, or raise actuator.limit"
     ).at("spec", "response_time_95_s")
 
 
@@ -209,11 +208,9 @@ def _check_time(
     slowest = slowest_step(model, least, shortest)
     if required < slowest.time:
         raise NoSolutionError(
-            f"{key} of the specification is {required:.4g} s; the drive needs at least "
-            f"{slowest.time:.4g} s for a step of {shortest:.4g} {unit}, the "
-            f"shortest that it can mean ({_described(slowest.plant, model)}); raise {key}, take a "
-            "drive with a higher actuator.limit, or narrow the "
-            "intervals of inertia and coulomb"
+            f"{key}: found {required:.4g} s; the drive needs at least {slowest.time:.4g} s for "
+            f"{shortest:.4g} {unit}, the shortest step that it can mean "
+            f"({_described(slowest.plant, model)}); raise it or actuator.limit"
         ).at("spec", key)
     travel = model.bench.mechanics.travel
     if travel is None:

@@ -52,10 +52,9 @@ def disturbance(model: Model) -> LoadDisturbance:
             spring = load.stiffness
             unit = load.stiffness.unit
             raise NoSolutionError(
-                f"laws.load.stiffness is {spring.value:.4g} {unit}: a spring changes the plant, "
-                "and the speed loop is designed for an axis "
-                "without one; take the spring off the axis, or laws.load.stiffness out of the "
-                "model where it may be neglected"
+                f"laws.load.stiffness is {spring.value:.4g} {unit}: the speed loop is designed "
+                "for an axis without a spring; remove the spring from the axis, or "
+                "laws.load.stiffness from the model if it may be neglected"
             ).at("model", "laws.load.stiffness")
         gravity = 0.0 if load.gravity is None else amplitude(load.gravity.sine, load.gravity.cosine)
         ripple = sum(amplitude(one.sine, one.cosine) for one in load.ripples)
@@ -65,11 +64,10 @@ def disturbance(model: Model) -> LoadDisturbance:
     friction = largest(today.coulomb)
     if estimate.total + friction >= available:
         raise NoSolutionError(
-            f"the load of up to {estimate.total:.4g} and a Coulomb friction of up to "
-            f"{friction:.4g} {today.offset.unit} are more than the "
-            f"{available:.4g} {today.offset.unit} that the actuator gives at its limit; narrow "
-            "the intervals of coulomb and of "
-            "actuator.constant, or take a drive with a higher actuator.limit"
+            f"the load of up to {estimate.total:.4g} and Coulomb friction of up to "
+            f"{friction:.4g} {today.offset.unit} exceed the {available:.4g} "
+            f"{today.offset.unit} of the actuator at its limit; narrow these intervals, or "
+            "raise actuator.limit"
         ).at("model", "parameters.coulomb")
     return estimate
 

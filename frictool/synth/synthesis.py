@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from frictool.documents.bench_values import bench_values_words
 from frictool.documents.design import Design
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance, provenance_of_call
@@ -73,8 +72,7 @@ def require_identified(model: Model) -> None:
     """Raise NoSolutionError if the model has the bench's values only."""
     if model.bench_values_only is None:
         return
-    words = bench_values_words(f"the model {model.name}", model.bench_values_only)
     raise NoSolutionError(
-        f"bench_values_only: {words}; identify the axis from a log that gives its inertia or its "
-        "friction"
+        f"bench_values_only: nothing was identified for the model {model.name}; identify the axis "
+        "from a log that gives its inertia or its friction"
     ).at("model", "bench_values_only")

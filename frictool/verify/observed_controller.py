@@ -101,8 +101,7 @@ def with_observer(
     check_observer(observer)
     if not uses_speed(controller):
         raise FrictoolError(
-            f"the controller {controller.name!r} uses no speed: the observer would change "
-            "nothing; allowed: a controller with input "
+            f"the controller {controller.name!r} uses no speed; allowed: a controller with input "
             "speed_error, a brake, an energy limiter, virtual friction, or friction compensation "
             "by the measured speed"
         )
@@ -235,7 +234,6 @@ def _refuse(controller: Controller, vertex: Vertex, delay: int, radius: float, w
     raise NoSolutionError(
         f"{controller.name}: not verified: with the observer {what} is unstable at vertex "
         f"{vertex.name} with {delay_words(delay)} "
-        f"(spectral radius {radius:.4f}); try an observer of another bandwidth (observe design "
-        "--kind tracking --bandwidth), or a slower "
+        f"(spectral radius {radius:.4f}); try another observe design --bandwidth, or a slower "
         "controller"
     )

@@ -102,8 +102,8 @@ def prove(certificate: Certificate, loop: CertificateLoop) -> tuple[ProvedBound,
             raise NoSolutionError(
                 f"not proved: {bound.of} < {bound.below:.6g}: {finding} at inertia "
                 f"{one.inertia:.6g}, viscous {one.viscous:.6g}, constant {one.constant:.6g} and "
-                f"{one.frequency:.4g} rad/s: the controller or the certificate was changed after "
-                "the proof was found; synthesise it anew"
+                f"{one.frequency:.4g} rad/s: the controller was changed after the proof; "
+                "synthesise it anew"
             )
         proved.append(ProvedBound(bound.of, bound.below, one))
     return tuple(proved)

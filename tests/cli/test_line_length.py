@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -11,6 +13,8 @@ from studies.command_line import run
 
 ROOT = Path(__file__).parents[2]
 BENCH = ROOT / "configs/clutch/bench.yaml"
+PLACE = 25  # characters of file, line and key before a refusal
+VALUE = 12  # characters of a value that a refusal contains
 
 
 @pytest.mark.parametrize("kind", ["sines", "steps", "ramp"])
@@ -32,3 +36,39 @@ def test_a_long_line_is_broken_between_words_and_its_rest_is_indented() -> None:
     assert first.startswith("  chosen: word")
     assert all(one.startswith(" " * (2 + INDENT) + "word") for one in rest)
     assert " ".join([first, *map(str.strip, rest)]) == line
+
+
+def text_length(node: ast.expr) -> int:
+    """Return the characters of a text in the code, with VALUE for each value in it."""
+    match node:
+        case ast.Constant(value=str(text)):
+            return len(text)
+        case ast.JoinedStr(values=parts):
+            return sum(map(text_length, parts))
+        case ast.BinOp(left=left, right=right):
+            return text_length(left) + text_length(right)
+        case ast.IfExp(body=body, orelse=other):
+            return max(text_length(body), text_length(other))
+    return VALUE
+
+
+def refusals(source: str) -> Iterator[tuple[int, int]]:
+    """Yield the line and the length of the message of each exception that a module raises."""
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call):
+            call = node.exc  # of `Error(...)`, or of `Error(...).at(...)`
+            while isinstance(call.func, ast.Attribute) and isinstance(call.func.value, ast.Call):
+                call = call.func.value
+            yield node.lineno, max(map(text_length, call.args), default=0)
+
+
+def test_no_refusal_is_long() -> None:
+    modules = sorted((ROOT / "frictool").rglob("*.py"))
+    assert modules
+    long = [
+        f"{path.relative_to(ROOT)}:{line}: {length} characters"
+        for path in modules
+        for line, length in refusals(path.read_text())
+        if length > LONGEST - PLACE
+    ]
+    assert not long

@@ -399,3 +399,35 @@ def test_a_jump_that_may_be_a_wrap_is_a_warning_with_the_line(tmp_path: Path) ->
         "if the sensor wraps, write under encoder in the bench: wrap: {value: 5.3, unit: rad}"
         in result.stderr
     )
+
+
+@pytest.mark.parametrize("low", [0.0, -0.5 * TURN])
+@pytest.mark.parametrize("kind", ["creeps", "turns", "rests"])
+@pytest.mark.parametrize("seed", range(6))
+def test_a_wrap_is_found_where_noise_hides_the_motion(low: float, kind: str, seed: int) -> None:
+    """The axis creeps across the end of a turn, turns just beyond it, or rests there."""
+    draw = np.random.default_rng([seed, 13])
+    noise, slow = 10.0 ** draw.uniform(-3.0, -2.0), 10.0 ** draw.uniform(-2.5, -1.5)
+    over = noise * draw.uniform(0.0, 2.0)
+    true = {
+        "creeps": slow * (TIME - 3.0),
+        "turns": draw.uniform(0.1, 2.0) * (np.cos(3.0 * TIME) - 1.0) + over,
+        "rests": np.minimum(0.2 * (TIME - 3.0), 0.0) + over - noise,
+    }[kind]
+    step = TURN / COUNTS
+    noisy = true + noise * draw.standard_normal(TIME.size)
+    position = np.floor((np.mod(noisy, TURN) + low) / step) * step
+    wrap = found(position)
+    assert wrap is not None
+    assert wrap.line == "wrap: {value: 1, unit: turn}"
+
+
+def test_a_switch_between_two_positions_is_no_wrap() -> None:
+    """A drive that moves the axis by one turn between two samples needs no wrap."""
+    draw = np.random.default_rng(13)
+    slow = np.arange(200) * 0.5
+    position = TURN * (draw.random(slow.size) < 0.5) + 0.003 * draw.standard_normal(slow.size)
+    search = WrapSearch(bench({}, Encoder(counts_per_revolution=COUNTS)))
+    search.take(slow, position)
+    search.finish()
+    assert search.result() is None

@@ -113,7 +113,7 @@ def test_synth_refuses_a_spring_in_one_line(tmp_path: Path) -> None:
         4,
         "laws.load.stiffness",
         "0.02 N m/rad",
-        "changes the plant",
+        "without a spring",
     )
 
 

@@ -181,9 +181,8 @@ def _refuse_loaded(law: BreakawayOverPosition, bench: Bench) -> None:
             length, unit = si_unit("position", bench.axis), si_unit("effort", bench.axis)
             raise UnusableLogs(
                 f"the breakaway {side} is {level[least]:.3g} {unit} at {position[least]:.3g} "
-                f"{length}, where friction is above 0: a load such as gravity or a spring starts "
-                "the axis there; remove it, or name it in load.terms of the bench and add a log of "
-                "sliding motion"
+                f"{length}; allowed: above 0; a load (gravity, a spring) starts the axis there; "
+                "remove it, or name it in load.terms and add a log of sliding"
             )
 
 

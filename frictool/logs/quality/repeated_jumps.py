@@ -17,6 +17,9 @@ difference of neighbouring steps, which is a measure of noise, and 3 times the s
 steps, which is one count. Noise at the end of the period causes several long steps of alternating
 signs. If the number of these steps is odd, the first of them is used.
 
+If the axis rests, turns or creeps at an end of the period, noise hides the motion. The positions
+before and after the long steps then decide: they are the ends of a period that is known.
+
 A sawtooth motion that returns within one sample looks like a wrap. `RepeatedJump.movable` therefore
 states whether the drive can move the axis by such a jump in one sample.
 """
@@ -163,6 +166,40 @@ class RepeatedJumps:
             forward,
             fastest < SLOW * period,
             centred,
+            self._can_move(ends),
+        )
+
+    def between(self, low: float, high: float) -> RepeatedJump | None:
+        """Return the jumps from one end of a period to the other, whatever the motion around them.
+
+        Returns None if less than MOSTLY of the long steps are such jumps, or if the position leaves
+        the period.
+
+        low, high: ends of the period in rad or m.
+        """
+        near = np.abs(self._around[:, WINDOW - NEIGHBOURS : WINDOW + NEIGHBOURS])
+        motion = near[near <= self._long]
+        if not motion.size:
+            return None
+        fastest = float(np.quantile(motion, NEARLY_ALL))
+        margin = WILD * fastest + self._noise
+        away = np.abs(np.sort(self._ends[:, 2:4], axis=1) - [low, high]).max(axis=1)
+        ends = self._ends[away <= margin]
+        if (
+            margin > KNOWN * (high - low)
+            or len(ends) < MOSTLY * len(away)
+            or not low - margin <= self._low < self._high <= high + margin
+        ):
+            return None
+        return RepeatedJump(
+            high - low,
+            high - low,
+            self._high - self._low,
+            len(ends),
+            (float(ends[0, 1]), float(ends[0, 2]), float(ends[0, 3])),
+            0,
+            fastest < SLOW * (high - low),
+            low == -high,
             self._can_move(ends),
         )
 

@@ -14,6 +14,10 @@ wrap is certain in these cases:
                       three times; on a slow axis twice is enough, or once if all jumps lead from
                       one end of the range -P/2 to P/2 to the other
 
+If noise hides the motion, a wrap is certain if the period is natural, the drive cannot move the
+axis by the jump in one sample, and three or more jumps lead from one end of 0 to P, or of -P/2 to
+P/2, to the other.
+
 An axis is slow if it moves by less than P/100 in the steps before and after the jump. Other
 causes look different: a glitch returns to its start, lost counts have another length, and a fast
 axis leaves the range.
@@ -106,7 +110,18 @@ class WrapSearch:
     def result(self) -> Wrap | None:
         """Return the certain wrap of the steps judged so far, or None."""
         jump = self._jumps.result()
-        return self._wrap(jump) if jump is not None and self._is_sure(jump) else None
+        if jump is None:
+            return self._noisy()
+        return self._wrap(jump) if self._is_sure(jump) else None
+
+    def _noisy(self) -> Wrap | None:
+        """Return the certain wrap at whose ends noise hides the motion, or None."""
+        for period in self._natural:
+            for low in (0.0, -0.5 * period):
+                jump = self._jumps.between(low, low + period)
+                if jump is not None and jump.count >= SEVERAL and not jump.movable:
+                    return self._wrap(jump)
+        return None
 
     def possible(self) -> Wrap | None:
         """Return a jump of the steps judged so far that may be a wrap or lost samples, or None."""

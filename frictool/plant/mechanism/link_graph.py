@@ -154,9 +154,8 @@ def _refuse_facing(forest: LinkForest, links: Sequence[Transmission], names: Seq
             raise ElementError(
                 f"links.{other.name}",
                 f"is irreversible, as {one.name} is: {names[one.a]} and {names[other.a]} both "
-                f"drive {driven} and neither can be driven "
-                "back, so that nothing moves; allowed: one of the two, or a compliant link "
-                "between them",
+                f"drive {driven} and neither can be driven back, so that nothing moves; allowed: "
+                "one of the two, or a compliant link",
             )
 
 
@@ -180,7 +179,7 @@ def _redundant(
             key,
             f"moves {second} {link.ratio:.6g} as far as {first}, and {other} moves it "
             f"{path[0][1]:.6g} as far: no motion solves both; "
-            "allowed: the same ratio and direction, or one rigid link between two blocks",
+            "allowed: the same ratio and direction, or one rigid link",
         )
     if abs(round_trip - 1.0) > CLOSED:
         raise ElementError(
