@@ -18,9 +18,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.integrate import cumulative_trapezoid
-from scipy.interpolate import PchipInterpolator
 
 from frictool.documents.bench import Bench
 from frictool.errors import LogError
@@ -161,7 +160,7 @@ def _on_grid(record: MotionRecord) -> MotionRecord:
         parts.append(
             (
                 grid,
-                PchipInterpolator(time, record.position[kept])(grid),
+                scipy.interpolate.PchipInterpolator(time, record.position[kept])(grid),
                 _gridded_effort(time, record.effort[kept], grid, record.period, record.lag),
                 np.full(count, len(parts), dtype=np.int64),
                 held if held is not None else np.empty(0),
@@ -215,7 +214,7 @@ def velocity_record(
     time, velocity, effort = time[good], velocity[good], effort[good]
     if velocity.size == 0 or np.ptp(velocity) == 0.0:
         raise LogError(name, "has a velocity that does not change, and no position")
-    position = cumulative_trapezoid(velocity, time, initial=0.0)
+    position = scipy.integrate.cumulative_trapezoid(velocity, time, initial=0.0)
     count = velocity_count(velocity)
     record = make_record(
         name, time, position, effort, count, lag, None if reference is None else reference[good]

@@ -21,9 +21,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.stats import chi2, norm
-from scipy.stats import t as student
 
 from frictool.identify.fit_result import Interval
 from frictool.typing import Vector
@@ -160,7 +159,9 @@ def _deviations(values: Sequence[UnitValue], confidence: float) -> Vector:
         for one in values
     ]
     smallest = 1e-12 * max(abs(one.interval.value) for one in values) or 1e-300
-    deviations: Vector = np.maximum(np.array(reach) / norm.ppf(0.5 * (1.0 + confidence)), smallest)
+    deviations: Vector = np.maximum(
+        np.array(reach) / scipy.stats.norm.ppf(0.5 * (1.0 + confidence)), smallest
+    )
     return deviations
 
 
@@ -182,7 +183,8 @@ def _test(values: Vector, s: Vector, group: NDArray[np.int64] | None = None) -> 
         reach += float(np.sum(w[in_group]) - np.sum(w[in_group] ** 2) / np.sum(w[in_group]))
         free -= 1
     return ScatterTest(
-        float(chi2.sf(q, free)), math.sqrt(max(0.0, (q - free) / reach)) if reach > 0.0 else 0.0
+        float(scipy.stats.chi2.sf(q, free)),
+        math.sqrt(max(0.0, (q - free) / reach)) if reach > 0.0 else 0.0,
     )
 
 
@@ -232,7 +234,7 @@ def _drift(
     slope = float(np.sum(w * day * about)) / reach
     birge = math.sqrt(max(1.0, float(np.sum(w * (about - slope * day) ** 2)) / free))
     error = birge / math.sqrt(reach)
-    half = float(student.ppf(0.5 * (1.0 + confidence), free)) * error
+    half = float(scipy.stats.t.ppf(0.5 * (1.0 + confidence), free)) * error
     return ParameterDrift(
-        Interval.around(slope, half), 2.0 * float(student.sf(abs(slope) / error, free))
+        Interval.around(slope, half), 2.0 * float(scipy.stats.t.sf(abs(slope) / error, free))
     )

@@ -31,7 +31,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.special import stdtr
+import scipy
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
@@ -293,7 +293,9 @@ def _significance(solution: LeastSquaresSolution, count: int) -> float:
     if not np.all(np.isfinite(deviation) & (deviation > 0.0)):
         return 1.0
     ratio = np.abs(solution.value[-count:]) / deviation
-    return float(min(1.0, 2.0 * count * np.min(stdtr(solution.freedom[-count:], -ratio))))
+    return float(
+        min(1.0, 2.0 * count * np.min(scipy.special.stdtr(solution.freedom[-count:], -ratio)))
+    )
 
 
 def _regression(

@@ -30,8 +30,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import block_diag, null_space
 
 from frictool.lmi.sdp import AffineConstraint, symmetric, upper_triangle
 from frictool.plant.generalised_plant import GeneralisedPlant
@@ -64,7 +64,7 @@ class ProjectedInequality:
         n = len(a)
         n_z = len(c)
         n_w = b.shape[1]
-        outer = block_diag(null, np.eye(n_w)).T
+        outer = scipy.linalg.block_diag(null, np.eye(n_w)).T
         fixed = np.zeros((n + n_z + n_w,) * 2)
         fixed[: n + n_z, n + n_z :] = np.vstack([b, d])
         level = np.diag(np.concatenate([np.zeros(n), np.ones(n_z + n_w)]))
@@ -144,8 +144,8 @@ class BoundedRealInequalities:
                 raise ValueError("B2, C2, D12 and D21 must be the same at every vertex")
         self.n = len(first.a)
         self.half = self.n * (self.n + 1) // 2
-        null_r = null_space(np.hstack([first.b2.T, first.d12.T]))
-        null_s = null_space(np.hstack([first.c2, first.d21]))
+        null_r = scipy.linalg.null_space(np.hstack([first.b2.T, first.d12.T]))
+        null_s = scipy.linalg.null_space(np.hstack([first.c2, first.d21]))
         disc = first.period > 0.0
         self.sides_r = [
             ProjectedInequality.of(p.a, p.b1, p.c1, p.d11, null_r, disc) for p in plants

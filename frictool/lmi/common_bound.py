@@ -20,7 +20,7 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
-from scipy.linalg import cholesky
+import scipy
 
 from frictool.lmi.sdp import Affine, solve, symmetric
 from frictool.lmi.state_balancing import osborne
@@ -53,7 +53,7 @@ def common_bound(loops: Sequence[Lti]) -> float:
         if not np.isfinite(gamma):
             break
         best = min(best, gamma)
-        t = t @ np.linalg.inv(cholesky(p))
+        t = t @ np.linalg.inv(scipy.linalg.cholesky(p))
     return best
 
 

@@ -24,7 +24,7 @@ from dataclasses import dataclass, replace
 from itertools import combinations_with_replacement
 
 import numpy as np
-from scipy.linalg import null_space
+import scipy
 
 from frictool.lmi.bounded_real import ProjectedInequality
 from frictool.lmi.sdp import AffineConstraint, symmetric, upper_triangle
@@ -95,8 +95,8 @@ class GridInequalities:
         self.ports = (first.b1.shape[1], len(first.c1))
         self.half = self.n * (self.n + 1) // 2
         self.sizes = (len(bases[0].terms) * self.half, len(bases[1].terms) * self.half)
-        null_x = null_space(np.hstack([first.b2.T, first.d12.T]))
-        null_y = null_space(np.hstack([first.c2, first.d21]))
+        null_x = scipy.linalg.null_space(np.hstack([first.b2.T, first.d12.T]))
+        null_y = scipy.linalg.null_space(np.hstack([first.c2, first.d21]))
         self.sides = [
             (
                 [

@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.linalg import block_diag
+import scipy
 
 from frictool.errors import NoSolutionError
 from frictool.lmi.grid_inequalities import Values
@@ -142,7 +142,7 @@ def lyapunov(solution: GriddedSolution, values: Values) -> Matrix:
 
     [X I; I 0] P = [I Y; 0 N'].
     """
-    back = block_diag(np.linalg.inv(solution.t), np.eye(len(solution.t)))
+    back = scipy.linalg.block_diag(np.linalg.inv(solution.t), np.eye(len(solution.t)))
     return np.asarray(back.T @ _balanced(solution, values) @ back)
 
 
@@ -165,7 +165,7 @@ def certified_gamma(
     scheduled controllers. An example is a barycentric sum of these (5.64), which the synthesis
     alone does not cover.
     """
-    states = block_diag(solution.t, np.eye(controller.order))
+    states = scipy.linalg.block_diag(solution.t, np.eye(controller.order))
     loop = plant.closed(controller).transformed(states)
     unit = solution.frame.scale
     p = _balanced(solution, values)
@@ -194,4 +194,4 @@ def _carried(solution: GriddedSolution, drift: Matrix, still: Matrix) -> Matrix:
     x = solution.x[0]
     identity = np.eye(len(drift))
     inverse = np.linalg.inv(np.block([[x, identity], [identity, still]]))
-    return np.asarray(inverse.T @ block_diag(still, drift) @ inverse)
+    return np.asarray(inverse.T @ scipy.linalg.block_diag(still, drift) @ inverse)

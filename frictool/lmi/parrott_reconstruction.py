@@ -16,7 +16,7 @@ controller together for constant B2, C2, D12 and D21.
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg import block_diag
+import scipy
 
 from frictool.errors import NoSolutionError
 from frictool.plant.generalised_plant import GeneralisedPlant
@@ -92,8 +92,8 @@ def _discrete(
         )
     root = vectors @ np.diag(np.sqrt(values)) @ vectors.T
     root_inverse = vectors @ np.diag(values**-0.5) @ vectors.T
-    left = block_diag(root, np.eye(n_z) / np.sqrt(gamma))
-    right = block_diag(root_inverse, np.eye(n_w) / np.sqrt(gamma))
+    left = scipy.linalg.block_diag(root, np.eye(n_z) / np.sqrt(gamma))
+    right = scipy.linalg.block_diag(root_inverse, np.eye(n_w) / np.sqrt(gamma))
     zero = np.zeros
     phi = (
         left

@@ -30,8 +30,8 @@ from dataclasses import dataclass, replace
 from types import MappingProxyType
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import cholesky
 
 from frictool.errors import NoSolutionError
 from frictool.lmi.sdp import AffineConstraint, assemble, solve, symmetric
@@ -98,7 +98,7 @@ def quiet_gains(
         nu = proved_gamma(passed, switches, gains.gains, gains.p, t, 1.0)
         if gains.gamma <= factor * smallest and (best is None or nu < best.noise_gain):
             best = QuietGains(replace(gains, smallest_gamma=smallest), nu)
-        t = t @ np.linalg.inv(cholesky(np.mean(list(gains.p.values()), axis=0)))
+        t = t @ np.linalg.inv(scipy.linalg.cholesky(np.mean(list(gains.p.values()), axis=0)))
     if best is None:
         raise NoSolutionError(
             f"found no gains with a proved decay of {decay:g} per sample and at most {factor:g} "

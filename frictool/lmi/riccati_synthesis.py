@@ -20,7 +20,7 @@ import math
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import LinAlgError, schur
+import scipy
 
 from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.typing import Matrix
@@ -162,9 +162,9 @@ def _stabilising(
     hamiltonian = np.block([[a, np.zeros((n, n))], [-c.T @ c, -a.T]])
     hamiltonian -= np.vstack([b, -c.T @ d]) @ direct
     try:
-        _, u, stable = schur(hamiltonian, sort="lhp")
+        _, u, stable = scipy.linalg.schur(hamiltonian, sort="lhp")
         x = np.linalg.solve(u[:n, :n].T, u[n:, :n].T).T
-    except LinAlgError:
+    except scipy.linalg.LinAlgError:
         return None
     size = float(np.max(np.abs(x)))
     x = 0.5 * (x + x.T) if np.max(np.abs(x - x.T)) <= SYMMETRIC * size else np.full_like(x, np.nan)

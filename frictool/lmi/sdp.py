@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import sparse
 
 from frictool.typing import Matrix, Vector
 
@@ -98,11 +98,11 @@ def solve(
     settings.verbose = False
     settings.max_iter = iterations
     settings.max_threads = 1  # makes the result identical on every machine
-    quadratic = sparse.csc_matrix((count, count))
+    quadratic = scipy.sparse.csc_matrix((count, count))
     solver = clarabel.DefaultSolver(
         quadratic,
         objective,
-        sparse.csc_matrix(np.vstack(rows)),
+        scipy.sparse.csc_matrix(np.vstack(rows)),
         np.concatenate(offsets),
         cones,
         settings,

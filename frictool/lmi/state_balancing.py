@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.linalg import svd
+import scipy
 
 from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.typing import Matrix
@@ -50,7 +50,7 @@ def _whole(p: GeneralisedPlant) -> Matrix:
 def balancing(r: Matrix, s: Matrix) -> Matrix:
     """Return t with t^-1 R t^-T = t' S t diagonal."""
     root_r, root_s = _root(r), _root(s)
-    _, values, v = svd(root_s.T @ root_r)
+    _, values, v = scipy.linalg.svd(root_s.T @ root_r)
     return np.asarray(root_r @ v.T @ np.diag(values**-0.5))
 
 

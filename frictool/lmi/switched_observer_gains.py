@@ -27,8 +27,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.linalg import cholesky
 
 from frictool.errors import NoSolutionError
 from frictool.lmi.sdp import AffineConstraint, assemble, solve, symmetric, upper_triangle
@@ -123,7 +123,7 @@ def _candidates(
             break
         inner.append(problem.inside(ROOM * smallest))
         edge.append(gains)
-        t = t @ np.linalg.inv(cholesky(np.mean(list(gains.p.values()), axis=0)))
+        t = t @ np.linalg.inv(scipy.linalg.cholesky(np.mean(list(gains.p.values()), axis=0)))
     return [*reversed(inner), *reversed(edge), _nothing(decay, t)]
 
 

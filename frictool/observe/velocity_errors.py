@@ -15,8 +15,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import butter, sosfiltfilt
 
 from frictool.control.speed_filter import first_order
 from frictool.observe.kernels.low_pass_bank import low_pass_bank
@@ -66,7 +66,7 @@ class VelocityErrors:
     def __init__(self, cutoff: float, period: float) -> None:
         self.period = period
         self.cutoff = min(cutoff, 0.4 / period)
-        self.sections = butter(ORDER, self.cutoff, fs=1.0 / period, output="sos")
+        self.sections = scipy.signal.butter(ORDER, self.cutoff, fs=1.0 / period, output="sos")
         self.overlap = math.ceil(REMEMBERED / (self.cutoff * period))
         self.tried = np.geomspace(min(SLOWEST_HZ, 0.01 / period), 1.0 / (math.pi * period), CUTOFFS)
         pairs = np.array([first_order(2.0 * math.pi * tried, period) for tried in self.tried])
@@ -120,7 +120,9 @@ class VelocityErrors:
         if position.size < LEAST or end <= pending.compared:
             return
         central = np.gradient(position, self.period)
-        reference = sosfiltfilt(self.sections, central, padlen=min(self.overlap, position.size - 1))
+        reference = scipy.signal.sosfiltfilt(
+            self.sections, central, padlen=min(self.overlap, position.size - 1)
+        )
         part = slice(pending.compared, end)
         difference = np.diff(position, prepend=position[0])[part] / self.period
         self._add(self.zero_phase, self.states[0], difference, reference[part], estimate[part])

@@ -17,7 +17,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import block_diag
+import scipy
 
 from frictool.plant.lti import Lti
 from frictool.typing import Matrix
@@ -63,7 +63,8 @@ def connect(
     ).reshape(-1, len(available))
     leaving = np.array([_row(rows, name) for name in outputs]).reshape(-1, len(available))
     a, b, c, d = (
-        block_diag(*(getattr(block.system, part) for block in blocks.values())) for part in "abcd"
+        scipy.linalg.block_diag(*(getattr(block.system, part) for block in blocks.values()))
+        for part in "abcd"
     )
     # produced = c x + d entering,  entering = e_in inputs + e_out produced
     e_in = entering[:, :m]

@@ -11,8 +11,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import block_diag, expm
 
 from frictool.typing import Matrix
 
@@ -63,7 +63,7 @@ def gain(value: ArrayLike, period: float) -> Lti:
 def parallel_sum(first: Lti, second: Lti) -> Lti:
     """Return the sum of two systems of one time domain; the states of `first` come first."""
     return Lti(
-        block_diag(first.a, second.a),
+        scipy.linalg.block_diag(first.a, second.a),
         np.vstack([first.b, second.b]),
         np.hstack([first.c, second.c]),
         first.d + second.d,
@@ -74,7 +74,7 @@ def parallel_sum(first: Lti, second: Lti) -> Lti:
 def zero_order_hold(system: Lti, period: float) -> Lti:
     """Return the exact zero-order-hold equivalent of a continuous system at `period` [s]."""
     n, m = system.b.shape
-    whole = expm(np.block([[system.a, system.b], [np.zeros((m, n + m))]]) * period)
+    whole = scipy.linalg.expm(np.block([[system.a, system.b], [np.zeros((m, n + m))]]) * period)
     return Lti(whole[:n, :n], whole[:n, n:], system.c, system.d, period)
 
 

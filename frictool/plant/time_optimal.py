@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import NamedTuple
 
-from scipy.optimize import brentq
+import scipy
 
 ZONE = 0.05  # half width of the zone of the response time, relative to the step
 NEARLY_EQUAL = 1e-4  # difference of two exponents below which a derivative replaces a quotient
@@ -131,7 +131,7 @@ def shortest_time(axis: DrivenAxis, zone: StepZone) -> float:
 
     if farthest(end.time) <= 0.0:
         return end.time
-    switch = float(brentq(farthest, driven[0].start.time, end.time, rtol=ROOT))
+    switch = float(scipy.optimize.brentq(farthest, driven[0].start.time, end.time, rtol=ROOT))
     return _passage(axis, _braked(axis, _point_at(axis, driven, switch)), zone.arrival)
 
 
@@ -209,7 +209,7 @@ def _until(
     longest = scale
     while after(longest) < 0.0:
         longest *= 2.0
-    span = float(brentq(after, 0.0, longest, rtol=ROOT))
+    span = float(scipy.optimize.brentq(after, 0.0, longest, rtol=ROOT))
     end = _Point(start.time + span, _advanced(axis, start.state, command, span))
     return _Part(start, command, end)
 
@@ -232,7 +232,7 @@ def _passage(axis: DrivenAxis, parts: list[_Part], position: float) -> float:
 
     if ahead(start.time) >= 0.0:
         return start.time
-    return float(brentq(ahead, start.time, end.time, rtol=ROOT))
+    return float(scipy.optimize.brentq(ahead, start.time, end.time, rtol=ROOT))
 
 
 def _ahead(position: float, state: _State) -> float:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import msgspec
 import numpy as np
-from scipy.linalg import eigvals
+import scipy
 
 from frictool.documents.mechanism import GROUND, Cam, FrictionOf, Mechanism, Spring, Stop
 from frictool.documents.resonances import Oscillation, Resonances
@@ -70,7 +70,7 @@ def _zeros(system: Lti) -> list[complex]:
     )
     unit = np.zeros((n + 1, n + 1))
     unit[:n, :n] = np.eye(n)
-    values = eigvals(pencil, unit)
+    values = scipy.linalg.eigvals(pencil, unit)
     return [complex(value) * fastest for value in values if np.isfinite(value) and abs(value) < FAR]
 
 

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+import scipy
 
 from frictool.errors import NoSolutionError
 from frictool.reduce.advice import parts_of_travel
@@ -148,7 +148,7 @@ def _any_harmonic(x: Vector, mean: Vector, least: float, most: float) -> Residua
         x,
         mean,
         float(
-            minimize_scalar(
+            scipy.optimize.minimize_scalar(
                 squares, bounds=ends, method="bounded", options={"xatol": 1e-10 * ends[1]}
             ).x
         ),

@@ -15,8 +15,8 @@ from pathlib import Path
 from typing import NamedTuple, Protocol
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import lfilter
 
 from frictool.adapters.axis_model import axis_of, load_of
 from frictool.documents.model import Model
@@ -224,7 +224,7 @@ def _with_feedforward(
     with the servo's gains P and D and its weight r of the reference's rate.
     """
     rate = servo.reference_rate * servo.derivative / period
-    added = lfilter([1.0], [servo.proportional + rate, -rate], forward)
+    added = scipy.signal.lfilter([1.0], [servo.proportional + rate, -rate], forward)
     return np.asarray(reference + added)
 
 

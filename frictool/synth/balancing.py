@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import linalg
 
 from frictool.plant.lti import Lti
 from frictool.typing import Matrix
@@ -30,9 +30,9 @@ def balanced_form(k: Lti, negligible: float = 0.0) -> tuple[Lti, NDArray[np.floa
 
 def _gramian(a: Matrix, b: Matrix, period: float) -> Matrix:
     return np.asarray(
-        linalg.solve_discrete_lyapunov(a, b @ b.T, method="bilinear")
+        scipy.linalg.solve_discrete_lyapunov(a, b @ b.T, method="bilinear")
         if period
-        else linalg.solve_continuous_lyapunov(a, -b @ b.T)
+        else scipy.linalg.solve_continuous_lyapunov(a, -b @ b.T)
     )
 
 

@@ -27,7 +27,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from frictool.adapters.drive_bound import driven_axis
 from frictool.adapters.model_polytope import polytope
@@ -110,7 +110,7 @@ def loop_allowance(model: Model, margin: float, dead_time: float) -> float:
         loop = product * np.exp(-1j * ANGLES) / (1j * ANGLES)
         return float(np.abs(1.0 + loop).min()) - margin
 
-    product = float(brentq(excess, ANGLES[0], 0.5 * math.pi))
+    product = float(scipy.optimize.brentq(excess, ANGLES[0], 0.5 * math.pi))
     return dead_time / product * max(gains) / min(gains)
 
 

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize
+import scipy
 
 from frictool.plant.generalised_plant import GeneralisedPlant
 from frictool.plant.lti import Lti
@@ -153,7 +153,7 @@ class MinimaxDescent:
         least = np.maximum(low / scale, start[:-1] - box)
         most = np.minimum(high / scale, start[:-1] + box)
 
-        minimum = minimize(
+        minimum = scipy.optimize.minimize(
             lambda x: x[-1],
             start,
             jac=lambda x: np.eye(len(x))[-1],

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import msgspec
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy import linalg, signal
 
 from frictool.adapters.state_space import stored_state_space
 from frictool.documents.controller import LinearController
@@ -47,7 +47,7 @@ def stored_forms(k: Lti) -> LinearController:
     whole = kept if integrator is None else parallel_sum(integrator, kept)
     sections = _sections(whole, kept.a)
     angles = np.geomspace(1e-3, np.pi, 200)
-    _, from_sections = signal.sosfreqz(sections, worN=angles)
+    _, from_sections = scipy.signal.sosfreqz(sections, worN=angles)
     weight = np.ones(len(angles)) if integrator is None else np.abs(np.exp(1j * angles) - 1.0)
     direct = whole.response(angles / whole.period)[:, 0, 0]
     if np.max(weight * np.abs(from_sections - direct)) > 1e-6 * np.max(weight * np.abs(direct)):
@@ -108,13 +108,13 @@ def split_pole(k: Lti, pole: float) -> tuple[float, Lti]:
 
     k = residue/(s - pole) + rest.
     """
-    _, scaling = linalg.matrix_balance(k.a, permute=False)
+    _, scaling = scipy.linalg.matrix_balance(k.a, permute=False)
     # after balancing, null vectors are accurate relative to the size of each state
     k = k.transformed(scaling)
     difference = k.a - pole * np.eye(k.order)
     right = np.linalg.svd(difference)[2][-1]  # difference @ right = 0
     left = np.linalg.svd(difference.T)[2][-1]
-    apart = k.transformed(np.column_stack([right, linalg.null_space(left[None, :])]))
+    apart = k.transformed(np.column_stack([right, scipy.linalg.null_space(left[None, :])]))
     return float(apart.b[0, 0] * apart.c[0, 0]), Lti(
         apart.a[1:, 1:], apart.b[1:], apart.c[:, 1:], k.d, k.period
     )
@@ -143,8 +143,8 @@ def _sections(whole: Lti, kept: Matrix) -> Matrix:
     c = whole.c
     d = whole.d
     n = len(a)
-    pencil = linalg.eigvals(
-        np.block([[a, b], [c, d]]), linalg.block_diag(np.eye(n), np.zeros((1, 1)))
+    pencil = scipy.linalg.eigvals(
+        np.block([[a, b], [c, d]]), scipy.linalg.block_diag(np.eye(n), np.zeros((1, 1)))
     )
     zeros = np.asarray(
         pencil[np.isfinite(pencil) & (np.abs(pencil) < INFINITE)], dtype=np.complex128
@@ -159,7 +159,7 @@ def _sections(whole: Lti, kept: Matrix) -> Matrix:
     )
     if len(first) and not len(poles):
         return np.asarray(first * [gain, gain, gain, 1.0, 1.0, 1.0])
-    sections = np.asarray(signal.zpk2sos(zeros, poles, gain))
+    sections = np.asarray(scipy.signal.zpk2sos(zeros, poles, gain))
     for _ in range(
         len(poles) - len(zeros)
     ):  # each pole without a zero delays by one sample: shift a numerator with a free coefficient
@@ -200,7 +200,7 @@ def anti_windup_gains(a: Matrix, b: Matrix, c: Matrix, d: Matrix) -> NDArray[np.
     if not len(a):
         return np.empty(0)
     noise = np.array([[float(d[0, 0] ** 2 + (c @ b)[0, 0] ** 2)]])
-    p = linalg.solve_discrete_are(
+    p = scipy.linalg.solve_discrete_are(
         a.T, c.T, b @ b.T + 1e-12 * np.trace(b @ b.T) * np.eye(len(a)), noise
     )
     return np.asarray(a @ p @ c.T / (c @ p @ c.T + noise))[:, 0]

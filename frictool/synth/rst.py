@@ -25,7 +25,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import signal
+import scipy
 
 from frictool.errors import NoSolutionError
 from frictool.plant.linear_axis import linear_axis
@@ -271,8 +271,9 @@ class _PlacementSearch:
         reference = np.ones(int(3.0 * (problem.spec.response_time_95_s or 0.2) / period) + 1)
         if self.prefilter is not None:
             w, m = self.prefilter.natural_frequency_rad_s, self.prefilter.damping
-            reference = signal.lfilter(
-                *signal.bilinear([1.0], [1.0 / w**2, 2.0 * m / w, 1.0], 1.0 / period), reference
+            reference = scipy.signal.lfilter(
+                *scipy.signal.bilinear([1.0], [1.0 / w**2, 2.0 * m / w, 1.0], 1.0 / period),
+                reference,
             )
         a = loop.a - loop.b @ loop.c
         if spectral_radius(a) >= 1.0:

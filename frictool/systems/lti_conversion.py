@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy import signal
 
 from frictool.documents.controller import Controller
 from frictool.documents.model import Model
@@ -99,7 +99,7 @@ def _space(
             "the system is improper: its numerator is of a higher order than its "
             "denominator; filter its derivative"
         )
-    a, b, c, d = signal.tf2ss(above if len(above) else [0.0], below)
+    a, b, c, d = scipy.signal.tf2ss(above if len(above) else [0.0], below)
     return a, b, c, d
 
 
@@ -161,5 +161,7 @@ def to_scipy(system: Lti | Model | Controller) -> Any:
     lti = as_linear_system(system)
     matrices = (lti.a, lti.b, lti.c, lti.d)
     return (
-        signal.StateSpace(*matrices, dt=lti.period) if lti.period else signal.StateSpace(*matrices)
+        scipy.signal.StateSpace(*matrices, dt=lti.period)
+        if lti.period
+        else scipy.signal.StateSpace(*matrices)
     )

@@ -20,8 +20,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eigvals
-from scipy.optimize import brentq
+import scipy
 
 from frictool.plant.block_diagram import DiagramBlock, connect
 from frictool.plant.linear_axis import AxisRates, linear_axis
@@ -171,7 +170,7 @@ def _refined(loop: Lti, m: Vector, e: Vector, function: Callable[[complex], floa
     """
     period = loop.period
     last = np.pi * (1.0 - 1e-9)
-    values = eigvals(m, e)
+    values = scipy.linalg.eigvals(m, e)
     values = values[np.isfinite(values)]
     angles = np.abs(np.angle(values[np.abs(np.abs(values) - 1.0) < NEAR_CIRCLE]))
     angles = angles[(angles > 1e-7) & (angles < last)]
@@ -193,7 +192,7 @@ def _refined(loop: Lti, m: Vector, e: Vector, function: Callable[[complex], floa
     heights = np.array([function(complex(value)) for value in responses])
     roots = [float(angle) for angle in looked[heights == 0.0]]
     for k in np.flatnonzero(heights[:-1] * heights[1:] < 0.0):
-        root = float(brentq(at, looked[k], looked[k + 1], xtol=1e-14, rtol=1e-13))
+        root = float(scipy.optimize.brentq(at, looked[k], looked[k + 1], xtol=1e-14, rtol=1e-13))
         if abs(at(root)) < REAL * (
             1.0 + abs(loop.response(root / period)[0, 0, 0])
         ):  # excludes a pole, where the sign jumps

@@ -15,7 +15,7 @@ function, the parity of two factors' halves (tests/campaign/test_binomial.py).
 
 from __future__ import annotations
 
-from scipy.special import betaincinv
+import scipy
 
 from frictool.campaign.draws.sampling import Method
 
@@ -31,7 +31,7 @@ def lower(
     if count == 0 or weight == 0.0:
         return 0.0
     passes = (count - STEP * (method == "latin" and count < draws)) / draws * weight
-    return float(betaincinv(passes, weight - passes + 1.0, 1.0 - confidence))
+    return float(scipy.special.betaincinv(passes, weight - passes + 1.0, 1.0 - confidence))
 
 
 def upper(

@@ -12,8 +12,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.stats import ks_2samp, kstwo
 
 from frictool.campaign.statistics.slices import Slices
 from frictool.typing import BoolVector, Vector
@@ -91,11 +91,11 @@ def _smirnov(bad: Vector, good: Vector) -> tuple[float, float]:
     """
     method = "exact" if bad.size * good.size <= EXACT else "asymp"
     if method == "exact":
-        test = ks_2samp(bad, good, method=method)
+        test = scipy.stats.ks_2samp(bad, good, method=method)
         return float(test.statistic), float(test.pvalue)
-    distance = float(ks_2samp(bad, good, method="asymp").statistic)
+    distance = float(scipy.stats.ks_2samp(bad, good, method="asymp").statistic)
     return distance, float(
-        kstwo.sf(distance, max(1, int(bad.size * good.size / (bad.size + good.size))))
+        scipy.stats.kstwo.sf(distance, max(1, int(bad.size * good.size / (bad.size + good.size))))
     )
 
 

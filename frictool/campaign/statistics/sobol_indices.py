@@ -25,8 +25,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import gammaincc
-from scipy.stats import rankdata
+import scipy
 
 from frictool.campaign.statistics.slices import Slices
 from frictool.typing import Vector
@@ -89,7 +88,7 @@ def scores_of(values: Vector) -> tuple[Vector, ...]:
     Fewer scores are returned if too many values are equal.
     """
     n = values.size
-    score_of_rank = (rankdata(values) - 0.5 * (n + 1.0)) / n
+    score_of_rank = (scipy.stats.rankdata(values) - 0.5 * (n + 1.0)) / n
     scores: list[Vector] = []
     for score in (score_of_rank, score_of_rank**2):
         score = score - score.mean()
@@ -110,7 +109,7 @@ def chance_of_ranks(slices: Slices, scores: tuple[Vector, ...]) -> float:
         (n - 1.0) * float((slices.sums(score) ** 2 / slices.sizes).sum()) / float(score @ score)
         for score in scores
     )
-    return float(gammaincc(0.5 * (k - 1.0) * len(scores), 0.5 * statistic))
+    return float(scipy.special.gammaincc(0.5 * (k - 1.0) * len(scores), 0.5 * statistic))
 
 
 def rank_correlation(units: Vector, scores: tuple[Vector, ...]) -> float:

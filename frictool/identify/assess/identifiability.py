@@ -19,7 +19,7 @@ import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 
-from scipy.special import ndtri
+import scipy
 
 from frictool.identify.assess.assessment_inputs import AssessmentInputs
 from frictool.identify.assess.noise_filter import LARGEST_RATIO, filter_for, noise_ratio
@@ -30,7 +30,7 @@ from frictool.identify.assess.weak_form_precision import weak_deviation
 from frictool.identify.excite.cramer_rao import SLIDING, PlannedStroke, PriorAxis, SensorPrecision
 
 CONFIDENCE = 0.95
-QUANTILE = float(ndtri(0.5 + 0.5 * CONFIDENCE))
+QUANTILE = float(scipy.special.ndtri(0.5 + 0.5 * CONFIDENCE))
 SINES_COUNTS = 20.0  # least counts of a stroke past the backlash, to detect its reversals
 # methods of identify that a verdict proposes
 DIFFERENTIATION, WEAK_FORM, STROKE_MEANS = "least-squares", "weak", "sines"

@@ -21,7 +21,7 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-from scipy.signal import fftconvolve
+import scipy
 
 from frictool.identify.excite.cramer_rao import (
     PlannedStroke,
@@ -105,5 +105,5 @@ def _deviation(
 
 def _gram(rows: Vector, kernel: Vector) -> Vector:
     """Return the covariance (p, p) of rows' n, with n = kernel * (white noise of variance 1)."""
-    columns = fftconvolve(rows, kernel[:, None], axes=0)
+    columns = scipy.signal.fftconvolve(rows, kernel[:, None], axes=0)
     return np.asarray(columns.T @ columns)

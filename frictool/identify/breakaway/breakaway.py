@@ -27,7 +27,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import ndtri
+import scipy
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
@@ -255,7 +255,7 @@ class BreakawayErrors:
         """Return the interval of the sum of the coefficients with these weights (p,)."""
         value = float(weights @ self.solution.value)
         statistical = np.linalg.norm(weights * self.solution.half_width(self.confidence))
-        deviation = float(statistical) / float(ndtri(0.5 + 0.5 * self.confidence))
+        deviation = float(statistical) / float(scipy.special.ndtri(0.5 + 0.5 * self.confidence))
         ends = [(float(weights @ low), float(weights @ high)) for low, high in self.ranges]
         other = [float(weights @ shift) for shift in self.falls]
         down, up = (

@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+import scipy
 
 from frictool.identify.breakaway.position_law import as_good, left_out
 from frictool.identify.fit_result import Interval
@@ -66,7 +66,11 @@ def rising_friction(
     near = logarithms[int(np.argmin([squares(logarithm) for logarithm in logarithms]))]
     step = logarithms[1] - logarithms[0]
     tau = float(
-        np.exp(minimize_scalar(squares, bounds=(near - step, near + step), method="bounded").x)
+        np.exp(
+            scipy.optimize.minimize_scalar(
+                squares, bounds=(near - step, near + step), method="bounded"
+            ).x
+        )
     )
     rows = design(tau)
     if as_good(left_out(np.column_stack((rows[:, 0], offset)), friction), left_out(rows, friction)):

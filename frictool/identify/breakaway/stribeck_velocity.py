@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Protocol
 
 import numpy as np
-from scipy.special import ndtri
+import scipy
 
 # Stribeck velocities relative to the speed at which the ramp alone passes a count
 GRID = np.geomspace(0.02, 20.0, 24)
@@ -104,7 +104,7 @@ def allowed_fall(
         [IMMEDIATE, *(StribeckFall(scale * step, exponent) for step in steps.tolist()), NO_FALL]
         for exponent, steps in zip(EXPONENTS, (GRID, GRID[::2], GRID[::2]), strict=True)
     ]
-    margin = float(ndtri(0.5 + 0.5 * confidence)) ** 2
+    margin = float(scipy.special.ndtri(0.5 + 0.5 * confidence)) ** 2
     levels: dict[StribeckFall, float] = {}
     limit = math.inf
     for fall in columns[0]:

@@ -20,9 +20,7 @@ include errors from samples at rest, from the inertia, or from the instruments' 
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import minimize_scalar
-from scipy.signal import butter, lfilter, lfilter_zi
-from scipy.special import stdtrit
+import scipy
 
 from frictool.documents.bench import Bench
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs, intervals_around
@@ -72,7 +70,9 @@ def friction_force(
     with_slope = np.column_stack((_sums(columns), slope))
     deviation = newey_west(with_slope, residual, reach)
     half = deviation * float(
-        stdtrit(max(force.size / reach - with_slope.shape[1], 1.0), 0.5 + 0.5 * settings.confidence)
+        scipy.special.stdtrit(
+            max(force.size / reach - with_slope.shape[1], 1.0), 0.5 + 0.5 * settings.confidence
+        )
     )
     names = ("coulomb", "viscous", "breakaway", "offset")[: columns.shape[1]]
     value = np.array([value[0], value[1], value[0] + value[2], *value[3:]])
@@ -112,10 +112,12 @@ def _rows(record: MotionRecord, bench: Bench, cutoff_hz: float, order: int) -> R
             f"a cut-off at {cutoff_hz:g} Hz is not below half of the sampling rate, "
             f"{0.5 / record.period:.4g} Hz"
         )
-    b, a = butter(order, 2.0 * cutoff_hz * record.period)
+    b, a = scipy.signal.butter(order, 2.0 * cutoff_hz * record.period)
 
     def passed(values: Vector) -> Vector:
-        return np.asarray(lfilter(b, a, values, zi=lfilter_zi(b, a) * values[0])[0])
+        return np.asarray(
+            scipy.signal.lfilter(b, a, values, zi=scipy.signal.lfilter_zi(b, a) * values[0])[0]
+        )
 
     velocity = (
         np.diff(record.position, prepend=record.position[0]) / record.period
@@ -171,5 +173,9 @@ def _peak(rows: RegressionSamples, force: Vector, both: bool, top: float) -> flo
     best = int(np.argmin([left(logarithm) for logarithm in logarithms]))
     around = (logarithms[max(best - 1, 0)], logarithms[min(best + 1, GRID_POINTS - 1)])
     return float(
-        np.exp(minimize_scalar(left, bounds=around, method="bounded", options={"xatol": 1e-8}).x)
+        np.exp(
+            scipy.optimize.minimize_scalar(
+                left, bounds=around, method="bounded", options={"xatol": 1e-8}
+            ).x
+        )
     )

@@ -26,8 +26,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.signal import butter, cheby1, filtfilt
 
 from frictool.documents.bench import Bench
 from frictool.identify.estimators.power_balance import power_balance
@@ -170,8 +170,8 @@ def _derivatives(
     position: Vector, period: float, pipeline: PublishedFilters
 ) -> tuple[Vector, Vector]:
     """Return velocity and acceleration (n,) of a position (n,)."""
-    b, a = butter(pipeline.filter_order, 2.0 * pipeline.cutoff_hz * period)
-    velocity = _central(filtfilt(b, a, position, padlen=pipeline.padding), period)
+    b, a = scipy.signal.butter(pipeline.filter_order, 2.0 * pipeline.cutoff_hz * period)
+    velocity = _central(scipy.signal.filtfilt(b, a, position, padlen=pipeline.padding), period)
     return velocity, _central(velocity, period)
 
 
@@ -191,10 +191,10 @@ def _filtered(rows: NDArray[np.float64], pipeline: PublishedFilters) -> NDArray[
     """
     if pipeline.decimate == 1:
         return rows
-    b, a = cheby1(
+    b, a = scipy.signal.cheby1(
         pipeline.decimate_order,
         pipeline.decimate_ripple_db,
         pipeline.decimate_band / pipeline.decimate,
     )
     constant = (np.sum(b) / np.sum(a)) ** 2
-    return np.asarray(filtfilt(b, a, rows, axis=0) / constant)
+    return np.asarray(scipy.signal.filtfilt(b, a, rows, axis=0) / constant)

@@ -23,8 +23,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import stdtrit
 
 from frictool.documents.bench import Bench
 from frictool.engine.bench_position_loop import PositionServo
@@ -210,7 +210,7 @@ def _half_widths(
         deviation, freedom = _open_loop_deviation(simulated, fitted, regressed)
     else:
         deviation, freedom = _closed_loop_deviation(simulated, fitted)
-    half = deviation * stdtrit(freedom, 0.5 + 0.5 * confidence)
+    half = deviation * scipy.special.stdtrit(freedom, 0.5 + 0.5 * confidence)
     return dict(zip(simulated.names, half.tolist(), strict=True))
 
 

@@ -20,8 +20,8 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from frictool.identify.regression.regression import LeastSquaresSolution, solve
 from frictool.typing import Matrix, Vector
@@ -153,7 +153,7 @@ def _with_one_more(means: StrokeMeans, knees: tuple[float, ...]) -> tuple[float,
             reach = speeds[1] - speeds[0]
             bounds = (max(start - reach, low), min(start + reach, high))
             current[index] = float(
-                minimize_scalar(
+                scipy.optimize.minimize_scalar(
                     lambda speed: _squares(means, (*others, speed)),  # noqa: B023  # used at once
                     bounds=bounds,
                     method="bounded",

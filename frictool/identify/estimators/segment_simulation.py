@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
-from scipy.optimize import least_squares as trust_region
+import scipy
 
 from frictool.documents.bench import Bench
 from frictool.engine.bench_position_loop import PositionServo, follow_reference
@@ -183,7 +183,7 @@ def estimate(simulated: SegmentSimulation, known: Mapping[str, float]) -> Simula
         )
 
     size = max(float(np.sqrt(np.mean(residual(start) ** 2))), 1e-300)
-    solution = trust_region(
+    solution = scipy.optimize.least_squares(
         lambda z: residual(z) / size,
         np.maximum(start, 2.0 * low),
         bounds=(low, np.inf),

@@ -22,7 +22,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import ndtri
+import scipy
 
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws, Regime
@@ -282,7 +282,7 @@ def _of_inertia(
         rows_of, (ends[1] - ends[0]) * rows.acceleration * means.weight, rcond=None
     )[0]
     out = np.zeros(pieces.solution.value.size)
-    out[: moved.size] = ndtri(0.5 + 0.5 * confidence) * np.abs(moved) / np.sqrt(12.0)
+    out[: moved.size] = scipy.special.ndtri(0.5 + 0.5 * confidence) * np.abs(moved) / np.sqrt(12.0)
     return out
 
 

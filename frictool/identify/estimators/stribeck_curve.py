@@ -19,8 +19,8 @@ import itertools
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
 
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
@@ -347,7 +347,9 @@ def _choice(runs: ConstantSpeedRuns) -> tuple[float, float]:
         def left(logarithm: float, exponent: float = exponent) -> float:
             return runs.squares(float(np.exp(logarithm)), exponent)
 
-        minimum = minimize_scalar(left, bounds=(near - reach, near + reach), method="bounded")
+        minimum = scipy.optimize.minimize_scalar(
+            left, bounds=(near - reach, near + reach), method="bounded"
+        )
         score = count * np.log(float(minimum.fun) / count) + 2.0 * np.log(count)
         if score < best[2] - (EVIDENCE if best[0] > 0.0 else 0.0):
             best = (float(np.exp(minimum.x)), exponent, score)

@@ -18,7 +18,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from scipy.linalg import eigh
+import scipy
 
 from frictool.documents.bench import Bench
 from frictool.identify.fit_result import SLIDING, SlidingFit
@@ -109,6 +109,6 @@ def errors_in_variables(mean: Matrix, noise: Matrix) -> Matrix:
     scale = np.sqrt(np.diag(mean))
     m, s = mean / np.outer(scale, scale), noise / np.outer(scale, scale)
     # 1/lambda is the largest eigenvalue of S relative to M; M is definite, S is not
-    smallest = 1.0 / float(eigh(s, m, eigvals_only=True)[-1])
+    smallest = 1.0 / float(scipy.linalg.eigh(s, m, eigvals_only=True)[-1])
     left = m - smallest * s
     return np.asarray(np.linalg.solve(left[:-1, :-1], left[:-1, -1]) * scale[-1] / scale[:-1])

@@ -26,7 +26,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 import numpy as np
-from scipy.special import ndtri
+import scipy
 
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
@@ -141,7 +141,9 @@ def _widened(
     repeated = fit.details["clusters"] < REPEATED * fit.details["strokes"]
     put_back, unsure = (0.0, share) if repeated else (0.5 * share, 0.5 * share)
     half = half_width(
-        confidence, inertia.half_width / float(ndtri(0.5 + 0.5 * confidence)), [unsure]
+        confidence,
+        inertia.half_width / float(scipy.special.ndtri(0.5 + 0.5 * confidence)),
+        [unsure],
     )
     value = inertia.value + put_back
     return Interval.around(value, half)

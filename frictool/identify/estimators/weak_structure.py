@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.optimize import minimize_scalar
+import scipy
 
 from frictool.identify.fit_result import SLIDING
 from frictool.identify.regression.regression import SingularRegressors, least, residual_norm
@@ -150,7 +150,7 @@ def _place(
         float(candidates[min(near + 1, GRID_POINTS - 1)]),
     )
     return float(
-        minimize_scalar(
+        scipy.optimize.minimize_scalar(
             lambda candidate: left(bend_column(parts, float(candidate))),
             bounds=bounds,
             method="bounded",

@@ -26,7 +26,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solveh_banded
+import scipy
 
 from frictool.identify.excite.stroke_profile import top_speed, unit_profile
 from frictool.typing import Vector
@@ -114,7 +114,7 @@ def information(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPr
             rows = regressors(stroke, axis, sensing, side)
             total = np.zeros((rows.shape[1], rows.shape[1])) if total is None else total
             if rows.shape[0] >= 2:
-                whitened = solveh_banded(
+                whitened = scipy.linalg.solveh_banded(
                     _covariance(rows.shape[0], axis, sensing), rows, lower=True, check_finite=False
                 )
                 total += stroke.times * (rows.T @ whitened)

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.special import ndtri
+import scipy
 
 from frictool.documents.bench import Bench
 from frictool.errors import NoSolutionError
@@ -30,7 +30,7 @@ from frictool.identify.excite.stroke_profile import unit_profile
 from frictool.typing import Vector
 
 CONFIDENCE = 0.95  # of the promised half widths
-QUANTILE = float(ndtri(0.5 + 0.5 * CONFIDENCE))
+QUANTILE = float(scipy.special.ndtri(0.5 + 0.5 * CONFIDENCE))
 PAUSE = 0.1  # s, of one pause
 KIND = "strokes"
 CORRECTIONS = 8  # corrections of the program by the loss of the estimator on its test

@@ -11,8 +11,7 @@ record are left out in turn for the interval.
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import minimize_scalar
-from scipy.signal import lfilter
+import scipy
 
 from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.regression.regression import SingularRegressors, solve
@@ -47,7 +46,7 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
     step = logarithms[1] - logarithms[0]
     lag = float(
         np.exp(
-            minimize_scalar(
+            scipy.optimize.minimize_scalar(
                 squares,
                 bounds=(near - step, near + step),
                 method="bounded",
@@ -85,7 +84,9 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
 def _current(lag: float, command: Vector, period: float) -> Vector:
     """Return i (n,) from the command (n,), settled at its first value."""
     a = float(np.exp(-period / lag))
-    return np.asarray(command[0] + lfilter([0.0, 1.0 - a], [1.0, -a], command - command[0]))
+    return np.asarray(
+        command[0] + scipy.signal.lfilter([0.0, 1.0 - a], [1.0, -a], command - command[0])
+    )
 
 
 def _left(lag: float, command: Vector, measured: Vector, period: float) -> tuple[Vector, Vector]:

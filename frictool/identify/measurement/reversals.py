@@ -23,9 +23,8 @@ from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import minimize_scalar
-from scipy.special import ndtri
 
 from frictool.documents.bench import Bench
 from frictool.identify.assess.recorded_motion import recorded_facts
@@ -158,7 +157,7 @@ def _delay(records: list[MotionRecord], gap: float, confidence: float, window: i
                 f"the estimated delay, {delay:.3g} s, is too long for windows of {window} samples"
             )
     statistical = float(solution.half_width(confidence)[SLOPE]) / float(
-        ndtri(0.5 + 0.5 * confidence)
+        scipy.special.ndtri(0.5 + 0.5 * confidence)
     )
     if not np.isfinite(statistical):
         raise UnusableLogs(
@@ -192,7 +191,7 @@ def _backlash(
             "of backlash"
         )
     half = float(_solved(rows, width).half_width(confidence)[-1])
-    normal = float(ndtri(0.5 + 0.5 * confidence))
+    normal = float(scipy.special.ndtri(0.5 + 0.5 * confidence))
     if not np.isfinite(half):
         raise UnusableLogs("too few reversals for an interval of the backlash")
     reach = half_width(confidence, half / normal, ranges)
@@ -254,7 +253,9 @@ def _width(rows: list[ReversalRows], widest: float) -> float:
     near = candidates[int(np.argmin([squares(float(candidate))[0] for candidate in candidates]))]
     bounds = (max(near - candidates[0], 0.1 * candidates[0]), near + candidates[0])
     best = float(
-        minimize_scalar(lambda candidate: squares(candidate)[0], bounds=bounds, method="bounded").x
+        scipy.optimize.minimize_scalar(
+            lambda candidate: squares(candidate)[0], bounds=bounds, method="bounded"
+        ).x
     )
     least, rise = squares(best)
     none = plain[:, :SLOPE]

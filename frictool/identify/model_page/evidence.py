@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import msgspec
 import numpy as np
-from scipy.signal import lombscargle
+import scipy
 
 from frictool.documents.bench import Bench
 from frictool.documents.model import Model
@@ -121,7 +121,7 @@ def position_spectrum(samples: SlipSamples) -> tuple[Vector, Vector] | None:
     span = np.linspace(1.0, CELLS / 4.0, SPECTRUM_POINTS)
     numbers = np.asarray(span / travel, dtype=np.float64)
     centred = mean - mean.mean()
-    power = lombscargle(centre - centre[0], centred, 2.0 * np.pi * numbers)
+    power = scipy.signal.lombscargle(centre - centre[0], centred, 2.0 * np.pi * numbers)
     return numbers, np.sqrt(4.0 * np.maximum(power, 0.0) / centre.size)
 
 

@@ -14,9 +14,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import lsq_linear
-from scipy.special import ndtri, stdtrit
 
 from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.presliding.loops import PreslidingLoops
@@ -92,8 +91,8 @@ def maxwell(loops: PreslidingLoops, confidence: float) -> MaxwellFit:
         )
     left = np.array([statistics(_stiffnesses(gram - one, right - other)) for one, other in parts])
     deviation = np.sqrt((count - 1) / count * np.sum((left - left.mean(axis=0)) ** 2, axis=0))
-    deviation *= float(stdtrit(count - 1, 0.5 + 0.5 * confidence)) / float(
-        ndtri(0.5 + 0.5 * confidence)
+    deviation *= float(scipy.special.stdtrit(count - 1, 0.5 + 0.5 * confidence)) / float(
+        scipy.special.ndtri(0.5 + 0.5 * confidence)
     )
     ends = [
         reached(displacement, quality[:ELEMENTS], end)
@@ -133,7 +132,7 @@ def _stiffnesses(gram: Matrix, right: Vector) -> Vector:
     root = np.sqrt(value[kept])[:, None] * vectors[:, kept].T
     low = np.append(np.zeros(ELEMENTS), [-np.inf, -np.inf])
     return np.asarray(
-        lsq_linear(
+        scipy.optimize.lsq_linear(
             root, (vectors[:, kept].T @ (right / scale)) / np.sqrt(value[kept]), (low, np.inf)
         ).x
         / scale

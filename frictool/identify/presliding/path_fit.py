@@ -14,9 +14,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.optimize import least_squares
-from scipy.special import ndtri
 
 from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.presliding.loops import PreslidingLoops
@@ -67,7 +66,9 @@ def fit_path(loops: PreslidingLoops, path: Path, start: Vector, confidence: floa
         solution = solve(columns, residual, np.ones(residual.size), loops.branch[loops.used])
     except SingularRegressors as error:
         raise UnusableLogs(f"the loops do not determine the law: {error}") from None
-    statistical = solution.half_width(confidence)[:-2] / float(ndtri(0.5 + 0.5 * confidence))
+    statistical = solution.half_width(confidence)[:-2] / float(
+        scipy.special.ndtri(0.5 + 0.5 * confidence)
+    )
     ends = [
         _minimum(with_breakaway(loops, end), path, value, loops.used)[0]
         for end in (loops.breakaway.low, loops.breakaway.high)
@@ -113,7 +114,7 @@ def _minimum(
 
     reach = np.log(FARTHEST)
     value = np.exp(
-        least_squares(
+        scipy.optimize.least_squares(
             residual,
             np.log(start),
             bounds=(np.log(start) - reach, np.log(start) + reach),

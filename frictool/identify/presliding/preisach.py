@@ -11,7 +11,7 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import stdtrit
+import scipy
 
 from frictool.friction.preisach_cycles import everett_tail
 from frictool.identify.fit_result import Interval, UnusableLogs
@@ -109,7 +109,7 @@ def _table(near: list[list[Branch]], loops: PreslidingLoops, confidence: float) 
     repeats = min(map(len, near))
     tables = np.array([everett_tail([branches[r] for branches in near]) for r in range(repeats)])
     falls = np.array([0.5 * float(near[-1][r][1][0] - near[-1][r][1][-1]) for r in range(repeats)])
-    reach = float(stdtrit(repeats - 1, 0.5 + 0.5 * confidence)) / np.sqrt(repeats)
+    reach = float(scipy.special.stdtrit(repeats - 1, 0.5 + 0.5 * confidence)) / np.sqrt(repeats)
     nodes = 2 * len(near) + 1
     steepest = (
         float(np.max(np.abs(np.diff(tables.mean(axis=0).reshape(nodes, nodes)[-1]))))

@@ -12,8 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.optimize import brentq
-from scipy.special import ndtri
+import scipy
 
 GRID = 4000
 NARROW = 1e-2  # least normal part relative to the sum, so that the integral converges
@@ -29,7 +28,7 @@ def half_width(confidence: float, deviation: float, ranges: Sequence[float]) -> 
     halves = np.array([abs(r) for r in ranges if r != 0.0])
     total = float(np.sqrt(deviation**2 + np.sum(halves**2) / 3.0))
     if halves.size == 0 or total == 0.0:
-        return float(ndtri(0.5 + 0.5 * confidence)) * deviation
+        return float(scipy.special.ndtri(0.5 + 0.5 * confidence)) * deviation
     sigma = max(deviation / total, NARROW)
     halves = halves / total
     t = (np.arange(GRID) + 0.5) * TAIL / sigma / GRID
@@ -41,4 +40,4 @@ def half_width(confidence: float, deviation: float, ranges: Sequence[float]) -> 
     def short(h: float) -> float:
         return float(2.0 / np.pi * step * np.sum(np.sin(h * t) * weight)) - confidence
 
-    return total * float(brentq(short, 1e-3, 12.0))
+    return total * float(scipy.optimize.brentq(short, 1e-3, 12.0))

@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy.special import fdtrc
+import scipy
 
 from frictool.identify.regression.regression import SINGULAR, SingularRegressors, least
 from frictool.identify.regression.tsqr import Tensor
@@ -63,4 +63,4 @@ def joint_probability(parts: Tensor, cluster: IntVector, tested: Sequence[int]) 
     b = scaled[list(tested)]
     square = float(b @ np.linalg.lstsq(covariance, b, rcond=None)[0])
     statistic = square * (freedom - k + 1) / (freedom * k)
-    return float(fdtrc(k, freedom - k + 1, max(statistic, 0.0)))
+    return float(scipy.special.fdtrc(k, freedom - k + 1, max(statistic, 0.0)))

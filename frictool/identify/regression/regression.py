@@ -11,8 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import solve_triangular
-from scipy.special import stdtrit
+import scipy
 
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.regression.tsqr import Tensor, merged, triangles
@@ -41,7 +40,9 @@ class LeastSquaresSolution:
 
     def half_width(self, confidence: float) -> Vector:
         """Return half the width (p,) of the two-sided interval at `confidence`."""
-        return np.asarray(self.deviation * stdtrit(self.freedom, 0.5 + 0.5 * confidence))
+        return np.asarray(
+            self.deviation * scipy.special.stdtrit(self.freedom, 0.5 + 0.5 * confidence)
+        )
 
 
 def solve(
@@ -91,7 +92,7 @@ def least(parts: Tensor) -> tuple[Vector, Vector, float]:
             f"{singular[0] / max(singular[-1], 1e-300):.2g})"
         )
     return (
-        np.asarray(solve_triangular(r, whole[:p, p])) / scale,
+        np.asarray(scipy.linalg.solve_triangular(r, whole[:p, p])) / scale,
         scale,
         float(singular[0] / singular[-1]),
     )

@@ -10,7 +10,7 @@ dropped: the bench declares them, or a search has shown that they help (`explana
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import stdtrit
+import scipy
 
 from frictool.identify.regression.regression import SingularRegressors, least
 from frictool.identify.regression.tsqr import Tensor
@@ -60,7 +60,7 @@ def beyond_chance(richer: Vector, simpler: Vector, confidence: float) -> bool:
     if gain.size < 2:
         return False
     error = float(np.std(gain, ddof=1)) / np.sqrt(gain.size)
-    return bool(np.mean(gain) > float(stdtrit(gain.size - 1, confidence)) * error)
+    return bool(np.mean(gain) > float(scipy.special.stdtrit(gain.size - 1, confidence)) * error)
 
 
 def clearly_better(richer: Vector | None, simpler: Vector | None, confidence: float) -> bool:

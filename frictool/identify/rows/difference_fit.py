@@ -12,7 +12,7 @@ import math
 from collections.abc import Callable
 
 import numpy as np
-from scipy.signal import lfilter
+import scipy
 
 from frictool.documents.bench import Bench
 from frictool.identify.fit_result import SlidingFit, UnusableLogs
@@ -112,4 +112,6 @@ def _low_pass(signal: Vector, time_constant: float, period: float) -> Vector:
     ratio = 2.0 * time_constant / period
     gain = 1.0 / (1.0 + ratio)
     pole = (ratio - 1.0) / (ratio + 1.0)
-    return np.asarray(lfilter([gain, gain], [1.0, -pole], signal, zi=[(1.0 - gain) * signal[0]])[0])
+    return np.asarray(
+        scipy.signal.lfilter([gain, gain], [1.0, -pole], signal, zi=[(1.0 - gain) * signal[0]])[0]
+    )

@@ -23,9 +23,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
-from scipy.signal import savgol_coeffs
 
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.smoothing import SHORTEST
@@ -63,7 +63,7 @@ def rows_of(
     record: MotionRecord, sign: Vector, mask: NDArray[np.bool_], window: int
 ) -> FrictionRows:
     """Return the rows of the samples in `mask` (n,), which certainly slip over `window`."""
-    slope = savgol_coeffs(
+    slope = scipy.signal.savgol_coeffs(
         max(SHORTEST, 2 * int(0.5 * SPEED_SHARE * window) + 1), CUBIC, deriv=1, delta=record.period
     )
     velocity = np.convolve(record.position - record.position[0], slope, mode="same")

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import stdtrit
 
 from frictool.identify.fit_result import (
     SLIDING,
@@ -323,7 +323,7 @@ def intervals(
     deviation = np.sqrt(
         (count - 1) / count * np.sum((left_out - left_out.mean(axis=0)) ** 2, axis=0)
     )
-    width = deviation * stdtrit(count - 1, 0.5 + 0.5 * confidence)
+    width = deviation * scipy.special.stdtrit(count - 1, 0.5 + 0.5 * confidence)
     return intervals_around(names, value, width)
 
 

@@ -17,8 +17,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
+import scipy
 from numpy.typing import NDArray
-from scipy.special import ndtri
 
 from frictool.documents.bench import Bench
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
@@ -139,7 +139,9 @@ def _bearable_share(result: SlidingFit, confidence: float) -> float:
     inertia = result.parameters.get("inertia")
     if inertia is None or inertia.value <= 0.0:
         return LARGEST_SHARE
-    deviation = inertia.half_width / float(ndtri(0.5 + 0.5 * confidence)) / inertia.value
+    deviation = (
+        inertia.half_width / float(scipy.special.ndtri(0.5 + 0.5 * confidence)) / inertia.value
+    )
     return min(float(np.sqrt(BIAS_SHARE * deviation)), LARGEST_SHARE)
 
 

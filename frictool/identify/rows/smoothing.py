@@ -28,8 +28,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+import scipy
 from numpy.lib.stride_tricks import sliding_window_view
-from scipy.signal import savgol_coeffs
 
 from frictool.identify.motion_record import MotionRecord
 from frictool.plant.weak_form import effort_weights
@@ -48,7 +48,8 @@ FOURTH_DIFFERENCE_GAIN = math.sqrt(70.0)  # root of the sum of squares of (1, -4
 def acceleration_filter(window: int, period: float) -> Vector:
     """Return the Savitzky-Golay filter c (window,), 1/s^2, from position to acceleration."""
     return np.asarray(
-        savgol_coeffs(window, DEGREE, deriv=2, delta=period, use="dot"), dtype=np.float64
+        scipy.signal.savgol_coeffs(window, DEGREE, deriv=2, delta=period, use="dot"),
+        dtype=np.float64,
     )
 
 

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from scipy.signal import butter, filtfilt
+import scipy
 
 from frictool.adapters.axis_model import axis_of, load_of
 from frictool.documents.model import Model
@@ -331,6 +331,6 @@ def replayed_position(model: Model, piece: RecordSegment) -> Vector:
 
 def _rates(position: Vector, period: float, cutoff: float) -> tuple[Vector, Vector]:
     """Return velocity and acceleration (n,) of a position (n,), low-passed forward and backward."""
-    b, a = butter(FILTER_ORDER, 2.0 * cutoff * period)
-    velocity = np.gradient(filtfilt(b, a, position - position[0]), period)
+    b, a = scipy.signal.butter(FILTER_ORDER, 2.0 * cutoff * period)
+    velocity = np.gradient(scipy.signal.filtfilt(b, a, position - position[0]), period)
     return velocity, np.gradient(velocity, period)

@@ -19,8 +19,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
-from scipy.ndimage import gaussian_filter1d
-from scipy.optimize import minimize_scalar
+import scipy
 
 from frictool.typing import Vector
 
@@ -60,7 +59,10 @@ def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> Clo
     steps = float(np.median(np.diff(t))), float(np.median(np.diff(u)))
     step = min(steps)
     width = SMOOTHED * max(steps)
-    x, y = gaussian_filter1d(x, width / steps[0]), gaussian_filter1d(y, width / steps[1])
+    x, y = (
+        scipy.ndimage.gaussian_filter1d(x, width / steps[0]),
+        scipy.ndimage.gaussian_filter1d(y, width / steps[1]),
+    )
     u = u[within]
     y = y[within] - y[within].mean()
     lags = np.linspace(-most, most, 2 * max(2, int(np.ceil(most / step))) + 1)
@@ -76,7 +78,7 @@ def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> Clo
             "it may be larger"
         )
     tau = float(
-        minimize_scalar(
+        scipy.optimize.minimize_scalar(
             left,
             bounds=(lags[best - 1], lags[best + 1]),
             method="bounded",

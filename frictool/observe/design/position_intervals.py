@@ -12,7 +12,7 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from frictool.documents.observer import FrictionMap
 from frictool.errors import NoSolutionError
@@ -89,7 +89,7 @@ def _where(friction: FrictionMap, direction: int, low: float, high: float, part:
     """Return the position at which friction has made `part` of its change from `low` to `high`."""
     first, last = (float(friction_at(friction, direction, end)) for end in (low, high))
     return float(
-        brentq(
+        scipy.optimize.brentq(
             lambda x: float(friction_at(friction, direction, x)) - (first + part * (last - first)),
             low,
             high,

@@ -16,7 +16,7 @@ so that no large numbers are subtracted from each other.
 from __future__ import annotations
 
 import numpy as np
-from scipy.special import softmax
+import scipy
 
 from frictool.typing import Vector
 
@@ -57,7 +57,7 @@ def mixture(
 
     means: (m, p). beliefs: (m, p, p). beforehand: (m,), log prior weights.
     """
-    weights = softmax(evidences(gram, best, means, beliefs) + beforehand)
+    weights = scipy.special.softmax(evidences(gram, best, means, beliefs) + beforehand)
     chosen = np.flatnonzero(weights > NEGLIGIBLE)
     shares = weights[chosen] / np.sum(weights[chosen])
     posteriors = [posterior(gram, right, means[index], beliefs[index]) for index in chosen]

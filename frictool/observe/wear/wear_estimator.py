@@ -21,7 +21,7 @@ import math
 from collections import deque
 from dataclasses import replace
 
-from scipy.special import ndtri
+import scipy
 
 from frictool.documents.model import Model
 from frictool.observe.interval_estimate import EstimateRange, WearEstimate
@@ -65,7 +65,7 @@ class WearEstimator:
         self.bank = multiplicative_bank(model, self.layout)
         self.moves = MoveCollector(self.layout)
         self._count = 0
-        self._quantile = float(ndtri(0.5 + 0.5 * confidence))
+        self._quantile = float(scipy.special.ndtri(0.5 + 0.5 * confidence))
         # the wear after each of the last moves
         self._lately: deque[float] = deque(
             maxlen=1 + max(moves * count for moves, count, _ in GOING_ON)

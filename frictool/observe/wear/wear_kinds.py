@@ -31,7 +31,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import logsumexp, ndtri
+import scipy
 
 from frictool.documents.model import Model
 from frictool.observe.interval_estimate import EstimateRange, Kind, WearZone
@@ -98,7 +98,7 @@ class WearClassifier:
 
     def __init__(self, model: Model, layout: WeakFormLayout, confidence: float = 0.95) -> None:
         self.layout = layout
-        self._quantile = float(ndtri(0.5 + 0.5 * confidence))
+        self._quantile = float(scipy.special.ndtri(0.5 + 0.5 * confidence))
         dry = dry_columns(layout)
         bases = [
             restriction(
@@ -188,7 +188,9 @@ class WearClassifier:
             gram, right = self._information(last, rows)
         best = best_fit(gram, right)
         every = evidences(gram, best, np.tile(self._means, (len(KINDS), 1)), self._scaled)
-        evidence = logsumexp(every.reshape(len(KINDS), -1) + np.array(BEFOREHAND), axis=1)
+        evidence = scipy.special.logsumexp(
+            every.reshape(len(KINDS), -1) + np.array(BEFOREHAND), axis=1
+        )
         over: dict[Kind, float] = {
             kind: float(value - evidence[0]) for kind, value in zip(KINDS, evidence, strict=True)
         }

@@ -18,7 +18,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-from scipy.optimize import differential_evolution
+import scipy
 
 from frictool.documents.controller import Controller
 from frictool.documents.design import Design
@@ -232,7 +232,7 @@ class CandidateSearch:
         while True:  # until a candidate passes or their number is reached
             population = best + random.normal(0.0, spread, (POPULATION, best.size))
             population[: len(starts)] = starts
-            differential_evolution(
+            scipy.optimize.differential_evolution(
                 self._objective,
                 [(0.0, 1.0)] * best.size,
                 init=np.clip(population, 0.0, 1.0),
