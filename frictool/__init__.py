@@ -1,5 +1,14 @@
 """From the bench logs of an actuator with dry friction to a verified robust controller."""
 
-from importlib.metadata import version as _version
+from __future__ import annotations
 
-__version__ = _version("frictool")
+__version__: str
+
+
+def __getattr__(name: str) -> str:
+    """Return the installed version as `__version__`; it is looked up when it is needed."""
+    if name != "__version__":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from importlib.metadata import version
+
+    return version(__name__)

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
-import jinja2
 import yaml
 
 from frictool.documents.quantity import Axis, drive_dimension, si_unit
@@ -108,6 +107,8 @@ def _example_keys(text: str) -> list[str]:
 
 def _rendered(start: StartingRig) -> dict[str, str]:
     """Return the text of each file, with NOTE in front of each note."""
+    import jinja2
+
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent / "templates"),
         undefined=jinja2.StrictUndefined,

@@ -18,10 +18,10 @@ from __future__ import annotations
 from typing import Literal
 
 import numpy as np
-from scipy.ndimage import maximum_filter1d, minimum_filter1d
 
 from frictool.logs.log import Stream
 from frictool.logs.quality.ramps import REST, are_ramps, rests_of
+from frictool.logs.quality.sliding_extremes import sliding_maximum
 from frictool.logs.quality.time_base import encoder_step
 from frictool.typing import Vector
 
@@ -84,10 +84,9 @@ def _rests(position: Vector, still: float) -> list[tuple[int, int]]:
 
     A rest is a time of at least REST samples in which the position stays within `still`.
     """
-    spread = maximum_filter1d(position, REST) - minimum_filter1d(position, REST)
-    inside = maximum_filter1d(
-        (spread <= still).astype(np.int8), REST, origin=-1 if REST % 2 == 0 else 0
-    )
+    half = REST // 2
+    spread = sliding_maximum(position, REST, half) + sliding_maximum(-position, REST, half)
+    inside = sliding_maximum((spread <= still).astype(np.float64), REST, (REST - 1) // 2)
     edges = np.flatnonzero(np.diff(np.concatenate(([0], inside, [0]))))
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
