@@ -222,6 +222,8 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     - `period_s`: Time between two rows, if no column contains the time.
     - `start_s`: Time of the first row, with `period_s`.
     - `whole`: True if the last line is complete although it has no line end.
+    - `dbc`: DBC of a CAN log, in the folder of the log. Without this key, the DBC has the name of
+      the log.
     - `clock`: Time of a recording's rows: `log time`, or the path of a time stamp in its messages
       (`header.stamp`).
     """
@@ -237,6 +239,7 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     period_s: PositiveNumber | None = None
     start_s: float | None = None
     whole: bool = False
+    dbc: Annotated[str, msgspec.Meta(min_length=1)] | None = None
     clock: Annotated[str, msgspec.Meta(min_length=1)] | None = None
 
     def __post_init__(self) -> None:

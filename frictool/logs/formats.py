@@ -100,6 +100,28 @@ FORMATS = (
         "NumPy (.npz)",
     ),
     Format(
+        "tdms",
+        "TDMS",
+        (".tdms",),
+        "frictool.logs.arrays.tdms_format",
+        library=("nptdms", "tdms"),
+    ),
+    Format(
+        "ulog",
+        "ULog",
+        (".ulg",),
+        "frictool.logs.arrays.ulog_format",
+        library=("pyulog", "ulog"),
+    ),
+    Format(
+        "can",
+        "CAN (BLF, ASC, candump, PCAN-Trace)",
+        (".blf", ".asc"),
+        "frictool.logs.arrays.can_format",
+        library=("can", "can"),
+        other_suffixes=(".candump", ".trc"),
+    ),
+    Format(
         "jsonl",
         "JSON lines",
         (".jsonl", ".ndjson"),
@@ -131,7 +153,6 @@ PACKED = {
     b"PK\x03\x04": "is a zip archive or an Excel workbook; unpack it, or save the sheet as CSV",
     b"\xd0\xcf\x11\xe0": "is an Excel workbook or another document of Office; "
     "save the sheet as CSV",
-    b"TDSm": "is a TDMS file of LabVIEW; export it as CSV or MATLAB",
 }
 PAGE = re.compile(rb"\s*<(?:!doctype|html)\b", re.IGNORECASE)
 

@@ -18,7 +18,8 @@ from typing import Any
 from tests.support.documentation_pages import ROOT, blocks
 from tests.support.documentation_player import COMMENT, EXIT, scratch
 
-DEVELOPMENT = {"dev", "bench"}  # extras that no user installs
+# extras that no user installs; and mat-io, which needs more than frictool's lowest numpy and h5py
+DEVELOPMENT = {"dev", "bench", "matlab"}
 REQUIREMENT = re.compile(r"([\w.-]+)(?:\[[\w,]+\])?>=([\w.]+)")
 CLUTCH = "configs/clutch"
 FORMATS = ("csv", "mat", "mf4", "npz", "parquet")

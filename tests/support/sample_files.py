@@ -9,6 +9,7 @@ import re
 import shutil
 import tempfile
 from collections.abc import Callable
+from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -21,6 +22,7 @@ from frictool.logs.canonical.mcap_reader import is_canonical
 from frictool.logs.formats import open_tables
 from frictool.logs.raw_table import RawTable, RowBlock
 from frictool.logs.recordings.recording_files import METADATA, sources
+from tests.support import logger_files
 from tests.support.example_logs import GOLDEN, as_bytes, bench, golden_log
 from tests.support.logger_headers import LOGGERS
 
@@ -79,6 +81,12 @@ def _json_lines() -> bytes:
         json.dumps({"time": t, "encoder": n, "motor": {"current": i}, "state": "on"}) + "\n"
         for t, n, i in rows
     ).encode()
+
+
+def _can(folder: Path) -> None:
+    """A CAN log and its DBC; a mutated copy in another folder is refused for want of a DBC."""
+    (folder / "x.dbc").write_text(logger_files.DBC)
+    (folder / "x").write_text(logger_files.candump())
 
 
 def _mat(**options: bool) -> bytes:
@@ -250,6 +258,17 @@ SAMPLES: dict[str, Callable[[], bytes] | Callable[[Path], None]] = {
     "db3": _db3,
     "folder/metadata.yaml": _split_bag,
     "folder/x_0.db3": _split_bag,
+}
+
+
+SAMPLES |= {
+    name: made
+    for name, library, made in (
+        ("tdms", "nptdms", lambda folder: logger_files.write_tdms(folder / "x")),
+        ("ulog", "pyulog", logger_files.ulog),
+        ("can", "can", _can),
+    )
+    if find_spec(library)
 }
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from frictool.errors import LogError
+from frictool.logs.arrays import mat_objects
 from frictool.logs.arrays.array_table import check_rows
 from frictool.logs.arrays.mat_array import ADVICE, lines
 from frictool.logs.arrays.reader_process import LibraryTable, open_guarded
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 SIGNATURE = b"\x89HDF\r\n\x1a\n"
 HEADS = (0, 512, 1024, 2048)  # possible offsets of the signature; MATLAB writes 512 bytes before it
 CLASS, OBJECT, EMPTY = "MATLAB_class", "MATLAB_object_decode", "MATLAB_empty"
+OBJECTS = "#subsystem#"  # group of the contents of objects
 DEEPEST, MOST = 12, 20_000  # maximum depth of structures, maximum number of arrays
 
 
@@ -36,7 +38,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return the one table of the file with all its vectors.
+    """Return the table of all vectors of the file, then its MATLAB tables.
 
     Vectors that are requested together must have the same length.
     """
@@ -57,6 +59,11 @@ def _open(path: Path) -> Sequence[LibraryTable]:
         columns |= described
         if name not in described:
             others[name] = _described(item)
+    objects: Sequence[LibraryTable] = ()
+    if OBJECTS in file and mat_objects.can_read():
+        objects = mat_objects.open_objects(path)
+    if not columns and objects:
+        return objects
     if not columns:
         raise LogError(
             path,
@@ -64,7 +71,7 @@ def _open(path: Path) -> Sequence[LibraryTable]:
             f"{listed([f'{name} ({text})' for name, text in others.items()])}",
         )
     units = dict.fromkeys(columns)
-    return (HdfTable(source=str(path), columns=columns, units=units, others=others),)
+    return (HdfTable(source=str(path), columns=columns, units=units, others=others), *objects)
 
 
 def _inside(prefix: str, group: Any, depth: int) -> Iterator[tuple[str, Any]]:

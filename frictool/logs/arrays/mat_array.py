@@ -10,7 +10,8 @@ from typing import NamedTuple
 from frictool.logs.arrays.array_table import ArrayColumn
 
 ADVICE = (
-    "an object; save its times and values as vectors, in MATLAB or with the Python package mat-io"
+    "an object; save its times and values as vectors in MATLAB; a table or timetable is read with "
+    "mat-io (pip install 'frictool[matlab]')"
 )
 MOST_COLUMNS = 1000  # maximum number of columns of a matrix; a wider one is an image or damaged
 

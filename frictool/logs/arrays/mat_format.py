@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from frictool.errors import LogError
-from frictool.logs.arrays import mat4_elements, mat_elements
+from frictool.logs.arrays import mat4_elements, mat_elements, mat_objects
 from frictool.logs.arrays.array_table import ArrayTable
 from frictool.logs.arrays.mat_array import MatArray, described
+from frictool.logs.arrays.reader_process import open_guarded
 from frictool.logs.open_file import HEAD_BYTES, open_log
 from frictool.logs.raw_table import RawTable, listed
 
@@ -28,7 +29,7 @@ def sniff(head: bytes, path: Path) -> bool:
 
 
 def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return the one table of the file with all its vectors.
+    """Return the table of all vectors of the file, then its MATLAB tables.
 
     Vectors that are requested together must have the same length. Raises LogError if there is no
     vector; `blocks` reports other damage.
@@ -46,14 +47,22 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
     except OSError as error:
         raise LogError(path, f"cannot be read: {error.strerror or error}") from None
     # arrays without a name are the bytes of MATLAB's objects
-    arrays = [array for array in arrays if array.name]
+    named = [array for array in arrays if array.name]
+    objects = (
+        open_guarded(path, mat_objects.open_objects)
+        if len(named) < len(arrays) and mat_objects.can_read()
+        else ()
+    )
+    arrays = named
     columns = {name: column for array in arrays for name, column in array.columns()}
     if not columns and damage is not None:
         raise LogError(path, f"is damaged or no MATLAB file: {damage}")
+    if not columns and objects:
+        return objects
     if not columns:
         raise LogError(
             path,
             "has no real numeric vector; found: "
             f"{listed([f'{array.name} ({array})' for array in arrays])}",
         )
-    return (ArrayTable(str(path), columns, size, described(arrays), damage),)
+    return (ArrayTable(str(path), columns, size, described(arrays), damage), *objects)

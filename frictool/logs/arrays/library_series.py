@@ -1,0 +1,52 @@
+"""Table of series that a library loads, column by column and part by part."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from frictool.errors import LogError
+from frictool.logs.arrays.reader_process import LibraryTable
+from frictool.logs.raw_table import BLOCK_ROWS, SALVAGE, DataLoss, RowBlock
+
+# (first row, end) -> numbers of a column, or times in ns
+Series = Callable[[int, int], NDArray[Any]]
+
+
+@dataclass(kw_only=True)
+class SeriesTable(LibraryTable):
+    """Table whose columns are Series of equal length.
+
+    rows: number of rows.
+    times: times of the rows in ns; None if the file has none.
+    damage: description of damage in the file; None if there is none.
+    """
+
+    rows: int
+    times: Series | None = None
+    damage: str | None = None
+
+    def blocks(
+        self, wanted: Sequence[str], losses: list[DataLoss] | None = None
+    ) -> Iterator[tuple[RowBlock, int]]:
+        """Yield the rows (see RawTable.blocks)."""
+        if self.damage is not None and losses is None:
+            raise LogError(self.source, f"is damaged: {self.damage}; {SALVAGE}")
+        for first in range(0, self.rows, BLOCK_ROWS):
+            end = min(first + BLOCK_ROWS, self.rows)
+            columns = {
+                name: np.asarray(self.columns[name](first, end), np.float64) for name in wanted
+            }
+            time = None if self.times is None else np.asarray(self.times(first, end), np.int64)
+            yield RowBlock(first, columns, time), self.size * end // self.rows
+        if self.damage is not None and losses is not None:
+            losses.append(DataLoss((), self.damage))
+
+
+def loaded(values: NDArray[Any]) -> Series:
+    """Return the series of an array in memory."""
+    return lambda first, end: values[first:end]
