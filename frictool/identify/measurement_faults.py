@@ -1,6 +1,7 @@
 """Refuse records whose logged effort or position is not that of the axis.
 
-- saturated effort: flat tops below the actuator's limit, since the sensor saturates first
+- saturated effort: flat tops below the actuator's limit, since the sensor saturates first; if
+  noise hides the flat tops, an effort that stays at a level although the motion needs more
 - clipped encoder: the position stops at its extreme within a sample, although the effort is too
   small to brake the axis that fast
 - commanded effort: the effort follows from the motion alone, without friction. It was computed from
@@ -17,6 +18,7 @@ import numpy as np
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import si_unit
 from frictool.identify.fit_result import SlidingFit, UnusableLogs
+from frictool.identify.hidden_saturation import hidden_saturation
 from frictool.identify.motion_record import MotionRecord
 from frictool.logs.quality.saturation import FlatTopDetector
 from frictool.typing import Vector
@@ -37,6 +39,7 @@ def refuse_unmeasured(records: list[MotionRecord], bench: Bench) -> None:
     """Raise UnusableLogs if the effort of a record is saturated, or its encoder clipped."""
     for record in records:
         _refuse_saturated(record, bench)
+        _refuse_hidden_saturation(record, bench)
         _refuse_clipped(record, bench)
 
 
@@ -53,6 +56,19 @@ def _refuse_saturated(record: MotionRecord, bench: Bench) -> None:
                 f"of the samples (allowed: {100 * LARGEST_SATURATED_SHARE:g} %), and the actuator "
                 f"can give {most:.4g}: the measurement is saturated; widen its range"
             )
+
+
+def _refuse_hidden_saturation(record: MotionRecord, bench: Bench) -> None:
+    """Raise UnusableLogs if the effort stays at a level although the motion needs more."""
+    saturation = hidden_saturation(record, bench)
+    most = bench.actuator.limit.value * bench.actuator.constant.value
+    if saturation is not None and saturation.level < AT_THE_LIMIT * most:
+        unit = si_unit("effort", bench.axis)
+        raise UnusableLogs(
+            f"{record.name}: the effort stays near {saturation.level:.4g} {unit} where the motion "
+            f"needs up to {saturation.needed:.4g} {unit}, in {100 * saturation.share:.2g} % of the "
+            "slipping samples: the measurement is saturated; widen its range"
+        )
 
 
 def _refuse_clipped(record: MotionRecord, bench: Bench) -> None:

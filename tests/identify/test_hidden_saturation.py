@@ -1,0 +1,109 @@
+"""An effort that saturates under its noise is refused; what the motion explains is kept."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictool.documents.bench import Bench
+from frictool.documents.registry import load
+from frictool.identify.hidden_saturation import hidden_saturation
+from frictool.identify.motion_record import MotionRecord, make_record
+from frictool.typing import Vector
+from studies.command_line import run
+from tests.identify.arm import PERIOD, Arm, play, write_bench, write_log
+from tests.support.command_line import refused
+
+TIME = np.arange(12_000) * PERIOD
+NOISE = 0.03  # standard deviation of the noise behind the clipping, relative to the peak effort
+RIGS = range(6)
+
+
+def rig(seed: int, gravity: float = 0.0) -> tuple[Arm, Vector, Vector]:
+    """Return an arm of any size under a servo on two sines, its position (n,) and its effort
+    (n,)."""
+    draw = np.random.default_rng([seed, 31])
+    coulomb, rate = draw.uniform(0.05, 0.5), draw.uniform(15.0, 30.0)
+    arm = Arm(
+        10.0 ** draw.uniform(-1.0, 0.0),
+        draw.uniform(0.01, 0.3),
+        coulomb,
+        1.1 * coulomb,
+        gravity,
+        counts=int(10.0 ** draw.uniform(4.0, 5.3)),
+    )
+    command = draw.uniform(0.2, 0.6) * np.sin(draw.uniform(3.0, 8.0) * TIME)
+    command += draw.uniform(0.1, 0.3) * np.sin(draw.uniform(8.0, 12.0) * TIME)
+    stiffness = arm.inertia * rate**2
+    gains = stiffness, 0.2 * stiffness * rate, 1.6 * arm.inertia * rate
+    return arm, *play(arm, command, gains)
+
+
+def noisy(effort: Vector, seed: int, low: float = -np.inf, high: float = np.inf) -> Vector:
+    """Return the effort (n,), clipped to [low, high] in N m, with noise afterwards."""
+    peak = float(np.quantile(np.abs(effort), 0.999))
+    noise = np.random.default_rng(seed).standard_normal(effort.size)
+    return np.asarray(np.clip(effort, low, high) + NOISE * peak * noise)
+
+
+def record(arm: Arm, position: Vector, effort: Vector) -> MotionRecord:
+    return make_record("log", TIME, position, effort, arm.step, 0.0)
+
+
+def bench_of(folder: Path, arm: Arm) -> Bench:
+    return load(write_bench(folder, arm), Bench)
+
+
+@pytest.mark.parametrize("method", ["auto", "least-squares", "output-error"])
+def test_an_effort_that_saturates_under_its_noise_is_refused(tmp_path: Path, method: str) -> None:
+    arm, position, effort = rig(0)
+    level = float(np.quantile(np.abs(effort), 0.8))
+    log = write_log(tmp_path / "flat.csv", position, noisy(effort, 0, -level, level))
+    model = tmp_path / "model.yaml"
+    bench = write_bench(tmp_path, arm)
+    result = run("identify", log, "--bench", bench, "--method", method, "-o", model)
+    refused(result, 1, "the effort stays near", "where the motion needs up to", "widen its range")
+    assert not model.exists()
+
+
+@pytest.mark.parametrize("share", [0.2, 0.3])
+@pytest.mark.parametrize(("lower", "upper"), [(True, True), (True, False), (False, True)])
+@pytest.mark.parametrize("seed", RIGS)
+def test_the_level_is_found_on_both_sides_and_on_one(
+    tmp_path: Path, seed: int, lower: bool, upper: bool, share: float
+) -> None:
+    arm, position, effort = rig(seed)
+    level = float(np.quantile(np.abs(effort), 1.0 - share))
+    clipped = noisy(effort, seed, -level if lower else -np.inf, level if upper else np.inf)
+    found = hidden_saturation(record(arm, position, clipped), bench_of(tmp_path, arm))
+    assert found is not None
+    assert found.level == pytest.approx(level, rel=0.1)
+    assert found.needed > 1.05 * level
+
+
+@pytest.mark.parametrize("gravity", [0.0, 2.0])
+@pytest.mark.parametrize("seed", RIGS)
+def test_an_effort_that_the_motion_explains_is_kept(
+    tmp_path: Path, seed: int, gravity: float
+) -> None:
+    """Gravity bends the effort over the position, also where the bench does not name it."""
+    arm, position, effort = rig(seed, gravity)
+    assert (
+        hidden_saturation(record(arm, position, noisy(effort, seed)), bench_of(tmp_path, arm))
+        is None
+    )
+
+
+@pytest.mark.parametrize("seed", RIGS)
+def test_strokes_of_constant_speed_are_kept(tmp_path: Path, seed: int) -> None:
+    """Their effort is flat, as the motion needs it."""
+    arm, _, _ = rig(seed)
+    command = 0.5 * (2.0 / np.pi) * np.arcsin(np.sin((2.0 + 0.3 * seed) * TIME))
+    stiffness = 400.0 * arm.inertia
+    position, effort = play(arm, command, (stiffness, 4.0 * stiffness, 32.0 * arm.inertia))
+    assert (
+        hidden_saturation(record(arm, position, noisy(effort, seed)), bench_of(tmp_path, arm))
+        is None
+    )
