@@ -7,7 +7,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --no-compile --disable-pip-versi
 COMPILE := -@$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: demo test lint accept test-envs thesis fuzz mutation bench rack field logs schemas reference kernels dist clean
+.PHONY: demo test lint accept test-envs thesis fuzz mutation bench rack field logs schemas reference docs kernels dist clean
 
 demo: $(VENV)/.run
 	$(MAKE) -C configs/clutch demo
@@ -56,6 +56,10 @@ rack: $(VENV)/.run
 field: $(VENV)/.run
 	$(BIN)/python -m studies.field $(or $(FRICTOOL_DATA),../shared/data)/field docs/field.md
 
+# the documentation as a site with search, in build/site; exit code 1 after a broken link
+docs: $(VENV)/.docs
+	$(BIN)/python -m release.site
+
 # source distribution and wheel of the last commit, built twice and compared, in dist/
 dist: $(VENV)/.dist
 	$(BIN)/python -m release dist
@@ -81,6 +85,11 @@ $(VENV)/.dist: pyproject.toml constraints.txt | $(VENV)/bin/python
 $(VENV)/.dev: pyproject.toml constraints.txt | $(VENV)/bin/python
 	$(INSTALL) -e '.[dev]'
 	$(COMPILE)
+	@touch $@ $(VENV)/.run
+
+# what builds the documentation
+$(VENV)/.docs: pyproject.toml constraints.txt | $(VENV)/bin/python
+	$(INSTALL) -e '.[docs]'
 	@touch $@ $(VENV)/.run
 
 # the peers that the benchmarks measure against
