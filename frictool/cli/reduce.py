@@ -251,8 +251,8 @@ def _bandwidth(
     names = [one.name for one in compliant_links(part)]
     if names:
         raise click.UsageError(
-            f"{', '.join(names)} yield{('s' if len(names) == 1 else '')}; give the "
-            "frequency up to which resonances count, by --bandwidth RAD/S or by "
+            f"compliant links: {', '.join(names)}; give the frequency up to which their resonances "
+            "matter, with --bandwidth RAD/S or "
             f"--controller{_passing(part, request.tolerance)}."
         )
     return None

@@ -218,7 +218,7 @@ class Design(
         law, limiter, compensation = self.position_law, self.limiter, self.friction_compensation
         if limiter is not None and self.structure != "position":
             raise ValueError(
-                "limiter is for structure position: in a cascade position_law.action does its work"
+                "limiter belongs to structure position; a cascade has position_law.action instead"
             )
         waits = [
             name
@@ -278,8 +278,8 @@ class Design(
             )
         if self.filters_reference != (self.feedforward.filter_rad_s is None):
             raise ValueError(
-                "feedforward.filter_rad_s belongs to a reference that neither prefilter nor "
-                "profile filters, which needs it"
+                "feedforward.filter_rad_s: needed without prefilter and profile, and not allowed "
+                "with one of them"
             )
 
     def _unread(self) -> None:

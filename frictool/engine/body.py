@@ -125,8 +125,8 @@ class FrictionBody:
         ):
             finding = "a pure delay of the film" if self.knee == math.inf else "a knee of the body"
             raise ValueError(
-                f"found {finding}; a body that is extended takes its knees from the extension, "
-                "and a lag but no delay"
+                f"found {finding}; an extension has its own knees, and its film may have a lag but "
+                "no delay"
             )
         for side, direction in enumerate((-1.0, 1.0)):
             start = direction * float(self.slip_force(0.0, direction, self.law_in(direction)))

@@ -80,13 +80,15 @@ def segment_arrays(
     sample_times = np.array(times, dtype=np.float64, ndmin=1)
     ends = np.array([end for end, _ in segments], dtype=np.float64)
     if not ends.size or not np.all(np.diff(np.concatenate([[start], ends])) > 0.0):
-        raise ValueError(f"segments end one after another, after {start} s; found {ends.tolist()}")
+        raise ValueError(
+            f"ends of segments: found {ends.tolist()} s; they must rise from {start} s"
+        )
     if sample_times.size and not (
         np.all(np.diff(sample_times) >= 0.0)
         and start <= sample_times[0]
         and sample_times[-1] <= ends[-1]
     ):
-        raise ValueError(f"times ascend within {start} to {ends[-1]} s")
+        raise ValueError(f"times must not fall, and must lie between {start} and {ends[-1]} s")
     return ends, np.stack([drive.as_array() for _, drive in segments]), sample_times
 
 

@@ -58,7 +58,7 @@ def _of_atom(atom: Atom) -> Any:
     if any(other != first for other in others):
         raise ElementError(
             atom.made[0].element,
-            f"the terms of {atom.text} measure {_dimension_text(first)} and "
+            f"{atom.text} adds terms of different dimensions: {_dimension_text(first)} and "
             f"{_dimension_text(others[0])}",
         )
     return first

@@ -64,8 +64,8 @@ def regimes_from(points: list[tuple[float, float]]) -> Vector:
         total += slope
         if not np.isfinite([knee, slope]).all() or knee <= last or total < 0.0:
             raise ValueError(
-                f"speed regime at {knee:g} of slope {slope:g}; allowed: knees > 0 that rise, "
-                "slopes that sum to >= 0"
+                f"speed regime at {knee:g} of slope {slope:g}; allowed: rising knees > 0, and "
+                "slopes whose sum is >= 0"
             )
         last = knee
     return np.array(points, dtype=np.float64).ravel()

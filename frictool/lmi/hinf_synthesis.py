@@ -62,7 +62,7 @@ NO_GAMMA = (
     "Lyapunov matrix, to working precision; "
     "narrow the intervals or relax the weights"
 )
-RELAX = "bring the weights nearer to each other, or relax them"
+RELAX = "reduce the ratio of the largest to the smallest weight, or relax the weights"
 # margin of the inequalities for gamma near one, larger than the solver's own tolerance
 STRICT = 1e-6
 # weights on every state that make the solutions of Riccati equations strict: the largest is best

@@ -136,7 +136,7 @@ def parrott(phi: Matrix, u: Matrix, v: Matrix) -> Matrix:
     solution = np.linalg.solve(r_u[:m], np.linalg.solve(r_v[:k], (completed - corner).T).T)
     if not np.linalg.norm(phi + u @ solution @ v, 2) < 1.0:
         raise NoSolutionError(
-            "the controller found does not keep the bound that it was found for; raise "
+            "the computed controller exceeds the bound for which it was computed; raise "
             "`recentring` or relax the weights"
         )
     return np.asarray(solution)

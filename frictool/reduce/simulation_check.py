@@ -81,8 +81,8 @@ def check_reduction(
     )
     if not tests:
         raise NoSolutionError(
-            f"{chain.whole.name}: not checked: friction fades along every step over its travel; "
-            "give it a bearing's friction"
+            f"{chain.whole.name}: not checked: on every test step over the travel the friction "
+            "falls to 0; add a bearing's friction"
         )
     size = abs(there.ratio)
     side = 1.0 if there.ratio > 0.0 else -1.0

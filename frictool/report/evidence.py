@@ -195,8 +195,8 @@ def stream_evidence(
         if unit not in (None, "", expected):
             raise LogError(
                 source,
-                f"{name} of {stream.topic} is in {unit}; the specification is of a "
-                f"{spec.axis} axis, in {expected}",
+                f"{name} of {stream.topic} is in {unit}; the specification describes a {spec.axis} "
+                f"axis, which needs {expected}",
             )
     gaps: dict[str, str] = {}
     position, reference = _signal(stream, "position", gaps), _signal(stream, "reference", gaps)

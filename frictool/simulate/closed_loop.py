@@ -301,8 +301,8 @@ class StepTest(Generic[V]):
             return machine_in(self._program, self._number)
         except FixedPointOverflow as error:
             raise NoSolutionError(
-                f"{self.controller.name}: {self._number} cannot be scaled: {error}; bound what is "
-                "measured in the bench, or use float"
+                f"{self.controller.name}: {self._number} cannot be scaled: {error}; give the "
+                "bounds of the measured signals in the bench, or use float"
             ) from None
 
     @cached_property

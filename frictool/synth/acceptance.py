@@ -75,9 +75,9 @@ def accept(
         if not tolerates_rounding(one, worst_norm, required):
             raise NoSolutionError(
                 f"not verified: with coefficients rounded to {one.number} the worst norm is "
-                f"{one.gamma:.4g} (claimed: {worst_norm:.4g}), the modulus margin "
-                f"{one.modulus_margin:.3f} (specified: {required:g}); bring the weights nearer to "
-                "each other"
+                f"{one.gamma:.4g} (claimed: {worst_norm:.4g}) and the modulus margin "
+                f"{one.modulus_margin:.3f} (specified: {required:g}); reduce the ratio of the "
+                "largest to the smallest weight"
             )
     return stored.Verified(
         candidate.gamma,

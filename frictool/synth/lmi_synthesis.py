@@ -39,8 +39,8 @@ def solve_inequalities(
         )
     except np.linalg.LinAlgError as error:
         raise NoSolutionError(
-            f"the synthesis broke down numerically ({error}); bring the weights nearer to each "
-            "other"
+            f"the synthesis broke down numerically ({error}); reduce the ratio of the "
+            "largest to the smallest weight"
         ) from None
     except ValueError as error:
         raise FrictoolError(f"{problem.design.name}: {error}") from None

@@ -219,8 +219,7 @@ def check_claim(k: Lti, plant: GeneralisedPlant, gamma: float, where: str) -> fl
         finding = "the loop is unstable" if np.isinf(norm) else f"its norm is {norm:.4g}"
         raise NoSolutionError(
             f"not verified: the inequalities claim gamma {gamma:.4g} at {where}, but {finding}; "
-            "raise `recentring`, or bring the weights "
-            "nearer to each other"
+            "raise `recentring`, or reduce the ratio of the largest to the smallest weight"
         )
     return norm
 

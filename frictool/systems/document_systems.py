@@ -127,8 +127,8 @@ def loop_system(controller: Controller, vertex: str) -> Lti:
     _require(controller, Controller)
     if controller.linear.input != "eta":
         raise FrictoolError(
-            f"{controller.name}: its linear controller takes a speed and not eta; loop_system "
-            "needs a controller of eta"
+            f"{controller.name}: the linear controller reads a speed; loop_system needs one that "
+            "reads eta, a position error"
         )
     blocks = {
         "controller": DiagramBlock(controller_system(controller), (ETA,), (ASKED,)),

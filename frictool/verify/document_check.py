@@ -144,7 +144,7 @@ def _vertices(controller: Controller, margins: bool) -> None:
         if margin is None:
             raise NoSolutionError(
                 f"{controller.name}: not verified: vertex {vertex.name} has no check at the "
-                "bench's delay; synthesise it anew"
+                "bench's delay; synthesise the controller again"
             )
         if margins:
             _compare(where, vertex.modulus_margin, margin, controller.delay_samples)
@@ -163,7 +163,7 @@ def _vertices(controller: Controller, margins: bool) -> None:
         if margin < required * (1.0 - TOLERANCE):
             raise NoSolutionError(
                 f"{where} the modulus margin is {margin:.6g}, specified {required:g}; synthesise "
-                "it anew"
+                "the controller again"
             )
 
 

@@ -17,7 +17,7 @@ def count_current(controller: Lti, step: float, horizon: int = HORIZON) -> float
     contribution is not counted. Raises ValueError for a controller in continuous time.
     """
     if not controller.period:
-        raise ValueError("the current of one count is that of a sampled controller")
+        raise ValueError("the drive after one count is defined for a sampled controller only")
     x = np.zeros((controller.order, 1))
     largest = 0.0
     for _ in range(horizon):

@@ -157,8 +157,8 @@ def test_a_link_that_yields_asks_for_a_bandwidth(tmp_path: Path) -> None:
     result = run("reduce", _write(tmp_path / "mechanism.yaml", belt()))
     assert result.code == 2
     assert (
-        "belt yields; give the frequency up to which resonances count, by --bandwidth RAD/S or by "
-        "--controller" in result.stderr
+        "compliant links: belt; give the frequency up to which their resonances matter, with "
+        "--bandwidth RAD/S or --controller" in result.stderr
     )
 
 

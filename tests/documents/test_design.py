@@ -128,7 +128,7 @@ CONTRADICTIONS = {
     ),
     "limiter": (
         [f"position_law: {{{LAW}}}", "limiter: {condition: error}"],
-        "limiter is for structure position",
+        "limiter belongs to structure position",
     ),
     "measured and filtered": (
         ["velocity: {source: measured, filter_rad_s: 100}"],

@@ -213,7 +213,7 @@ def test_settings_that_cannot_be_are_refused() -> None:
         additive.design(_model(), SwitchedObserverSettings(decay=0.3), NOWHERE)
     with pytest.raises(ValueError, match="stuck_speed: found 2"):
         SwitchedObserverSettings(stuck_speed=2.0)
-    with pytest.raises(ValueError, match="that of the speed above 0"):
+    with pytest.raises(ValueError, match="the weight of the speed > 0"):
         SwitchedObserverSettings(weights=(1.0, 0.0, 1.0))
 
 

@@ -326,7 +326,9 @@ def test_several_logs_are_judged_together_and_told_apart() -> None:
 
 def test_a_log_of_another_kind_of_axis_is_refused() -> None:
     linear = msgspec.structs.replace(clutch_spec(), axis="linear")
-    with pytest.raises(LogError, match=r"is in rad; the specification is of a linear axis, in m"):
+    with pytest.raises(
+        LogError, match=r"is in rad; the specification describes a linear axis, which needs m"
+    ):
         judge(linear, [clutch_log()])
 
 

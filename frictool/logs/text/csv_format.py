@@ -150,7 +150,7 @@ class CsvTable:
                 )
             if not np.abs(time[[0, -1]]).max() < LATEST * NS:
                 raise LogError(
-                    self.source, f"{layout.clock} dates its rows beyond {LATEST:g} s; is it right?"
+                    self.source, f"{layout.clock} gives times beyond {LATEST:g} s; check it"
                 )
             return RowBlock(first, columns, time.astype(np.int64))
         return RowBlock(first, columns)

@@ -49,7 +49,7 @@ class SwitchedObserverSettings:
         if min(self.weights) < 0.0 or self.weights[1] <= 0.0:
             raise ValueError(
                 f"weights: found {', '.join(f'{w:g}' for w in self.weights)}; "
-                "allowed: none below 0, that of the speed above 0"
+                "allowed: all >= 0, and the weight of the speed > 0"
             )
 
 
