@@ -149,10 +149,10 @@ def test_a_filter_that_alternates_is_refused() -> None:
             {"profile": ProfileDesign(), "prefilter": PrefilterDesign(30.0, 0.8)},
             "profile replaces prefilter",
         ),
-        ({"feedforward": FeedforwardDesign()}, "filter_rad_s: needed without prefilter and profile"),
+        ({"feedforward": FeedforwardDesign()}, "filter_rad_s: needed without prefilter"),
         (
             {"feedforward": FeedforwardDesign(filter_rad_s=10.0), "profile": ProfileDesign()},
-            "filter_rad_s: needed without prefilter and profile",
+            "filter_rad_s: needed without prefilter",
         ),
         (
             {
