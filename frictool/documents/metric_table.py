@@ -82,7 +82,7 @@ class Metric:
     - name: name in JSON, JUnit and tables of values
     - title: name in texts and on pages, heading of its column
     - dimension: key of SI_UNITS (documents/quantity.py) or OTHER_UNITS, from which its unit follows
-    - definition: sentence without its end, for the page, the schema and docs/metrics.md
+    - definition: text without a final full stop, for the page and docs/metrics.md
     - scope: what it is measured of
     - compute: function of `frictool/metrics/`, as module.function. Its parameters are named after
       properties of MeasuredPart (report/measured_part.py). It returns a value, two bounds, or the
@@ -143,9 +143,9 @@ METRICS = (
         "response_time_95",
         "response 95 %",
         "time",
-        "time from the step to the first sample from which the position stays, to the end of the "
-        "hold, within 5 % of the amplitude, or within one sensor step if that is more, of its "
-        "final value; infinite if the position still leaves that zone in the last tenth of the "
+        "time from the step until the position stays, to the end of the hold, in a zone around "
+        "its final value. The zone is 5 % of the amplitude to each side, and at least one sensor "
+        "step. The time is infinite if the position leaves the zone in the last tenth of the "
         "hold, or if the final value misses the reference by more than half of the step",
         compute="response_time.response_time_95",
         needs=("step", "response_time"),
@@ -162,10 +162,10 @@ METRICS = (
         "rise_time",
         "rise 10-90 %",
         "time",
-        "time between the first passages through 10 and 90 % of the distance from the position at "
-        "the step to the final value, interpolated between samples; infinite if the final value "
-        "misses the reference by more than half of the step; 0 if the distance is less than 1 % "
-        "of the amplitude",
+        "time between the first passages through 10 and 90 % of the distance from the position "
+        "at the step to the final value, interpolated between samples. It is infinite if the "
+        "final value misses the reference by more than half of the step, and 0 if the distance "
+        "is less than 1 % of the amplitude",
         compute="rise_time.rise_time",
         needs=("step", "response_time"),
         table=MOTION,
@@ -179,8 +179,8 @@ METRICS = (
         "overshoot",
         "percent",
         "largest excess beyond the reference in the direction of the step, relative to the "
-        "amplitude; an excess of at most one sensor step counts as none, since a counter rounds "
-        "to one side by up to that",
+        "amplitude. An excess of at most one sensor step is 0, because a counter may round by "
+        "one step to one side",
         compute="overshoot.overshoot_percent",
         needs=("step",),
         table=MOTION,
@@ -193,8 +193,8 @@ METRICS = (
         "static_error",
         "static error",
         "position",
-        "distance between the reference and the final value, for every hold, with or without a "
-        "step before it",
+        "distance between the reference and the final value of a hold, with or without a step "
+        "before it",
         compute="static_error.static_error",
         needs=("response_time",),
         table=MOTION,
@@ -207,8 +207,9 @@ METRICS = (
         "reversals",
         "reversals",
         "count",
-        "number of turning points after the first entry into the 95 % zone from which the position "
-        "moves back by more than two sensor steps and more than 1 % of the amplitude",
+        "number of turning points after the first entry into the 95 % zone. A turning point "
+        "counts if the position then moves back by more than two sensor steps and more than 1 % "
+        "of the amplitude",
         compute="reversals.reversals",
         needs=("step",),
         table=MOTION,
@@ -217,8 +218,8 @@ METRICS = (
         "oscillations",
         "oscillations",
         "count",
-        "half the reversals, rounded up: an overshoot and its return are one oscillation; an "
-        "overshoot and one undershoot are one, too",
+        "half of the reversals, rounded up. An overshoot and its return are one oscillation; so "
+        "are an overshoot and one undershoot",
         compute="oscillations.oscillations",
         needs=("step",),
         table=MOTION,
@@ -231,8 +232,8 @@ METRICS = (
         "limit_cycle_amplitude",
         "limit cycle",
         "position",
-        "half the peak-to-peak value, over the last period, of a sustained oscillation; 0 if there "
-        "is none, no value if the hold cannot decide it",
+        "half of the peak-to-peak value of a sustained oscillation over its last period; 0 "
+        "without an oscillation, no value if the hold cannot decide it",
         compute="limit_cycle.limit_cycle_amplitude",
         table=MOTION,
         key="limit_cycle",
@@ -262,8 +263,8 @@ METRICS = (
         "drive_rms",
         "rms drive",
         "drive",
-        "root mean square of the drive over time, sqrt(sum i² dt/sum dt), including the noise; "
-        "each sample is weighted with the time to the next",
+        "root mean square of the drive over time, sqrt(sum i² dt/sum dt), including the noise. "
+        "Each sample has the weight of the time to the next one",
         compute="drive_rms.drive_rms",
         needs=("drive",),
     ),
@@ -271,8 +272,9 @@ METRICS = (
         "energy",
         "energy",
         "drive squared",
-        "(T_e/t_int) sum i² for t from 0 to t_int after the step, that is, the mean square of the "
-        "drive; t_int is energy.window_s of the specification, or else response_time_95_s",
+        "(T_e/t_int) sum i² over the time t_int after the step, that is, the mean square of the "
+        "drive. t_int is energy.window_s of the specification; without this key it is "
+        "response_time_95_s",
         compute="energy.energy",
         needs=("step", "drive", "energy_window"),
         key="energy",
@@ -284,10 +286,10 @@ METRICS = (
         "saturation_time",
         "time at limit",
         "time",
-        "time for which the command is within 0.1 % of the drive's limit in the bench; a lower "
-        "limit due to the winding's voltage does not count. Without a command: time for which the "
-        "measured drive is within 1 % of that limit, or within two standard deviations of its "
-        "noise",
+        "time for which the command is within 0.1 % of the drive's limit in the bench; without a "
+        "command, time for which the measured drive is within 1 % of that limit, or within two "
+        "standard deviations of its noise. A lower limit due to the winding's voltage does not "
+        "count",
         compute="saturation_time.saturation_time",
         needs=("drive", "drive_limit"),
         key="saturation_time_s",
@@ -378,8 +380,8 @@ METRICS = (
         "tracking_error_peak",
         "largest error",
         "position",
-        "largest distance of the position from the reference, or from the profile towards it if "
-        "the log has one, at rest or in motion",
+        "largest distance of the position from the reference, at rest or in motion. If the log "
+        "has a profile, the profile replaces the reference",
         scope="stream",
         compute="tracking_error.tracking_error_peak",
         needs=("tracking",),
@@ -392,8 +394,8 @@ METRICS = (
         "tracking_error_rms",
         "rms error",
         "position",
-        "root mean square of the distance of the position from the reference, or from the profile "
-        "towards it if the log has one, over the whole record",
+        "root mean square of the distance of the position from the reference over the whole "
+        "record. If the log has a profile, the profile replaces the reference",
         scope="stream",
         compute="tracking_error.tracking_error_rms",
         needs=("tracking",),
@@ -406,10 +408,11 @@ METRICS = (
         "settling_after_profile",
         "settling after a profile",
         "time",
-        "longest time from the end of a motion of the reference, or of the profile if the log has "
-        "one, to the first sample from which the error stays, until the reference changes again, "
-        "within settling_after_profile.within of the specification, or within one sensor step if "
-        "that is more; infinite if the last sample is outside",
+        "longest time from the end of a motion of the reference to the sample from which the "
+        "error stays in a zone until the next motion. The zone is settling_after_profile.within "
+        "of the specification, and at least one sensor step. If the log has a profile, the "
+        "profile replaces the reference. The time is infinite if the last sample is outside the "
+        "zone",
         scope="stream",
         compute="settling_after_profile.settling_after_profile",
         needs=("tracking", "settling"),
@@ -422,8 +425,8 @@ METRICS = (
         "velocity_error_rms",
         "rms error of the speed used",
         "velocity",
-        "root mean square of the speed that the controller used less the true speed; for simulated "
-        "records",
+        "root mean square of the difference between the speed that the controller used and the "
+        "true speed; for simulated records",
         scope="stream",
         compute="velocity_error.velocity_error_rms",
         needs=("used_velocity",),
@@ -432,7 +435,7 @@ METRICS = (
         "velocity_error_peak",
         "its largest",
         "velocity",
-        "largest distance between the two speeds",
+        "largest difference between the speed that the controller used and the true speed",
         scope="stream",
         compute="velocity_error.velocity_error_peak",
         needs=("used_velocity",),
