@@ -24,8 +24,7 @@ from frictool.identify.validate import Validation, validate
 from frictool.logs import read_log
 from frictool.presentation.svg import MUTED, PAGE, drawing, render_compact
 from frictool.report import judge
-from frictool.report.requirement import Requirement
-from frictool.report.verdict import Verdict
+from frictool.report.requirement import Requirement, Verdict
 from frictool.simulate import simulate
 from frictool.synth import synthesise
 

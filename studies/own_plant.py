@@ -111,7 +111,7 @@ def main() -> int:
     )
     with tempfile.TemporaryDirectory() as place:
         for name, text in export(controller, "c", "double").files.items():
-            Path(place, name).write_text(text)
+            Path(place, name).write_bytes(text if isinstance(text, bytes) else text.encode())
         compiled = load_exported(Path(place))
         played = [figures(*play(one, ratio * one.coulomb, compiled)) for one in corners]
     columns = {metric.name: index for index, metric in enumerate(predicted.metrics)}
