@@ -6,7 +6,7 @@ code  meaning
 0     done
 1     done, and the answer is no or undecided: specification not met, parameter not identifiable
 2     the command line is wrong (click raises it)
-3     an input file is wrong, or was read with data lost
+3     an input file is wrong, or part of its data could not be read
 4     no solution: infeasible, not converged, not verified
 ====  =========================================================================
 

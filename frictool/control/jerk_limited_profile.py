@@ -6,15 +6,15 @@
     v+ = v* within v - a T ... v + a T,     d+ = d - T/2 (v + v+)
     p  = r - d+,   f = mean of p over N samples                smoothing
 
-The braking law is the largest speed from which the axis can stop at its target with at most a T per
-sample: along the root v+ = v - a T, and the straight line ends the motion in two samples. A sample
-within END of a T and a T^2 of the target ends at the target exactly. The target may change at any
-sample, also in motion. No move takes more than three samples longer than the time-optimal
-trapezoid and its mean (`duration`).
+The braking law is the largest speed from which the axis can stop at its target, if the speed
+changes by at most a T per sample. Along the root, v+ = v - a T; the straight line ends the motion
+in two samples. A sample within END of a T and a T^2 of the target ends at the target exactly. The
+target may change at any sample, also in motion. No move takes more than three samples longer than
+the time-optimal trapezoid and its mean (`duration`).
 
-The mean over N samples turns the trapezoidal speed into one with the jerk 2 a/(N T) at most, and
-delays the end by N - 1 samples. It is taken of the speeds, which are exactly 0 at rest. Hence f = r
-at the end to the last bit. Sources: Zanasi, Lo Bianco, Tonielli, Automatica 36 (2000) 439-448
+The mean over N samples limits the jerk of the trapezoidal speed to 2 a/(N T), and delays the end by
+N - 1 samples. The program averages speeds, and not positions: speeds are exactly 0 at rest, so that
+f = r at the end to the last bit. Sources: Zanasi, Lo Bianco, Tonielli, Automatica 36 (2000) 439-448
 (discrete-time filter in closed loop); Biagiotti, Melchiorri, Control Eng. Practice 20 (2012)
 1385-1399 (cascade with a moving average).
 """

@@ -31,8 +31,8 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
     """Return why an interval is not usable, or None if it is.
 
     An interval is not accepted if it is impossible, too wide, or no narrower than the interval of
-    the bench (4.2.1). An interval that contradicts the bench's interval is kept even if the latter
-    is narrower, since the bench's value would not explain the log.
+    the bench (4.2.1). An interval without a value in common with the bench's interval is accepted
+    even if it is the wider one, because the bench's value would not explain the log.
     """
     shown = f"[{interval.low:.4g}, {interval.high:.4g}]"
     if not interval.half_width < float("inf"):

@@ -1,4 +1,4 @@
-"""Refuse records whose logged effort or position is not that of the axis.
+"""Refuse records whose logged effort or position differs from that of the axis.
 
 - saturated effort: flat tops below the actuator's limit, since the sensor saturates first; if
   noise hides the flat tops, an effort that stays at a level although the motion needs more

@@ -1,8 +1,8 @@
 """Comparison of an identification with the promise of its test, and reasons for a shortfall.
 
-A half width is explained by what the log shows, in this order: its length, the noise of its drive,
-the noise of its position, the bound that its recorded strokes allow, and at last by effects that
-the model of friction lacks.
+If a half width is larger than promised, the reasons that the log shows are listed in this order:
+the length of the log, the noise of its drive, the noise of its position, and the bound that its
+recorded strokes allow. The last reason is an effect that the model of friction lacks.
 """
 
 from __future__ import annotations

@@ -102,8 +102,7 @@ def ingest(
     Returns
     -------
     IngestedLog
-        Written streams; `assembly.warnings` and `assembly.losses` have what is wrong with the
-        files.
+        Written streams; `assembly.warnings` and `assembly.losses` list the defects of the files.
 
     Raises
     ------

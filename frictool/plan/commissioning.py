@@ -97,8 +97,8 @@ def next_step(
     refusal_of
         Judge that searches a controller for a model; it returns the reason for a refusal, or None.
     narrow
-        True if the ranges of the bench are what is unknown before a measurement, and not those over
-        the life of the product. The controller is then designed for the intervals of the logs.
+        True if the ranges of the bench describe the uncertainty before a measurement, and not the
+        life of the product. The controller is then designed for the intervals of the logs.
 
     Returns
     -------

@@ -6,8 +6,9 @@
                                     equal corners (an interval of width 0) are listed once
 
 If the speed regimes are scheduled, annex (30)-(32), viscous and coulomb are those of the tangent of
-each regime (plant/regime_tangents.py): two vertices for one knee, times those of the other
-parameters, 2^5 = 32 with all of them. The centre is then the middle of the tangents.
+each regime (plant/regime_tangents.py). One knee gives two tangents, and doubles the number of
+vertices; with all other parameters there are 2^5 = 32. The centre is then the middle of the
+tangents.
 """
 
 from __future__ import annotations

@@ -139,7 +139,7 @@ def _laws(estimates: _Estimates, forward: Parameters) -> Laws:
 
 
 def _load(estimates: _Estimates) -> Load | None:
-    """Return a spring or a harmonic; the latter is gravity if its number is 1 on a rotary axis."""
+    """Return a spring or a harmonic; on a rotary axis the harmonic of number 1 is gravity."""
     one = estimates.one.residual
     axis = estimates.axis
     if one.number == 0.0:

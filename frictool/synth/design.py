@@ -96,7 +96,7 @@ def synthesise_verified(
 ) -> SynthesisResult:
     """Design a controller and verify it.
 
-    `scope` selects what is computed beyond the vertices. `progress` is called with the name of each
+    `scope` selects the computations beyond the vertices. `progress` is called with the name of each
     step. Raises NoSolutionError (exit 4) if the method finds no
     controller, if its controller fails the verification (the message names the vertex and its
     figure), or if the drive cannot hold the model's load.
