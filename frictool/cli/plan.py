@@ -42,7 +42,7 @@ no controller meets the specification.
 @click.option(
     "--narrow",
     is_flag=True,
-    help="The bench's ranges are ignorance, not the product's life; design for the logs alone.",
+    help="The bench's ranges are unknown values, not the product's life; design for the logs only.",
 )
 @click.option(
     "--promise", type=NamedPath(writes=("YAML",)), help="Write the promise of the next test (YAML)."

@@ -232,19 +232,34 @@ class MethodOption:
 
 
 OPTIONS = (
-    MethodOption("window", int, 5, 100_001, "samples of the smoothing window", "chosen", odd=True),
-    MethodOption("time_constant", float, 0.0, None, "of the filter on differences [s]"),
     MethodOption(
-        "threshold", float, 0.0, None, "slowest sample [rad/s | m/s]", "a tenth of the top speed"
+        "window", int, 5, 100_001, "number of samples of the smoothing window", "chosen", odd=True
     ),
     MethodOption(
-        "forgetting", float, 0.0, 1.0, "weight of a square a stroke back", "0.99", low_open=True
+        "time_constant", float, 0.0, None, "time constant of the filter on differences [s]"
     ),
-    MethodOption("cutoff_hz", float, 1e-3, None, "of the Butterworth filter [Hz]", "100"),
-    MethodOption("filter_order", int, 1, 12, "of the Butterworth filter", "4"),
-    MethodOption("padding", int, 0, None, "samples that pad either end", "12"),
+    MethodOption(
+        "threshold",
+        float,
+        0.0,
+        None,
+        "smallest speed of a used sample [rad/s | m/s]",
+        "a tenth of the top speed",
+    ),
+    MethodOption(
+        "forgetting",
+        float,
+        0.0,
+        1.0,
+        "weight of a squared error one stroke back",
+        "0.99",
+        low_open=True,
+    ),
+    MethodOption("cutoff_hz", float, 1e-3, None, "cut-off of the Butterworth filter [Hz]", "100"),
+    MethodOption("filter_order", int, 1, 12, "order of the Butterworth filter", "4"),
+    MethodOption("padding", int, 0, None, "number of padding samples at each end", "12"),
     MethodOption("skip", int, 0, None, "samples left out at the start", "49"),
-    MethodOption("decimate", int, 1, 1000, "one sample in so many", "10"),
+    MethodOption("decimate", int, 1, 1000, "use one of this many samples", "10"),
 )
 
 
