@@ -7,6 +7,9 @@ import msgspec
 from frictool.documents.quantity import (
     NonNegativeLengthEstimate,
     NonNegativeTimeEstimate,
+    PositiveConstantEstimate,
+    PositiveInductanceEstimate,
+    PositiveResistanceEstimate,
     TimeEstimate,
 )
 
@@ -17,10 +20,20 @@ class Measurement(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     - `backlash`: Full width of the backlash.
     - `delay`: Delay of the logged drive relative to the position; negative if the drive is ahead.
     - `loop_time_constant`: Time constant of the current loop, from commanded and measured current.
+    - `resistance`: Resistance of the motor's winding, from its voltage and current.
+    - `back_emf_constant`: Voltage per speed of the motor. In SI it is the effort per ampere of a DC
+      motor.
+    - `inductance`: Inductance of the motor's winding.
     - `refused`: Reason for each property that the logs do not show.
     """
 
     backlash: NonNegativeLengthEstimate | None = None
     delay: TimeEstimate | None = None
     loop_time_constant: NonNegativeTimeEstimate | None = None
+    resistance: PositiveResistanceEstimate | None = None
+    back_emf_constant: PositiveConstantEstimate | None = None
+    inductance: PositiveInductanceEstimate | None = None
     refused: dict[str, str] = {}
+
+
+MEASURED = Measurement.__struct_fields__[:-1]  # names of the properties

@@ -35,6 +35,8 @@ SI_UNITS: dict[str, tuple[str, str]] = {
     "current": ("A", "A"),
     "voltage": ("V", "V"),
     "time": ("s", "s"),
+    "resistance": ("ohm", "ohm"),
+    "inductance": ("H", "H"),
     # dimensions of a mechanism, whose blocks can be rotary or linear
     "rotary inertia": ("kg m^2", "kg m^2"),
     "mass": ("kg", "kg"),
@@ -161,6 +163,9 @@ PositiveVelocityEstimate = Annotated[Estimate, _of("velocity", 0.0, exclusive=Tr
 NonNegativeLengthEstimate = Annotated[Estimate, _of("position", 0.0)]
 TimeEstimate = Annotated[Estimate, _of("time")]
 NonNegativeTimeEstimate = Annotated[Estimate, _of("time", 0.0)]
+PositiveResistanceEstimate = Annotated[Estimate, _of("resistance", 0.0, exclusive=True)]
+PositiveInductanceEstimate = Annotated[Estimate, _of("inductance", 0.0, exclusive=True)]
+PositiveConstantEstimate = Annotated[Estimate, _of("effort per ampere", 0.0, exclusive=True)]
 NonNegativeEffortEstimate = Annotated[Estimate, _of("effort", 0.0)]
 AnyQuantity = Annotated[Quantity, _of("any")]
 

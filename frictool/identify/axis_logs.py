@@ -9,6 +9,7 @@ from frictool.adapters.axis_model import load_law
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
 from frictool.identify.breakaway.onset_detection import is_ramp
+from frictool.identify.coast_down import drive_was_off
 from frictool.identify.constant_effort import without_constant_effort
 from frictool.identify.duplicate_logs import refuse_duplicates
 from frictool.identify.fit_result import UnusableLogs
@@ -32,6 +33,7 @@ class AxisLogs:
     - kinds: log name -> `sliding` or `ramp`
     - warnings: doubts about the logs
     - unmeasured: reason why effort or position of a sliding record was not measured, or None
+    - drive_off: True if the sliding records are motion with the drive off (`coast_down.py`)
     """
 
     sliding: list[MotionRecord]
@@ -43,6 +45,7 @@ class AxisLogs:
     kinds: dict[str, str]
     warnings: tuple[str, ...]
     unmeasured: str | None
+    drive_off: bool
 
     def without_load(self, laws: Laws | None) -> AxisLogs:
         """Return the logs with the load law subtracted from the effort of the ramps."""
@@ -79,8 +82,9 @@ def sort_logs(
         sliding = []
         unmeasured = str(error)
     rows = motion_rows(sliding, bench)
+    off = drive_was_off(rows, bench)
     return AxisLogs(
-        sliding, ramps, rows, bench, method, settings, kinds, tuple(warnings), unmeasured
+        sliding, ramps, rows, bench, method, settings, kinds, tuple(warnings), unmeasured, off
     )
 
 

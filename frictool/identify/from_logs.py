@@ -15,7 +15,8 @@ from frictool.identify.axis_logs import SLIDING_LOG
 from frictool.identify.duplicate_logs import refuse_duplicates
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.identification import Identification, NothingIdentified, identify_records
-from frictool.identify.measurement.bench_measurement import measurement
+from frictool.identify.measurement.bench_measurement import constant_warning, measurement
+from frictool.identify.measurement.winding import WindingLog, winding_log
 from frictool.identify.methods import IdentificationRequest
 from frictool.identify.model_document import bench_model, model_of
 from frictool.identify.motion_record import MotionRecord, record_of
@@ -113,20 +114,26 @@ def identify(
         kinds = result.kinds
         sliding = [one for one in (*records, *slopes) if kinds.get(one.name) == SLIDING_LOG]
         currents = [one.currents for group in prepared for one in group if one.currents]
-        measured = measurement(sliding, currents, bench, request.settings.confidence)
+        windings = [one.winding for group in prepared for one in group if one.winding]
+        measured = measurement(sliding, currents, windings, bench, request.settings.confidence)
+        doubt = constant_warning(measured, bench)
+        if doubt is not None:
+            tell(doubt)
         model = msgspec.structs.replace(model, measurement=measured)
     return IdentifiedModel(model, result, tuple(records), tuple(slopes))
 
 
 @dataclass(frozen=True)
 class PreparedLog:
-    """Record of a log, and commanded and measured current (n,), A, with their period, s.
+    """Record of a log, and what it tells of the actuator.
 
-    The currents are None unless the log has both.
+    - currents: commanded and measured current (n,), A, with their period, s; None without both
+    - winding: signals of the motor's winding; None without voltage, current and position
     """
 
     record: MotionRecord
     currents: tuple[Vector, Vector, float] | None
+    winding: WindingLog | None
 
 
 def _prepared(log: Log, bench: Bench, tell: Callable[[str], None]) -> PreparedLog:
@@ -137,6 +144,7 @@ def _prepared(log: Log, bench: Bench, tell: Callable[[str], None]) -> PreparedLo
     for warning in log.warnings:
         if not repeats_plausibility_warning(warning, bench):
             tell(f"{Path(log.source).name}: {warning}")
-    if not {"current_command", "current"} <= signals.keys():
-        return PreparedLog(record, None)
-    return PreparedLog(record, (signals["current_command"], signals["current"], record.period))
+    currents = None
+    if {"current_command", "current"} <= signals.keys():
+        currents = (signals["current_command"], signals["current"], record.period)
+    return PreparedLog(record, currents, winding_log(log, record))

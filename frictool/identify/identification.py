@@ -37,6 +37,7 @@ from frictool.identify.sliding_parameters import (
     settled,
     sliding_fit,
     with_force_error,
+    without_unexplained,
 )
 from frictool.identify.unmodelled_effects import WidenedFit
 
@@ -126,7 +127,9 @@ def identify_records(
     outcome = with_varying_breakaway(logs, outcome)
     if outcome.fit is not None:
         fit = replace(outcome.fit, laws=outcome.laws)
-        outcome = replace(outcome, fit=with_force_error(fit, logs, outcome.identified))
+        outcome = without_unexplained(
+            replace(outcome, fit=with_force_error(fit, logs, outcome.identified))
+        )
     outcome = without_impossible_breakaway(outcome)
     ordered = {name: outcome.identified[name] for name in ORDER if name in outcome.identified}
     outcome = replace(outcome, identified=ordered)
@@ -162,7 +165,8 @@ def _estimate(
         outcome, wider = settled(logs, free)
     except UnusableLogs as error:
         outcome = Outcome(refused=dict.fromkeys(SLIDING, str(error)))
-    if not {"viscous", "coulomb"} <= outcome.identified.keys() or any_negative(outcome.fit):
+    doubtful = not {"viscous", "coulomb"} <= outcome.identified.keys() or any_negative(outcome.fit)
+    if doubtful and not logs.drive_off:
         reason = reversed_sign(logs.sliding, logs.bench, logs.settings)
         if reason is not None:
             raise _reversed(logs, reason)
@@ -178,17 +182,18 @@ def _warnings(logs: AxisLogs, free: SlidingFit | None, outcome: Outcome) -> list
         return warnings
     warnings += [
         *replacement_warnings(free, fit, outcome.identified),
-        *doubt_warnings(fit, logs.method),
+        *([] if logs.drive_off else doubt_warnings(fit, logs.method)),
         *pooling_warnings(logs.sliding, logs.bench, logs.settings, free),
     ]
-    if logs.method != methods.DEFAULT:
+    if logs.method != methods.DEFAULT and not logs.drive_off:
         warnings += method_warnings(logs.sliding, logs.rows, logs.bench, logs.settings, fit)
     return warnings
 
 
 def _nothing_physical(logs: AxisLogs, result: Identification) -> NothingIdentified:
     """Return the error for logs that give neither inertia nor friction."""
-    reason = negative_effort([*logs.sliding, *logs.ramps], logs.bench, result.confidence)
+    powered = [] if logs.drive_off else logs.sliding
+    reason = negative_effort([*powered, *logs.ramps], logs.bench, result.confidence)
     if reason is not None:
         return _reversed(logs, reason)
     refused = dict(result.refused)

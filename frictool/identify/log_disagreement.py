@@ -38,13 +38,16 @@ def pooling_warnings(
     searched = fit.method is not None and METHODS[fit.method].known_terms is not None
     alike = replace(fit, method=REFERENCE) if searched else fit
     try:
-        pooled = refit(records, bench, settings, alike, {}) if searched or fit.dropped else fit
+        pooled = (
+            refit(records, bench, settings, alike, fit.fixed) if searched or fit.dropped else fit
+        )
     except UnusableLogs:
         return []
     alone = {}
     for record in records[:MOST_LOGS]:
         try:
-            alone[Path(record.name).name] = refit([record], bench, settings, alike, {}).parameters
+            single = refit([record], bench, settings, alike, fit.fixed)
+            alone[Path(record.name).name] = single.parameters
         except UnusableLogs:
             continue
     out = []

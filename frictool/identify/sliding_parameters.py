@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from frictool.identify.axis_logs import AxisLogs
+from frictool.identify.coast_down import coast_down
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
 from frictool.identify.fixed_parameter_refit import fixed_parameters, refit
 from frictool.identify.force_error import force_error
@@ -28,6 +29,8 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
     """
     if not logs.sliding:
         raise UnusableLogs(logs.unmeasured or "no log of sliding motion was provided")
+    if logs.drive_off:
+        return coast_down(logs.sliding, logs.rows, logs.bench, logs.settings)
     fit = run(logs.method, logs.sliding, logs.bench, logs.settings)
     refuse_self_explained(fit, logs.sliding)
     fit = with_force_error(replace(fit, method=fit.method or logs.method), logs, fit.parameters)
@@ -49,7 +52,7 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
     wider = with_unmodelled_effects(logs, fit)
     fit = wider.fit
     outcome = accept(fit.parameters, logs.bench, fit.refused)
-    fixed: dict[str, Interval] = {}
+    fixed = dict(fit.fixed)
     final = METHODS[fit.method or logs.method].whole_curve or any_negative(fit)
     while not final and outcome.identified.keys() - {"offset"}:
         more = fixed_parameters(fit, outcome.identified, logs.bench)
@@ -84,7 +87,28 @@ def any_negative(fit: SlidingFit | None) -> bool:
 def with_force_error(
     fit: SlidingFit, logs: AxisLogs, identified: Mapping[str, Interval]
 ) -> SlidingFit:
-    """Return the fit with the force error of `identified`, and of the bench's other parameters."""
+    """Return the fit with the force error of `identified`, and of the bench's other parameters.
+
+    Motion with the drive off has no force error.
+    """
+    if logs.drive_off:
+        return fit
     intervals = {**sliding_intervals(identified, logs.bench), **identified}
     values = {name: interval.value for name, interval in intervals.items()}
     return replace(fit, force_error=force_error(logs.rows, values, fit.laws))
+
+
+def without_unexplained(outcome: Outcome) -> Outcome:
+    """Return the outcome, without sliding parameters if the final model leaves too much effort.
+
+    The final model has the bench's values in place of refused ones.
+    """
+    error = None if outcome.fit is None else outcome.fit.force_error
+    if error is None or error <= LARGEST_FORCE_ERROR:
+        return outcome
+    reason = (
+        "with the bench's values of the others, the model does not explain the effort: force error "
+        f"{100 * error:.3g} % (allowed: {100 * LARGEST_FORCE_ERROR:g} %)"
+    )
+    lost = [name for name in SLIDING if name in outcome.identified]
+    return outcome.merge(Outcome(refused=dict.fromkeys(lost, reason)))

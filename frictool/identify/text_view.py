@@ -6,6 +6,7 @@ from math import isfinite
 from pathlib import Path
 
 from frictool.documents.laws import Load
+from frictool.documents.measurement import MEASURED
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, si_unit
 from frictool.identify.breakaway.stribeck_velocity import StribeckVelocityRange
@@ -99,7 +100,7 @@ def measurement_lines(model: Model) -> list[str]:
     if measured is None:
         return []
     lines = []
-    for name in ("backlash", "delay", "loop_time_constant"):
+    for name in MEASURED:
         one: Estimate | None = getattr(measured, name)
         if one is not None:
             lines.append(f"measured: {shown(name, one)}")
@@ -139,7 +140,7 @@ def presliding_lines(model: Model) -> list[str]:
 def force_line(error: float | None) -> str:
     """Return the line on the force error."""
     return (
-        "force error unknown: no sample is certain to slip"
+        "force error unknown: no sample is certain to slip, or the drive was off"
         if error is None
         else f"force error {100 * error:.3g} %"
     )

@@ -9,17 +9,33 @@ from frictool.documents.measurement import Measurement
 from frictool.identify.fit_result import Interval, UnusableLogs
 from frictool.identify.measurement.loop_lag import loop_lag
 from frictool.identify.measurement.reversals import reversals
+from frictool.identify.measurement.winding import (
+    BACK_EMF,
+    INDUCTANCE,
+    RESISTANCE,
+    WindingLog,
+    winding,
+)
 from frictool.identify.motion_record import MotionRecord
 from frictool.typing import Vector
 
 NO_COMMAND = (
     "no log holds both the commanded current (channel current_command) and the measured one"
 )
+DIMENSIONS = {
+    "backlash": "position",
+    "delay": "time",
+    "loop_time_constant": "time",
+    RESISTANCE: "resistance",
+    BACK_EMF: "effort per ampere",
+    INDUCTANCE: "inductance",
+}
 
 
 def measurement(
     records: list[MotionRecord],
     currents: list[tuple[Vector, Vector, float]],
+    windings: list[WindingLog],
     bench: Bench,
     confidence: float,
 ) -> Measurement:
@@ -27,6 +43,7 @@ def measurement(
 
     - records: records of sliding motion
     - currents: commanded and measured current (n,), A, and the period, s, of each log with both
+    - windings: voltage, current and position of each log with all of them
     """
     try:
         width, late = (
@@ -41,20 +58,38 @@ def measurement(
         if currents
         else UnusableLogs(NO_COMMAND)
     )
-    measured = {
-        "backlash": (width, "position"),
-        "delay": (late, "time"),
-        "loop_time_constant": (lag, "time"),
-    }
+    measured = {"backlash": width, "delay": late, "loop_time_constant": lag}
+    if windings:
+        measured |= winding(windings, bench, confidence)
     estimates = {
-        name: one.estimate(dimension, bench.axis)
-        for name, (one, dimension) in measured.items()
+        name: one.estimate(DIMENSIONS[name], bench.axis)
+        for name, one in measured.items()
         if isinstance(one, Interval)
     }
-    refused = {
-        name: str(one) for name, (one, _) in measured.items() if isinstance(one, UnusableLogs)
-    }
+    refused = {name: str(one) for name, one in measured.items() if isinstance(one, UnusableLogs)}
     return Measurement(**estimates, refused=refused)
+
+
+def constant_warning(measured: Measurement, bench: Bench) -> str | None:
+    """Return a warning if the back-EMF contradicts the effort constant of the bench, else None."""
+    back_emf, resistance = measured.back_emf_constant, measured.resistance
+    constant = bench.actuator.constant
+    if back_emf is None:
+        return None
+    name = "back-EMF constant"
+    low, high = back_emf.interval
+    if bench.actuator.drive == "voltage":
+        if resistance is None:
+            return None
+        name = "ratio of back-EMF constant and resistance"
+        low, high = low / resistance.interval[1], high / resistance.interval[0]
+    if low <= constant.interval[1] and constant.interval[0] <= high:
+        return None
+    return (
+        f"actuator.constant: the measured {name} is [{low:.4g}, {high:.4g}] {constant.unit}, and "
+        f"the bench states {constant.value:.4g}; both are equal for a DC motor: correct "
+        "actuator.constant, or check the units of voltage and current"
+    )
 
 
 def _tried(estimate: Callable[[], Interval]) -> Interval | UnusableLogs:

@@ -29,7 +29,8 @@ from frictool.typing import IntVector, Vector
 # strokes look alike
 FEWEST_STROKES = 2
 ONE_DIRECTION = (
-    "the motion is in one direction only, in which Coulomb friction and offset are one number"
+    "the motion is in one direction only, in which Coulomb friction and offset are one number; "
+    "record both directions, or state mechanics.offset in the bench"
 )
 NO_OFFSET = "the bench says that there is none (load.terms)"
 KNOWN_OFFSET = {
@@ -151,7 +152,8 @@ def fit(
     names, refused = parameters_of(samples)
     plain, weighted, cluster, order = reduced(samples, weight, len(names), window)
     names = (*names, *samples.loads)
-    unknown = indistinct_terms(plain, names, samples.velocity.size)
+    free, free_plain, _ = _without(names, list(samples.fixed), plain, weighted)
+    unknown = indistinct_terms(free_plain, free, samples.velocity.size)
     refused |= unknown
     droppable = tuple(name for name in droppable if name in names and name not in samples.fixed)
     outside = OmittedParameters(names, weighted, samples.fixed, tuple(unknown))

@@ -25,6 +25,7 @@ from frictool.logs.log import Stream
 from frictool.typing import Vector
 
 CLEAR = 0.1  # least net work relative to the absolute work for a decision
+BY_CHANCE = 3.0  # least net work, in standard deviations of the work of a white effort
 STANDS = 0.1  # speed that counts as standstill, relative to the largest speed
 LEAST_SPAN = 0.5  # least share of the log between the first and the last standstill
 LEAST_STROKE = 0.05  # least length of a stroke, relative to the position's range
@@ -108,7 +109,7 @@ def net_work(position: Vector, effort: Vector) -> float | None:
     """Return the net work of the effort relative to its absolute work, -1 to 1.
 
     The work is counted between the first and the last standstill. Returns None if they span too
-    little of the log, or if nothing moves.
+    little of the log, if nothing moves, or if noise could give this work.
 
     position, effort: (n,).
     """
@@ -121,7 +122,10 @@ def net_work(position: Vector, effort: Vector) -> float | None:
     force = effort[between]
     done = 0.5 * (force[1:] + force[:-1]) * np.diff(position[between])
     total = float(np.abs(done).sum())
-    return float(done.sum()) / total if total > 0.0 else None
+    # noise alone gives a work of about the root of the sum of squares
+    if total == 0.0 or abs(float(done.sum())) < BY_CHANCE * float(np.linalg.norm(done)):
+        return None
+    return float(done.sum()) / total
 
 
 def _brakes(position: Vector, effort: Vector) -> bool:

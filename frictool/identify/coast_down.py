@@ -1,0 +1,108 @@
+"""Friction from motion with the drive off: a coast-down, or a free oscillation.
+
+    0 = inertia a + viscous v + coulomb sign(v) + offset + declared loads
+
+Without an effort, the motion shows each parameter relative to the inertia only. The inertia is that
+of the bench, and the intervals include its range. The ratios to the inertia do not depend on the
+bench, and are reported as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.documents.laws import Laws
+from frictool.documents.quantity import si_unit
+from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
+from frictool.identify.force_error import SlipRows, Values
+from frictool.identify.methods import REFERENCE, IdentificationSettings, run
+from frictool.identify.motion_record import MotionRecord
+from frictool.identify.rows.slip_fit import known_inertia
+
+# largest effort (rms) of a drive that is off, relative to that of the least inertia of the bench
+LARGEST_EFFORT = 0.05
+LARGEST_MISFIT = 0.5  # as the largest force error, relative to the effort of the inertia
+DRIVE_OFF = "the drive was off, which shows friction relative to the inertia only"
+
+
+def drive_was_off(rows: Sequence[SlipRows], bench: Bench) -> bool:
+    """Return whether the effort is negligible beside that of the least inertia of the bench."""
+    if not rows:
+        return False
+    effort = float(np.sqrt(sum(np.sum(one.effort**2) for one in rows)))
+    acceleration = float(np.sqrt(sum(np.sum(one.acceleration**2) for one in rows)))
+    return effort < LARGEST_EFFORT * bench.mechanics.inertia.interval[0] * acceleration
+
+
+def coast_down(
+    records: list[MotionRecord],
+    rows: Sequence[SlipRows],
+    bench: Bench,
+    settings: IdentificationSettings,
+) -> SlidingFit:
+    """Return friction and declared loads from motion with the drive off.
+
+    Raises UnusableLogs if friction and declared loads do not explain the motion.
+    """
+    inertia = known_inertia(bench)
+    exact = Interval(inertia.value, inertia.value, inertia.value)
+    ratios = run(REFERENCE, records, bench, _with_inertia(settings, exact))
+    fit = run(REFERENCE, records, bench, _with_inertia(settings, inertia))
+    values = {"offset": 0.0, "viscous": 0.0, "coulomb": 0.0, "inertia": inertia.value}
+    values |= {name: one.value for name, one in fit.parameters.items()}
+    misfit = inertial_error(rows, values, fit.laws)
+    if misfit > LARGEST_MISFIT:
+        raise UnusableLogs(
+            f"the drive was off, and friction leaves {100.0 * misfit:.3g} % of the effort of the "
+            f"inertia unexplained (allowed: {100.0 * LARGEST_MISFIT:g} %): if a spring or a weight "
+            "moves the axis, declare load.terms: [offset, spring] or [offset, gravity]"
+        )
+    shown = _ratios(ratios, inertia.value, bench)
+    return replace(
+        fit,
+        parameters={name: _scaled(one, inertia) for name, one in ratios.parameters.items()},
+        refused={**fit.refused, "inertia": f"{DRIVE_OFF}: {shown}"},
+        residual=misfit,
+        held_out_residual=None,
+        method=REFERENCE,
+        why="the drive was off; the inertia is that of the bench",
+        fixed={"inertia": inertia},
+    )
+
+
+def inertial_error(rows: Sequence[SlipRows], values: Values, laws: Laws | None) -> float:
+    """Return the unexplained effort (rms), relative to that of the inertia."""
+    left = sum(float(np.sum((one.effort - one.modelled_effort(values, laws)) ** 2)) for one in rows)
+    size = sum(float(np.sum((values["inertia"] * one.acceleration) ** 2)) for one in rows)
+    return float(np.sqrt(left / size))
+
+
+def _with_inertia(settings: IdentificationSettings, inertia: Interval) -> IdentificationSettings:
+    return replace(settings, fixed={**settings.fixed, "inertia": inertia})
+
+
+def _scaled(one: Interval, inertia: Interval) -> Interval:
+    """Return a parameter, estimated with the bench's inertia, for the whole range of the latter."""
+    factors = inertia.low / inertia.value, inertia.high / inertia.value
+    return Interval(
+        one.value,
+        min(factor * one.low for factor in factors),
+        max(factor * one.high for factor in factors),
+    )
+
+
+def _ratios(fit: SlidingFit, inertia: float, bench: Bench) -> str:
+    """Return the parameters relative to the inertia as text."""
+    acceleration = si_unit("acceleration", bench.axis)
+    units = {"viscous": "1/s", "coulomb": acceleration, "offset": acceleration}
+    shown = [
+        f"{name} {one.value / inertia:.5g} {units[name]} "
+        f"[{one.low / inertia:.5g}, {one.high / inertia:.5g}]"
+        for name, one in fit.parameters.items()
+        if name in units
+    ]
+    return ", ".join(shown) or "no friction was identified"

@@ -1,0 +1,235 @@
+"""Resistance, back-EMF constant and inductance of a motor whose voltage and current were logged.
+
+    voltage = resistance i + constant v + inductance i' + offset
+
+With a voltage u that is held over a period T, and a speed that changes little in it, the currents
+at two samples obey exactly
+
+    u = R i[k] + c (i[k+1] - i[k]) + K (x[k+1] - x[k])/T + u0,    c = R/(1 - e^(-R T/L))
+
+The equation is summed with test functions (1 - s^2)^3 (`plant/weak_form.py`), which average the
+noise. The mechanics do not appear: friction, inertia and load need not be known.
+
+The voltage that acts from a row to the next one is that of the first row (held), that of the row
+before (held, and logged late), or the mean of both rows (measured). All three are fitted. Those
+whose squares are not clearly larger than the smallest are kept, and the intervals hold all of them.
+
+Parts of the logs are left out in turn for the intervals. The noise of current and position biases
+the parameters; the intervals include its largest effect.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.identify.fit_result import Interval, UnusableLogs
+from frictool.identify.motion_record import MotionRecord
+from frictool.identify.regression.regression import SingularRegressors, solve
+from frictool.identify.rows.slip_fit import SMALLEST_SHARE, stroke_samples
+from frictool.identify.rows.smoothing import (
+    FOURTH_DIFFERENCE_GAIN,
+    SHORTEST,
+    choose_window,
+    position_noise,
+)
+from frictool.logs.log import Log
+from frictool.plant.weak_form import bell
+from frictool.typing import Matrix, Vector
+
+RESISTANCE, BACK_EMF, INDUCTANCE = "resistance", "back_emf_constant", "inductance"
+COLUMNS = (RESISTANCE, BACK_EMF, INDUCTANCE)
+PARTS = 30  # parts of the logs, each left out in turn
+OVERLAP = 6  # windows per window length
+CLEAR = 1.1  # least ratio of squares for a decision between two timings of the voltage
+# shares of the voltages of the row before, the first and the second row of a period
+HELD, LATE, MEASURED = (0.0, 1.0, 0.0), (1.0, 0.0, 0.0), (0.0, 0.5, 0.5)
+LARGEST_ERROR = 0.3  # largest residual relative to the voltage's standard deviation
+LONGEST_STEP = 1.5  # periods, longest interval of one piece
+
+
+@dataclass(frozen=True)
+class WindingLog:
+    """Voltage (n,), V, current (n,), A, and position (n,), rad | m, of one log on its clock.
+
+    - piece: number of the unbroken piece of each sample, (n,)
+    - period: sample period, s
+    - window: samples of the test function
+    - noise: noise of the position, rad | m
+    """
+
+    voltage: Vector
+    current: Vector
+    position: Vector
+    piece: Vector
+    period: float
+    window: int
+    noise: float
+
+
+def winding_log(log: Log, record: MotionRecord) -> WindingLog | None:
+    """Return the signals of a log's winding, or None if a signal is missing.
+
+    `record` is the motion record of the log.
+    """
+    signals = log.main.signals
+    if not {"voltage", "current", "position"} <= signals.keys():
+        return None
+    columns = (log.main.time, signals["voltage"], signals["current"], signals["position"])
+    rows = np.column_stack(columns)
+    time, voltage, current, position = rows[np.all(np.isfinite(rows), axis=1)].T
+    length = stroke_samples(record)
+    window = choose_window(record, length, SMALLEST_SHARE) if length > 0.0 else SHORTEST
+    piece = np.cumsum(np.diff(time, prepend=time[0]) > LONGEST_STEP * record.period)
+    return WindingLog(
+        voltage, current, position, piece, record.period, window, position_noise(record)
+    )
+
+
+def winding(
+    logs: Sequence[WindingLog], bench: Bench, confidence: float
+) -> dict[str, Interval | UnusableLogs]:
+    """Return resistance [ohm], back-EMF constant [V s/rad | V s/m] and inductance [H], or reasons.
+
+    A voltage that is the drive of the bench, without lag, is held.
+    """
+    holds = bench.actuator.drive == "voltage" and bench.actuator.loop_time_constant_s == 0.0
+    try:
+        fits = [
+            _fit(logs, timing, confidence)
+            for timing in ((HELD,) if holds else (HELD, LATE, MEASURED))
+        ]
+    except UnusableLogs as error:
+        return dict.fromkeys(COLUMNS, error)
+    best = min(fits, key=lambda one: one.squares)
+    alike = [one.intervals for one in fits if one.squares < CLEAR * best.squares]
+    return {name: _judged([one.get(name) for one in alike]) for name in COLUMNS}
+
+
+@dataclass(frozen=True)
+class _WindingFit:
+    """Intervals of a fit, and the sum of its squared residuals, V^2."""
+
+    intervals: dict[str, Interval]
+    squares: float
+
+
+def _fit(
+    logs: Sequence[WindingLog], timing: tuple[float, float, float], confidence: float
+) -> _WindingFit:
+    """Return the fit with these shares of the voltages; an undetermined parameter is absent.
+
+    Raises UnusableLogs if the equation does not explain the voltage.
+    """
+    parts = [part for log in logs for part in _rows(log, timing)]
+    if not parts:
+        raise UnusableLogs("no piece of a log is longer than the window of the winding's equation")
+    rows = np.concatenate([part for part, _ in parts])
+    noise = np.sum([part.shape[0] * power for part, power in parts], axis=0)
+    names = list(COLUMNS)
+    if not np.any(rows[:, 1]):
+        names.remove(BACK_EMF)  # a blocked motor
+    used = [COLUMNS.index(name) for name in names]
+    columns = np.column_stack((rows[:, used], np.ones(rows.shape[0])))
+    target = rows[:, 3]
+    value = np.linalg.lstsq(columns, target, rcond=None)[0]
+    left = target - columns @ value
+    error = float(np.std(left)) / float(np.std(target))
+    if not error <= LARGEST_ERROR:
+        raise UnusableLogs(
+            f"resistance, back-EMF and inductance leave {100.0 * error:.3g} % of the voltage "
+            f"(allowed: {100 * LARGEST_ERROR:g} %): do voltage, current and position belong to one "
+            "motor, with the same positive direction?"
+        )
+    change = names.index(INDUCTANCE)
+    fast = not 0.0 < value[0] < value[change]  # the current settles within a period
+    if fast:
+        names.remove(INDUCTANCE)
+    else:
+        columns, target, noise = _linearised(columns, target, noise, value, change, logs[0].period)
+    cluster = np.arange(target.size) * PARTS // target.size
+    try:
+        solution = solve(columns, target, np.ones(target.size), cluster)
+    except SingularRegressors as fault:
+        raise UnusableLogs(f"the logs do not separate the terms of the winding: {fault}") from None
+    power = noise[np.ix_(used, used)]
+    bias = np.abs(np.linalg.inv(columns.T @ columns)[:, :-1] @ power) @ np.abs(solution.value[:-1])
+    half = solution.half_width(confidence) + bias
+    intervals = {
+        name: Interval.around(float(solution.value[k]), float(half[k]))
+        for k, name in enumerate(COLUMNS[i] for i in used)
+        if name in names
+    }
+    return _WindingFit(intervals, float(left @ left))
+
+
+def _linearised(
+    columns: Matrix, target: Vector, noise: Matrix, value: Vector, change: int, period: float
+) -> tuple[Matrix, Vector, Matrix]:
+    """Return columns, target and noise with the inductance in place of c, linearised at the fit."""
+    resistance, c = float(value[0]), float(value[change])
+    exponent = -np.log1p(-resistance / c)  # R T/L
+    inductance = resistance * period / exponent
+    decay = np.exp(-exponent)
+    by_inductance = c**2 * decay * period / inductance**2
+    by_resistance = c / resistance - c**2 / resistance * decay * period / inductance
+    mixing = np.eye(columns.shape[1])
+    mixing[change, 0] = by_resistance
+    mixing[change, change] = by_inductance
+    known = c - by_resistance * resistance - by_inductance * inductance
+    turned = np.eye(3)
+    turned[2, 0] = by_resistance
+    turned[2, 2] = by_inductance
+    return columns @ mixing, target - known * columns[:, change], turned.T @ noise @ turned
+
+
+def _rows(log: WindingLog, timing: tuple[float, float, float]) -> list[tuple[Matrix, Matrix]]:
+    """Return rows (m, 4) of each piece, and the noise power (3, 3) of a row's first three columns.
+
+    The columns are those of R, K and c, and the voltage.
+    """
+    phi = bell(log.window)
+    step = np.convolve(phi, (1.0, -1.0))
+    every = max(1, log.window // OVERLAP)
+    current_noise = float(np.std(np.diff(log.current, 4))) / FOURTH_DIFFERENCE_GAIN
+    late = np.append(phi, 0.0)
+    power = np.zeros((3, 3))
+    power[1, 1] = (log.noise / log.period) ** 2 * float(step @ step)
+    for one, a in ((0, late), (2, step)):
+        for other, b in ((0, late), (2, step)):
+            power[one, other] = current_noise**2 * float(a @ b)
+    out = []
+    for number in np.unique(log.piece):
+        kept = log.piece == number
+        if np.count_nonzero(kept) < log.window + OVERLAP:
+            continue
+        voltage, current, position = log.voltage[kept], log.current[kept], log.position[kept]
+        acting = timing[0] * voltage[:-2] + timing[1] * voltage[1:-1] + timing[2] * voltage[2:]
+        columns = (
+            np.convolve(current[1:-1], phi, mode="valid"),
+            np.convolve(np.diff(position)[1:] / log.period, phi, mode="valid"),
+            np.convolve(np.diff(current)[1:], phi, mode="valid"),
+            np.convolve(acting, phi, mode="valid"),
+        )
+        out.append((np.column_stack(columns)[::every], power))
+    return out
+
+
+def _judged(intervals: Sequence[Interval | None]) -> Interval | UnusableLogs:
+    """Return the interval that holds all of `intervals`, or the reason why it is none."""
+    known = [one for one in intervals if one is not None]
+    if len(known) < len(intervals):
+        return UnusableLogs(
+            "the logs do not show it: the motor did not move, or the current settles in a period"
+        )
+    low = min(one.low for one in known)
+    high = max(one.high for one in known)
+    if low <= 0.0:
+        return UnusableLogs(
+            f"the logs' interval [{low:.4g}, {high:.4g}] reaches zero; move faster, and load the "
+            "motor more"
+        )
+    return Interval(known[0].value if len(known) == 1 else 0.5 * (low + high), low, high)

@@ -1,0 +1,143 @@
+"""Resistance, back-EMF constant and inductance of a winding with known values; the mechanics of the
+motor do not matter, so that its motion is prescribed."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from frictool.documents.bench import Bench
+from frictool.documents.registry import load
+from frictool.identify.fit_result import Interval
+from frictool.identify.measurement.winding import WindingLog, winding
+from frictool.typing import Vector
+from studies.command_line import run
+
+PERIOD, SUBSTEPS = 1e-3, 20
+STEP = 2.0 * np.pi / 8192  # rad, one count
+RESISTANCE, BACK_EMF, INDUCTANCE = 1.6, 0.12, 2e-3  # ohm, V s/rad, H
+TRUTH = {"resistance": RESISTANCE, "back_emf_constant": BACK_EMF, "inductance": INDUCTANCE}
+BENCH = """\
+format: bench/1
+name: winding
+axis: rotary
+sample_period_s: 0.001
+encoder: {{counts_per_revolution: 8192}}
+actuator:
+  drive: {drive}
+  constant: {{value: {constant}, unit: N m/{unit}}}
+  limit: {{value: 24, unit: {unit}}}
+mechanics:
+  inertia: {{value: 2.2e-3, low: 1.0e-3, high: 4.0e-3, unit: kg m^2}}
+  viscous: {{value: 3.0e-3, low: 0, high: 5.0e-2, unit: N m s/rad}}
+  coulomb: {{value: 0.04, low: 0.005, high: 0.2, unit: N m}}
+columns:
+  time: {{column: time, unit: s}}
+  position: {{column: position, unit: count}}
+  voltage: {{column: voltage, unit: V}}
+  current: {{column: current, unit: A}}
+"""
+
+
+def signals(seed: int, turning: float = 1.0) -> tuple[Vector, Vector, Vector]:
+    """Counted position, held voltage and noisy current (n,) of 6 s, each about the same share of
+    the voltage for resistance and back-EMF."""
+    draw = np.random.default_rng([seed, 77])
+    samples = 6000
+    size, rate, phase = draw.uniform(2.0, 6.0, 3), draw.uniform(3.0, 12.0, 3), draw.uniform(0, 6, 3)
+    held = np.repeat(draw.uniform(-4.0, 4.0, samples // 40), 40)
+    fine = (np.arange(samples * SUBSTEPS) + 0.5) * PERIOD / SUBSTEPS
+    speed = turning * (size * np.sin(np.outer(fine, rate) + phase)).sum(axis=1)
+    time = np.arange(samples) * PERIOD
+    position = turning * (-size / rate * np.cos(np.outer(time, rate) + phase)).sum(axis=1)
+    current, i = np.empty(samples), 0.0
+    decay = float(np.exp(-RESISTANCE / INDUCTANCE * PERIOD / SUBSTEPS))
+    for k in range(samples):
+        current[k] = i
+        for j in range(SUBSTEPS):
+            final = (held[k] - BACK_EMF * speed[k * SUBSTEPS + j]) / RESISTANCE
+            i = final + decay * (i - final)
+    counts = np.floor(position * 8192 / (2.0 * np.pi) + draw.uniform())
+    return counts, held, current + 0.02 * draw.standard_normal(samples)
+
+
+def measured(
+    folder: Path, rows: tuple[Vector, Vector, Vector], drive: str = "voltage", constant: float = 0.0
+) -> tuple[dict, str]:
+    """Identify with --measurement; return the measurement and what was printed on stderr."""
+    log = folder / "log.csv"
+    time = np.arange(rows[0].size) * PERIOD
+    lines = zip(time, *rows, strict=True)
+    log.write_text(
+        "time,position,voltage,current\n"
+        + "".join(f"{t:.3f},{x:.0f},{u:.6f},{i:.6f}\n" for t, x, u, i in lines)
+    )
+    usual = BACK_EMF if drive == "current" else BACK_EMF / RESISTANCE
+    bench = folder / "bench.yaml"
+    unit = "A" if drive == "current" else "V"
+    bench.write_text(BENCH.format(drive=drive, constant=constant or usual, unit=unit))
+    options = ("--measurement", "--keep-bench-values", "--json")
+    result = run("identify", log, "--bench", bench, "-o", folder / "model.yaml", *options)
+    assert result.code == 0, result.stderr
+    return json.loads(result.stdout)["measurement"], result.stderr
+
+
+@pytest.mark.parametrize("drive", ["voltage", "current"])
+def test_the_winding_comes_back(tmp_path: Path, drive: str) -> None:
+    """A bench with `drive: current` does not say whether the voltage was held: the intervals are
+    wider, and hold the truth."""
+    found, _ = measured(tmp_path, signals(1), drive)
+    for name, true in TRUTH.items():
+        one = found[name]
+        assert one["low"] <= true <= one["high"], name
+        assert one["high"] - one["low"] < 0.5 * true, name
+    assert [found[name]["unit"] for name in TRUTH] == ["ohm", "N m/A", "H"]
+
+
+@pytest.mark.parametrize("drive", ["voltage", "current"])
+def test_the_intervals_cover(tmp_path: Path, drive: str) -> None:
+    """Each of 20 records; binomial at 95 %, fewer than 16 once in a thousand."""
+    (tmp_path / "bench.yaml").write_text(
+        BENCH.format(drive=drive, constant=1, unit="A" if drive == "current" else "V")
+    )
+    bench = load(tmp_path / "bench.yaml", Bench)
+    hits = dict.fromkeys(TRUTH, 0)
+    for seed in range(20):
+        counts, voltage, current = signals(seed)
+        piece = np.zeros(counts.size)
+        log = WindingLog(voltage, current, counts * STEP, piece, PERIOD, 31, 0.3 * STEP)
+        found = winding([log], bench, 0.95)
+        for name, true in TRUTH.items():
+            one = found[name]
+            assert isinstance(one, Interval)
+            hits[name] += one.low <= true <= one.high
+    assert min(hits.values()) >= 16, hits
+
+
+def test_a_motor_at_rest_has_no_back_emf(tmp_path: Path) -> None:
+    """The resistance of a blocked motor comes back; the back-EMF constant is refused."""
+    found, _ = measured(tmp_path, signals(2, turning=1e-5))
+    assert found["resistance"]["low"] <= RESISTANCE <= found["resistance"]["high"]
+    assert "back_emf_constant" not in found
+    assert "did not move" in found["refused"]["back_emf_constant"]
+
+
+@pytest.mark.parametrize("drive", ["voltage", "current"])
+def test_a_wrong_constant_of_the_bench_is_named(tmp_path: Path, drive: str) -> None:
+    """A constant that is 1.3 times too large scales inertia and every friction alike."""
+    true = BACK_EMF if drive == "current" else BACK_EMF / RESISTANCE
+    assert (
+        "actuator.constant: the measured"
+        in measured(tmp_path, signals(1), drive, constant=1.3 * true)[1]
+    )
+    assert "actuator.constant" not in measured(tmp_path, signals(1), drive)[1]
+
+
+def test_a_voltage_of_another_motor_is_refused(tmp_path: Path) -> None:
+    """The reason names the share of the voltage that is left."""
+    counts, _, current = signals(1)
+    found, _ = measured(tmp_path, (counts, signals(5)[1], current))
+    assert "% of the voltage" in found["refused"]["resistance"]
