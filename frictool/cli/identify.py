@@ -93,6 +93,14 @@ def _method_options(command: Callable[..., None]) -> Callable[..., None]:
     help="Log of breakaway ramps, whatever kind is recognised; repeatable.",
 )
 @click.option(
+    "--breakaway-table",
+    type=existing,
+    help=(
+        "CSV of single breakaways: effort [N m | N] and rate of the ramp (any unit), with these "
+        "names or in this order. It replaces the breakaway of ramps."
+    ),
+)
+@click.option(
     "--loops",
     type=existing,
     multiple=True,
@@ -168,6 +176,7 @@ def command(
     logs: tuple[Path, ...],
     bench: Path,
     ramp: tuple[Path, ...],
+    breakaway_table: Path | None,
     loops: tuple[Path, ...],
     measurement: bool,
     method: str,
@@ -190,6 +199,7 @@ def command(
     _check_options(method, options)
     alone = {
         "--ramp": ramp,
+        "--breakaway-table": breakaway_table,
         "--loops": loops,
         "--promise": promise,
         "--plot": plot,
@@ -200,7 +210,10 @@ def command(
         each, alone, {"--unit": unit, "--date": date, "--cores": cores, "--cluster": cluster}
     )
     refuse_both(cores, cluster)
-    inputs = [*logs, *ramp, *loops, bench, *([] if promise is None else [promise])]
+    if breakaway_table is not None and ramp:
+        raise click.UsageError("--ramp and --breakaway-table both give the breakaway; use one.")
+    tables = [one for one in (promise, breakaway_table) if one is not None]
+    inputs = [*logs, *ramp, *loops, bench, *tables]
     if each is None:
         if output is not None:
             check_ending(output, ("YAML",), chooses=False)
@@ -211,8 +224,14 @@ def command(
 
     document = load(bench, Bench)
     settings = IdentificationSettings.of_options(confidence, options)
-    request = IdentificationRequest(method, settings, measurement, keep_bench_values)
+    table = None
+    if breakaway_table is not None:
+        from frictool.identify.breakaway.rate_table import read_rate_table
+
+        table = read_rate_table(breakaway_table)
+    request = IdentificationRequest(method, settings, measurement, keep_bench_values, table)
     shown: dict[str, Any] = {
+        "--breakaway-table": breakaway_table,
         "--measurement": measurement,
         "--method": method,
         "--confidence": confidence,
@@ -271,7 +290,9 @@ def _alone(line: IdentifyCommand) -> None:
     from frictool.identify.identification import NothingIdentified
     from frictool.logs.log_reader import read_log
 
+    breakaways = line.request.breakaway_table
     inputs = [*line.logs, *line.ramp, *line.loops, line.bench]
+    inputs += [] if breakaways is None else [Path(breakaways.name)]
     document = line.document
     output = line.output
     views = line.views

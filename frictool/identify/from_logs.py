@@ -12,6 +12,7 @@ from frictool.documents.bench import Bench
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance, provenance_of_call
 from frictool.identify.axis_logs import SLIDING_LOG
+from frictool.identify.breakaway.rate_table import breakaway_over_rate
 from frictool.identify.duplicate_logs import refuse_duplicates
 from frictool.identify.fit_result import UnusableLogs
 from frictool.identify.identification import Identification, NothingIdentified, identify_records
@@ -96,6 +97,9 @@ def identify(
     origin = provenance or provenance_of_call("frictool.identify.identify", bench=bench)
     try:
         result = identify_records(records, slopes, bench, request.method, request.settings)
+        if request.breakaway_table is not None:
+            over_rate = breakaway_over_rate(request.breakaway_table, request.settings.confidence)
+            result = result.with_table(over_rate, bench)
         model = model_of(result, bench, origin)
     except NothingIdentified as error:
         result = error.result

@@ -14,6 +14,7 @@ from frictool.documents.bench import Bench
 from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION
 from frictool.identify import methods
 from frictool.identify.axis_logs import AxisLogs, sort_logs
+from frictool.identify.breakaway.rate_table import BreakawayOverRate
 from frictool.identify.breakaway_parameters import (
     with_breakaway,
     with_varying_breakaway,
@@ -25,12 +26,13 @@ from frictool.identify.fit_warnings import (
     doubt_warnings,
     replacement_warnings,
 )
-from frictool.identify.interval_checks import NEVER_NEGATIVE
+from frictool.identify.interval_checks import NEVER_NEGATIVE, below_coulomb
 from frictool.identify.log_disagreement import pooling_warnings
+from frictool.identify.measurement_faults import commanded
 from frictool.identify.method_check import method_warnings
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.orientation import negative_effort, reversed_sign
-from frictool.identify.outcome import Outcome
+from frictool.identify.outcome import Outcome, accept
 from frictool.identify.rows.load_terms import ONLY_OFFSET
 from frictool.identify.sliding_parameters import (
     any_negative,
@@ -54,12 +56,25 @@ class Identification(Outcome):
     - confidence: confidence of every interval, 0 to 1
     - kinds: log name -> `sliding` or `ramp`
     - warnings: doubts about the logs or the result
+    - over_rate: breakaway over the rate of the ramp, from a table of breakaways; None without one
     """
 
     method: str
     confidence: float
     kinds: dict[str, str]
     warnings: tuple[str, ...] = ()
+    over_rate: BreakawayOverRate | None = None
+
+    def with_table(self, over_rate: BreakawayOverRate, bench: Bench) -> Identification:
+        """Return the identification with the breakaway of a table."""
+        outcome = Outcome(self.identified, self.refused)
+        outcome = outcome.merge(accept({"breakaway": over_rate.interval}, bench))
+        coulomb = outcome.identified.get("coulomb")
+        impossible = None if coulomb is None else below_coulomb(over_rate.interval, coulomb)
+        if impossible is not None:
+            outcome = outcome.merge(Outcome(refused={"breakaway": impossible}))
+        ordered = {name: outcome.identified[name] for name in ORDER if name in outcome.identified}
+        return replace(self, identified=ordered, refused=outcome.refused, over_rate=over_rate)
 
 
 class NothingIdentified(UnusableLogs):
@@ -167,9 +182,10 @@ def _estimate(
         outcome = Outcome(refused=dict.fromkeys(SLIDING, str(error)))
     doubtful = not {"viscous", "coulomb"} <= outcome.identified.keys() or any_negative(outcome.fit)
     if doubtful and not logs.drive_off:
-        reason = reversed_sign(logs.sliding, logs.bench, logs.settings)
+        reason = None if PHYSICAL & outcome.identified.keys() else commanded(logs.sliding)
+        reason = reason or reversed_sign(logs.sliding, logs.bench, logs.settings)
         if reason is not None:
-            raise _reversed(logs, reason)
+            raise _without_any(logs, reason)
     logs = logs.without_load(outcome.laws)
     return logs, free, with_breakaway(logs, outcome), wider
 
@@ -195,7 +211,7 @@ def _nothing_physical(logs: AxisLogs, result: Identification) -> NothingIdentifi
     powered = [] if logs.drive_off else logs.sliding
     reason = negative_effort([*powered, *logs.ramps], logs.bench, result.confidence)
     if reason is not None:
-        return _reversed(logs, reason)
+        return _without_any(logs, reason)
     refused = dict(result.refused)
     if "offset" in result.identified:
         offset = result.identified["offset"].value
@@ -204,8 +220,8 @@ def _nothing_physical(logs: AxisLogs, result: Identification) -> NothingIdentifi
     return NothingIdentified(replace(result, identified={}, refused=refused), exit_code)
 
 
-def _reversed(logs: AxisLogs, reason: str) -> NothingIdentified:
-    """Return the error for a log whose position or drive is negated: no parameter is identified."""
+def _without_any(logs: AxisLogs, reason: str) -> NothingIdentified:
+    """Return the error for logs of which one reason refuses every parameter."""
     result = Identification(
         refused=dict.fromkeys(PARAMETERS, reason),
         method=logs.method,

@@ -6,12 +6,15 @@
   small to brake the axis that fast
 - commanded effort: the effort follows from the motion alone, without friction. It was computed from
   the encoder, by a controller with the drive off or by a model, and not measured.
+- effort by position: a gravity compensation commands the effort, and another force moves the axis
 
-The last fault is detected after a fit: the residual is tiny, and the fitted friction is almost
-zero.
+The third fault is detected after a fit: the residual is tiny, and the fitted friction is almost
+zero. The last one is looked for only if a fit gives neither inertia nor friction.
 """
 
 from __future__ import annotations
+
+from pathlib import Path
 
 import numpy as np
 
@@ -20,6 +23,7 @@ from frictool.documents.quantity import si_unit
 from frictool.identify.fit_result import SlidingFit, UnusableLogs
 from frictool.identify.hidden_saturation import hidden_saturation
 from frictool.identify.motion_record import MotionRecord
+from frictool.identify.rows.strokes import find_strokes
 from frictool.logs.quality.saturation import FlatTopDetector
 from frictool.typing import Vector
 
@@ -33,6 +37,9 @@ MARGIN = 2.0  # factor on the deceleration that effort and friction can cause
 COUNTS = 2.0  # counts by which the encoder may be off over those samples
 SELF_EXPLAINED = 1e-3  # relative residual below the noise of any sensor
 NO_FRICTION = 0.02  # Coulomb friction relative to the rms effort
+# largest variance of the effort, of all of it, that the position leaves unexplained
+LEFT_BY_POSITION = 1e-3
+FEWEST_SAMPLES = 100  # in each direction
 
 
 def refuse_unmeasured(records: list[MotionRecord], bench: Bench) -> None:
@@ -108,6 +115,32 @@ def refuse_self_explained(fit: SlidingFit, records: list[MotionRecord]) -> None:
             f"friction of {coulomb.value:.2g} and an effort of {size:.2g} (rms): the "
             "effort was computed from the encoder, not measured; log the measured current"
         )
+
+
+def commanded(records: list[MotionRecord]) -> str | None:
+    """Return the reason if the position commanded the effort of a record, else None."""
+    return next((one for record in records if (one := _commanded_by_position(record))), None)
+
+
+def _commanded_by_position(record: MotionRecord) -> str | None:
+    """Return the reason if the effort depends on the position alone, in both directions."""
+    direction = find_strokes(record).sign
+    moving = direction != 0.0
+    if min(np.sum(direction > 0.0), np.sum(direction < 0.0)) < FEWEST_SAMPLES:
+        return None
+    x, effort, side = record.position[moving], record.effort[moving], direction[moving]
+    columns = np.column_stack((np.ones(x.size), np.sin(x), np.cos(x), x - np.mean(x), side))
+    value = np.linalg.lstsq(columns, effort, rcond=None)[0]
+    left = float(np.var(effort - columns @ value))
+    varies = float(np.var(effort))
+    if left > LEFT_BY_POSITION * varies or abs(value[-1]) > NO_FRICTION * np.sqrt(varies):
+        return None
+    return (
+        f"{Path(record.name).name}: the position alone gives all but "
+        f"{100.0 * np.sqrt(left / varies):.2g} % of the effort, in both directions of motion: the "
+        "effort was commanded by the position (gravity compensation), and another force moves the "
+        "axis; log a motion that the drive causes"
+    )
 
 
 def _rms(parts: list[Vector]) -> float:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from frictool.documents.bench import Bench
+    from frictool.identify.breakaway.rate_table import RateTable
     from frictool.identify.fit_result import Interval, SlidingFit
     from frictool.identify.motion_record import MotionRecord
 
@@ -327,12 +328,15 @@ class IdentificationRequest:
     keep_bench_values : bool
         If the logs give neither inertia nor friction, return a model of the bench's values, marked
         as such, instead of raising NothingIdentified.
+    breakaway_table : RateTable or None
+        Single breakaways over the rate of the ramp; they replace the breakaway of ramps.
     """
 
     method: str = DEFAULT
     settings: IdentificationSettings = IdentificationSettings()
     measurement: bool = False
     keep_bench_values: bool = False
+    breakaway_table: RateTable | None = None
 
 
 def run(

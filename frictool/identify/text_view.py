@@ -9,6 +9,7 @@ from frictool.documents.laws import Load
 from frictool.documents.measurement import MEASURED
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, si_unit
+from frictool.identify.breakaway.rate_table import rate_lines
 from frictool.identify.breakaway.stribeck_velocity import StribeckVelocityRange
 from frictool.identify.fit_result import CURVE, PARAMETERS, Explanation
 from frictool.identify.from_logs import IdentifiedModel
@@ -225,6 +226,8 @@ def table(outcome: IdentifiedModel) -> str:
             f"{unit} late (corrected)"
         )
         lines.append(fall_line(result.ramp.fall, si_unit("velocity", model.axis)))
+    if result.over_rate is not None:
+        lines += rate_lines(result.over_rate, model.parameters.breakaway.unit)
     if result.fit is not None and result.fit.dropped:
         lines.append(
             "set to 0, because strokes left out of the fit are predicted as well without: "

@@ -1,0 +1,167 @@
+"""Breakaway over the rate of the ramp, from a table of single breakaways.
+
+The table is a CSV with two columns: the effort at which the axis started to move, and the rate at
+which the effort was raised. Columns are named `effort` and `rate`, or stand in this order. The
+effort is in N m | N; the rate may have any unit.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from scipy.stats import t as student
+
+from frictool.errors import LogError
+from frictool.identify.fit_result import Interval
+from frictool.typing import Vector
+
+FEWEST = 2  # breakaways at a rate that give an interval
+LARGEST = 1_000_000  # bytes of a table
+SEPARATOR = re.compile(r"\s*[,;\t]\s*|\s+")
+
+
+@dataclass(frozen=True)
+class RateTable:
+    """Single breakaways (n,), N m | N, and the rates of their ramps (n,), in any unit."""
+
+    name: str
+    effort: Vector
+    rate: Vector
+
+
+@dataclass(frozen=True)
+class BreakawayAtRate:
+    """Mean breakaway at one rate with its interval, and the number of breakaways."""
+
+    rate: float
+    mean: Interval
+    count: int
+
+
+@dataclass(frozen=True)
+class BreakawayOverRate:
+    """Breakaway of a table.
+
+    - rates: mean breakaway at each rate, in ascending order
+    - per_decade: rise for a rate ten times as fast, N m | N; None for one rate
+    - interval: mean of all rates, from the lowest to the highest end at a rate
+    """
+
+    rates: tuple[BreakawayAtRate, ...]
+    per_decade: Interval | None
+    interval: Interval
+
+
+def read_rate_table(path: Path) -> RateTable:
+    """Return the table of a CSV file; raise LogError with the line that is none."""
+    if path.stat().st_size > LARGEST:
+        raise LogError(str(path), f"is larger than {LARGEST} bytes, and no table of breakaways")
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except UnicodeDecodeError:
+        raise LogError(str(path), "is no text in UTF-8") from None
+    order = (0, 1)
+    rows: list[tuple[float, float]] = []
+    for number, line in enumerate(lines, start=1):
+        cells = [cell.strip("\"'").lower() for cell in SEPARATOR.split(line.strip())]
+        if cells == [""]:
+            continue
+        if not rows and {"effort", "rate"} <= set(cells):
+            order = (cells.index("effort"), cells.index("rate"))
+            continue
+        try:
+            effort, rate = (float(cells[k]) for k in order)
+        except (ValueError, IndexError):
+            raise LogError(
+                str(path),
+                f"line {number}: found {line.strip()[:40]!r}; allowed: a header with effort and "
+                "rate, then two numbers a line (effort, rate)",
+            ) from None
+        if not (math.isfinite(effort) and math.isfinite(rate) and rate > 0.0):
+            raise LogError(
+                str(path),
+                f"line {number}: found rate {rate:g}, effort {effort:g}; allowed: a "
+                "finite effort, and a rate above 0",
+            )
+        rows.append((abs(effort), rate))
+    if len(rows) < FEWEST:
+        raise LogError(str(path), f"has {len(rows)} breakaways; at least {FEWEST} are needed")
+    table = np.array(rows)
+    return RateTable(str(path), table[:, 0], table[:, 1])
+
+
+def breakaway_over_rate(table: RateTable, confidence: float) -> BreakawayOverRate:
+    """Return the breakaway at each rate of a table, and its rise.
+
+    A rate with a single breakaway has the scatter of the other rates. Raises LogError if every rate
+    has one breakaway.
+    """
+    rates, index = np.unique(table.rate, return_inverse=True)
+    count = np.bincount(index)
+    mean = np.bincount(index, table.effort) / count
+    freedom = table.effort.size - rates.size
+    if freedom < 1:
+        raise LogError(table.name, "has one breakaway at each rate; repeat each rate")
+    pooled = float(np.sum((table.effort - mean[index]) ** 2)) / freedom
+    at_rates = []
+    for k, rate in enumerate(rates.tolist()):
+        own = table.effort[index == k]
+        single = own.size < FEWEST
+        variance = pooled if single else float(np.var(own, ddof=1))
+        quantile = student.ppf(0.5 + 0.5 * confidence, freedom if single else own.size - 1)
+        half = float(quantile) * math.sqrt(variance / own.size)
+        at_rates.append(BreakawayAtRate(rate, Interval.around(float(mean[k]), half), own.size))
+    low = min(one.mean.low for one in at_rates)
+    high = max(one.mean.high for one in at_rates)
+    return BreakawayOverRate(
+        tuple(at_rates),
+        _rise(np.log10(rates), mean, [one.mean for one in at_rates], confidence),
+        Interval(float(np.mean(mean)), low, high),
+    )
+
+
+def _rise(
+    decades: Vector, mean: Vector, intervals: list[Interval], confidence: float
+) -> Interval | None:
+    """Return the slope of the means (k,) over the decades (k,).
+
+    The scatter about the line and that of the means both count, since friction need not be linear
+    in the decades.
+    """
+    if decades.size < 2:
+        return None
+    x = decades - np.mean(decades)
+    weights = x / float(x @ x)
+    slope = float(weights @ mean)
+    half = np.array([one.half_width for one in intervals])
+    square = float(np.sum((weights * half) ** 2))
+    if decades.size > 2:
+        left = mean - np.mean(mean) - slope * x
+        variance = float(left @ left) / (decades.size - 2)
+        quantile = float(student.ppf(0.5 + 0.5 * confidence, decades.size - 2))
+        square = max(square, quantile**2 * variance / float(x @ x))
+    return Interval.around(slope, math.sqrt(square))
+
+
+def rate_lines(over_rate: BreakawayOverRate, unit: str) -> list[str]:
+    """Return the lines on the breakaway over the rate."""
+    at = ", ".join(
+        f"{one.rate:g}: {one.mean.value:.4g} [{one.mean.low:.4g}, {one.mean.high:.4g}] "
+        f"({one.count})"
+        for one in over_rate.rates
+    )
+    lines = [f"breakaway over the rate of the ramp [{unit}] (number): {at}"]
+    rise = over_rate.per_decade
+    if rise is not None:
+        verb = (
+            "rises" if rise.low > 0.0 else "falls" if rise.high < 0.0 else "does not clearly rise"
+        )
+        lines.append(
+            f"breakaway {verb} with the rate: {rise.value:.4g} {unit} a decade "
+            f"[{rise.low:.4g}, {rise.high:.4g}]"
+        )
+    return lines
