@@ -91,15 +91,19 @@ def test_a_fall_within_the_runs_is_identified(tmp_path: Path) -> None:
 def test_breakaway_and_stribeck_velocity_are_refused_together(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """The line that remains explains less than half of the effort of a friction that falls."""
     monkeypatch.setattr(
         stribeck_curve,
         "too_vague",
         lambda name, _: "too vague" if name == "stribeck_velocity" else None,
     )
-    told = identify(tmp_path, runs(tmp_path, 0.6, 1))
-    assert not {"breakaway", "stribeck_velocity"} & told["parameters"].keys()
+    log, bench = runs(tmp_path, 0.6, 1), write_bench(tmp_path, ARM)
+    result = run("identify", log, "--bench", bench, "--method", "stribeck-curve", "--json")
+    told = json.loads(result.stdout)
+    assert result.code == 4
+    assert told["parameters"] == {}
     assert "too vague; slower runs would determine it" in told["not_identified"]["breakaway"]
-    assert load(tmp_path / "model.yaml", Model).law == "coulomb"
+    assert "does not explain the effort" in told["not_identified"]["coulomb"]
 
 
 def test_the_rule() -> None:
