@@ -8,6 +8,11 @@ if TYPE_CHECKING:
     from frictool.documents.starting_documents import StartingRig
 
 
+def preset_text(start: StartingRig) -> str:
+    """Return the words that name the preset of a log; empty without one."""
+    return "" if start.preset is None else f" with the preset {start.preset}"
+
+
 def question_lines(start: StartingRig) -> list[str]:
     """Return the lines that list the columns and units to fill in; empty if there are none."""
     lines = [f"  columns.{channel}: {note}" for channel, note in start.questions.items()]

@@ -88,7 +88,8 @@ def _guessed(path: Path) -> Log | None:
         for channel, (column, unit) in guess.guess.columns.items()
         if column != OPEN
     )
-    note(f"guessed without --bench: {columns}; nothing is converted")
+    preset = f" with the preset {guess.guess.preset}" if guess.guess.preset else ""
+    note(f"guessed without --bench{preset}: {columns}; nothing is converted")
     for question in guess.guess.questions:
         note(f"columns.{question.channel}: {question.key} unknown: {question.why}")
     return guess.log

@@ -10,7 +10,7 @@ import click
 from frictool.cli.common_options import FiniteRange, existing, json_option, output_option
 from frictool.cli.console_output import note, print_json, say
 from frictool.cli.file_endings import check_ending
-from frictool.cli.guessed_columns import question_lines
+from frictool.cli.guessed_columns import preset_text, question_lines
 from frictool.cli.output_files import STDOUT, command_line, replacing, save_text
 from frictool.cli.window_options import window_of, window_options
 from frictool.errors import FrictoolError
@@ -204,6 +204,7 @@ def _propose(
             "axis": start.axis,
             "columns": start.columns,
             "left": start.left,
+            "preset": start.preset,
             "sample_period_s": start.period,
         }
         print_json("ingest-guess/1", {**facts, "questions": start.questions}, output)
@@ -216,8 +217,8 @@ def _propose(
     )
     say(
         (
-            f"guessed from {start.log}: {guesses}; check the values marked as guessed, and "
-            "replace those marked as examples"
+            f"guessed from {start.log}{preset_text(start)}: {guesses}; check the values marked "
+            "as guessed, and replace those marked as examples"
         ),
         output,
     )

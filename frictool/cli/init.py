@@ -12,7 +12,7 @@ import click
 
 from frictool.cli.common_options import existing, json_option
 from frictool.cli.console_output import note, print_json, say
-from frictool.cli.guessed_columns import question_lines
+from frictool.cli.guessed_columns import preset_text, question_lines
 
 if TYPE_CHECKING:
     from frictool.documents.quantity import Axis
@@ -69,6 +69,7 @@ def command(folder: Path, axis: str | None, log: Path | None, as_json: bool) -> 
             "axis": start.axis,
             "columns": start.columns,
             "left": start.left,
+            "preset": start.preset,
             "sample_period_s": start.period,
         }
         view = {
@@ -89,7 +90,10 @@ def command(folder: Path, axis: str | None, log: Path | None, as_json: bool) -> 
             )
             or "no channel"
         )
-        say(f"guessed from {log.name}: {guesses}; check the values marked as guessed")
+        say(
+            f"guessed from {log.name}{preset_text(start)}: {guesses}; check the values marked "
+            "as guessed"
+        )
         for line in question_lines(start):
             say(line)
     say(_still_to_do(folder, start, example_keys(start)))

@@ -42,6 +42,7 @@ class StartingRig:
     of the kind of axis: the user, the log, or neither. `columns`: channel -> (column, unit).
     `left`: columns without a channel. `period` [s]. `step`: of the encoder [rad | m]. `questions`:
     channel -> note on its column or unit, which is OPEN because the log does not contain it.
+    `preset`: drive or robot whose columns the log has, and which therefore gave the units.
     """
 
     name: str
@@ -55,6 +56,7 @@ class StartingRig:
     step: float | None = None
     axis_source: Literal["given", "guessed", "example"] = "given"
     questions: dict[str, str] = field(default_factory=dict)
+    preset: str | None = None
 
 
 def starting_documents(start: StartingRig) -> dict[str, str]:
@@ -149,6 +151,7 @@ def _context(start: StartingRig) -> dict[str, Any]:
                 "step",
                 "left",
                 "questions",
+                "preset",
             )
         },
         "columns": start.columns or {**COLUMNS[start.axis], drive: (drive, unit)},

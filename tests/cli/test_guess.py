@@ -12,6 +12,7 @@ import pytest
 from frictool.documents.bench import Bench
 from frictool.documents.registry import load
 from frictool.logs.channels.column_names import unit_in
+from frictool.logs.channels.logger_presets import PRESETS
 from studies.command_line import run
 from tests.support.command_line import refused
 from tests.support.logger_headers import LOGGERS, twincat
@@ -30,22 +31,64 @@ EXPECTED: dict[str, dict[str, tuple[str, str]]] = {
     },
     "odrive": {
         "time": ("time", "s"),
+        "position": ("pos_estimate", "turn"),
+        "velocity": ("vel_estimate", "turn/s"),
+        "current": ("Iq_measured", "A"),
+    },
+    "odrive_counts": {
+        "time": ("time", "s"),
         "position": ("pos_estimate", ASKED),
         "velocity": ("vel_estimate", ASKED),
-        "current": ("Iq_measured", ASKED),
+        "current": ("Iq_measured", "A"),
     },
     "moteus": {
         "time": ("timestamp", "s"),
-        "position": ("position", ASKED),
-        "velocity": ("velocity", ASKED),
-        "current": ("q_current", ASKED),
+        "position": ("position", "turn"),
+        "velocity": ("velocity", "turn/s"),
+        "current": ("q_current", "A"),
+    },
+    "simplefoc": {
+        "time": ("time", "s"),
+        "position": ("Angle", "rad"),
+        "velocity": ("Vel", "rad/s"),
+        "current": ("Cq", "mA"),
+        "voltage": ("Vq", "V"),
+    },
+    "vesc": {
+        "time": ("ms_today", "ms"),
+        "position": ("encoder_position", "deg"),
+        "current": ("q_axis_current", "A"),
+        "voltage": ("q_axis_voltage", "V"),
+    },
+    "dynamixel": {
+        "time": ("time", "s"),
+        "position": ("Present_Position", "count"),
+        "reference": ("Goal_Position", "count"),
+        "current": ("Present_Current", ASKED),
+    },
+    "feetech": {
+        "time": ("time", "s"),
+        "position": ("present_position", "count"),
+        "current": ("present_current", ASKED),
+    },
+    "feetech_degrees": {
+        "time": ("time", "s"),
+        "position": ("present_position", ASKED),
+        "current": ("present_current", ASKED),
+    },
+    "franka": {
+        "time": ("time", "ms"),
+        "position": (ASKED, "rad"),
+        "reference": (ASKED, "rad"),
+        "velocity": (ASKED, "rad/s"),
+        "effort": (ASKED, "N m"),
     },
     "kinova": {},
     "rtde": {
         "time": ("timestamp", "s"),
-        "position": (ASKED, ASKED),
-        "velocity": (ASKED, ASKED),
-        "current": (ASKED, ASKED),
+        "position": (ASKED, "rad"),
+        "velocity": (ASKED, "rad/s"),
+        "current": (ASKED, "A"),
     },
     "torque_sensor": {
         "time": ("time", "s"),
@@ -135,13 +178,45 @@ def test_a_column_that_two_joints_have_is_chosen_by_hand(tmp_path: Path):
         ("current", "actual_current_1", "A"),
     ):
         text = text.replace(
-            f'  {channel}: {{column: "?", unit: "?"}}',
+            f'  {channel}: {{column: "?", unit: {unit}}}',
             f"  {channel}: {{column: {column}, unit: {unit}}}",
         )
     bench.write_text(text)
     assert (
         run("ingest", tmp_path / "log.csv", "--bench", bench, "-o", tmp_path / "log.mcap").code == 0
     )
+
+
+PRESET = {
+    "odrive": "ODrive",
+    "odrive_counts": "ODrive",
+    "moteus": "moteus",
+    "simplefoc": "SimpleFOC",
+    "vesc": "VESC Tool",
+    "dynamixel": "Dynamixel",
+    "feetech": "Feetech",
+    "feetech_degrees": "Feetech",
+    "rtde": "Universal Robots (RTDE)",
+    "franka": "Franka (libfranka)",
+}
+
+
+@pytest.mark.parametrize("name", LOGGERS)
+def test_the_preset_of_a_log_is_named(name: str, tmp_path: Path) -> None:
+    facts, bench = guessed(tmp_path, LOGGERS[name])
+    title = PRESET.get(name)
+    assert facts["preset"] == title
+    shown = run("ingest", "--guess", tmp_path / "log.csv", "--axis", "rotary", "-o", bench).stdout
+    assert ("with the preset" in shown) is (title is not None)
+    if title is not None:
+        assert f"with the preset {title}: " in shown
+        assert f"# Units that the log lacks are those of {title}." in bench.read_text()
+        made = run("init", tmp_path / "rig", "--from", tmp_path / "log.csv")
+        assert f"guessed from log.csv with the preset {title}: " in made.stdout
+
+
+def test_each_preset_has_a_log() -> None:
+    assert {preset.title for preset in PRESETS} == set(PRESET.values())
 
 
 @pytest.mark.parametrize(
@@ -190,7 +265,8 @@ def test_info_shows_a_raw_file_in_its_own_units(name: str, tmp_path: Path):
         for channel, column in EXPECTED[name].items()
         if channel != "time" and column[0] != ASKED
     }
-    assert "guessed without --bench: " in result.stderr
+    preset = f" with the preset {PRESET[name]}" if name in PRESET else ""
+    assert f"guessed without --bench{preset}: " in result.stderr
     assert run("info", log).stdout.startswith("log.csv: ")
 
 

@@ -141,7 +141,6 @@ def test_a_row_that_lacks_several_numbers_is_lost_once(tmp_path: Path):
         (b"\x1f\x8b\x08\0", "packed with gzip"),
         (b"PK\x03\x04\x14\0[Content_Types].xml", "save the sheet as CSV"),
         (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "save the sheet as CSV"),
-        (b"TDSm", "TDMS"),
         (b"", "binary and no known format"),
     ],
 )

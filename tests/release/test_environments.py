@@ -18,8 +18,9 @@ def test_every_requirement_of_users_has_a_lower_bound_that_is_tested() -> None:
     found = dict(line.split("==") for line in dependencies.lowest())
     assert found["click"] == "8.5.0"
     assert found["numpy"] == "2.0"
+    assert {"nptdms", "python-can", "cantools", "pyulog"} <= set(found)
     assert {"asammdf", "pyarrow", "h5py", "control", "dask", "mujoco"} <= set(found)
-    assert len(found) == len(project["dependencies"]) + 7
+    assert len(found) == len(project["dependencies"]) + 11
     assert not {"pytest", "fmpy", "ruff"} & set(found)
 
 

@@ -68,6 +68,22 @@ S1 = (
     "timestamp_ms,mode,command_value,measured_position_deg,measured_velocity_deg_s,"
     "measured_torque_Nm,command_current_A,measured_current_A"
 )
+VESC = (
+    "ms_today;input_voltage;temp_motor;current_motor;d_axis_current;q_axis_current;erpm;"
+    "encoder_position;q_axis_voltage"
+)
+SERVO = "time,Goal_Position,Present_Position,Present_Current,Present_Input_Voltage"
+FEETECH = "time,present_position,present_speed,present_load,present_current,present_voltage"
+FRANKA = ", ".join(
+    [
+        "time, success_rate",
+        *(
+            f"state.{name}[{joint}]"
+            for name in ("q", "q_d", "dq", "dq_d", "tau_J", "tau_ext_hat_filtered")
+            for joint in range(2)
+        ),
+    ]
+)
 LAAS = "Time, Position, Velocity, Iq, Uq, Vsupply"
 LOGGERS: dict[str, str] = {
     "twincat": twincat(),
@@ -75,6 +91,48 @@ LOGGERS: dict[str, str] = {
     "odrive": f"{ODRIVE}\n" + _rows([0.01 * K, _sine(2.0), _sine(0.3), _sine(5.0)], ","),
     "moteus": f"{MOTEUS}\n"
     + _rows([0.002 * K, STILL + 10, _sine(0.5), _sine(2.0), _sine(0.2), _sine(3.0)], ","),
+    "odrive_counts": f"{ODRIVE}\n"
+    + _rows([0.01 * K, _sine(20_000.0), _sine(3_000.0), _sine(5.0)], ","),
+    "simplefoc": "time,Target,Vq,Vd,Cq,Cd,Vel,Angle\n"
+    + _rows([0.01 * K, STILL, *(_sine(size) for size in (3.0, 0.1, 400.0, 5.0, 10.0, 2.0))], ","),
+    "vesc": f"{VESC}\n"
+    + _rows(
+        [
+            36_000_000.0 + 20 * K,
+            STILL + 24,
+            STILL + 30,
+            *(_sine(size) for size in (2.0, 0.1, 2.0, 900.0)),
+            90 + _sine(60.0),
+            _sine(3.0),
+        ],
+        ";",
+    ),
+    "dynamixel": f"{SERVO}\n"
+    + _rows(
+        [
+            0.01 * K,
+            STILL + 2048,
+            np.rint(2048 + _sine(500.0)),
+            np.rint(_sine(40.0)),
+            STILL + 120,
+        ],
+        ",",
+    ),
+    "feetech": f"{FEETECH}\n"
+    + _rows(
+        [
+            0.01 * K,
+            np.rint(2048 + _sine(500.0)),
+            np.rint(_sine(300.0)),
+            STILL,
+            np.rint(_sine(20.0)),
+            STILL + 120,
+        ],
+        ",",
+    ),
+    "feetech_degrees": f"{FEETECH}\n"
+    + _rows([0.01 * K, _sine(60.0), _sine(300.0), STILL, np.rint(_sine(20.0)), STILL + 120], ","),
+    "franka": f"{FRANKA}\n" + _rows([K, STILL + 1, *(_sine(1.0 + k / 4) for k in range(12))], ","),
     "kinova": _rows(
         [_sine(2.0), _sine(1.0), _sine(0.9), STILL, _sine(1.0), _sine(1.1), _sine(-2.0)], " "
     ),

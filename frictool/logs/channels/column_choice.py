@@ -14,8 +14,9 @@ of an encoder are counts. Times of a logger at more than 50 Hz can only be in se
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -30,6 +31,7 @@ from frictool.logs.channels.column_names import (
     quantities,
     unit_in,
 )
+from frictool.logs.channels.logger_presets import NO_CHANNEL, PresetColumn
 from frictool.logs.channels.mapping import COUNT, EFFORT, TIME
 from frictool.logs.channels.question import ColumnQuestion
 from frictool.logs.quality.time_base import encoder_step
@@ -69,15 +71,23 @@ LOAD_SIDE = (
 
 @dataclass(frozen=True)
 class OfferedColumn:
-    """Column of a table that may be a channel."""
+    """Column of a table that may be a channel.
+
+    preset: record of the column in the preset of the log, or None.
+    """
 
     name: str
     table: MemoryTable
+    preset: PresetColumn | None = None
 
     @property
     def unit(self) -> str | None:
-        """Return the unit from the file, else the unit at the end of the name, else None."""
-        return self.table.units.get(self.name) or unit_in(self.name)
+        """Return the unit from the file, the preset or the end of the name; None without one."""
+        given = self.table.units.get(self.name)
+        if given or self.preset is None:
+            return given or unit_in(self.name)
+        unit = self.preset.unit_of(self.values)
+        return None if unit == OPEN else unit
 
     @property
     def values(self) -> Vector:
@@ -132,19 +142,35 @@ def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoi
             dated = channel == TIME and one.table.time_ns is not None
             if not dated:
                 fitting.setdefault(channel, []).append((rank, one))
+    moving = Counter(_label(one.name) for one in offered if np.ptp(one.values) > 0.0)
     chosen: dict[str, ColumnChoice] = {}
     for channel in sorted(fitting, key=CHANNELS.index):
         ranked = fitting[channel]
         best = min(rank for rank, _ in ranked)
         contenders = [one for rank, one in ranked if rank == best]
-        label = _label(contenders[0].name)
-        choice = _choice(channel, [one for one in contenders if _label(one.name) == label], axis)
+        most = moving[_label(contenders[0].name)]  # the joint that moves most stands first
+        equal = [one for one in contenders if moving[_label(one.name)] == most]
+        choice = _choice(channel, equal, axis)
         if channel != EFFORT or choice.column != OPEN or not any(name in chosen for name in DRIVES):
             chosen[channel] = (
                 # an effort of unclear origin is not needed if there is a current or a voltage
                 choice
             )
+    if "position" not in chosen and "velocity" not in chosen:
+        return chosen | {
+            drive: _doubted(drive, chosen[drive])
+            for drive in DRIVES
+            if drive in chosen and chosen[drive].column != OPEN
+        }
     return chosen
+
+
+def _doubted(channel: str, choice: ColumnChoice) -> ColumnChoice:
+    """Return the choice with a question: a file without motion may contain any other signal."""
+    question = ColumnQuestion(
+        channel, "column", _quoted((choice.column,)), "is it the drive's? the file has no motion"
+    )
+    return replace(choice, column=OPEN, questions=(*choice.questions, question))
 
 
 def _label(name: str) -> str:
@@ -157,6 +183,8 @@ def _channels(one: OfferedColumn, axis: Axis) -> tuple[list[str], int]:
 
     Several channels are returned if the name of the column is ambiguous.
     """
+    if one.preset is not None:
+        return [one.preset.channel] if one.preset.channel != NO_CHANNEL else [], 0
     compatible = [
         name
         for name in dict.fromkeys((*CHANNEL_DIMENSIONS, TIME))
@@ -184,7 +212,11 @@ def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> Co
     if channel == TIME:  # an instrument may repeat its times before each channel
         contenders = [first, *(o for o in contenders[1:] if not _same(o.values, first.values))]
     names = tuple(one.name for one in contenders)
-    several = [name for name in names if len(quantities(name)) > 1 and first.unit is None]
+    several = [
+        name
+        for name in names
+        if len(quantities(name)) > 1 and first.unit is None and first.preset is None
+    ]
     questions = []
     column = first.name
     if len(contenders) > 1:
@@ -228,6 +260,9 @@ def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQues
     if _JOINT_STATE.fullmatch(one.name):
         return si_unit(dimension, axis), None
     why = f"{one.name!r} has no unit in the log"
+    if one.preset is not None:
+        candidates = tuple(CANDIDATES[dimension][axis == "linear"].split(", "))
+        return OPEN, ColumnQuestion(channel, "unit", candidates, f"{why}; {one.preset.why}")
     if channel == TIME:
         steps = np.diff(values)
         interval = float(np.median(steps)) if steps.size else 0.0

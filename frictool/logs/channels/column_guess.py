@@ -33,6 +33,7 @@ from frictool.logs.channels.column_choice import (
     is_count,
 )
 from frictool.logs.channels.column_names import words
+from frictool.logs.channels.logger_presets import preset_of
 from frictool.logs.channels.mapping import COUNT, TIME
 from frictool.logs.channels.question import ColumnQuestion
 from frictool.logs.formats import open_tables
@@ -59,6 +60,7 @@ class ColumnGuess:
     left: columns that fit no channel, or only a channel with a better column.
     period: sample period in s; None if unknown.
     step: encoder step in rad or m; None if unknown.
+    preset: title of the preset that gave units (logger_presets.py); None without one.
     """
 
     axis: Axis
@@ -67,6 +69,7 @@ class ColumnGuess:
     period: float | None = None
     step: float | None = None
     questions: tuple[ColumnQuestion, ...] = ()
+    preset: str | None = None
 
     def asks(self, channel: str) -> bool:
         """Return whether a question about this channel is open."""
@@ -115,6 +118,7 @@ def start_from(log: Path, name: str, axis: Axis | None, log_path: str | None = N
         period=start.period,
         step=start.step,
         axis_source="guessed" if axis is None else "given",
+        preset=start.preset,
         questions={
             key: "; ".join(one.note for one in start.questions if one.channel == key)
             for key in start.columns
@@ -159,7 +163,8 @@ def _table(log: Log) -> MemoryTable:
 
 def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGuess:
     """Return the guess for the tables of a file; raise LogError if the kind of axis is unknown."""
-    axis = axis or kind_of_axis(tables)
+    preset = preset_of([name for table in tables for name in table.columns])
+    axis = axis or kind_of_axis(tables) or (None if preset is None else "rotary")
     if axis is None:
         wanting = "has no unit or name that tells a rotary from a linear axis"
         raise LogError(
@@ -167,7 +172,11 @@ def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGues
         )
     offered = [(name, table) for table in tables for name in _liveliest_first(table)]
     count = Counter(name for name, _ in offered)
-    once = [OfferedColumn(name, table) for name, table in offered if count[name] == 1]
+    once = [
+        OfferedColumn(name, table, None if preset is None else preset.column(name))
+        for name, table in offered
+        if count[name] == 1
+    ]
     chosen = choose(once, axis)
     used = {name for choice in chosen.values() for name in choice.columns}
     left = tuple(
@@ -178,7 +187,13 @@ def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGues
     main = homes.get("position", next(iter(homes.values()), tables[0]))
     questions = tuple(question for choice in chosen.values() for question in choice.questions)
     return ColumnGuess(
-        axis, columns, left, _period(main, columns, axis), _step(main, columns, axis), questions
+        axis,
+        columns,
+        left,
+        _period(main, columns, axis),
+        _step(main, columns, axis),
+        questions,
+        None if preset is None else preset.title,
     )
 
 

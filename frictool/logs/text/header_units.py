@@ -64,14 +64,14 @@ def _ends_in_unit(name: str) -> bool:
 def name_and_unit(cell: str) -> tuple[str, str | None]:
     """Return name and unit of a header cell: `speed [rpm]`, `speed (rpm)` or `speed/rpm`.
 
-    Brackets always hold a unit. A text in parentheses or after a slash is a unit only if it is
-    known.
+    Brackets hold a unit, or a whole number that is an index, `q[0]`. A text in parentheses or after
+    a slash is a unit only if it is known.
 
     >>> name_and_unit("speed (r/min)"), name_and_unit("torque (filtered)"), name_and_unit("U/V")
     (('speed', 'rpm'), ('torque (filtered)', None), ('U', 'V'))
     """
     match = _IN_BRACKETS.fullmatch(cell)
-    if match:
+    if match and not match.group(2).strip().isdigit():
         return match.group(1), spelled(match.group(2))
     for form in (_IN_PARENTHESES, _AFTER_SLASH):
         match = form.fullmatch(cell)

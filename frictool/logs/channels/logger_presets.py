@@ -1,0 +1,221 @@
+"""Presets: columns of the logs of known drives and robots, with the units that the files lack.
+
+A new preset is one record in PRESETS. A log has a preset if a column matches each pattern of its
+signature, and no other preset fits. Where a value can be in several units, the unit is asked for.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from frictool.documents.bench import OPEN
+from frictool.typing import Vector
+
+NO_CHANNEL = ""
+
+
+class PresetColumn(NamedTuple):
+    """Columns of a preset.
+
+    pattern: pattern of the whole name, without regard to case.
+    channel: channel of these columns; NO_CHANNEL if they are none.
+    unit: unit of the values; OPEN if the file does not determine it.
+    why: reason why the unit is asked for.
+    whole: True if the unit holds for whole numbers only.
+    most: largest absolute value in this unit; a larger one was written in another unit.
+    """
+
+    pattern: str
+    channel: str
+    unit: str = OPEN
+    why: str = ""
+    whole: bool = False
+    most: float = np.inf
+
+    def unit_of(self, values: Vector) -> str:
+        """Return the unit of these values, OPEN if it has to be asked for."""
+        finite = values[np.isfinite(values)]
+        fits = not self.whole or bool((finite == np.rint(finite)).all())
+        return self.unit if fits and bool((np.abs(finite) <= self.most).all()) else OPEN
+
+
+class LoggerPreset(NamedTuple):
+    """Logs of one maker's drives or robots.
+
+    signature: patterns of names that only these logs have together.
+    columns: the columns; others are judged by their names.
+    """
+
+    title: str
+    signature: tuple[str, ...]
+    columns: tuple[PresetColumn, ...]
+
+    def column(self, name: str) -> PresetColumn | None:
+        """Return the record of a column, or None."""
+        return next((one for one in self.columns if _matches(one.pattern, name)), None)
+
+
+JOINT = r"[\[_ ]?\d\]?"
+COUNTS_WHY = "the numbers are not whole, so that they are no counts of the servo"
+SERVO_CURRENT = "a register counts the current in a step that depends on the model: "
+SERVO = (
+    PresetColumn(r"(.*[./])?present[_ ]position", "position", "count", COUNTS_WHY, whole=True),
+    PresetColumn(r"(.*[./])?goal[_ ]position", "reference", "count", COUNTS_WHY, whole=True),
+    PresetColumn(r"(.*[./])?(present|goal)[_ ](velocity|speed|load|pwm)", NO_CHANNEL),
+    PresetColumn(r"(.*[./])?present[_ ](input[_ ])?(voltage|temperature)", NO_CHANNEL),
+)
+PRESETS = (
+    LoggerPreset(
+        "ODrive",
+        (r"(.*[./])?pos_estimate", r"(.*[./])?vel_estimate", r"(.*[./])?iq_(measured|setpoint)"),
+        (
+            PresetColumn(
+                r"(.*[./])?pos_estimate",
+                "position",
+                "turn",
+                "firmware before 0.5 counts the encoder's lines",
+                most=1e3,
+            ),
+            PresetColumn(
+                r"(.*[./])?(input_pos|pos_setpoint)",
+                "reference",
+                "turn",
+                "firmware before 0.5 counts the encoder's lines",
+                most=1e3,
+            ),
+            PresetColumn(
+                r"(.*[./])?vel_estimate",
+                "velocity",
+                "turn/s",
+                "firmware before 0.5 counts the encoder's lines",
+                most=1e3,
+            ),
+            PresetColumn(r"(.*[./])?iq_measured", "current", "A"),
+            PresetColumn(r"(.*[./])?iq_setpoint", "current_command", "A"),
+            PresetColumn(r"(.*[./])?(vbus_voltage|ibus|torque_estimate)", NO_CHANNEL),
+        ),
+    ),
+    LoggerPreset(
+        "moteus",
+        (
+            r"(.*[./])?mode",
+            r"(.*[./])?position",
+            r"(.*[./])?velocity",
+            r"(.*[./])?torque",
+            r"(.*[./])?q_current",
+        ),
+        (
+            PresetColumn(r"(.*[./])?position", "position", "turn"),
+            PresetColumn(r"(.*[./])?velocity", "velocity", "turn/s"),
+            PresetColumn(r"(.*[./])?q_current", "current", "A"),
+            PresetColumn(r"(.*[./])?(torque|d_current|abs_position|voltage|power)", NO_CHANNEL),
+        ),
+    ),
+    LoggerPreset(
+        "SimpleFOC",
+        ("target", "vq", "vd", "cq", "cd", "angle"),
+        (
+            PresetColumn("angle", "position", "rad"),
+            PresetColumn("vel", "velocity", "rad/s"),
+            PresetColumn("cq", "current", "mA"),
+            PresetColumn("vq", "voltage", "V"),
+            PresetColumn("target|vd|cd", NO_CHANNEL),
+        ),
+    ),
+    LoggerPreset(
+        "VESC Tool",
+        ("ms_today", "q_axis_current", "erpm", "encoder_position"),
+        (
+            PresetColumn("ms_today", "time", "ms"),
+            PresetColumn("encoder_position", "position", "deg"),
+            PresetColumn("q_axis_current", "current", "A"),
+            PresetColumn("q_axis_voltage", "voltage", "V"),
+            PresetColumn(
+                "ms_today_.*|input_voltage|temp_.*|current_.*|d_axis_.*|erpm|tacho.*|.*_hours.*"
+                "|battery_.*|speed_.*|vesc_id|num_vescs|acc.|gyro.|roll|pitch|yaw|gnss_.*",
+                NO_CHANNEL,
+            ),
+        ),
+    ),
+    LoggerPreset(
+        "Dynamixel",
+        (
+            r"(.*[./])?present[_ ]position",
+            r"(.*[./])?(present[_ ](input[_ ]voltage|pwm)|realtime[_ ]tick)",
+        ),
+        (
+            *SERVO,
+            PresetColumn(
+                r"(.*[./])?present[_ ]current",
+                "current",
+                OPEN,
+                f"{SERVO_CURRENT}2.69 mA (XM430, XH430), 1 mA (XL330, P), 3.36 mA (MX-64); write "
+                "it as scale with unit mA",
+            ),
+        ),
+    ),
+    LoggerPreset(
+        "Feetech",
+        (
+            r"(.*[./])?present[_ ]position",
+            r"(.*[./])?present[_ ](load|voltage)",
+            r"(.*[./])?present[_ ](speed|velocity)",
+        ),
+        (
+            *SERVO,
+            PresetColumn(
+                r"(.*[./])?present[_ ]current",
+                "current",
+                OPEN,
+                f"{SERVO_CURRENT}6.5 mA (STS3215); write it as scale with unit mA",
+            ),
+        ),
+    ),
+    LoggerPreset(
+        "Universal Robots (RTDE)",
+        (r"timestamp", rf"actual_q{JOINT}", rf"(actual_current|actual_qd|target_q){JOINT}"),
+        (
+            PresetColumn("timestamp", "time", "s"),
+            PresetColumn(rf"actual_q{JOINT}", "position", "rad"),
+            PresetColumn(rf"target_q{JOINT}", "reference", "rad"),
+            PresetColumn(rf"actual_qd{JOINT}", "velocity", "rad/s"),
+            PresetColumn(rf"actual_current{JOINT}", "current", "A"),
+            PresetColumn(rf"target_current{JOINT}", "current_command", "A"),
+            PresetColumn(
+                r"target_(qd|qdd|moment|tcp).*|actual_(tcp|joint_voltage|main|robot|digital"
+                r"|momentum|execution|tool).*|joint_.*|robot_.*|safety_.*|speed_.*|runtime_.*",
+                NO_CHANNEL,
+            ),
+        ),
+    ),
+    LoggerPreset(
+        "Franka (libfranka)",
+        ("time", "success_rate", rf"state\.q{JOINT}", rf"state\.tau_j{JOINT}"),
+        (
+            PresetColumn("time", "time", "ms"),
+            PresetColumn(rf"state\.q{JOINT}", "position", "rad"),
+            PresetColumn(rf"(state|cmd)\.q_d{JOINT}", "reference", "rad"),
+            PresetColumn(rf"state\.dq{JOINT}", "velocity", "rad/s"),
+            PresetColumn(rf"state\.tau_j{JOINT}", "effort", "N m"),
+            PresetColumn(r"success_rate|state\..*|cmd\..*", NO_CHANNEL),
+        ),
+    ),
+)
+
+
+def preset_of(names: Sequence[str]) -> LoggerPreset | None:
+    """Return the preset of a log with these columns; None if none or several fit."""
+    fitting = [
+        one
+        for one in PRESETS
+        if all(any(_matches(pattern, name) for name in names) for pattern in one.signature)
+    ]
+    return fitting[0] if len(fitting) == 1 else None
+
+
+def _matches(pattern: str, name: str) -> bool:
+    return re.fullmatch(pattern, name.strip(), re.IGNORECASE) is not None
