@@ -51,6 +51,10 @@ COMMANDS: dict[str, tuple[str, str]] = {
         "Prove the certificate of a controller again, without a solver.",
     ),
     "simulate": ("frictool.cli.simulate", "Simulate model and controller, and write a log."),
+    "prove": (
+        "frictool.cli.prove",
+        "Prove a step test from every start in an encoder count (proof.yaml).",
+    ),
     "report": ("frictool.cli.report", "Judge logs by the specification."),
     "campaign": (
         "frictool.cli.campaign",

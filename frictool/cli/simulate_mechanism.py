@@ -23,15 +23,9 @@ def is_mechanism(path: Path) -> bool:
 
     Raises InputFileError if it is no document.
     """
-    import yaml
+    from frictool.documents.document_text import is_format
 
-    from frictool.documents.document_text import compose, read_text
-
-    node = compose(read_text(path), path)
-    pairs = node.value if isinstance(node, yaml.MappingNode) else []
-    return any(
-        key.value == "format" and str(value.value).startswith("mechanism/") for key, value in pairs
-    )
+    return is_format(path, "mechanism")
 
 
 class EventsOutput:

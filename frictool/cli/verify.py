@@ -1,18 +1,24 @@
-"""`frictool verify`: repeated proof of a controller's certificate without a solver."""
+"""`frictool verify`: repeated proof of a controller's certificate, or of a step test."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from frictool.cli.common_options import existing, json_option
 from frictool.cli.console_output import print_json, say
+from frictool.cli.progress import progress
+
+if TYPE_CHECKING:
+    from frictool.documents.proof import Proof
 
 HELP = """\b
 Example:
   frictool verify controller.yaml
   frictool verify controller.yaml --model model.yaml
+  frictool verify proof.yaml
 
 Prove the certificate of a controller again, for every constant plant of its intervals, and compute
 all stored properties of its loop again.
@@ -30,32 +36,63 @@ bench has the controller's drive limit, winding and encoder, and the loop has th
 margin at every vertex of the model's intervals, also with the model's resonances. Properties of the
 model that no margin covers are listed.
 
+A proof.yaml of `frictool prove` is proved again from the documents in it; every stored value must
+follow from them.
+
 Exit codes: 0 everything holds; 1 there is no certificate, a stored property differs from that of
 the coefficients, a block was changed, or a condition of --model fails; 4 a bound is not proved, or
-a loop is unstable or violates the specified margin.
+a loop is unstable or violates the specified margin. For a proof: 0 it is confirmed; 1 a value
+differs, or a requirement is not proved.
 """
 
 
 @click.command("verify", help=HELP)
-@click.argument("controller", type=existing, help="Controller to verify (controller.yaml).")
+@click.argument(
+    "document", type=existing, help="Controller or proof to verify (controller.yaml, proof.yaml)."
+)
 @click.option(
     "--model", type=existing, help="Model that the controller must be verified for (model.yaml)."
 )
 @json_option
 @click.pass_context
-def command(ctx: click.Context, controller: Path, model: Path | None, as_json: bool) -> None:
+def command(ctx: click.Context, document: Path, model: Path | None, as_json: bool) -> None:
     from frictool.documents.controller import Controller
+    from frictool.documents.document_text import is_format
     from frictool.documents.model import Model
+    from frictool.documents.proof import Proof
     from frictool.documents.registry import load
     from frictool.errors import EXIT_NO
+
+    if is_format(document, "proof"):
+        if model is not None:
+            raise click.UsageError("--model belongs to a controller; a proof contains its model.")
+        _verify_proof(ctx, load(document, Proof), as_json)
+        return
     from frictool.verify.recheck import verify
     from frictool.verify.verification_view import json_view, lines
 
-    document = load(controller, Controller)
-    verification = verify(document, None if model is None else load(model, Model))
+    verification = verify(load(document, Controller), None if model is None else load(model, Model))
     if as_json:
         print_json("verify/1", json_view(verification))
     else:
         say("\n".join(lines(verification)))
     if not verification.holds:
+        ctx.exit(EXIT_NO)
+
+
+def _verify_proof(ctx: click.Context, proof: Proof, as_json: bool) -> None:
+    from frictool.errors import EXIT_NO
+    from frictool.prove.proof_view import confirmation, json_view, verdict_of
+    from frictool.prove.step_proof import differences, prove_again
+    from frictool.verify.recheck import recheck
+
+    recheck(proof.controller)
+    with progress("starts") as show:
+        again = prove_again(proof, show)
+    differing = differences(proof, again)
+    if as_json:
+        print_json("prove/1", json_view(again, differing))
+    else:
+        say("\n".join(confirmation(again, differing)))
+    if differing or verdict_of(again) != "proved":
         ctx.exit(EXIT_NO)

@@ -140,7 +140,7 @@ class RestCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     limit: float
 
 
-class Rest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class RestProof(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Proof that an axis inside the band comes to rest and stays there, for every plant of the box.
 
     - `verdict`: `proved`, or `undecided` if a check of the band fails.
@@ -192,5 +192,5 @@ class Certificate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     weights: CertifiedWeights
     bounds: tuple[Bound, ...]
     not_proved: dict[str, str] = {}
-    rest: Rest | None = None
+    rest: RestProof | None = None
     cycle: Cycle | None = None

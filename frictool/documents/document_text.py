@@ -68,6 +68,18 @@ def compose(text: str, path: Path) -> yaml.Node:
     return node
 
 
+def is_format(path: Path, name: str) -> bool:
+    """Return True if the document at `path` has the format `name`, of any version.
+
+    Raises InputFileError if it is no document.
+    """
+    node = compose(read_text(path), path)
+    pairs = node.value if isinstance(node, yaml.MappingNode) else []
+    return any(
+        key.value == "format" and str(value.value).startswith(f"{name}/") for key, value in pairs
+    )
+
+
 def _problem(error: yaml.MarkedYAMLError) -> str:
     """Return the parser's problem, in plain words for a tab and for a second document."""
     problem = error.problem or error.context or "?"

@@ -21,6 +21,7 @@ from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
 from frictool.documents.observer import Observer
 from frictool.documents.promise import Promise
+from frictool.documents.proof import Proof
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.errors import DocumentError, InputFileError
@@ -37,6 +38,7 @@ DOCUMENTS: dict[str, type[msgspec.Struct]] = {
     "observer": Observer,
     "mechanism": Mechanism,
     "promise": Promise,
+    "proof": Proof,
 }
 
 T = TypeVar("T", bound=msgspec.Struct)

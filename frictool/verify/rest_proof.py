@@ -21,7 +21,7 @@ import math
 from typing import Literal
 
 from frictool.control.speed_filter import first_order
-from frictool.documents.certificate import Box, Certificate, Rest, RestCheck
+from frictool.documents.certificate import Box, Certificate, RestCheck, RestProof
 from frictool.documents.controller import Controller, Limiter, PositionLaw
 
 ROUNDED = 1e-12  # relative margin of each figure; each needs fewer than 50 roundings
@@ -29,7 +29,7 @@ OF_THE_APPROACH = ("arrival_speed", "stable_loop")  # checks that the states in 
 BRAKING_SHARE = 0.5  # disturbance while the axis stops, relative to the least friction
 
 
-def prove_rest(controller: Controller, certificate: Certificate) -> Rest | None:
+def prove_rest(controller: Controller, certificate: Certificate) -> RestProof | None:
     """Return the proof of rest for every plant of the certificate's box; None without a band.
 
     The result depends on the document alone, so that `verify` computes it again.
@@ -62,7 +62,7 @@ def least_friction(controller: Controller, box: Box) -> float:
 
 def _summary(
     controller: Controller, certificate: Certificate, band: float, checks: tuple[RestCheck, ...]
-) -> Rest:
+) -> RestProof:
     box = certificate.box
     friction = least_friction(controller, box)
     step = controller.bench.encoder.resolution
@@ -79,7 +79,7 @@ def _summary(
     speed = math.sqrt(2.0 * braking * room / box.inertia[1]) * (1.0 - ROUNDED)
     stop = box.inertia[1] * speed / braking * (1.0 + ROUNDED) if braking > 0.0 else 0.0
     coasts = controller.limiter is None or controller.limiter.condition == "error"
-    return Rest(
+    return RestProof(
         verdict=verdict,
         disturbance=friction if verdict == "proved" else 0.0,
         stopping_disturbance=BRAKING_SHARE * friction if verdict == "proved" else 0.0,

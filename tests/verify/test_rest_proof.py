@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from frictool.adapters.axis_model import axis_of
-from frictool.documents.certificate import Certificate, Rest
+from frictool.documents.certificate import Certificate, RestProof
 from frictool.documents.controller import Controller, Limiter, Velocity
 from frictool.documents.design import Design
 from frictool.documents.model import Model
@@ -27,7 +27,7 @@ SEED = 20261127
 MASS = ROOT / "configs/mass"
 
 
-def _rest(controller: Controller) -> Rest:
+def _rest(controller: Controller) -> RestProof:
     assert controller.certificate is not None
     proof = prove_rest(controller, controller.certificate)
     assert proof is not None
@@ -119,7 +119,7 @@ def test_an_edited_proof_of_rest_is_seen() -> None:
     assert controller.certificate is not None
     proof = _rest(controller)
 
-    def with_rest(rest: Rest) -> Certificate:
+    def with_rest(rest: RestProof) -> Certificate:
         assert controller.certificate is not None
         return msgspec.structs.replace(controller.certificate, rest=rest)
 

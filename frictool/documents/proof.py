@@ -1,0 +1,77 @@
+"""`proof.yaml`: outcome of `frictool prove` for a step test, with the documents of the test."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from typing import Annotated, Any, Literal
+
+import msgspec
+
+from frictool.documents.controller import Controller, Number
+from frictool.documents.model import Model
+from frictool.documents.provenance import Provenance
+from frictool.documents.quantity import Axis
+from frictool.documents.scenario import Scenario
+from frictool.documents.spec import Spec
+
+Count = Annotated[int, msgspec.Meta(ge=0)]
+
+
+class ProvedRequirement(
+    msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
+):
+    """One requirement of the specification with its outcome.
+
+    - `key`: Key of the specification.
+    - `state`: `proved` for every start of the count; `refuted` by the start `start`; `undecided`,
+      for the reason `reason`.
+    - `limit`: Limit of the specification.
+    - `value`: Worst value of all runs.
+    - `start`: Position at rest [rad | m] from which the requirement is violated.
+    - `reason`: Reason for an undecided requirement.
+    """
+
+    key: str
+    state: Literal["proved", "refuted", "undecided"]
+    limit: float
+    value: float | None = None
+    start: float | None = None
+    reason: str = ""
+
+
+class Proof(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Proof of a step test of the nominal plant from every start in an encoder count: `proof.yaml`.
+
+    It contains the documents that it is about, so that `frictool verify` proves it again from this
+    file alone.
+
+    - `number`: Number format of the controller.
+    - `starts`: Ends of the encoder count of the scenario's start [rad | m].
+    - `runs`: Number of parts of the starts whose readings agree at every sample.
+    - `open_share`: Share of the starts of which nothing is claimed.
+    - `requirements`: Requirements in the order of the specification.
+    - `model`, `controller`, `scenario`, `spec`: Documents of the step test.
+    - `digest`: SHA-256 of the other keys.
+    """
+
+    format: Literal["proof/1"]
+    name: str
+    axis: Axis
+    number: Number
+    starts: tuple[float, float]
+    runs: Count
+    open_share: float
+    requirements: tuple[ProvedRequirement, ...]
+    model: Model
+    controller: Controller
+    scenario: Scenario
+    spec: Spec
+    provenance: Provenance
+    digest: str = ""
+
+
+def proof_digest(proof: Proof) -> str:
+    """Return the SHA-256 of all values but `digest`, whatever their layout in the file."""
+    values: dict[str, Any] = msgspec.to_builtins(msgspec.structs.replace(proof, digest=""))
+    return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()

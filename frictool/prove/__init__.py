@@ -1,0 +1,1 @@
+"""Proofs of a controller's step test, and their independent check."""

@@ -1,0 +1,436 @@
+"""Enclosure of the motion of one axis over a sample: stick, breakaway, slip, contact, stop.
+
+All quantities are intervals; the direction of the motion is always known. In the direction s of a
+slip, with w = s v >= 0 and a held command u,
+
+    drive i' = (u - i)/lag,        w' = s (K i - offset)/J - viscous w/J - friction/J
+
+is linear. Its Taylor series is summed with interval coefficients, and the remainder is bounded
+by `_tail`. The motion since the start does not depend on the start, since no law depends on the
+position: the same enclosure holds for every encoder phase.
+
+An event is approached by steps that are proved free of events, until it lies within EVENT seconds.
+There it is enclosed: everything that may happen in that time is inside the bounds. A case that
+stays open raises `Ambiguous`; nothing is then claimed.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+from frictool.plant.axis import AxisParameters
+from frictool.prove.interval import ZERO, RoundedInterval, decay, point
+
+EVENT = 1e-9  # s, time around an event that is enclosed as a whole
+TERMS = 14  # terms of the Taylor series
+STEEPEST = 0.5  # largest product of a step and a rate; a longer step is divided
+SLACK = 1e-12  # relative margin of bounds that are computed without outward rounding
+MOST_STEPS = 400  # steps of one sample
+
+
+class Ambiguous(Exception):
+    """The enclosure cannot decide what the axis does."""
+
+
+@dataclass(frozen=True)
+class PlantBox:
+    """Parameters of an axis as intervals, SI; names as in plant/axis.py.
+
+    lag and period, the sample period [s], are one double each.
+    """
+
+    inertia: RoundedInterval
+    viscous: RoundedInterval
+    coulomb: RoundedInterval
+    breakaway: RoundedInterval
+    offset: RoundedInterval
+    constant: RoundedInterval
+    gap_coulomb: RoundedInterval
+    gap_breakaway: RoundedInterval
+    lag: float
+    drive_limit: float
+    backlash: float
+    period: float
+
+
+def plant_box(axis: AxisParameters, period: float) -> PlantBox:
+    """Return the box that contains one plant."""
+    return PlantBox(
+        point(axis.inertia),
+        point(axis.viscous),
+        point(axis.coulomb),
+        point(axis.breakaway),
+        point(axis.offset),
+        point(axis.constant),
+        point(axis.backlash_coulomb),
+        point(axis.backlash_breakaway),
+        axis.lag,
+        axis.drive_limit,
+        axis.backlash,
+        period,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class AxisSet:
+    """Set of axis states.
+
+    moved: motion since the start [rad | m]. direction: sign of the motion, 0 at rest. edge: edge of
+    the backlash at which the motor carries the load, 0 inside. gap: position inside the backlash.
+    """
+
+    moved: RoundedInterval
+    speed: RoundedInterval
+    drive: RoundedInterval
+    gap: RoundedInterval
+    direction: int = 0
+    edge: int = 0
+
+
+AT_REST = AxisSet(ZERO, ZERO, ZERO, ZERO)
+
+
+def advanced(state: AxisSet, command: float, p: PlantBox, duration: float) -> AxisSet:
+    """Return the set after `duration` [s] under a held command [A | V]."""
+    command = min(max(command, -p.drive_limit), p.drive_limit)
+    if p.lag == 0.0:
+        state = replace(state, drive=point(command))
+    left = duration
+    for _ in range(MOST_STEPS):
+        if left <= 0.0:
+            return state
+        if state.direction == 0:
+            state, spent = _rested(state, command, p, left)
+        else:
+            state, spent = _slipped(state, command, p, left)
+        left = 0.0 if spent >= left else left - spent
+    raise Ambiguous("too many events within one sample")
+
+
+def thresholds(state: AxisSet, p: PlantBox) -> tuple[RoundedInterval, RoundedInterval]:
+    """Return the breakaway forwards and backwards [N m | N]."""
+    return (
+        p.breakaway if _carries(state, p, 1) else p.gap_breakaway,
+        p.breakaway if _carries(state, p, -1) else p.gap_breakaway,
+    )
+
+
+def _carries(state: AxisSet, p: PlantBox, direction: int) -> bool:
+    return p.backlash == 0.0 or state.edge == direction
+
+
+def _effort(drive: RoundedInterval, p: PlantBox) -> RoundedInterval:
+    return p.constant * drive - p.offset
+
+
+def _held_drive(
+    drive: RoundedInterval, command: float, p: PlantBox, time: float
+) -> RoundedInterval:
+    if p.lag == 0.0:
+        return point(command)
+    target = point(command)
+    return target + (drive - target) * _decay(time, p.lag)
+
+
+@lru_cache(maxsize=64)
+def _decay(time: float, lag: float) -> RoundedInterval:
+    return decay(point(time) / point(lag))
+
+
+def _rested(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[AxisSet, float]:
+    """Return the set after rest, and the time that it lasts; a breakaway ends it."""
+    forward, backward = thresholds(state, p)
+    drive = _held_drive(state.drive, command, p, left)
+    efforts = _effort(state.drive, p), _effort(drive, p)
+    if all(-backward.low < one.low and one.high < forward.low for one in efforts):
+        return replace(state, drive=drive), left
+    now = efforts[0]
+    if now.low > forward.high:
+        return replace(state, direction=1), 0.0
+    if now.high < -backward.high:
+        return replace(state, direction=-1), 0.0
+    for sign, threshold in ((1, forward), (-1, backward)):
+        later = efforts[1] if sign > 0 else -efforts[1]
+        if later.low > threshold.high and p.lag > 0.0:
+            return _broken_away(state, command, p, left, sign)
+    raise Ambiguous("the effort is as large as the breakaway")
+
+
+def _broken_away(
+    state: AxisSet, command: float, p: PlantBox, left: float, sign: int
+) -> tuple[AxisSet, float]:
+    """Return the set just after the breakaway that happens within `left`, and its time.
+
+    The drive tends to the command monotonically, so that the effort exceeds the threshold from the
+    breakaway on. The latest breakaway is found by bisection; the earliest likewise.
+    """
+    forward, backward = thresholds(state, p)
+    threshold = forward if sign > 0 else backward
+
+    def effort_at(time: float) -> RoundedInterval:
+        effort = _effort(_held_drive(state.drive, command, p, time), p)
+        return effort if sign > 0 else -effort
+
+    sure_rest, sure_slip = 0.0, left
+    for _ in range(60):
+        if sure_slip - sure_rest <= EVENT:
+            break
+        middle = 0.5 * (sure_rest + sure_slip)
+        effort = effort_at(middle)
+        if effort.high < threshold.low:
+            sure_rest = middle
+        elif effort.low > threshold.high:
+            sure_slip = middle
+        else:  # the parameters are intervals: narrow the latest instant only
+            if effort_at(0.5 * (middle + sure_slip)).low > threshold.high:
+                sure_slip = 0.5 * (middle + sure_slip)
+            else:
+                break
+    spread = math.nextafter(sure_slip - sure_rest, math.inf)
+    friction = p.coulomb if _carries(state, p, sign) else p.gap_coulomb
+    pushed = effort_at(sure_slip)
+    most = max(0.0, ((pushed - friction) / p.inertia).high)
+    speed = RoundedInterval(0.0, math.nextafter(most * spread, math.inf))
+    moved = RoundedInterval(0.0, math.nextafter(speed.high * spread, math.inf))
+    drive = _held_drive(state.drive, command, p, sure_slip)
+    started = replace(state, drive=drive, direction=sign)
+    if not _carries(state, p, sign) and moved.high >= _room(started, p):
+        raise Ambiguous("a breakaway at the contact")
+    return _shifted(started, moved, speed, p), sure_slip
+
+
+def _shifted(
+    state: AxisSet, distance: RoundedInterval, speed: RoundedInterval, p: PlantBox
+) -> AxisSet:
+    """Return the set after a motion by `distance` >= 0 in its direction, at the new speed >= 0."""
+    signed = distance if state.direction >= 0 else -distance
+    velocity = speed if state.direction >= 0 else -speed
+    if _carries(state, p, state.direction):
+        return replace(state, moved=state.moved + signed, speed=velocity)
+    half = 0.5 * p.backlash
+    return replace(
+        state,
+        moved=state.moved + signed,
+        speed=velocity,
+        gap=(state.gap + signed).clipped(-half, half),
+        edge=0,
+    )
+
+
+def _slipped(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[AxisSet, float]:
+    """Return the set after a slip, and the time that it lasts; contact or stop ends it."""
+    carries = _carries(state, p, state.direction)
+    phase = _phase(state, command, p, carries)
+    room = math.inf if carries else _room(state, p)
+    rate = max(phase.alpha.high, phase.rate)
+    step = min(left, STEEPEST / rate if rate > 0.0 else left)
+    while True:
+        bounds = _bounds(phase, step)
+        if bounds.moves and bounds.farthest < room:
+            speed, distance = _mapped(phase, step) if step == p.period else _series(phase, step)
+            speed = RoundedInterval(max(speed.low, 0.0), speed.high)
+            drive = _held_drive(state.drive, command, p, step)
+            return replace(_shifted(state, _positive(distance), speed, p), drive=drive), step
+        if step <= EVENT:
+            break
+        guess = 0.5 * step
+        if not bounds.moves and bounds.slowest < 0.0:
+            guess = min(guess, 0.9 * phase.speed.low / -bounds.slowest)
+        elif bounds.moves:
+            guess = min(guess, 0.9 * room / (bounds.farthest / step))
+        step = max(guess, EVENT)
+    if bounds.moves:
+        return _met(state, command, p, left)
+    if bounds.fastest < 0.0:
+        return _stopped(state, command, p, left, bounds.fastest)
+    raise Ambiguous("an acceleration without a sign at a stop")
+
+
+@dataclass(frozen=True, slots=True)
+class _Phase:
+    """Slip in its direction: w' = settled + excess e^(-rate t) - alpha w."""
+
+    speed: RoundedInterval
+    settled: RoundedInterval
+    excess: RoundedInterval
+    alpha: RoundedInterval
+    losing: RoundedInterval
+    rate: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Bounds:
+    """Bounds during a step. moves: the speed stays above 0, or does not fall from 0."""
+
+    moves: bool
+    farthest: float
+    slowest: float
+    fastest: float
+
+
+def _phase(state: AxisSet, command: float, p: PlantBox, carries: bool) -> _Phase:
+    sign = state.direction
+    held = point(command if sign > 0 else -command)
+    drive = state.drive if sign > 0 else -state.drive
+    opposing = (p.offset if sign > 0 else -p.offset) + (p.coulomb if carries else p.gap_coulomb)
+    kappa = p.constant / p.inertia
+    return _Phase(
+        state.speed if sign > 0 else -state.speed,
+        kappa * held - opposing / p.inertia,
+        kappa * (drive - held) if p.lag > 0.0 else ZERO,
+        p.viscous / p.inertia if carries else ZERO,
+        point(1.0) / point(p.lag) if p.lag > 0.0 else ZERO,
+        1.0 / p.lag if p.lag > 0.0 else 0.0,
+    )
+
+
+def _bounds(phase: _Phase, step: float) -> _Bounds:
+    """Return bounds of speed, distance and acceleration during a step, as long as w >= 0.
+
+    The drive's share falls at most by the factor 1 - rate step. SLACK exceeds the rounding errors.
+    """
+    kept = RoundedInterval((1.0 - phase.rate * step) * (1.0 - SLACK), 1.0)
+    push = phase.settled + phase.excess * kept
+    top = (max(phase.speed.high, 0.0) + max(0.0, push.high) * step) * (1.0 + SLACK)
+    slowest = push.low - phase.alpha.high * top
+    slowest -= SLACK * (abs(push.low) + phase.alpha.high * top)
+    least = phase.speed.low + min(0.0, slowest * step) * (1.0 + SLACK)
+    fastest = push.high + SLACK * abs(push.high)
+    moves = least > SLACK * phase.speed.high or (slowest >= 0.0 and phase.speed.low >= 0.0)
+    return _Bounds(moves, top * step * (1.0 + SLACK), slowest, fastest)
+
+
+def _least(speed: RoundedInterval) -> float:
+    """Return the least absolute value of an interval."""
+    return 0.0 if speed.low <= 0.0 <= speed.high else min(abs(speed.low), abs(speed.high))
+
+
+def _positive(one: RoundedInterval) -> RoundedInterval:
+    return RoundedInterval(max(0.0, one.low), max(0.0, one.high))
+
+
+def _room(state: AxisSet, p: PlantBox) -> float:
+    """Return the least distance to the contact in the direction of motion [rad | m]."""
+    half = 0.5 * p.backlash
+    ahead = half - state.gap.high if state.direction > 0 else half + state.gap.low
+    return max(0.0, math.nextafter(ahead, -math.inf))
+
+
+def _mapped(phase: _Phase, step: float) -> tuple[RoundedInterval, RoundedInterval]:
+    """Return `_series`, by the sums of unit phases: the motion is linear in its first values."""
+    w0, w1, w2, y0, y1, y2 = _unit_sums(phase.alpha, phase.losing, phase.rate, step)
+    return (
+        phase.speed * w0 + phase.settled * w1 + phase.excess * w2,
+        phase.speed * y0 + phase.settled * y1 + phase.excess * y2,
+    )
+
+
+@lru_cache(maxsize=64)
+def _unit_sums(
+    alpha: RoundedInterval, losing: RoundedInterval, rate: float, step: float
+) -> tuple[
+    RoundedInterval,
+    RoundedInterval,
+    RoundedInterval,
+    RoundedInterval,
+    RoundedInterval,
+    RoundedInterval,
+]:
+    one = point(1.0)
+    (w0, y0), (w1, y1), (w2, y2) = (
+        _series(_Phase(speed, settled, excess, alpha, losing, rate), step)
+        for speed, settled, excess in ((one, ZERO, ZERO), (ZERO, one, ZERO), (ZERO, ZERO, one))
+    )
+    return w0, w1, w2, y0, y1, y2
+
+
+def _series(phase: _Phase, step: float) -> tuple[RoundedInterval, RoundedInterval]:
+    """Return speed and distance after `step`, from the Taylor series."""
+    d = point(step)
+    b, c = phase.excess, phase.speed
+    total, path = c, c * d
+    for k in range(1, TERMS + 1):
+        inner = b - phase.alpha * c
+        if k == 1:
+            inner = inner + phase.settled
+        c = inner * d / point(float(k))
+        b = -(b * phase.losing) * d / point(float(k))
+        total = total + c
+        path = path + c * d / point(float(k + 1))
+    size = (
+        phase.settled.magnitude
+        + 2.0 * TERMS * phase.excess.magnitude
+        + phase.alpha.high * phase.speed.magnitude
+    )
+    tail = _tail(size, max(phase.alpha.high, phase.rate), step)
+    return total + RoundedInterval(-tail, tail), path + RoundedInterval(-tail * step, tail * step)
+
+
+def _tail(size: float, beta: float, step: float) -> float:
+    """Return a bound of the terms after TERMS.
+
+    |c_k| d^k <= size d (beta d)^(k-1)/k!, and beta d <= STEEPEST; the sum is below twice its first
+    term.
+    """
+    x = beta * step * (1.0 + SLACK)
+    first = size * step * x**TERMS / math.factorial(TERMS + 1)
+    return 2.0 * first * (1.0 + SLACK) + 1e-300
+
+
+def _stopped(
+    state: AxisSet, command: float, p: PlantBox, left: float, fastest: float
+) -> tuple[AxisSet, float]:
+    """Return the set after the stop that happens within high speed/|fastest|, and that time."""
+    sign = state.direction
+    high = state.speed.magnitude
+    wait = max(EVENT, 1.01 * high / -fastest)
+    carries = _carries(state, p, sign)
+    sure = _bounds(_phase(state, command, p, carries), wait).fastest
+    if wait > left or not high + sure * wait * (1.0 - SLACK) < 0.0:
+        raise Ambiguous("a stop close to the end of a sample")
+    drive = _held_drive(state.drive, command, p, wait)
+    efforts = _effort(state.drive, p), _effort(drive, p)
+    moved = RoundedInterval(0.0, high * wait * (1.0 + SLACK))
+    if not carries and moved.high >= _room(state, p):
+        raise Ambiguous("a stop at the contact")
+    at = _shifted(state, moved, ZERO, p)
+    forward, backward = thresholds(at, p)
+    if all(-backward.low < one.low and one.high < forward.low for one in efforts):
+        return replace(at, drive=drive, direction=0), wait
+    against = backward if sign > 0 else forward
+    pushing = [-one if sign > 0 else one for one in efforts]
+    if all(one.low > against.high for one in pushing):
+        friction = p.coulomb if _carries(at, p, -sign) else p.gap_coulomb
+        most = max(((one - friction) / p.inertia).high for one in pushing)
+        speed = RoundedInterval(0.0, most * wait * (1.0 + SLACK))
+        back = RoundedInterval(0.0, speed.high * wait * (1.0 + SLACK))
+        turned = replace(at, drive=drive, direction=-sign)
+        return _shifted(turned, back, speed, p), wait
+    raise Ambiguous("a stop at an effort as large as the breakaway")
+
+
+def _met(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[AxisSet, float]:
+    """Return the set after the contact in the backlash, and the time within which it happens.
+
+    The motion lies between that without contact and that with the axis's friction from the start.
+    """
+    sign = state.direction
+    half = 0.5 * p.backlash
+    far = (half - state.gap.low if sign > 0 else half + state.gap.high) * (1.0 + SLACK) + SLACK
+    slow = _least(state.speed)
+    if slow == 0.0:
+        raise Ambiguous("a contact without speed")
+    wait = max(EVENT, 2.0 * far / slow)
+    free, carried = (_phase(state, command, p, carries) for carries in (False, True))
+    if wait > left or not (_bounds(free, wait).moves and _bounds(carried, wait).moves):
+        raise Ambiguous("a contact close to the end of a sample")
+    ends = _series(free, wait), _series(carried, wait)
+    speed, distance = ends[0][0].hull(ends[1][0]), ends[0][1].hull(ends[1][1])
+    if distance.low <= far:
+        raise Ambiguous("a contact that the bounds do not enclose")
+    drive = _held_drive(state.drive, command, p, wait)
+    signed = distance if sign > 0 else -distance
+    velocity = speed if sign > 0 else -speed
+    return AxisSet(state.moved + signed, velocity, drive, point(sign * half), sign, sign), wait

@@ -1,0 +1,263 @@
+"""Every run of one plant from all starts within an encoder count.
+
+The controller reads the position as a count. Between two starts whose counts agree at all samples
+it does exactly the same, so that its program runs with numbers, in its number format, and not with
+sets. The axis moves by the same distance from both starts (axis_enclosure.py). The starts are
+therefore divided at the instants at which a count differs: with a start phi and a motion X(k), the
+count at sample k changes at phi = n step - X(k). The divisions overlap by the width of X and by
+OVERLAP, so that they cover every start.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from frictool.control.compiled_program import (
+    CompiledProgram,
+    control_step,
+    copy_program,
+    start_at,
+)
+from frictool.prove.axis_enclosure import (
+    AT_REST,
+    Ambiguous,
+    AxisSet,
+    PlantBox,
+    advanced,
+    thresholds,
+)
+from frictool.prove.interval import RoundedInterval, point
+from frictool.prove.still_axis import still_samples
+from frictool.typing import Vector
+
+OVERLAP = 1e-10  # encoder counts by which neighbouring parts overlap
+FOLLOWED = 40  # samples of rest over which the drive is followed, at the end of a rest
+MOST_RUNS = 10_000  # runs after which the starts that are left stay open
+DRIVE_SLACK = 1e-9  # relative distance of the drive from the breakaway while the axis rests
+
+
+@dataclass(frozen=True)
+class LoopOfPlant:
+    """Sampled loop of one plant and one number format.
+
+    running: the program, not started. reference (n,): one value per sample. start: position at rest
+    [rad | m]; every start in its encoder count is considered. travel: end stops, which no proved
+    run meets.
+    """
+
+    plant: PlantBox
+    running: CompiledProgram
+    reference: Vector
+    delay: int
+    encoder_step: float
+    start: float
+    travel: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class PhaseRun:
+    """Runs from the starts [low, high], with the same reading and command at every sample.
+
+    position, command (n,): what the controller reads, and its commands. rests: True if the axis
+    stands still at the end. reason: why nothing is claimed of these starts; then the samples are
+    those before the open case.
+    """
+
+    low: float
+    high: float
+    position: Vector
+    command: Vector
+    rests: bool
+    reason: str = ""
+
+
+@dataclass
+class _Branch:
+    low: float
+    high: float
+    state: AxisSet
+    machine: CompiledProgram
+    sample: int
+    position: Vector
+    command: Vector
+    known: bool  # the command of `sample` is computed
+    at: RoundedInterval | None  # motion at which `reading` was taken at rest
+    reading: float
+    read: bool = True  # the count of `sample` is decided
+
+
+def phase_runs(
+    loop: LoopOfPlant, progress: Callable[[float], None] = lambda _: None
+) -> Iterator[PhaseRun]:
+    """Yield the runs from all starts in the count of `loop.start`, in order of the starts."""
+    step = loop.encoder_step
+    count = math.floor(loop.start / step)
+    low, high = count * step, (count + 1) * step
+    machine = copy_program(loop.running)
+    start_at(machine, count * step)
+    n = loop.reference.size
+    stack = [
+        _Branch(
+            low, high, AT_REST, machine, 0, np.empty(n), np.empty(n), False, AT_REST.moved,
+            count * step,
+        )
+    ]  # fmt: skip
+    made = 0
+    while stack:
+        branch = stack.pop()
+        progress((branch.low - low) / (high - low))
+        if made >= MOST_RUNS:
+            yield _ended(branch, f"more than {MOST_RUNS} runs")
+            continue
+        outcome = _followed(loop, branch, stack)
+        if outcome is not None:
+            made += 1
+            yield outcome
+
+
+def _followed(loop: LoopOfPlant, branch: _Branch, stack: list[_Branch]) -> PhaseRun | None:
+    """Follow a branch to its end or to its division, whose parts go to the stack."""
+    n = loop.reference.size
+    while branch.sample < n:
+        k = branch.sample
+        if not branch.known:
+            resting = branch.state.direction == 0 and branch.state.moved == branch.at
+            if not resting and not branch.read:
+                parts = _divided(loop, branch)
+                if len(parts) > 1:
+                    stack += reversed(parts)
+                    return None
+                branch.reading = parts[0].reading
+            branch.at = branch.state.moved if branch.state.direction == 0 else None
+            branch.read = False
+            branch.position[k] = branch.reading
+            branch.command[k] = control_step(branch.machine, loop.reference[k], branch.reading, 0.0)
+        branch.known = False
+        try:
+            if _stays(loop, branch):
+                _stand(loop, branch)
+            else:
+                acting = branch.command[k - loop.delay] if k >= loop.delay else 0.0
+                branch.state = advanced(branch.state, float(acting), loop.plant, loop.plant.period)
+                branch.sample += 1
+            _check_travel(loop, branch)
+        except Ambiguous as reason:
+            return _ended(branch, str(reason))
+    return _ended(branch, "")
+
+
+def _ended(branch: _Branch, reason: str) -> PhaseRun:
+    return PhaseRun(
+        branch.low,
+        branch.high,
+        branch.position,
+        branch.command,
+        branch.state.direction == 0 and not reason,
+        reason and f"at sample {branch.sample}: {reason}",
+    )
+
+
+def _divided(loop: LoopOfPlant, branch: _Branch) -> list[_Branch]:
+    """Return the parts of the branch, one for each count that its axis may have now."""
+    step, moved = loop.encoder_step, branch.state.moved
+    overlap = OVERLAP * step
+    first = math.floor((branch.low + moved.low - overlap) / step)
+    last = math.floor((branch.high + moved.high + overlap) / step)
+    parts = []
+    for count in range(first, last + 1):
+        low = max(branch.low, count * step - moved.high - overlap)
+        high = min(branch.high, (count + 1) * step - moved.low + overlap)
+        if low <= high:
+            parts.append((low, high, count * step))
+    if len(parts) == 1:
+        branch.reading = parts[0][2]
+        return [branch]
+    return [
+        replace(
+            branch,
+            low=low,
+            high=high,
+            machine=copy_program(branch.machine),
+            position=branch.position.copy(),
+            command=branch.command.copy(),
+            reading=reading,
+            read=True,
+            at=None,
+        )
+        for low, high, reading in parts
+    ]
+
+
+def _still_drives(state: AxisSet, p: PlantBox) -> tuple[float, float]:
+    """Return the lowest and highest drive [A | V] at which an axis at rest stays at rest."""
+    forward, backward = thresholds(state, p)
+    upper, lower = forward.low + p.offset.low, p.offset.high - backward.low
+    high = upper / (p.constant.high if upper > 0.0 else p.constant.low)
+    low = lower / (p.constant.high if lower < 0.0 else p.constant.low)
+    slack = DRIVE_SLACK * max(abs(low), abs(high))
+    return low + slack, high - slack
+
+
+def _stays(loop: LoopOfPlant, branch: _Branch) -> bool:
+    """Return True if the axis rests, and its drive and the waiting commands leave it at rest."""
+    if branch.state.direction != 0:
+        return False
+    low, high = _still_drives(branch.state, loop.plant)
+    if not (low < branch.state.drive.low and branch.state.drive.high < high):
+        return False
+    first = max(0, branch.sample - loop.delay)
+    waiting = branch.command[first : branch.sample + 1]
+    return bool(np.all((low < waiting) & (waiting < high))) and low < 0.0 < high
+
+
+def _stand(loop: LoopOfPlant, branch: _Branch) -> None:
+    """Let the axis rest until a command acts that may move it, or to the end."""
+    k = branch.sample
+    reading = branch.reading
+    if branch.at is None or branch.state.moved != branch.at:
+        # the axis has stopped since the last reading: its count is read at the next sample
+        branch.state = _after_rest(loop, branch, k, k + 1)
+        branch.sample = k + 1
+        return
+    bounds = np.array(_still_drives(branch.state, loop.plant))
+    end = still_samples(branch.machine, loop.reference, k + 1, reading, bounds, branch.command)
+    branch.position[k + 1 : min(end + 1, loop.reference.size)] = reading
+    branch.state = _after_rest(loop, branch, k, end)
+    branch.sample = end
+    branch.known = end < loop.reference.size
+
+
+def _after_rest(loop: LoopOfPlant, branch: _Branch, first: int, last: int) -> AxisSet:
+    """Return the set at sample `last`; between the samples the drive moves, and nothing else.
+
+    A drive that starts in an interval with the commands stays in it. It is followed exactly over
+    the last samples, before which the interval is used.
+    """
+    acting = [float(branch.command[k - loop.delay]) if k >= loop.delay else 0.0
+              for k in range(first, last)]  # fmt: skip
+    state = branch.state
+    if len(acting) > FOLLOWED:
+        early = acting[:-FOLLOWED]
+        drive = state.drive.hull(RoundedInterval(min(early), max(early)))
+        state = replace(state, drive=drive)
+        acting = acting[-FOLLOWED:]
+    for command in acting:
+        state = advanced(state, command, loop.plant, loop.plant.period)
+    return state
+
+
+def _check_travel(loop: LoopOfPlant, branch: _Branch) -> None:
+    """Raise Ambiguous if the axis may meet an end stop before the next sample."""
+    state, p = branch.state, loop.plant
+    most = (p.constant * point(p.drive_limit)).high + p.offset.magnitude
+    reach = (state.speed.magnitude + most / p.inertia.low * loop.plant.period) * loop.plant.period
+    low, high = loop.travel
+    if (
+        branch.low + state.moved.low - reach <= low
+        or branch.high + state.moved.high + reach >= high
+    ):
+        raise Ambiguous("an end stop within reach")

@@ -1,0 +1,79 @@
+"""Text and JSON of a proof."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+
+from frictool.documents.metric_table import REQUIREMENTS, requirement_title
+from frictool.documents.proof import Proof, ProvedRequirement
+from frictool.documents.quantity import si_unit
+
+STATES = {"proved": "PROVED", "refuted": "REFUTED", "undecided": "UNDECIDED"}
+
+
+def verdict_of(proof: Proof) -> str:
+    """Return `refuted`, `undecided` or `proved`, the worst state of all requirements."""
+    states = {one.state for one in proof.requirements}
+    return "refuted" if "refuted" in states else "proved" if states == {"proved"} else "undecided"
+
+
+def json_view(proof: Proof, differing: tuple[str, ...] | None) -> dict[str, Any]:
+    """Return a proof as JSON values; `differing`: keys that a second proof does not confirm."""
+    return {
+        "name": proof.name,
+        "verdict": verdict_of(proof),
+        "plant": "nominal",
+        "number": proof.number,
+        "starts": list(proof.starts),
+        "runs": proof.runs,
+        "open_share": proof.open_share,
+        "requirements": [
+            {
+                "key": one.key,
+                "state": one.state,
+                "limit": one.limit,
+                "value": one.value,
+                "start": one.start,
+                "reason": one.reason,
+            }
+            for one in proof.requirements
+        ],
+        "rest_in_band": None
+        if proof.controller.certificate is None
+        else msgspec.to_builtins(proof.controller.certificate.rest),
+        "differing": None if differing is None else list(differing),
+    }
+
+
+def lines(proof: Proof) -> list[str]:
+    """Return a proof as lines of text."""
+    unit = si_unit("position", proof.axis)
+    low, high = proof.starts
+    head = (
+        f"{proof.name}: nominal plant, every start from {low:.6g} to {high:.6g} {unit}, controller "
+        f"in {proof.number}: {proof.runs} runs cover the starts"
+    )
+    if proof.open_share:
+        head += f"; nothing is claimed of {100.0 * proof.open_share:.3g} % of them"
+    return [head, *(_requirement(one, unit) for one in proof.requirements)]
+
+
+def confirmation(again: Proof, differing: tuple[str, ...]) -> list[str]:
+    """Return a proof that was made again as lines of text, with the keys that it contradicts."""
+    if not differing:
+        return [*lines(again), "proved again from the documents of the file: all as stored"]
+    return [*lines(again), f"not confirmed: the file differs in {', '.join(differing)}"]
+
+
+def _requirement(one: ProvedRequirement, unit: str) -> str:
+    metric = REQUIREMENTS[one.key]
+    value = "" if one.value is None else f", at most {one.value:.4g}"
+    if one.key == "modulus_margin":
+        value = "" if one.value is None else f", above {one.value:.4g}"
+    text = f"  {STATES[one.state]:<10} {requirement_title(metric.requirement_name)}{value}"
+    text += f" (limit {one.limit:.4g})"
+    if one.start is not None:
+        text += f", violated from the start {one.start!r} {unit}"
+    return f"{text}: {one.reason}" if one.reason else text

@@ -1,0 +1,345 @@
+"""Proof of a step test: all runs of the nominal plant from one encoder count, and their metrics.
+
+Readings and commands of a run are numbers (encoder_phases.py), so that the metrics of a verdict are
+computed from them as `report` computes them from a log. A requirement is proved if every start is
+in a run that meets it. It is refuted only by a start that the event-exact engine plays with the
+same result.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import msgspec
+import numpy as np
+
+from frictool.adapters.axis_model import axis_of, load_of
+from frictool.adapters.controller_composition import controller_program
+from frictool.control.compiled_program import copy_program, start_at
+from frictool.control.fixed_point import FixedPointOverflow
+from frictool.control.number_format import machine_in
+from frictool.documents.controller import Controller, Number
+from frictool.documents.digests import changed_blocks
+from frictool.documents.metric_table import REQUIREMENTS
+from frictool.documents.model import Model
+from frictool.documents.proof import Proof, ProvedRequirement, proof_digest
+from frictool.documents.provenance import Provenance
+from frictool.documents.scenario import Scenario
+from frictool.documents.spec import Spec
+from frictool.engine.closed_loop import COMMAND, MEASURED, RECORD_SIZE, measure, run
+from frictool.engine.disturbances_and_faults import NO_CONDITIONS
+from frictool.engine.status_codes import OK
+from frictool.errors import NoSolutionError
+from frictool.metrics.drive_peak import command_peak
+from frictool.metrics.oscillations import oscillations
+from frictool.metrics.overshoot import overshoot_percent
+from frictool.metrics.reference_holds import Hold, find_holds
+from frictool.metrics.response_time import response_time_95
+from frictool.metrics.rest_motion import late_samples, peak_to_peak
+from frictool.metrics.static_error import static_error
+from frictool.plant.axis import rest
+from frictool.plant.position_load import PositionLoad
+from frictool.prove.axis_enclosure import plant_box
+from frictool.prove.encoder_phases import LoopOfPlant, PhaseRun, phase_runs
+from frictool.simulate.document_agreement import DOCUMENTS, DocumentNames, check_agreement
+from frictool.simulate.reference import parts_of
+from frictool.simulate.rig import rig_of
+from frictool.typing import Vector
+
+NOT_COVERED = "prove does not compute it"
+FLICKER = 1.0 + 1e-6  # motion at rest, in encoder steps, as in `report`
+
+
+@dataclass(frozen=True)
+class ProofRequest:
+    """Documents of a step test and the number format of the controller."""
+
+    model: Model
+    controller: Controller
+    scenario: Scenario
+    spec: Spec
+    number: Number = "double"
+
+
+def prove_step(
+    test: ProofRequest,
+    provenance: Provenance,
+    names: DocumentNames = DOCUMENTS,
+    progress: Callable[[float], None] = lambda _: None,
+) -> Proof:
+    """Prove the requirements of a step test for the nominal plant and every start of the count.
+
+    Raises
+    ------
+    DocumentError
+        If the documents disagree.
+    NoSolutionError
+        If the test, the model or the controller contains something that the proof does not cover.
+    """
+    check_agreement(rig_of(test.model.bench, test.model), test.controller, test.scenario, names)
+    loop = loop_of(test)
+    runs = list(phase_runs(loop, progress))
+    step = loop.encoder_step
+    count = math.floor(loop.start / step)
+    starts = count * step, (count + 1) * step
+    share = sum(one.high - one.low for one in runs if one.reason) / step
+    proof = Proof(
+        format="proof/1",
+        name=f"{test.controller.name}, {test.scenario.name}",
+        axis=test.model.axis,
+        number=test.number,
+        starts=starts,
+        runs=len(runs),
+        open_share=min(1.0, share),
+        requirements=tuple(_requirements(test, loop, runs)),
+        model=test.model,
+        controller=test.controller,
+        scenario=test.scenario,
+        spec=test.spec,
+        provenance=provenance,
+    )
+    return msgspec.structs.replace(proof, digest=proof_digest(proof))
+
+
+def differences(proof: Proof, again: Proof) -> tuple[str, ...]:
+    """Return the keys of a proof that differ from those of the proof made again.
+
+    Blocks of the controller that were changed after its verification are listed, too.
+    """
+    stored, computed = (msgspec.to_builtins(one) for one in (proof, again))
+    keys = [key for key in computed if stored.get(key) != computed[key] and key != "digest"]
+    if proof.digest != proof_digest(proof):
+        keys.append("digest")
+    return (*keys, *(f"controller.{name}" for name in changed_blocks(proof.controller)))
+
+
+def prove_again(proof: Proof, progress: Callable[[float], None] = lambda _: None) -> Proof:
+    """Return the proof made again from the documents in it."""
+    test = ProofRequest(proof.model, proof.controller, proof.scenario, proof.spec, proof.number)
+    return prove_step(test, proof.provenance, progress=progress)
+
+
+def loop_of(test: ProofRequest) -> LoopOfPlant:
+    """Return the sampled loop of the nominal plant; raise NoSolutionError if it is not covered."""
+    _refuse_uncovered(test)
+    axis = axis_of(test.model).checked()
+    controller, scenario = test.controller, test.scenario
+    assert scenario.start is not None
+    try:
+        running = machine_in(controller_program(controller), test.number)
+    except FixedPointOverflow as error:
+        raise NoSolutionError(f"{controller.name}: {error}") from None
+    travel = test.model.bench.mechanics.travel
+    return LoopOfPlant(
+        plant_box(axis, controller.sample_period_s),
+        running,
+        np.concatenate(parts_of(scenario, controller.sample_period_s)),
+        controller.delay_samples,
+        axis.encoder_step,
+        scenario.start.value,
+        (-math.inf, math.inf) if travel is None else (travel.low, travel.high),
+    )
+
+
+def _refuse_uncovered(test: ProofRequest) -> None:
+    model, controller, scenario = test.model, test.controller, test.scenario
+    axis = axis_of(model)
+    found = [
+        name
+        for name, present in (
+            (
+                "laws or a load of the model",
+                model.laws is not None or load_of(model) != PositionLoad(),
+            ),
+            ("a Stribeck velocity of the model", axis.laws.stribeck_velocity > 0.0),
+            ("resonances of the model", model.resonances is not None),
+            ("a winding of the bench", model.bench.actuator.winding is not None),
+            ("an encoder without a step", axis.encoder_step <= 0.0),
+            ("a measured or observed speed", controller.velocity.source != "position"),
+            ("a schedule of the controller", controller.schedule is not None),
+            ("a reference from a log", not scenario.steps),
+            ("disturbances of the scenario", bool(scenario.disturbances)),
+            (
+                "drifts or sensor faults",
+                scenario.drifts is not None or bool(scenario.sensor_faults),
+            ),
+        )
+        if present
+    ]
+    if found:
+        raise NoSolutionError(
+            f"not proved: found {', '.join(found)}; prove covers Coulomb and viscous friction, "
+            "breakaway, backlash, the drive's lag and limit, and a controller that reads counts"
+        )
+
+
+def _requirements(
+    test: ProofRequest, loop: LoopOfPlant, runs: list[PhaseRun]
+) -> Iterator[ProvedRequirement]:
+    for key in REQUIREMENTS:
+        if getattr(test.spec, key) is None:
+            continue
+        bound = _bound(test.spec, key)
+        if key == "modulus_margin":
+            yield _margin(test.controller, bound)
+            continue
+        if key not in METRICS:
+            yield ProvedRequirement(key, "undecided", bound, reason=NOT_COVERED)
+            continue
+        yield _judged(test, loop, runs, key, bound)
+
+
+def _judged(
+    test: ProofRequest, loop: LoopOfPlant, runs: list[PhaseRun], key: str, bound: float
+) -> ProvedRequirement:
+    """Return the outcome of a requirement from the worst run, or from one that violates it."""
+    metric = METRICS[key]
+    values = [
+        (one, metric(test, loop, one.position, one.command)) for one in runs if not one.reason
+    ]
+    numbers = [(value, one) for one, value in values if isinstance(value, float)]
+    worst = max((value for value, _ in numbers), default=math.inf)
+    shown = worst if math.isfinite(worst) else None
+    broken = [one for value, one in numbers if value > bound]
+    if broken:
+        widest = max(broken, key=lambda one: one.high - one.low)
+        start = 0.5 * (widest.low + widest.high)
+        played = _played(test, loop, start, metric)
+        if isinstance(played, float) and played > bound:
+            return ProvedRequirement(key, "refuted", bound, shown, start)
+        reason = "a run that may violate it is narrower than its bounds"
+        return ProvedRequirement(key, "undecided", bound, shown, reason=reason)
+    missing = next((value for _, value in values if isinstance(value, str)), "")
+    reason = missing or next((one.reason for one in runs if one.reason), "")
+    state: Literal["proved", "undecided"] = "undecided" if reason else "proved"
+    return ProvedRequirement(key, state, bound, shown, reason=reason)
+
+
+def _bound(spec: Spec, key: str) -> float:
+    """Return the limit of a requirement as a number; NaN if prove does not compute it."""
+    limit = getattr(spec, key)
+    if key == "rest":
+        return float(spec.rest.drive)
+    value = getattr(limit, "value", limit)
+    return float(value) if isinstance(value, (int, float)) else math.nan
+
+
+def _margin(controller: Controller, bound: float) -> ProvedRequirement:
+    """Return the outcome of the modulus margin, which the controller's certificate proves."""
+    certificate = controller.certificate
+    margins = [
+        one.modulus_margin
+        for one in (certificate.bounds if certificate is not None else ())
+        if one.modulus_margin is not None
+    ]
+    if margins and max(margins) >= bound:
+        reason = "by the certificate, for every plant of the box; frictool verify proves it again"
+        return ProvedRequirement("modulus_margin", "proved", bound, max(margins), reason=reason)
+    reason = "the certificate of the controller has no bound that suffices"
+    return ProvedRequirement("modulus_margin", "undecided", bound, reason=reason)
+
+
+Metric = Callable[[ProofRequest, LoopOfPlant, Vector, Vector], float | str]
+
+
+def _played(test: ProofRequest, loop: LoopOfPlant, start: float, metric: Metric) -> float | str:
+    """Return the metric of the run that the event-exact engine plays from a start."""
+    machine = copy_program(loop.running)
+    start_at(machine, measure(start, loop.encoder_step))
+    record = np.empty((loop.reference.size, RECORD_SIZE))
+    status = run(
+        axis_of(test.model).as_array(),
+        rest(start),
+        machine,
+        loop.reference,
+        loop.plant.period,
+        loop.delay,
+        record,
+        load_of(test.model).as_array(),
+        NO_CONDITIONS,
+    )
+    if status != OK:
+        return "the engine cannot play it"
+    position, command = (np.ascontiguousarray(record[:, column]) for column in (MEASURED, COMMAND))
+    return metric(test, loop, position, command)
+
+
+def _holds(loop: LoopOfPlant, position: Vector) -> tuple[Hold, ...]:
+    return find_holds(loop.reference, position, loop.encoder_step)
+
+
+def _times(loop: LoopOfPlant) -> Vector:
+    return loop.plant.period * np.arange(loop.reference.size, dtype=np.float64)
+
+
+def _of_steps(value: Callable[[LoopOfPlant, Hold, Vector], float]) -> Metric:
+    """Return the metric that is the worst value of all steps."""
+
+    def metric(
+        test: ProofRequest, loop: LoopOfPlant, position: Vector, command: Vector
+    ) -> float | str:
+        holds = [hold for hold in _holds(loop, position) if hold.origin is not None]
+        if not holds:
+            return "the scenario has no step"
+        return max(value(loop, hold, position) for hold in holds)
+
+    return metric
+
+
+def _response(loop: LoopOfPlant, hold: Hold, position: Vector) -> float:
+    assert hold.origin is not None
+    times = _times(loop)
+    return response_time_95(
+        hold.of(times), hold.of(position), hold.origin, hold.target, loop.encoder_step
+    )
+
+
+def _overshoot(loop: LoopOfPlant, hold: Hold, position: Vector) -> float:
+    assert hold.origin is not None
+    return overshoot_percent(hold.of(position), hold.origin, hold.target, loop.encoder_step)
+
+
+def _oscillations(loop: LoopOfPlant, hold: Hold, position: Vector) -> float:
+    assert hold.origin is not None
+    return float(oscillations(hold.of(position), hold.origin, hold.target, loop.encoder_step))
+
+
+def _static(
+    test: ProofRequest, loop: LoopOfPlant, position: Vector, command: Vector
+) -> float | str:
+    holds = _holds(loop, position)
+    if not holds:
+        return "the scenario has no hold"
+    return max(static_error(hold.of(position), hold.target) for hold in holds)
+
+
+def _peak(test: ProofRequest, loop: LoopOfPlant, position: Vector, command: Vector) -> float | str:
+    return float(command_peak(command))
+
+
+def _rest(test: ProofRequest, loop: LoopOfPlant, position: Vector, command: Vector) -> float | str:
+    """Return the largest command at rest, or infinity if the axis still moves."""
+    after = float(test.spec.rest.after_s)
+    worst = -math.inf
+    times = _times(loop)
+    for hold in _holds(loop, position):
+        late = late_samples(hold.of(times), after)
+        if late is None:
+            continue
+        if peak_to_peak(hold.of(position)[late]) > FLICKER * loop.encoder_step:
+            return math.inf
+        worst = max(worst, command_peak(hold.of(command)[late]))
+    return worst if math.isfinite(worst) else f"no hold lasts beyond {after:g} s"
+
+
+METRICS: dict[str, Metric] = {
+    "response_time_95_s": _of_steps(_response),
+    "overshoot_percent": _of_steps(_overshoot),
+    "oscillations": _of_steps(_oscillations),
+    "static_error": _static,
+    "drive_peak": _peak,
+    "rest": _rest,
+}

@@ -1,0 +1,29 @@
+"""Samples of a controller while the axis rests and its reading is constant."""
+
+from __future__ import annotations
+
+from frictool.control.compiled_program import CompiledProgram, control_step
+from frictool.runtime.kernels import kernel
+from frictool.typing import Vector
+
+
+@kernel
+def still_samples(
+    machine: CompiledProgram,
+    reference: Vector,
+    first: int,
+    position: float,
+    bounds: Vector,
+    commands: Vector,
+) -> int:
+    """Run the controller from sample `first` on, as long as its command cannot move the axis.
+
+    bounds (2,): lowest and highest drive at which the axis stays at rest. The commands (n,) are
+    written in place. Returns the sample of the first command outside the bounds, which is written
+    too, or n.
+    """
+    for k in range(first, reference.shape[0]):
+        commands[k] = control_step(machine, reference[k], position, 0.0)
+        if not (bounds[0] < commands[k] < bounds[1]):
+            return k
+    return int(reference.shape[0])

@@ -1,0 +1,94 @@
+"""Enclosure of the axis: no run of the event-exact engine leaves it."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from frictool.adapters.axis_model import axis_of
+from frictool.engine.axis_motion import advance
+from frictool.plant import axis as ax
+from frictool.prove.axis_enclosure import AT_REST, Ambiguous, advanced, plant_box
+from frictool.prove.interval import RoundedInterval, decay, point
+from studies.rigs.clutch_model import clutch_model
+
+SEED = 20261127
+PERIOD = 1e-3
+# the engine solves its events to rounding; a stop at 1e4 rad/s^2 turns 1e-12 s into 1e-8 rad/s
+ENGINE = 1e-7
+
+
+def test_sums_and_products_enclose_the_fractions() -> None:
+    random = np.random.default_rng(SEED)
+    for _ in range(2000):
+        a, b = (float(x) for x in random.normal(size=2) * 10.0 ** random.uniform(-9, 9, 2))
+        exact = Fraction(a), Fraction(b)
+        one, other = point(a), point(b)
+        for found, wanted in (
+            (one + other, exact[0] + exact[1]),
+            (one - other, exact[0] - exact[1]),
+            (one * other, exact[0] * exact[1]),
+            (one / other, exact[0] / exact[1]),
+        ):
+            assert Fraction(found.low) <= wanted <= Fraction(found.high)
+            assert found.width <= 4.0 * math.ulp(found.magnitude)
+
+
+def test_products_of_intervals_enclose_their_points() -> None:
+    random = np.random.default_rng(SEED)
+    for _ in range(500):
+        a, b, c, d = (float(x) for x in random.normal(size=4))
+        one, other = RoundedInterval(min(a, b), max(a, b)), RoundedInterval(min(c, d), max(c, d))
+        product = one * other
+        for x in (a, b, 0.5 * (a + b)):
+            for y in (c, d, 0.5 * (c + d)):
+                assert product.low <= x * y <= product.high
+
+
+@pytest.mark.parametrize("x", [0.0, 1e-12, 0.3, 0.5, 2.0, 40.0])
+def test_decay_encloses_the_exponential(x: float) -> None:
+    found = decay(point(x))
+    assert found.low <= math.exp(-x) <= found.high
+    assert found.width <= 1e-12 * max(math.exp(-x), 1e-300) or x == 40.0
+
+
+def test_no_run_of_the_engine_leaves_the_enclosure() -> None:
+    random = np.random.default_rng(SEED)
+    samples = undecided = stops = contacts = 0
+    for _ in range(25):
+        plant = axis_of(
+            clutch_model(),
+            inertia=random.uniform(1.11e-5, 1.53e-5),
+            viscous=random.choice([0.0, random.uniform(0.0, 7.62e-4)]),
+            coulomb=random.uniform(0.018, 0.18),
+            constant=random.uniform(0.0128, 0.014),
+            offset=random.uniform(-0.01, 0.01),
+        ).checked()
+        p, box = plant.as_array(), plant_box(plant, PERIOD)
+        state, bounds = ax.rest(30.0), AT_REST
+        for _ in range(80):
+            command = float(random.choice([0.0, random.uniform(-50, 50), random.uniform(-9, 9)]))
+            before = bounds
+            assert advance(state, command, p, PERIOD) == 0
+            try:
+                bounds = advanced(bounds, command, box, PERIOD)
+            except Ambiguous:
+                undecided += 1
+                break
+            samples += 1
+            stops += before.direction != 0 and bounds.direction != before.direction
+            contacts += before.edge == 0 and bounds.edge != 0
+            moved = state[ax.POSITION] - 30.0
+            assert bounds.moved.low - ENGINE <= moved <= bounds.moved.high + ENGINE
+            assert bounds.speed.low - ENGINE <= state[ax.VELOCITY] <= bounds.speed.high + ENGINE
+            assert bounds.drive.low - 1e-10 <= state[ax.DRIVE] <= bounds.drive.high + 1e-10
+            assert np.sign(state[ax.VELOCITY]) in (0.0, float(bounds.direction))
+            if abs(moved) > 25.0:
+                break
+    assert samples > 600
+    assert undecided <= 3
+    assert stops > 20
+    assert contacts > 10

@@ -1,0 +1,219 @@
+"""Proof of a step test: it holds every run of the engine; broken loops are not proved."""
+
+from __future__ import annotations
+
+import math
+from functools import cache
+
+import msgspec
+import numpy as np
+import pytest
+
+from frictool.adapters.axis_model import axis_of
+from frictool.control.compiled_program import control_step, copy_program, start_at
+from frictool.documents.controller import Controller
+from frictool.documents.proof import Proof, proof_digest
+from frictool.documents.provenance import Provenance
+from frictool.documents.quantity import Quantity
+from frictool.documents.registry import load
+from frictool.documents.scenario import Scenario, Step
+from frictool.documents.spec import Spec
+from frictool.engine.axis_motion import advance
+from frictool.errors import NoSolutionError
+from frictool.metrics.response_time import response_time_95
+from frictool.plant import axis as ax
+from frictool.prove.encoder_phases import phase_runs
+from frictool.prove.proof_view import verdict_of
+from frictool.prove.step_proof import ProofRequest, differences, loop_of, prove_step
+from studies.rigs.clutch_model import ROOT, clutch_model
+from tests.support.certified_controllers import certified
+
+SEED = 20261127
+HERE = Provenance("a test", "0")
+RIG = ROOT / "configs/clutch"
+
+
+def _step_test(controller: Controller, seconds: float = 0.6) -> ProofRequest:
+    """One step of the clutch, judged without rest, which needs a hold of 15 s."""
+    scenario = load(RIG / "scenarios/prove.yaml", Scenario)
+    first = msgspec.structs.replace(scenario.steps[0], duration_s=seconds)
+    spec = msgspec.structs.replace(load(RIG / "spec.yaml", Spec), rest=None)
+    one_step = msgspec.structs.replace(scenario, steps=(first,))
+    return ProofRequest(clutch_model(), controller, one_step, spec)
+
+
+def _play(test: ProofRequest, start: float) -> tuple[np.ndarray, np.ndarray]:
+    loop = loop_of(test)
+    p = axis_of(test.model).as_array()
+    step = loop.encoder_step
+    machine = copy_program(loop.running)
+    start_at(machine, math.floor(start / step) * step)
+    state, before = ax.rest(start), 0.0
+    position, command = np.empty((2, loop.reference.size))
+    for k, reference in enumerate(loop.reference):
+        position[k] = math.floor(state[ax.POSITION] / step) * step
+        command[k] = control_step(machine, reference, position[k], state[ax.VELOCITY])
+        assert advance(state, before, p, loop.plant.period) == 0
+        before = command[k]
+    return position, command
+
+
+@cache
+def _proof() -> Proof:
+    return prove_step(_step_test(certified("speed")), HERE)
+
+
+@pytest.mark.parametrize("name", ["speed", "fast"])
+def test_every_run_of_the_engine_is_among_the_proved_ones(name: str) -> None:
+    test = _step_test(certified(name), 0.35)  # type: ignore[arg-type]
+    runs = list(phase_runs(loop_of(test)))
+    low, high = min(one.low for one in runs), max(one.high for one in runs)
+    step = loop_of(test).encoder_step
+    assert high - low == pytest.approx(step)
+    reached = low
+    for one in sorted(runs, key=lambda one: one.low):  # the parts cover the count
+        assert one.low <= reached
+        reached = max(reached, one.high)
+    random = np.random.default_rng(SEED)
+    # starts anywhere, and on both sides of the ends of parts, where a count differs
+    ends = random.choice([one.low for one in runs[1:]], 20)
+    starts = [*random.uniform(low, high, 40), *(ends - 2e-9), *(ends + 2e-9)]
+    for start in starts:
+        position, command = _play(test, float(start))
+        covering = [one for one in runs if one.low <= start <= one.high]
+        assert any(
+            np.array_equal(one.position, position) and np.array_equal(one.command, command)
+            for one in covering
+        )
+
+
+def test_the_speed_loop_is_proved() -> None:
+    proof = _proof()
+    assert verdict_of(proof) == "proved"
+    assert proof.open_share == 0.0
+    worst = {one.key: one.value for one in proof.requirements}
+    test = _step_test(certified("speed"))
+    loop = loop_of(test)
+    times = loop.plant.period * np.arange(loop.reference.size)
+    random = np.random.default_rng(SEED)
+    found = [
+        response_time_95(times, _play(test, float(start))[0], proof.starts[0], 55.0, 0.1122)
+        for start in random.uniform(*proof.starts, 20)
+    ]
+    assert 0.9 * worst["response_time_95_s"] <= max(found) <= worst["response_time_95_s"]
+
+
+def _louder(controller: Controller, factor: float) -> Controller:
+    space = controller.linear.discrete
+    rows = {
+        name: tuple(tuple(factor * value for value in row) for row in getattr(space, name))
+        for name in ("c", "d")
+    }
+    louder = msgspec.structs.replace(space, **rows)
+    linear = msgspec.structs.replace(controller.linear, discrete=louder)
+    return msgspec.structs.replace(controller, linear=linear)
+
+
+def _with_law(controller: Controller, **values: float) -> Controller:
+    law = msgspec.structs.replace(controller.position_law, **values)
+    return msgspec.structs.replace(controller, position_law=law)
+
+
+def _filtered(controller: Controller, frequency: float) -> Controller:
+    prefilter = msgspec.structs.replace(controller.prefilter, natural_frequency_rad_s=frequency)
+    return msgspec.structs.replace(controller, prefilter=prefilter)
+
+
+BROKEN = {
+    "loud": lambda one: _louder(one, 6.0),
+    "reversed": lambda one: _louder(one, -1.0),
+    "quiet": lambda one: _louder(one, 0.02),
+    "steep law": lambda one: _with_law(one, gain=600.0),
+    "flat law": lambda one: _with_law(one, gain=20.0),
+    "steep law, narrow band": lambda one: _with_law(one, gain=400.0, band=0.04),
+    "wide band": lambda one: _with_law(one, band=12.0, settled_speed=400.0),
+    "slow prefilter": lambda one: _filtered(one, 9.0),
+    "weak drive": lambda one: msgspec.structs.replace(one, drive_limit=4.0),
+    "late release": lambda one: _with_law(one, settled_speed=600.0, band=6.0),
+}
+
+
+@pytest.mark.parametrize("fault", BROKEN)
+def test_broken_controllers_are_not_proved(fault: str) -> None:
+    test = _step_test(BROKEN[fault](certified("speed")), 0.4)
+    proof = prove_step(test, HERE)
+    assert verdict_of(proof) != "proved"
+    for one in proof.requirements:
+        if one.state == "refuted" and one.key == "response_time_95_s":
+            assert one.start is not None
+            loop = loop_of(test)
+            times = loop.plant.period * np.arange(loop.reference.size)
+            position, _ = _play(test, one.start)
+            step = loop.encoder_step
+            assert response_time_95(times, position, position[0], 55.0, step) > one.limit
+
+
+def _leaves(value: object, path: tuple[object, ...] = ()) -> list[tuple[object, ...]]:
+    if isinstance(value, dict):
+        return [leaf for key, one in value.items() for leaf in _leaves(one, (*path, key))]
+    if isinstance(value, list):
+        return [leaf for i, one in enumerate(value) for leaf in _leaves(one, (*path, i))]
+    return [path]
+
+
+def _edited(values: dict[str, object], path: tuple[object, ...], factor: float) -> object:
+    edited = msgspec.json.decode(msgspec.json.encode(values))
+    holder = edited
+    for key in path[:-1]:
+        holder = holder[key]
+    old = holder[path[-1]]
+    holder[path[-1]] = (
+        not old
+        if isinstance(old, bool)
+        else factor * old + (factor - 1.0)
+        if isinstance(old, float)
+        else old + 1
+        if isinstance(old, int)
+        else f"{old}x"
+    )
+    return edited
+
+
+def test_no_edit_of_a_proof_passes() -> None:
+    proof = _proof()
+    assert differences(proof, proof) == ()
+    values = msgspec.to_builtins(proof)
+    random = np.random.default_rng(SEED)
+    leaves = [path for path in _leaves(values) if path[0] != "digest"]
+    refused = seen = 0
+    for index in random.integers(len(leaves), size=1000):
+        edited = _edited(values, leaves[index], float(random.uniform(1.0 + 1e-9, 2.0)))
+        try:
+            document = msgspec.convert(edited, Proof)
+        except msgspec.ValidationError:
+            refused += 1
+            continue
+        seen += 1
+        assert proof_digest(document) != document.digest
+        # with a new digest, an edited claim contradicts the proof made again from the documents
+        claims = msgspec.structs.replace(document, digest=proof_digest(document))
+        if leaves[index][0] in ("requirements", "runs", "open_share", "starts"):
+            assert leaves[index][0] in differences(claims, proof)
+        elif leaves[index][0] == "controller" and leaves[index][1] != "verified":
+            changed = any(one.startswith("controller.") for one in differences(claims, proof))
+            assert changed or leaves[index][1] in ("name", "provenance")
+    assert refused + seen == 1000
+    assert seen > 500
+
+
+def test_what_is_not_covered_is_refused() -> None:
+    controller = certified("speed")
+    nonlinear = load(RIG / "nonlinear.yaml")
+    test = _step_test(controller)
+    with pytest.raises(NoSolutionError, match="laws or a load"):
+        loop_of(ProofRequest(nonlinear, controller, test.scenario, test.spec))
+    ramp = Step(ramp_to=Quantity(55.0, 55.0, 55.0), duration_s=0.2)
+    scenario = msgspec.structs.replace(test.scenario, steps=(ramp,))
+    proof = prove_step(ProofRequest(test.model, controller, scenario, test.spec), HERE)
+    states = {one.key: one.state for one in proof.requirements}
+    assert states["response_time_95_s"] == "undecided"
