@@ -171,8 +171,8 @@ def refuse_undetectable(index: int, mode: ObserverMode) -> None:
         if values[-1] <= UNSEEN * values[0]:
             raise NoSolutionError(
                 f"mode {index}: the state with the pole {pole if pole.imag else pole.real:.4g} is "
-                "not observable and does not decay, so that no observer exists; where the "
-                "friction is 0, its wear has no effect"
+                "not observable and does not decay, so that no observer exists; if the "
+                "friction is 0, wear has no effect"
             )
 
 

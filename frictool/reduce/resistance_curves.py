@@ -71,7 +71,8 @@ NO_LOSS = LinkLoss(0.0, 0.0, True)
 class DirectedResistance:
     """Resistance at positions (n,), forward and backward, in slip and at rest [N m | N].
 
-    The breakaways are without the drops of `falling`.
+    `falling`: friction that falls with speed; its drop from rest to slip is not part of the
+    breakaways. `damping`: resistance per speed.
     """
 
     forward: Vector

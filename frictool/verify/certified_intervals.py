@@ -75,5 +75,5 @@ def outside_message(controller: str, names: Iterable[str]) -> str:
     """
     return (
         f"is outside the range for which {controller} was verified, so that the verified margins "
-        f"do not hold: {'; '.join(names)}; synthesise the controller anew"
+        f"do not hold: {'; '.join(names)}; run frictool synth again"
     )

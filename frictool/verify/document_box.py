@@ -38,14 +38,14 @@ def check_box(controller: Controller) -> None:
                 raise NoSolutionError(
                     f"{controller.name}: not proved: vertex {point.name} has {name} {value:.6g}, "
                     f"{holder} {low:.6g} to {high:.6g}; "
-                    "synthesise the controller anew"
+                    "run frictool synth again"
                 )
         least, most = bench_intervals(controller.bench)[name]
         if least < low or most > high:
             raise NoSolutionError(
                 f"{controller.name}: not proved: the bench has {name} {least:.6g} to {most:.6g}, "
                 f"{holder} {low:.6g} to {high:.6g}; "
-                "synthesise the controller anew"
+                "run frictool synth again"
             )
 
 
@@ -67,7 +67,7 @@ def check_corners(controller: Controller) -> None:
             words = plant_words(corner, controller.bench)
             raise NoSolutionError(
                 f"{controller.name}: not verified: no vertex of the document is the corner with "
-                f"{words}; synthesise it anew"
+                f"{words}; run frictool synth again"
             )
 
 

@@ -89,8 +89,8 @@ def check_document(controller: Controller, *, margins: bool = False) -> None:
         check_forms(controller)
     except NOT_EVALUABLE as error:
         raise NoSolutionError(
-            f"{controller.name}: not verified: the loop cannot be evaluated ({error}); synthesise "
-            "it anew"
+            f"{controller.name}: not verified: the loop cannot be evaluated ({error}); run "
+            "frictool synth again"
         ) from None
 
 
@@ -107,7 +107,7 @@ def _of_its_bench(controller: Controller) -> None:
         if stated != has:
             raise NoSolutionError(
                 f"{controller.name}: not verified: {key}: found {stated}, but its bench has {has}; "
-                "synthesise it anew"
+                "run frictool synth again"
             )
 
 
@@ -131,7 +131,7 @@ def _vertices(controller: Controller, margins: bool) -> None:
                 raise NoSolutionError(
                     f"{where} the loop of the stored coefficients is unstable with "
                     f"{delay_words(check.delay_samples)} "
-                    f"(spectral radius {check.spectral_radius:.6g}); synthesise it anew"
+                    f"(spectral radius {check.spectral_radius:.6g}); run frictool synth again"
                 )
         margin = next(
             (
@@ -144,7 +144,7 @@ def _vertices(controller: Controller, margins: bool) -> None:
         if margin is None:
             raise NoSolutionError(
                 f"{controller.name}: not verified: vertex {vertex.name} has no check at the "
-                "bench's delay; synthesise the controller again"
+                "bench's delay; run frictool synth again"
             )
         if margins:
             _compare(where, vertex.modulus_margin, margin, controller.delay_samples)
@@ -162,8 +162,8 @@ def _vertices(controller: Controller, margins: bool) -> None:
             )
         if margin < required * (1.0 - TOLERANCE):
             raise NoSolutionError(
-                f"{where} the modulus margin is {margin:.6g}, specified {required:g}; synthesise "
-                "the controller again"
+                f"{where} the modulus margin is {margin:.6g}, specified {required:g}; run "
+                "frictool synth again"
             )
 
 
@@ -172,7 +172,7 @@ def _compare(where: str, stated: float, recomputed: float, delay_samples: int) -
         raise NoSolutionError(
             f"{where} the stored coefficients give a modulus margin of {recomputed:.6g} with "
             f"{delay_words(delay_samples)}, the document says "
-            f"{stated:.6g}; synthesise it anew"
+            f"{stated:.6g}; run frictool synth again"
         )
 
 

@@ -65,7 +65,7 @@ def check_model(controller: Controller, model: Model) -> ModelCheck:
         if expected != other:
             raise FrictoolError(
                 f"the model {model.name} has {name} {other}, the controller {controller.name} "
-                f"{expected}; synthesise it anew"
+                f"{expected}; run frictool synth again"
             )
     ranges, margins = intervals(model), PlantMargins(controller)
     points = corner_points(ranges)

@@ -192,7 +192,7 @@ def _of_one_rig(controller: Controller, observer: Observer) -> None:
 
 
 def _vertex(controller: Controller, loops: LinearLoops, point: PlantPoint) -> Vertex:
-    """Return the present figures of a vertex; raise NoSolutionError if a loop is unstable."""
+    """Return the computed figures of a vertex; raise NoSolutionError if a loop is unstable."""
     vertex = loops.vertex(point)
     for check in vertex.checks:
         if check.spectral_radius >= 1.0 and is_required(

@@ -65,7 +65,7 @@ def check_observer(observer: Observer, hold: Held = float) -> None:
             raise NoSolutionError(
                 f"{observer.name}: not verified: the observer's own error grows in slip (spectral "
                 f"radius {radius:.6g}"
-                f"{' in ' + one.mode if one.mode else ''}); design it anew (observe design)"
+                f"{' in ' + one.mode if one.mode else ''}); run frictool observe design again"
             )
 
 

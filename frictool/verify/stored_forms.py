@@ -48,7 +48,7 @@ def check_forms(controller: Controller) -> None:
             raise NoSolutionError(
                 f"{controller.name}: not verified: linear.{name} is not linear.discrete, which "
                 f"was verified (apart by {apart:.3g} of the "
-                "peak of their frequency responses); synthesise it anew"
+                "peak of their frequency responses); run frictool synth again"
             )
     radius = limited_radius(linear, period)
     if radius >= 1.0:
@@ -56,7 +56,7 @@ def check_forms(controller: Controller) -> None:
         raise NoSolutionError(
             f"{controller.name}: not verified: the anti-windup gains (linear.{name}) leave the "
             "controller unstable while the drive "
-            f"is limited (spectral radius {radius:.6g} of a - l c); synthesise it anew"
+            f"is limited (spectral radius {radius:.6g} of a - l c); run frictool synth again"
         )
 
 

@@ -18,7 +18,8 @@ def vertex_points(controller: Controller) -> tuple[PlantPoint, ...]:
     vertices = controller.verified.vertices
     if not vertices:
         raise NoSolutionError(
-            f"{controller.name}: not verified: the controller names no vertex; synthesise it anew"
+            f"{controller.name}: not verified: the controller names no vertex; run "
+            "frictool synth again"
         )
     return tuple(
         PlantPoint(one.name, one.inertia, one.viscous, one.coulomb, one.constant)

@@ -87,7 +87,7 @@ def prove(certificate: Certificate, loop: CertificateLoop) -> tuple[ProvedBound,
     """
     if not certificate.bounds:
         raise NoSolutionError(
-            "not proved: the certificate states no bound; synthesise the controller anew"
+            "not proved: the certificate states no bound; run frictool synth again"
         )
     proved = []
     for bound in certificate.bounds:
@@ -103,7 +103,7 @@ def prove(certificate: Certificate, loop: CertificateLoop) -> tuple[ProvedBound,
                 f"not proved: {bound.of} < {bound.below:.6g}: {finding} at inertia "
                 f"{one.inertia:.6g}, viscous {one.viscous:.6g}, constant {one.constant:.6g} and "
                 f"{one.frequency:.4g} rad/s: the controller was changed after the proof; "
-                "synthesise it anew"
+                "run frictool synth again"
             )
         proved.append(ProvedBound(bound.of, bound.below, one))
     return tuple(proved)
@@ -171,7 +171,7 @@ def _require_stable(loop: KernelLoop, plants: KernelBox, plant: tuple[float, flo
     if not abs(angle - 0.5 * math.pi * order) + error < 0.25 * math.pi:
         raise NoSolutionError(
             "not proved: the loop of the plant in the middle of the intervals is unstable; "
-            "synthesise the controller anew"
+            "run frictool synth again"
         )
 
 

@@ -190,7 +190,7 @@ def test_a_friction_of_zero_tells_nothing_of_its_wear() -> None:
     )
     model = msgspec.structs.replace(_model(emps=True), parameters=bare)
     with pytest.raises(
-        NoSolutionError, match=r"^mode -1: .*where the friction is 0, its wear has no effect"
+        NoSolutionError, match=r"^mode -1: .*if the friction is 0, wear has no effect"
     ):
         multiplicative.design(model, SwitchedObserverSettings(), NOWHERE)
     assert additive.design(model, SwitchedObserverSettings(), NOWHERE).kind == "additive"

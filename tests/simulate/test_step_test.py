@@ -97,7 +97,7 @@ def test_vertices_are_those_of_the_model_whatever_the_controller_was_verified_fo
     assert log.warnings == (
         "model is outside the range for which controller was verified, so that the verified "
         "margins do not hold: inertia 4.9e-06 to 1.53e-05 kg m^2, "
-        "verified 1.11e-05 to 1.53e-05; synthesise the controller anew",
+        "verified 1.11e-05 to 1.53e-05; run frictool synth again",
     )
 
 

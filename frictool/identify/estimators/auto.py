@@ -163,7 +163,7 @@ def _differentiated(
     settings: IdentificationSettings,
     droppable: tuple[str, ...],
 ) -> SlidingFit:
-    """Return the fit of steps 2 to 4."""
+    """Return the least-squares or robust fit (steps 2 to 4 of the module)."""
     efficient = weighted_fit(
         records, bench, settings, lambda rows: np.ones(rows.velocity.size), droppable
     )
