@@ -47,7 +47,7 @@ def twincat(unit: str = "(None)", mark: str = "\t") -> str:
     head = [
         ("Name", "Scope Project"),
         ("File", "C:\\scope.tcscopex"),
-        ("Starttime of export", "132956925843760000"),
+        ("Starttime of export", "132956925843760000", "Montag, 2. Mai 2022", "10:09:44.376"),
     ]
     both = {
         key: cells if isinstance(cells, tuple) else (cells, cells) for key, cells in keys.items()
