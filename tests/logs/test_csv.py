@@ -115,6 +115,13 @@ LAYOUTS = {
         ("s", "V", "V"),
         (1, 2, 3),
     ),
+    "metadata as wide as the rows": (
+        "Model,MSO4034\nSample Interval,1e-4,\nProbe Attenuation,10,10\nVertical Units,V,V\n\n"
+        "TIME,CH1,CH2\n" + "".join(f"{k}e-4,{k % 5},1\n" for k in range(12)),
+        ("TIME", "CH1", "CH2"),
+        (None, None, None),
+        (6, 0, 7),
+    ),
     "numbers beside metadata": (
         "Record Length,3,,0.0,0.02,\nSample "
         "Interval,4e-7,,4e-7,0.04,\n,,,8e-7,0.02,\n,,,12e-7,0.02,\n,,,16e-7,0.02,\n",

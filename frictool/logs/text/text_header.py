@@ -67,7 +67,8 @@ def first_row(rows: Rows, is_number: IsNumber) -> int | None:
     """Return the index of the first row of numbers, or None.
 
     This row has the most frequent number of cells. It has numbers in most of the columns in which
-    most lines have numbers.
+    most lines have numbers. A row that begins with a text where the others begin with a number is
+    metadata, `Probe Attenuation,10,10`, if no such row follows.
     """
     numeric = [(index, row) for index, row in enumerate(rows) if any(map(is_number, row))]
     if not numeric:
@@ -81,11 +82,17 @@ def first_row(rows: Rows, is_number: IsNumber) -> int | None:
         for column in range(width)
         if 2 * sum(is_number(row[column]) for row in later) > len(later)
     ]
-    for index, row in full:
+
+    def is_sample(row: Sequence[str]) -> bool:
         filled = [column for column in usual if row[column]]
-        numbers = sum(is_number(row[column]) for column in filled)
-        if 2 * numbers > len(filled) and not _stands_over_units(rows, index):
-            return index
+        return 2 * sum(is_number(row[column]) for column in filled) > len(filled)
+
+    for index, row in full:
+        if is_sample(row) and not _stands_over_units(rows, index):
+            below = next((other for other in rows[index + 1 :] if any(other)), row)
+            is_metadata = bool(row[0]) and not is_number(row[0]) and 0 in usual
+            if not is_metadata or (len(below) == width and is_sample(below)):
+                return index
     return full[0][0]
 
 
