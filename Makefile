@@ -7,7 +7,7 @@ INSTALL := $(BIN)/python -m pip install --quiet --no-compile --disable-pip-versi
 COMPILE := -@$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib
 export PATH := $(CURDIR)/$(BIN):$(PATH)
 
-.PHONY: demo test lint accept test-envs thesis fuzz mutation bench rack field logs schemas reference docs kernels dist clean
+.PHONY: demo test lint accept test-envs thesis fuzz mutation bench rack field target logs schemas reference docs kernels dist clean
 
 demo: $(VENV)/.run
 	$(MAKE) -C configs/clutch demo
@@ -59,6 +59,10 @@ field: $(VENV)/.run
 # the documentation as a site with search, in build/site; exit code 1 after a broken link
 docs: $(VENV)/.docs
 	$(BIN)/python -m release.site
+
+# the exported C on an emulated Cortex-M4; needs arm-none-eabi-gcc and qemu-system-arm
+target: $(VENV)/.run
+	$(BIN)/python -m studies.target build/target
 
 # source distribution and wheel of the last commit, built twice and compared, in dist/
 dist: $(VENV)/.dist

@@ -21,6 +21,7 @@ from frictool.documents.design import Design
 from frictool.documents.design_blocks import FeedforwardDesign, ProfileDesign
 from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
+from frictool.runtime.object_view import ResultView
 from frictool.synth.feasibility import check_feasible, check_played_step
 from frictool.synth.load_disturbance import disturbance
 from frictool.synth.search.candidate_controller import CandidateControllers
@@ -62,8 +63,8 @@ EXTREMES: tuple[PlantValues, ...] = (
 )
 
 
-@dataclass(frozen=True)
-class AutomaticDesign:
+@dataclass(frozen=True, eq=False, repr=False)
+class AutomaticDesign(ResultView):
     """Outcome of each family in the order of the search; the last one wins if it passed."""
 
     outcomes: tuple[FamilyOutcome, ...]

@@ -31,7 +31,7 @@ from frictool.campaign.trials.trials import Trials
 from frictool.campaign.trials.varied_space import check_requirements, space_of_setting
 from frictool.campaign.trials.worst_case import Commands, WorstCase, commands_of
 from frictool.campaign.trials.worst_case_search import ProgressContext, worst_cases
-from frictool.documents.controller import Controller, Number
+from frictool.documents.controller import Controller, ProgramNumber
 from frictool.documents.key_lines import document_error
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
@@ -40,6 +40,7 @@ from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
 from frictool.logs.log import Log
 from frictool.plant.mechanism.element_error import ElementError
+from frictool.runtime.object_view import ResultView
 from frictool.simulate.document_agreement import DocumentNames
 from frictool.verify.recheck import recheck
 from frictool.workers.job_sharing import share
@@ -49,8 +50,8 @@ TRIALS = 1000
 WORTH_SHARING_S = 3.0
 
 
-@dataclass(frozen=True)
-class CampaignResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class CampaignResult(ResultView):
     """Result of a campaign.
 
     `findings`: statistics of the trials. `worst`: the worst case found for each requirement, with
@@ -71,7 +72,7 @@ class CampaignRequest:
     Pass rate that the campaign must show, 0 to 1. By default every trial must pass. confidence :
     float Confidence of intervals and bounds, 0 to 1. evaluations : int Number of plants that the
     worst-case search of each requirement may try; 0 for no search. number : {"double", "float",
-    "q31", "q15"} Number format of the controller. cores : int or None Number of processes; None
+    "q31"} Number format of the controller. cores : int or None Number of processes; None
     uses as many as save time. With more than one, the work of the calling script must be below `if
     __name__ == "__main__":`. cluster : str or None Address of a Dask scheduler whose workers run
     the trials.
@@ -83,7 +84,7 @@ class CampaignRequest:
     at_least: float | None = None
     confidence: float = CONFIDENCE
     evaluations: int = 0
-    number: Number = "double"
+    number: ProgramNumber = "double"
     cores: int | None = 1
     cluster: str | None = None
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from frictool.campaign.trials.trial_store import TrialStore
     from frictool.campaign.trials.trials import Trials
     from frictool.campaign.trials.worst_case import WorstCase
-    from frictool.documents.controller import Number
+    from frictool.documents.controller import ProgramNumber
     from frictool.documents.provenance import Provenance
 
 TRIALS = 1000  # as in campaign/campaign_run.py, which --help does not import
@@ -160,7 +160,7 @@ class CampaignOptions:
 )
 @click.option(
     "--number",
-    type=click.Choice(["double", "float", "q31", "q15"]),
+    type=click.Choice(["double", "float", "q31"]),
     help="Number format in which the controller runs. [default: double]",
 )
 @click.option(
@@ -193,7 +193,7 @@ def command(
     trials: int | None,
     method: Method,
     observer: Path | None,
-    number: Number | None,
+    number: ProgramNumber | None,
     evaluations: int | None,
     **rest: Any,
 ) -> None:

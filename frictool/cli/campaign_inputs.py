@@ -15,7 +15,7 @@ from frictool.cli.console_output import note, note_changes
 if TYPE_CHECKING:
     from frictool.campaign.trials.trial_player import CampaignSetting, TrialPlayer
     from frictool.campaign.trials.worst_case import Commands
-    from frictool.documents.controller import Number
+    from frictool.documents.controller import ProgramNumber
     from frictool.documents.mechanism import Mechanism
     from frictool.documents.model import Model
 
@@ -39,7 +39,9 @@ class CampaignPaths:
         return {name: path for name, path in vars(self).items() if path is not None}
 
 
-def setting_of(paths: CampaignPaths, number: Number) -> tuple[CampaignSetting, CampaignPaths]:
+def setting_of(
+    paths: CampaignPaths, number: ProgramNumber
+) -> tuple[CampaignSetting, CampaignPaths]:
     """Load the documents; return their setting, and the paths with the replayed log.
 
     Raises InputFileError if the documents do not fit together.
@@ -82,7 +84,7 @@ def setting_of(paths: CampaignPaths, number: Number) -> tuple[CampaignSetting, C
     return CampaignSetting(plant, controller, scenario, spec, log, names, number), paths
 
 
-def commands_of(paths: CampaignPaths, folder: Path, number: Number) -> Commands:
+def commands_of(paths: CampaignPaths, folder: Path, number: ProgramNumber) -> Commands:
     """Return a function of a scenario's name in `folder` that returns its replay commands.
 
     The first command contains base names, the second the paths as typed.

@@ -17,6 +17,21 @@ if TYPE_CHECKING:
     from frictool.documents.controller import Controller
 
 
+class Verbosity:
+    """What the commands of this process print on stderr besides warnings and errors.
+
+    quiet: no progress and no remarks. verbose: progress also where stderr is no terminal.
+    """
+
+    quiet = False
+    verbose = False
+
+
+def shows_progress() -> bool:
+    """Return True if progress is printed: on a terminal, or with --verbose; never with --quiet."""
+    return not Verbosity.quiet and (Verbosity.verbose or sys.stderr.isatty())
+
+
 def say(text: str, output: Path | None = None) -> None:
     """Print text on stdout, or on stderr if stdout carries the output."""
     click.echo(printable(text), err=output == STDOUT)

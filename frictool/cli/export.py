@@ -12,6 +12,7 @@ from frictool.cli.common_options import existing, json_option, output_option
 from frictool.cli.console_output import note, note_changes, print_json, say
 from frictool.cli.file_endings import check_folder
 from frictool.cli.output_files import STDOUT, command_line
+from frictool.errors import EXIT_NO
 from frictool.export.languages import LANGUAGE_OF, LANGUAGES, DocumentKind
 
 if TYPE_CHECKING:
@@ -41,12 +42,13 @@ From model.yaml:
 
 The C code allocates nothing and calls no function but sqrt. Its golden vectors come from the
 simulation's controller in the same number format; the self-test exits with 0 if the compiled code
-reproduces all of them bit by bit. q31 and q15 are fixed point, proved free of overflow.
+reproduces all of them bit by bit. q31 is fixed point, proved free of overflow. q15 is a format of
+coefficients (json, cmsis, matlab).
 
 The loop is verified again with the coefficients as the number format stores them. Exit code 4 if it
-violates the modulus margin, or if the target cannot represent a part of the model: --without leaves
-that part out. Files of the same names in the folder are replaced. With -o - the files are a tar
-archive on stdout.
+violates the modulus margin, if the code is above the budget of the bench's target, or if the target
+cannot represent a part of the model: --without leaves that part out. Files of the same names in the
+folder are replaced. With -o - the files are a tar archive on stdout.
 """
 
 
@@ -82,6 +84,11 @@ archive on stdout.
     metavar="LOG",
     help="Play the effort of this log in MuJoCo and in frictool, and compare the motions.",
 )
+@click.option(
+    "--report",
+    is_flag=True,
+    help="Print instructions per step, bytes of code and of state on the bench's target.",
+)
 @output_option(help="Folder for the files; - is a tar archive on stdout.")
 @json_option
 @click.pass_context
@@ -94,19 +101,20 @@ def command(
     joint: str | None,
     without: tuple[str, ...],
     check: Path | None,
+    report: bool,
     output: Path,
     as_json: bool,
 ) -> None:
     check_folder(output)
     language = LANGUAGE_OF[lang]
-    for option in ("number", "into", "joint", "without", "check"):
-        if context.params[option] not in (None, ()) and option not in language.options:
+    for option in ("number", "into", "joint", "without", "check", "report"):
+        if context.params[option] not in (None, (), False) and option not in language.options:
             others = ", ".join(one.name for one in LANGUAGES if option in one.options)
             raise click.UsageError(
                 f"--{option} does not work with --lang {lang}; allowed: --lang {others}."
             )
     if language.document == "controller":
-        _export_controller(document, cast("Language", lang), number, output, as_json)
+        _export_controller(document, cast("Language", lang), number, report, output, as_json)
         return
     if "into" in language.options and into is None:
         raise click.UsageError(f"--lang {lang} needs --into FILE, the robot description.")
@@ -152,7 +160,12 @@ def command(
 
 
 def _export_controller(
-    controller: Path, lang: Language, number: Number | None, output: Path, as_json: bool
+    controller: Path,
+    lang: Language,
+    number: Number | None,
+    report: bool,
+    output: Path,
+    as_json: bool,
 ) -> None:
     from frictool.cli.output_folder import save_folder
     from frictool.documents.controller import Controller
@@ -167,7 +180,7 @@ def _export_controller(
     if (lang, number) == ("cmsis", "double"):
         raise click.UsageError("--lang cmsis has no --number double; allowed: float, q31, q15.")
     words = command_line("export", {"controller": controller, "--lang": lang, "--number": number})
-    result = export(document, lang, number, ExportOrigin(digest(controller), words))
+    result = export(document, lang, number, ExportOrigin(digest(controller), words), report)
     save_folder(output, result.files, [controller], overwrite=True)
     note_changes(controller, document)
     if lang == "c" and output != STDOUT:
@@ -177,6 +190,13 @@ def _export_controller(
     else:
         for line in result.lines():
             say(line, output)
+    if result.is_budget_unchecked:
+        assert result.target is not None
+        note(
+            f"warning: {result.target.missing} is not on the PATH, so that the budget of the "
+            "bench (target) is not checked; install it"
+        )
+        click.get_current_context().exit(EXIT_NO)
 
 
 def _warn_of_others(folder: Path, files: Mapping[str, str | bytes]) -> None:

@@ -13,15 +13,18 @@ import click
 from frictool.cli.common_options import existing, json_option
 from frictool.cli.console_output import note, print_json, say
 from frictool.cli.guessed_columns import preset_text, question_lines
+from frictool.documents.example_rigs import EXAMPLES
 
 if TYPE_CHECKING:
     from frictool.documents.quantity import Axis
     from frictool.documents.starting_documents import StartingRig
 
-HELP = """\b
+_EXAMPLES = "\n".join(f"  {name:<7} {text}" for name, text in EXAMPLES.items())
+HELP = f"""\b
 Example:
   frictool init my_rig --from bench.csv --axis rotary
   make -C my_rig
+  frictool init clutch --example clutch && make -C clutch
 
 Write commented documents for a new rig: bench.yaml, spec.yaml, designs/automatic.yaml,
 scenarios/steps.yaml, and a Makefile that runs the commands and writes to build/.
@@ -31,6 +34,10 @@ period, and the encoder's step if positions are no counts. A unit or a column th
 show is written as "?" with the candidates in a comment; the bench is an error until you fill it in.
 If the log does not show the kind of axis, --axis is needed. Without --from, put the bench's logs
 into DIR/logs/ before you run make.
+
+\b
+--example writes a worked rig with its logs, which needs no changes:
+{_EXAMPLES}
 
 Everything else is an example, marked "# example: replace"; the command lists these keys. A verdict
 that depends on examples says nothing about your rig. Existing files are not overwritten.
@@ -51,9 +58,20 @@ that depends on examples says nothing about your rig. Existing files are not ove
     metavar="LOG",
     help="Log of the bench from which properties are guessed.",
 )
+@click.option(
+    "--example", type=click.Choice(list(EXAMPLES)), help="Worked rig to write, with its logs."
+)
 @json_option
-def command(folder: Path, axis: str | None, log: Path | None, as_json: bool) -> None:
+def command(
+    folder: Path, axis: str | None, log: Path | None, example: str | None, as_json: bool
+) -> None:
     from frictool.cli.output_folder import save_folder
+
+    if example is not None:
+        if axis is not None or log is not None:
+            raise click.UsageError("--example does not work with --axis or --from.")
+        _write_example(folder, example, as_json)
+        return
     from frictool.documents.starting_documents import example_keys, starting_documents
 
     start = _start(folder, axis, log)
@@ -97,6 +115,19 @@ def command(folder: Path, axis: str | None, log: Path | None, as_json: bool) -> 
         for line in question_lines(start):
             say(line)
     say(_still_to_do(folder, start, example_keys(start)))
+
+
+def _write_example(folder: Path, example: str, as_json: bool) -> None:
+    from frictool.cli.output_folder import save_folder
+    from frictool.documents.example_rigs import example_files
+
+    files = example_files(example)
+    save_folder(folder, files, [], overwrite=False, parents=True)
+    if as_json:
+        print_json("init-example/1", {"folder": str(folder), "example": example, "files": [*files]})
+        return
+    say(f"{folder}: {', '.join(files)}")
+    say(f"next: make -C {shlex.quote(str(folder))}")
 
 
 def _still_to_do(folder: Path, start: StartingRig, keys: dict[str, list[str]]) -> str:

@@ -15,6 +15,7 @@ from contextlib import contextmanager
 
 import click
 
+from frictool.cli.console_output import Verbosity, note
 from frictool.cli.lazy_group import LazyGroup, abandon_stdout
 from frictool.cli.terminal_escapes import printable
 from frictool.documents.bench_values import bench_values_words
@@ -108,11 +109,19 @@ Exit codes:
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 110},
 )
 @click.option("--debug", is_flag=True, help="Show the traceback of an error.")
+@click.option("-q", "--quiet", is_flag=True, help="No progress and no remarks on stderr.")
+@click.option("-v", "--verbose", is_flag=True, help="Progress on stderr, also without a terminal.")
 @click.version_option(
-    package_name="frictool", message=f"%(prog)s %(version)s, Python {sys.version.split()[0]}"
+    None,
+    *("-V", "--version"),
+    package_name="frictool",
+    message=f"%(prog)s %(version)s, Python {sys.version.split()[0]}",
 )
-def group(debug: bool) -> None:
+def group(debug: bool, quiet: bool, verbose: bool) -> None:
     """Show EXAMPLE as help."""
+    if quiet and verbose:
+        raise click.UsageError("--quiet and --verbose exclude each other.")
+    Verbosity.quiet, Verbosity.verbose = quiet, verbose
 
 
 def main() -> None:
@@ -214,9 +223,8 @@ def _tell_of_compiling() -> None:
 
 
 def _remark(text: str) -> None:
-    from frictool.cli.console_output import note
-
-    note(text)
+    if not Verbosity.quiet:
+        note(text)
 
 
 def _complain(message: str) -> None:

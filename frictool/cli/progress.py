@@ -1,4 +1,4 @@
-"""Progress of long commands on a terminal: a bar on stderr with the remaining time."""
+"""Progress of long commands on a terminal: a bar of rich on stderr with the remaining time."""
 
 from __future__ import annotations
 
@@ -9,33 +9,41 @@ from contextlib import contextmanager
 
 import click
 
-from frictool.cli.console_output import note
-
-STEPS = 1000
+from frictool.cli.console_output import Verbosity, note, shows_progress
 
 
 @contextmanager
 def progress(label: str) -> Iterator[Callable[[float], None]]:
     """Yield a callback that takes the completed fraction (0 to 1); frequent calls are cheap.
 
-    It prints nothing if stderr is not a terminal.
+    Only a terminal shows the bar; with --verbose another stderr shows the label.
     """
-    if not sys.stderr.isatty():
+    if not shows_progress():
         yield lambda part: None
         return
-    with click.progressbar(length=STEPS, label=label, file=sys.stderr) as bar:
+    if not sys.stderr.isatty():
+        note_step(label)
+        yield lambda part: None
+        return
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.progress import (
+        BarColumn,
+        Progress,
+        TaskProgressColumn,
+        TextColumn,
+        TimeRemainingColumn,
+    )
 
-        def show(part: float) -> None:
-            steps = min(STEPS, int(part * STEPS)) - bar.pos
-            if steps > 0:
-                bar.update(steps)
-
-        yield show
+    columns = TextColumn("{task.description}"), BarColumn(), TaskProgressColumn()
+    with Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True)) as bars:
+        task = bars.add_task(escape(label), total=1.0)
+        yield lambda part: bars.update(task, completed=min(max(part, 0.0), 1.0))
 
 
 def note_step(step: str) -> None:
-    """Print the step that begins, on a terminal only."""
-    if sys.stderr.isatty():
+    """Print the step that begins, where progress is shown."""
+    if shows_progress():
         note(f"{step} ...")
 
 
@@ -44,11 +52,11 @@ def search_progress() -> Callable[[str], None]:
 
     Without a terminal it leaves out the first step, so that a quick search prints nothing.
     """
-    printed = sys.stderr.isatty()
+    printed = shows_progress()
 
     def show(step: str) -> None:
         nonlocal printed
-        if printed:
+        if printed and not Verbosity.quiet:
             note(f"{step} ...")
         printed = True
 
@@ -57,7 +65,7 @@ def search_progress() -> Callable[[str], None]:
 
 def show_count(verb: str, done: int, total: int) -> None:
     """Print `VERB 3 of 17` on a terminal, overwriting the line; nothing if there is one only."""
-    if total > 1 and sys.stderr.isatty():
+    if total > 1 and shows_progress() and sys.stderr.isatty():
         end = "\n" if done == total else ""
         click.echo(f"\r{verb} {done} of {total}{end}", err=True, nl=False)
 
@@ -67,7 +75,7 @@ def note_compiling(everywhere: bool = False) -> None:
 
     `everywhere` is for compilations that take long enough to puzzle the reader of a log.
     """
-    if everywhere or sys.stderr.isatty():
+    if shows_progress() or (everywhere and not Verbosity.quiet):
         _note_once()
 
 

@@ -26,7 +26,7 @@ from frictool.cli.simulate_summary import bench_summary, bench_text, run_text, s
 from frictool.runtime import notifications
 
 if TYPE_CHECKING:
-    from frictool.documents.controller import Number
+    from frictool.documents.controller import ProgramNumber
     from frictool.logs.log import Log
     from frictool.simulate.mechanism_bench import MechanismBenchPlant
 
@@ -100,7 +100,7 @@ noise of 0.2 % of its limit. TEST may be a CSV of a reference.
 )
 @click.option(
     "--number",
-    type=click.Choice(["double", "float", "q31", "q15"]),
+    type=click.Choice(["double", "float", "q31"]),
     help="Number format in which the controller runs. [default: double]",
 )
 @click.option(
@@ -135,7 +135,7 @@ def command(
     scenario: Path | None,
     observer: Path | None,
     target: Path | None,
-    number: Number | None,
+    number: ProgramNumber | None,
     excitation: Path | None,
     output: Path,
     as_json: bool,
@@ -259,7 +259,7 @@ def _step_test(
     scenario: Path,
     observer: Path | None,
     target: Path | None,
-    number: Number | None,
+    number: ProgramNumber | None,
     output: Path,
     events: EventsOutput,
 ) -> Log:

@@ -20,6 +20,7 @@ from frictool.compare import (
 from frictool.compare.comparison_setting import ComparisonSetting
 from frictool.compare.thesis_tables import TableDifference, table_differences
 from frictool.compare.trajectory import LawTrajectory
+from frictool.runtime.object_view import ResultView
 from frictool.typing import Vector
 
 # rigid stick and Stribeck curve, event-exact; LuGre is compared with it like the others
@@ -74,8 +75,8 @@ class LawResult:
     loop: tuple[Vector, Vector] | None = field(repr=False)
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, eq=False, repr=False)
+class Comparison(ResultView):
     """Results of the laws by name, and differences from the printed tables 2.1 and 3.2."""
 
     setting: ComparisonSetting

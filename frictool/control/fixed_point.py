@@ -3,11 +3,12 @@
     intervals of inputs and states ──▶ interval of every value ──▶ its fraction, and the shifts of
     its operation ──▶ intervals of the words, checked
 
-Values are 32-bit words; products and sums are formed in 64 bits. q31 keeps coefficients to 31 bits
-and a sign, q15 to 15 bits and a sign, each coefficient with its own fraction. A state saturates at
-the interval that its block states; the intervals therefore hold at every sample if they hold at
-one. The overflow proof does not rely on real numbers. It repeats every operation on the words at
-both ends of its operands' intervals, in integers of any size. Each intermediate result must fit.
+Values are 32-bit words; products and sums are formed in 64 bits. A program runs in q31: its
+coefficients have 31 bits and a sign, each with its own fraction. Only coefficients exist in q15.
+A state saturates at the interval that its block states; the intervals therefore hold at every
+sample if they hold at one. The overflow proof does not rely on real numbers. It repeats every
+operation on the words at both ends of its operands' intervals, in integers of any size. Each
+intermediate result must fit.
 """
 
 from __future__ import annotations
@@ -72,7 +73,7 @@ def coefficient(value: float, bits: int) -> tuple[int, int]:
     return word, fraction
 
 
-def fixed_program(program: Program, bits: int) -> FixedProgram:
+def fixed_program(program: Program, bits: int = BITS["q31"]) -> FixedProgram:
     """Scale a program; raise FixedPointOverflow with the value's name if that is not possible."""
     return _Scaling(program, bits).done()
 

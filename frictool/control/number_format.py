@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 from frictool.control.compiled_program import CompiledProgram, compile_program
-from frictool.control.fixed_point import BITS, fixed_machine, fixed_program
+from frictool.control.fixed_point import fixed_machine, fixed_program
 from frictool.control.program import Program
 
 
-def machine_in(
-    program: Program, number: Literal["double", "float", "q31", "q15"]
-) -> CompiledProgram:
-    """Return the program in a number format, at rest at the position 0.
+def machine_in(program: Program, number: str) -> CompiledProgram:
+    """Return the program in double, float or q31, at rest at the position 0.
 
     Raises FixedPointOverflow with the value's name if fixed point cannot be scaled.
     """
-    if number in BITS:
-        return fixed_machine(fixed_program(program, BITS[number]))
+    if number == "q31":
+        return fixed_machine(fixed_program(program))
     return compile_program(program, single=number == "float")

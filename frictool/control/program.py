@@ -113,6 +113,11 @@ class Program:
         self._comment = ""
         self._constants: dict[tuple[str, float], ProgramNode] = {}
 
+    @property
+    def constant_states(self) -> list[ProgramNode]:
+        """Return the states that the caller sets, such as scheduled parameters."""
+        return [node for node in self.states.values() if node.index not in self.updates]
+
     def node(
         self, op: str, *args: ProgramNode, value: float = 0.0, low: float = 0.0, high: float = 0.0
     ) -> ProgramNode:

@@ -23,6 +23,7 @@ from frictool.documents.quantity import (
     Time,
     Viscous,
 )
+from frictool.runtime.object_view import ObjectView
 
 PositiveNumber = Annotated[float, msgspec.Meta(gt=0)]
 # s, range of a sample period; a value outside points to a mistaken unit
@@ -34,6 +35,7 @@ OPEN = "?"  # marks a column or unit that the user must fill in
 # of the period
 FEWEST_COUNTS = 4
 SamplePeriod = Annotated[float, msgspec.Meta(ge=SHORTEST_PERIOD, le=LONGEST_PERIOD)]
+Budget = Annotated[int, msgspec.Meta(ge=1)]
 LineNumber = Annotated[int, msgspec.Meta(ge=0)]
 Name = Annotated[str, msgspec.Meta(min_length=1, max_length=80)]
 Channel = Literal[
@@ -295,7 +297,26 @@ class Instrument(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
             raise ValueError("give clock_offset or clock_estimate, not both")
 
 
-class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class Target(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+    """Processor that runs the controller, and the budget of its exported C code.
+
+    `export --lang c` compiles the code for the core and refuses code that is above the budget.
+
+    - `core`: Cortex-M4 with (`cortex-m4f`) or without a floating-point unit.
+    - `instructions`: Largest number of instructions of a step.
+    - `code_bytes`: Largest number of bytes of code and constants, without library functions.
+    - `state_bytes`: Largest number of bytes of the state of one axis.
+    """
+
+    core: Literal["cortex-m4f", "cortex-m4"] = "cortex-m4f"
+    instructions: Budget | None = None
+    code_bytes: Budget | None = None
+    state_bytes: Budget | None = None
+
+
+class Bench(
+    ObjectView, msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
+):
     """Rig before any measurement, and the map from log columns to channels: `bench.yaml`.
 
     - `encoder`: Position sensor.
@@ -307,6 +328,7 @@ class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     - `instruments`: Further instruments that record at the rig, by name.
     - `load`: Load terms that `identify` estimates. By default an offset; method `auto` also tests
       the others.
+    - `target`: Processor of the controller, and the budget of its code.
     """
 
     format: Literal["bench/1"]
@@ -323,6 +345,7 @@ class Bench(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     delay_samples: Annotated[int, msgspec.Meta(ge=0, le=2)] = 1
     examples: tuple[str, ...] = ()
     load: LoadTerms | None = None
+    target: Target | None = None
 
     def __post_init__(self) -> None:
         if self.axis == "linear" and self.encoder.counts_per_revolution is not None:

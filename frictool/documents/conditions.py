@@ -134,6 +134,18 @@ class Drifts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
                     )
 
 
+class ControllerCommand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """Command of the supervisor to the controller, before its sample at or after `at_s`.
+
+    - `command`: `disable`: the drive is 0 until `enable`, which starts at rest at the measured
+      position. `hold`: the last valid reference stays until `follow`. `fault`: the drive is 0
+      until `reset`, which also enables and follows.
+    """
+
+    command: Literal["disable", "enable", "hold", "follow", "fault", "reset"]
+    at_s: Instant
+
+
 class SensorFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Sensor fault from a time on.
 

@@ -21,9 +21,11 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Axis
 from frictool.documents.resonances import Resonances
 from frictool.documents.synthesis_methods import StoredMethod
+from frictool.runtime.object_view import ObjectView
 
 Row = tuple[float, ...]
-Number = Literal["double", "float", "q31", "q15"]
+Number = Literal["double", "float", "q31", "q15"]  # of coefficients
+ProgramNumber = Literal["double", "float", "q31"]  # of a program
 
 
 class StateSpace(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -457,7 +459,9 @@ class Schedule(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     points: int
 
 
-class Controller(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class Controller(
+    ObjectView, msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
+):
     """Coefficients that run on the target, and the verified loop properties: `controller.yaml`.
 
     - `structure`: `position` closes one loop on the position; `speed_cascade` a speed loop inside a

@@ -20,6 +20,7 @@ from frictool.documents.pid_gains import Pid
 from frictool.documents.quantity import Axis
 from frictool.documents.synthesis_methods import METHODS, READ_BY, MethodName, readers
 from frictool.documents.weights import Weights
+from frictool.runtime.object_view import ObjectView
 
 Structure = Literal["position", "speed_cascade"]
 Domain = Literal["continuous", "discrete"]
@@ -69,7 +70,12 @@ class Grid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
 
 
 class Design(
-    msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True, kw_only=True
+    ObjectView,
+    msgspec.Struct,
+    frozen=True,
+    forbid_unknown_fields=True,
+    omit_defaults=True,
+    kw_only=True,
 ):
     """Structure, method, weights and blocks of a controller to synthesise: `design.yaml`.
 

@@ -18,6 +18,7 @@ from frictool.documents.quantity import (
     Stiffness,
     Viscous,
 )
+from frictool.runtime.object_view import ObjectView
 
 Share = Annotated[float, msgspec.Meta(gt=0, lt=1)]
 
@@ -91,7 +92,9 @@ class Film(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     boundary: PositiveVelocity | None = None
 
 
-class Friction(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class Friction(
+    ObjectView, msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
+):
     """Parameters for the comparison of friction laws: `friction.yaml`.
 
     `backward`, `position`, `regimes`, `dwell` and `film` extend the laws. By default they are

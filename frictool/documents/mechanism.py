@@ -19,6 +19,7 @@ import msgspec
 
 from frictool.documents.bench import Name, PositiveNumber, SamplePeriod, Winding
 from frictool.documents.quantity import Quantity, Series, Span, _of
+from frictool.runtime.object_view import ObjectView
 
 # quantities of a rotary or a linear block: the unit decides
 EitherPosition = Annotated[Quantity, _of("position of either axis")]
@@ -483,7 +484,9 @@ class Control(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
     load: str | None = None
 
 
-class Mechanism(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class Mechanism(
+    ObjectView, msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
+):
     """Blocks, links, friction, sources and sensors of a mechanism: `mechanism.yaml`.
 
     - `blocks`: Blocks by name. A name begins with a letter, followed by letters, digits and `_`.

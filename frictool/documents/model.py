@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+import importlib
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import msgspec
 
@@ -20,7 +21,13 @@ from frictool.documents.quantity import (
     ViscousEstimate,
 )
 from frictool.documents.resonances import Resonances
+from frictool.runtime.object_view import ObjectView
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+# module that draws a model; it is above the documents and is imported when a figure is drawn
+FIGURE = "frictool.identify.model_page.model_figure"
 AxisLaw = Literal["coulomb", "stribeck"]
 
 
@@ -64,7 +71,9 @@ class Fit(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults
     held_out_force_error: float | None = None
 
 
-class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class Model(
+    ObjectView, msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
+):
     """Identified parameters with intervals, bench, reasons for missing values: `model.yaml`.
 
     - `law`: `coulomb`, or `stribeck` if `parameters` has a `stribeck_velocity`.
@@ -98,6 +107,12 @@ class Model(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     measurement: Measurement | None = None
     resonances: Resonances | None = None
     bench_values_only: str | None = None
+
+    def plot(self) -> Figure:
+        """Return a matplotlib figure of the friction over speed, and over position if known."""
+        view = importlib.import_module(FIGURE)
+        figure: Figure = view.model_figure(self)
+        return figure
 
     def __post_init__(self) -> None:
         if self.law != self.parameters.law:

@@ -9,6 +9,7 @@ import msgspec
 from frictool.documents.bench import Bench, Name, PositiveNumber, SamplePeriod
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Axis, Inertia, PositionSpan, PositiveVelocity
+from frictool.runtime.object_view import ObjectView
 
 Row = tuple[float, ...]
 MOST_MODES = 201
@@ -170,7 +171,9 @@ class Tracking(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     backlash: ObserverBacklash | None = None
 
 
-class Observer(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class Observer(
+    ObjectView, msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
+):
     """Observer of velocity and friction from position and drive: `observer.yaml`.
 
     It is either `switched` or `tracking`. The other keys describe the plant that it assumes.

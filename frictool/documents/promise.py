@@ -15,6 +15,7 @@ from frictool.documents.quantity import (
     PositiveTime,
     Viscous,
 )
+from frictool.runtime.object_view import ObjectView
 
 Share = Annotated[float, msgspec.Meta(gt=0, lt=1)]
 
@@ -32,7 +33,9 @@ class HalfWidths(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     breakaway: NonNegativeEffort | None = None
 
 
-class Promise(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class Promise(
+    ObjectView, msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
+):
     """Precision expected of a test on the worst axis of the bench's intervals: `promise.yaml`.
 
     - `name`: Name of the bench.

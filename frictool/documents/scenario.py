@@ -8,9 +8,16 @@ from typing import Annotated, Literal
 import msgspec
 
 from frictool.documents.bench import Name, PositiveNumber
-from frictool.documents.conditions import Disturbance, Drifts, SensorFault, Signal
+from frictool.documents.conditions import (
+    ControllerCommand,
+    Disturbance,
+    Drifts,
+    SensorFault,
+    Signal,
+)
 from frictool.documents.quantity import AnyQuantity, Axis, Position, PositiveLength
 from frictool.documents.spread import Spread
+from frictool.runtime.object_view import ObjectView
 
 # s, shortest hold that can show the absence of a limit cycle; some cycles need a minute to appear
 # (docs/theory/simulate.md)
@@ -101,7 +108,9 @@ class Replay(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
             raise ValueError(f"to_s: found {self.to_s:g}; allowed: after from_s, {self.from_s:g}")
 
 
-class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class Scenario(
+    ObjectView, msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
+):
     """Test of a closed loop, or of a mechanism's sources without a controller: `scenario.yaml`.
 
     A scenario has `steps`, or a `reference` from a log. Without a controller it has the commands of
@@ -123,6 +132,8 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     - `disturbances`: External efforts.
     - `drifts`: Time-varying factors on the plant's parameters.
     - `sensor_faults`: Faults of encoder and drive sensor.
+    - `commands`: Commands of a supervisor to the controller of an axis, as its exported code takes
+      them.
     - `sources`: Commands of a mechanism's sources, by source name. With a controller, only of
       sources that it does not command.
     - `duration_s`: Duration of a test without controller.
@@ -144,6 +155,7 @@ class Scenario(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     disturbances: tuple[Disturbance, ...] = ()
     drifts: Drifts | None = None
     sensor_faults: tuple[SensorFault, ...] = ()
+    commands: tuple[ControllerCommand, ...] = ()
     sources: dict[str, tuple[Signal, ...]] = {}
     duration_s: PositiveNumber | None = None
     spread: Spread | None = None

@@ -9,9 +9,12 @@ import msgspec
 from frictool.documents.bench import Name
 from frictool.documents.metric_table import REQUIREMENTS
 from frictool.documents.quantity import Axis
+from frictool.runtime.object_view import ObjectView
 
 
-class SpecHead(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
+class SpecHead(
+    ObjectView, msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
+):
     """Keys of a specification that are no requirement."""
 
     format: Literal["spec/1"]

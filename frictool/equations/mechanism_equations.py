@@ -11,10 +11,11 @@ from frictool.documents.mechanism import Mechanism
 from frictool.equations.derivation import Derivation, derive
 from frictool.equations.derivation_views import as_data, as_latex, as_text
 from frictool.plant.mechanism.element_error import ElementError
+from frictool.runtime.object_view import ResultView
 
 
-@dataclass(frozen=True)
-class Equations:
+@dataclass(frozen=True, eq=False, repr=False)
+class Equations(ResultView):
     """Equations of a mechanism, with three views.
 
     derivation: sections of equations, parameters with their values, and notes.

@@ -13,12 +13,12 @@ from typing import Any
 import jinja2
 
 from frictool import __version__
-from frictool.control.fixed_point import BITS, FixedProgram, fixed_program
+from frictool.control.fixed_point import FixedProgram, fixed_program
 from frictool.control.fixed_point_kernel import shift_rounded
 from frictool.control.measurement_guard import FAULT
 from frictool.control.program import Program, ProgramNode
 from frictool.control.target_band import BRAKE, REST, RUN
-from frictool.documents.controller import Controller, Number
+from frictool.documents.controller import Controller, ProgramNumber
 from frictool.documents.quantity import si_unit
 from frictool.export.c_fixed_point import FixedNumbers
 from frictool.export.c_identifier import c_identifier, comment_text
@@ -55,7 +55,7 @@ FOLDER = Path(__file__).parent / "templates"
 def c_sources(
     controller: Controller,
     program: Program,
-    number: Number,
+    number: ProgramNumber,
     vectors: GoldenVectors,
     loop: RoundedLoop,
     origin: ExportOrigin,
@@ -73,11 +73,7 @@ def c_sources(
         autoescape=False,
     )
     environment.globals["comment"] = comment_text
-    numbers = (
-        FixedNumbers(fixed_program(program, BITS[number]))
-        if number in BITS
-        else RealNumbers(number)
-    )
+    numbers = FixedNumbers(fixed_program(program)) if number == "q31" else RealNumbers(number)
     names = CNames(program)
     context = (
         _about(controller, origin) | _code(names, numbers) | _vectors(program, vectors, numbers)
@@ -112,6 +108,8 @@ def _code(names: CNames, numbers: NumberWriter) -> dict[str, Any]:
     """Return the program in C: declarations, fields and statements."""
     program = names.program
     assert program.output is not None
+    guard = program.guard
+    assert guard is not None
     entering = [
         line
         for name, node in program.inputs.items()
@@ -119,12 +117,10 @@ def _code(names: CNames, numbers: NumberWriter) -> dict[str, Any]:
         for line in numbers.entering(node, name)
     ]
     body = [f"{INDENT}{line}" for line in entering] + c_statements(names, numbers)
-    constant_states = [
-        node for node in program.states.values() if node.index not in program.updates
-    ]
     starts, writes = _starts(names, numbers), _writes(names, numbers)
     setters = [
-        (program.names[node.index], numbers.stored(node, None, "value")) for node in constant_states
+        (program.names[node.index], numbers.stored(node, None, "value"))
+        for node in program.constant_states
     ]
     text = "\n".join(
         [*body, *starts, *writes, *(stored for _, stored in setters), numbers.valid("position")]
@@ -141,6 +137,11 @@ def _code(names: CNames, numbers: NumberWriter) -> dict[str, Any]:
         "largest": numbers.largest if isinstance(numbers, RealNumbers) else "",
         "body": body,
         "writes": writes,
+        "fault_word": numbers.started(replace(guard.left, value=FAULT), None),
+        "reference": numbers.parameter("reference"),
+        "held_reference": names.text[program.states["reference_before"].index].removeprefix(
+            "state->"
+        ),
         "returned": operand(names, numbers, program.output),
         "inputs": list(program.inputs),
         "parameters": [numbers.parameter(name) for name in program.inputs],
@@ -310,7 +311,4 @@ def _vectors(program: Program, vectors: GoldenVectors, numbers: NumberWriter) ->
 def _columns(program: Program) -> list[ProgramNode]:
     """Return the nodes of a row of the vectors."""
     assert program.output is not None
-    constant_states = [
-        node for node in program.states.values() if node.index not in program.updates
-    ]
-    return [*program.inputs.values(), *constant_states, program.output]
+    return [*program.inputs.values(), *program.constant_states, program.output]

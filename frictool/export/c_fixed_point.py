@@ -24,7 +24,7 @@ EDGE = 2**31
 
 
 class FixedNumbers:
-    """Writer of numbers in q31 or q15, the words of the program `scaled`.
+    """Writer of numbers in q31, the words of the program `scaled`.
 
     `kind`: C type of values. `constant_kind`: C type of coefficients. `printed`, `cast`: conversion
     and cast of a value in printf. `words`: note on the values in a row of vectors.
@@ -37,7 +37,7 @@ class FixedNumbers:
     def __init__(self, scaled: FixedProgram) -> None:
         self.scaled = scaled
         self.kind = "int32_t"
-        self.constant_kind = "int16_t" if scaled.bits == 15 else "int32_t"
+        self.constant_kind = "int32_t"
 
     def literal(self, value: float) -> str:
         """Return a number in SI, for macros."""

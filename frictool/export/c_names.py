@@ -25,7 +25,8 @@ auto break case char const continue default do double else enum extern float for
 inline int long register restrict return short signed sizeof static struct switch typedef union
 unsigned void volatile while asm bool true false
 sqrt sqrtf gamma index round signal time remove
-main state value is_valid absolute smaller larger bounded shifted raised word whole_root
+main state value on disabled holding
+is_valid absolute smaller larger bounded shifted raised word whole_root
 """
 TAKEN = frozenset(re.findall(r"\w+", RESERVED))
 

@@ -9,11 +9,13 @@ from typing import Any, Literal, get_args
 
 from frictool.adapters.controller_composition import controller_program
 from frictool.control.fixed_point import FixedPointOverflow
+from frictool.documents.bench import Target
 from frictool.documents.controller import Controller, Number
 from frictool.documents.quantity import si_unit
 from frictool.documents.writing import to_yaml
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.export.c99 import c_sources
+from frictool.export.c_identifier import c_identifier
 from frictool.export.cmsis import cmsis_arrays, cmsis_header
 from frictool.export.coefficients import json_files, matlab_files
 from frictool.export.export_origin import ExportOrigin
@@ -22,6 +24,8 @@ from frictool.export.golden_vectors import GoldenVectors, golden_vectors
 from frictool.export.languages import CONTROLLER_LANGUAGES
 from frictool.export.mode_coverage import visit_conditions
 from frictool.export.rounded_loop import RoundedLoop, rounded_loop
+from frictool.export.target_figures import TargetFigures, target_figures
+from frictool.runtime.object_view import ResultView
 from frictool.verify.recheck import recheck
 
 Language = Literal["c", "json", "cmsis", "matlab", "fmu"]
@@ -31,12 +35,13 @@ COEFFICIENTS_ONLY = (
 )
 
 
-@dataclass(frozen=True)
-class ExportResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class ExportResult(ResultView):
     """Files of an export with the verified properties.
 
     `files`: name -> content. `vectors`: None if the language has none. `more`: further lines for
-    the text output.
+    the text output. `target`: figures of the code on the bench's target, if they were requested or
+    the bench has a `target`.
     """
 
     controller: Controller
@@ -47,6 +52,7 @@ class ExportResult:
     loop: RoundedLoop
     vectors: GoldenVectors | None = None
     more: tuple[str, ...] = ()
+    target: TargetFigures | None = None
 
     def summary(self) -> dict[str, Any]:
         """Return the result as JSON values."""
@@ -72,7 +78,15 @@ class ExportResult:
                 "drive_rms": vectors.rms,
                 "samples_in_another_mode": vectors.apart,
             }
+        if self.target is not None:
+            record["target"] = self.target.summary()
         return record
+
+    @property
+    def is_budget_unchecked(self) -> bool:
+        """True if the bench has a budget that was not compared with the code."""
+        budget = self.controller.bench.target
+        return self.target is not None and budget is not None and self.target.is_unchecked(budget)
 
     def lines(self) -> list[str]:
         """Return the result as lines of text."""
@@ -84,6 +98,7 @@ class ExportResult:
             f"verified with coefficients rounded to {self.number}: modulus margin "
             f"{self.loop.modulus_margin:.4f} at {self.loop.at}{norm}",
             *self.more,
+            *([self.target.line()] if self.target is not None else []),
         ]
 
 
@@ -97,6 +112,7 @@ def export(
     language: Language = "c",
     number: Number | None = None,
     origin: ExportOrigin | None = None,
+    report: bool = False,
 ) -> ExportResult:
     """Export a controller.
 
@@ -110,6 +126,8 @@ def export(
         Number format; by default double, or float for cmsis.
     origin : ExportOrigin, optional
         Origin of the document; by default the digest of its YAML text.
+    report : bool, optional
+        Measure C code on the bench's target, also if the bench has no budget.
 
     Returns
     -------
@@ -121,7 +139,8 @@ def export(
     FrictoolError
         If the language or the number format does not exist.
     NoSolutionError
-        If the rounded loop cannot be verified, or the format cannot represent the controller.
+        If the rounded loop cannot be verified, the format cannot represent the controller, or the
+        C code is above the budget of the bench's `target`.
     """
     for what, choice, allowed in (
         ("language", language, CONTROLLER_LANGUAGES),
@@ -135,26 +154,55 @@ def export(
         hashlib.sha256(to_yaml(controller).encode()).hexdigest(),
         "frictool.export.export() in Python",
     )
-    return export_controller(controller, language, number or default_number(language), known_origin)
+    return export_controller(
+        controller, language, number or default_number(language), known_origin, report
+    )
 
 
 def export_controller(
-    controller: Controller, language: Language, number: Number, origin: ExportOrigin
+    controller: Controller,
+    language: Language,
+    number: Number,
+    origin: ExportOrigin,
+    report: bool = False,
 ) -> ExportResult:
     """Export a controller of the document `origin`.
 
-    Raises NoSolutionError if the document is inconsistent, if the rounded loop cannot be verified,
-    or if the format cannot represent the controller.
+    `report` measures C code on the bench's target, also if the bench has no budget. Raises
+    NoSolutionError if the document is inconsistent, if the rounded loop cannot be verified, if the
+    format cannot represent the controller, or if the code is above its budget.
     """
     recheck(controller)
     try:
-        return {"c": _c, "json": _json, "cmsis": _cmsis, "matlab": _matlab, "fmu": _fmu}[language](
-            controller, number, origin
-        )
+        result = {"c": _c, "json": _json, "cmsis": _cmsis, "matlab": _matlab, "fmu": _fmu}[
+            language
+        ](controller, number, origin)
     except FixedPointOverflow as error:
         raise NoSolutionError(
             f"{controller.name}: {number} cannot be scaled: {error}; {_remedy(controller, error)}"
         ) from None
+    has_target = controller.bench.target is not None
+    return _measured(result) if language == "c" and (report or has_target) else result
+
+
+def _measured(result: ExportResult) -> ExportResult:
+    """Return C code with its figures; raise NoSolutionError if it is above the bench's budget."""
+    controller = result.controller
+    target = controller.bench.target or Target()
+    kind = "int32_t" if result.number == "q31" else result.number
+    figures = target_figures(
+        c_identifier(controller.name),
+        {name: str(text) for name, text in result.files.items()},
+        controller_program(controller),
+        kind,
+        target,
+    )
+    if over := figures.over_budget(target):
+        raise NoSolutionError(
+            f"{controller.name}: the code in {result.number} does not fit the bench's target: "
+            f"{'; '.join(over)}; try another --number, or a design of a lower order"
+        )
+    return replace(result, target=figures)
 
 
 def _remedy(controller: Controller, error: FixedPointOverflow) -> str:
@@ -173,6 +221,11 @@ def _remedy(controller: Controller, error: FixedPointOverflow) -> str:
 
 
 def _c(controller: Controller, number: Number, origin: ExportOrigin) -> ExportResult:
+    if number == "q15":
+        raise NoSolutionError(
+            f"{controller.name}: there is no code in q15: it would need as many instructions as "
+            "q31, with larger rounding errors; allowed: double, float, q31"
+        )
     loop = rounded_loop(controller, number)
     program = controller_program(controller)
     vectors = golden_vectors(controller, program, number)

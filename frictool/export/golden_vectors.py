@@ -18,22 +18,22 @@ import random
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from frictool.adapters.controller_composition import profile_limits
 from frictool.control.compiled_program import (
     FIXED,
     FLOAT,
     CompiledProgram,
     compile_program,
-    control_step,
-    copy_program,
     read,
-    start_at,
 )
-from frictool.control.fixed_point_kernel import from_real
+from frictool.control.fixed_point_kernel import from_real, to_real
 from frictool.control.jerk_limited_profile import duration
 from frictool.control.number_format import machine_in
 from frictool.control.program import Program
-from frictool.documents.controller import Controller, Number
+from frictool.control.supervision import CommandName, SupervisedProgram, put
+from frictool.documents.controller import Controller, ProgramNumber
 from frictool.errors import NoSolutionError
 from frictool.export.mode_coverage import visit_conditions
 
@@ -65,7 +65,9 @@ class GoldenVectors:
     modes.
 
     `fault_from`: first row with the fault. `restart`: row before which the controller is started
-    again at its position.
+    again at its position. `commands`: row before which each command of control/supervision.py is
+    given. Before the row of `fault` the controller is also disabled and enabled again, which does
+    not end the fault.
     """
 
     columns: tuple[str, ...]
@@ -76,6 +78,7 @@ class GoldenVectors:
     apart: int
     fault_from: int
     restart: int
+    commands: Mapping[str, int]
     seed: int = SEED
 
     @property
@@ -92,9 +95,11 @@ class GoldenVectors:
 class _VectorSequence:
     """Generator of the rows: a controller, and a position that follows it."""
 
-    def __init__(self, controller: Controller, program: Program, number: Number) -> None:
+    def __init__(self, controller: Controller, program: Program, number: ProgramNumber) -> None:
         self.program = program
-        self.new = machine_in(program, number), compile_program(program)
+        self.formatted = SupervisedProgram(program, machine_in(program, number))
+        self.in_double = SupervisedProgram(program, compile_program(program))
+        self.commands: dict[str, int] = {}
         self.hold_samples = controller.measurement_hold_samples
         self.indices = {name: index for index, name in reversed(program.names.items())}
         self.visits = visit_conditions(program)
@@ -113,10 +118,7 @@ class _VectorSequence:
         self.position = self.counted(0.9 * self.low + 0.1 * self.high)
         self.before = self.position
         self.start()
-        self.constant_states = [
-            node for node in program.states.values() if node.index not in program.updates
-        ]
-        self.inputs = [*program.inputs.values(), *self.constant_states]
+        self.inputs = [*program.inputs.values(), *program.constant_states]
         self.patience = _settling_samples(controller)
         self.rows: list[Row] = []
         self.counts = dict.fromkeys(self.visits, 0)
@@ -125,9 +127,25 @@ class _VectorSequence:
 
     def start(self) -> None:
         """Start both programs again, at rest at the position."""
-        self.machine, self.double = (copy_program(one) for one in self.new)
-        for running in (self.machine, self.double):
-            start_at(running, self.counted(self.position))
+        for one in self.both:
+            one.start(self.counted(self.position))
+
+    @property
+    def both(self) -> tuple[SupervisedProgram, SupervisedProgram]:
+        """The controller in the number format, and in double."""
+        return self.formatted, self.in_double
+
+    @property
+    def machine(self) -> CompiledProgram:
+        """The running program in the number format."""
+        return self.formatted.machine
+
+    def command(self, name: CommandName) -> None:
+        """Give both programs a command before the next row."""
+        position = self.counted(self.position)
+        for one in self.both:
+            one.command(name, position)
+        self.commands.setdefault(name, len(self.rows))
 
     def counted(self, position: float) -> float:
         return math.floor(position / self.step) * self.step
@@ -152,17 +170,20 @@ class _VectorSequence:
         )
         output = self.program.output
         assert output is not None
-        control_step(self.machine, inputs["reference"], inputs["position"], inputs["velocity"])
+        given = inputs["reference"], inputs["position"], inputs["velocity"]
+        drive = self.formatted.step(*given)
         readings = [read(self.machine, node.index) for node in self.inputs]
-        drive = read(self.machine, output.index)
+        readings[list(self.program.inputs).index("reference")] = self.in_format(given[0])
         self.rows.append((*readings, drive))
         values = dict(zip(self.program.inputs, readings, strict=False))
-        other = control_step(
-            self.double, values["reference"], values["position"], values.get("velocity", 0.0)
+        other = self.in_double.step(
+            values["reference"], values["position"], values.get("velocity", 0.0)
         )
+        if self.formatted.disabled:
+            return
         seen = [
-            {name for name, visit in self.visits.items() if visit.made(one)}
-            for one in (self.machine, self.double)
+            {name for name, visit in self.visits.items() if visit.made(one.machine)}
+            for one in self.both
         ]
         for name in seen[0]:
             self.counts[name] += 1
@@ -171,13 +192,20 @@ class _VectorSequence:
         else:
             self.apart += 1
 
+    def in_format(self, reference: float) -> float:
+        """Return a reference as the number format represents it [rad | m]."""
+        if self.machine.number == FIXED:
+            form = self.machine.formats[self.machine.ports[0]]
+            return float(to_real(form, from_real(form, reference)))
+        return float(np.float32(reference)) if self.machine.number == FLOAT else reference
+
     def schedule(self) -> None:
         """Set the scheduled parameters to random values, some beyond their range."""
-        for node in self.constant_states:
+        for node in self.program.constant_states:
             width = node.high - node.low
             value = self.random.uniform(node.low - BEYOND * width, node.high + BEYOND * width)
-            for running in (self.machine, self.double):
-                put(running, node.index, value)
+            for one in self.both:
+                put(one.machine, node.index, value)
 
     def moved(self, reference: float) -> None:
         self.position += (self.now("filtered", reference) - self.position) / LAG
@@ -257,14 +285,6 @@ class _VectorSequence:
             self.moved(reference)
 
 
-def put(running: CompiledProgram, index: int, value: float) -> None:
-    """Set a state that the caller controls in a running program."""
-    if running.number == FIXED:
-        running.word[index] = from_real(running.formats[index], value)
-    else:
-        (running.single if running.number == FLOAT else running.real)[index] = value
-
-
 def _speeds(controller: Controller, band: float) -> tuple[float, float]:
     """Return the speed of a settled prefilter, and the measured speed that counts as decayed."""
     law, limiter = controller.position_law, controller.limiter
@@ -314,7 +334,33 @@ def _losses(bench: _VectorSequence) -> tuple[int, int]:
     return fault_from, restart
 
 
-def golden_vectors(controller: Controller, program: Program, number: Number) -> GoldenVectors:
+def _commands(bench: _VectorSequence) -> None:
+    """Give each command of a supervisor once, while the axis moves.
+
+    The reference changes and becomes invalid while the axis holds.
+    """
+    bench.move(bench.at(0.7), 40)
+    bench.command("hold")
+    bench.move(bench.at(0.2), 40)
+    for _ in range(bench.hold_samples + 2):
+        bench.sample(bench.at(0.2), lost={"reference": math.nan})
+    bench.command("follow")
+    bench.move(bench.at(0.2), 40)
+    bench.command("disable")
+    bench.move(bench.at(0.8), 20)
+    bench.command("enable")
+    bench.move(bench.at(0.8), 40)
+    bench.command("fault")
+    for name in ("disable", "enable"):
+        bench.command(name)
+    bench.move(bench.at(0.8), 20)
+    bench.command("reset")
+    bench.follow(bench.at(0.3))
+
+
+def golden_vectors(
+    controller: Controller, program: Program, number: ProgramNumber
+) -> GoldenVectors:
     """Return the golden vectors of a controller's program in a number format.
 
     Raises NoSolutionError if the drive overflows, and FixedPointOverflow if fixed point cannot be
@@ -333,6 +379,7 @@ def golden_vectors(controller: Controller, program: Program, number: Number) -> 
         bench.shake(60)
     bench.follow(bench.at(0.5))
     fault_from, restart = _losses(bench)
+    _commands(bench)
     if not all(math.isfinite(row[-1]) for row in bench.rows):
         raise NoSolutionError(
             f"{controller.name}: the drive leaves the range of numbers on the golden "
@@ -344,9 +391,17 @@ def golden_vectors(controller: Controller, program: Program, number: Number) -> 
     )
     columns = (
         *program.inputs,
-        *(program.names[node.index] for node in bench.constant_states),
+        *(program.names[node.index] for node in program.constant_states),
         controller.drive,
     )
     return GoldenVectors(
-        columns, tuple(bench.rows), bench.counts, away, rms, bench.apart, fault_from, restart
+        columns,
+        tuple(bench.rows),
+        bench.counts,
+        away,
+        rms,
+        bench.apart,
+        fault_from,
+        restart,
+        bench.commands,
     )

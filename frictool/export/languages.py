@@ -35,7 +35,7 @@ LANGUAGES: tuple[ExportLanguage, ...] = (
         "c",
         "controller",
         "C99: NAME.h and NAME.c for the target; NAME_vectors.h and NAME_selftest.c to check it",
-        ("number",),
+        ("number", "report"),
     ),
     ExportLanguage(
         "json",

@@ -25,13 +25,14 @@ from frictool.identify.presliding.presliding_laws import with_presliding
 from frictool.identify.record_plausibility import repeats_plausibility_warning
 from frictool.logs.channels.bench_match import match_bench
 from frictool.logs.log import Log
+from frictool.runtime.object_view import ResultView
 from frictool.typing import Vector
 
 USUAL = IdentificationRequest()
 
 
-@dataclass(frozen=True)
-class IdentifiedModel:
+@dataclass(frozen=True, eq=False, repr=False)
+class IdentifiedModel(ResultView):
     """Model of an axis and the identification behind it.
 
     - model: model document

@@ -20,6 +20,7 @@ from frictool.logs.provenance import PROVENANCE, provenance_record
 from frictool.logs.quality.log_kinds import KINDS, TEST
 from frictool.logs.quality.time_base import TimeBase
 from frictool.logs.recordings.recording_files import sources
+from frictool.runtime.object_view import ResultView
 
 
 @dataclass(frozen=True)
@@ -72,8 +73,8 @@ class IngestRequest:
 USUAL = IngestRequest()
 
 
-@dataclass(frozen=True)
-class IngestedLog:
+@dataclass(frozen=True, eq=False, repr=False)
+class IngestedLog(ResultView):
     """Headers and time bases of the written streams, and the assembly of files behind them."""
 
     streams: tuple[tuple[StreamHeader, TimeBase], ...]

@@ -8,19 +8,27 @@ carry the names of the canonical MCAP: `position`, `reference`, `current`, ...
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from frictool.errors import LogError
+from frictool.logs.optional_libraries import library
+from frictool.runtime.object_view import ResultView
 from frictool.typing import Vector
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
 
 MAIN_TOPIC = "/axis"
 MECHANISM_TOPIC = "/mechanism"  # stream of all blocks of a simulated mechanism
 EXCITATION = "excitation"  # metadata record of a `frictool excite` test: kind, rule, figures
 
 
-@dataclass(frozen=True)
-class Stream:
+@dataclass(frozen=True, eq=False, repr=False)
+class Stream(ResultView):
     """Signals that share one time base.
 
     Attributes
@@ -52,14 +60,34 @@ class Stream:
                     f"signal {name!r} has {values.shape[0]} samples, time has {self.time.shape[0]}"
                 )
 
+    def to_pandas(self) -> DataFrame:
+        """Return the signals as a DataFrame: a column for each signal in SI, indexed by `time`.
+
+        Returns
+        -------
+        pandas.DataFrame
+            Shape (n, signals); `attrs["units"]` has the unit of each column.
+
+        Raises
+        ------
+        LogError
+            If pandas is not installed.
+        """
+        pandas = library(Path(self.topic), "pandas", "pandas")
+        frame: DataFrame = pandas.DataFrame(
+            self.signals, index=pandas.Index(self.time, name="time")
+        )
+        frame.attrs["units"] = dict(self.units)
+        return frame
+
     @property
     def period(self) -> float:
         """Return the median sample period in s; NaN for fewer than two samples."""
         return float(np.median(np.diff(self.time))) if self.time.size > 1 else float("nan")
 
 
-@dataclass(frozen=True)
-class Log:
+@dataclass(frozen=True, eq=False, repr=False)
+class Log(ResultView):
     """Streams of one log with their metadata.
 
     Attributes
@@ -78,6 +106,12 @@ class Log:
     metadata: dict[str, dict[str, str]] = field(default_factory=dict)
     source: str = "log"
     warnings: tuple[str, ...] = ()
+
+    def plot(self) -> Figure:
+        """Return a matplotlib figure with a panel for each signal, over time."""
+        from frictool.logs.log_figure import log_figure
+
+        return log_figure(self)
 
     @property
     def axes(self) -> tuple[Stream, ...]:

@@ -17,10 +17,11 @@ from frictool.observe.commissioning import Commissioning
 from frictool.observe.estimates_log import write
 from frictool.observe.log_observer import LogObserver, ObservationSettings
 from frictool.observe.observation_outcome import ObservationOutcome, with_verdict
+from frictool.runtime.object_view import ResultView
 
 
-@dataclass(frozen=True)
-class LogObservation:
+@dataclass(frozen=True, eq=False, repr=False)
+class LogObservation(ResultView):
     """Result of `observe`.
 
     outcome: final wear, velocity errors and verdict. estimates: log of velocity, friction and wear

@@ -18,6 +18,7 @@ from frictool.reduce.model_document import model_of
 from frictool.reduce.partial_travel import restrict_travel
 from frictool.reduce.reduction_chain import ReductionChain, chain
 from frictool.reduce.simulation_check import TOLERANCE, SimulationCheck, check_reduction
+from frictool.runtime.object_view import ResultView
 
 
 @dataclass(frozen=True)
@@ -51,8 +52,8 @@ class ReductionRequest:
 USUAL = ReductionRequest()
 
 
-@dataclass(frozen=True)
-class Reduction:
+@dataclass(frozen=True, eq=False, repr=False)
+class Reduction(ResultView):
     """Result of a reduction: its steps, the model and the check by simulation."""
 
     chain: ReductionChain

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field
-from typing import Any, Literal, get_args
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
@@ -13,6 +13,10 @@ from frictool.documents.spec import Spec
 from frictool.logs.log import MAIN_TOPIC, Log
 from frictool.report.evidence import StreamEvidence
 from frictool.report.hold_metrics import HoldMetrics
+from frictool.runtime.object_view import ResultView
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 State = Literal["pass", "fail", "undecided"]
 STATES: tuple[State, ...] = get_args(State)
@@ -111,8 +115,8 @@ class ReportRequest:
     bench: Bench | None = None
 
 
-@dataclass(frozen=True)
-class Verdict:
+@dataclass(frozen=True, eq=False, repr=False)
+class Verdict(ResultView):
     """Requirements in the specification's order, and the evidence with hold metrics.
 
     `meets`: for each stream, True if it by itself meets every requirement. `remarks`: warnings.
@@ -123,6 +127,12 @@ class Verdict:
     evidence: tuple[tuple[StreamEvidence, tuple[HoldMetrics, ...]], ...]
     meets: tuple[bool, ...] = ()
     remarks: tuple[str, ...] = ()
+
+    def plot(self) -> Figure:
+        """Return a matplotlib figure with position and drive of every judged stream."""
+        from frictool.report.verdict_figure import verdict_figure
+
+        return verdict_figure(self)
 
     @property
     def name(self) -> str:

@@ -25,6 +25,7 @@ disturbance                   mean external effort over the sample, if there is 
 from __future__ import annotations
 
 from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 
@@ -45,6 +46,21 @@ from frictool.simulate.scenario_conditions import on_axis
 from frictool.typing import Vector
 
 NO_UNIT = "1"
+
+
+class ControllerSignals(NamedTuple):
+    """Inner values of a controller at each sample, (n,) each; None if it has no such value.
+
+    speed: speed that the controller used. profile: profile that its loop tracked. fault: 1 in the
+    fault, of a run with commands; without commands it follows from the measured positions.
+    """
+
+    speed: Vector | None = None
+    profile: Vector | None = None
+    fault: Vector | None = None
+
+
+NO_SIGNALS = ControllerSignals()
 
 
 class AxisChannels:
@@ -81,16 +97,14 @@ class AxisChannels:
         topic: str,
         index: int,
         record: Vector,
-        used_speed: Vector | None = None,
-        profile: Vector | None = None,
+        values: ControllerSignals = NO_SIGNALS,
         *,
         judged: bool = False,
     ) -> Stream:
         """Return the stream of variant number `index` from its record (n, 7).
 
-        The noise of the drive is drawn from (seed, index). `used_speed` (n,): speed that the
-        controller used; None if it uses no speed. `profile` (n,): profile that its loop tracked;
-        None if it has no profile. `judged`: True to leave out signals that no
+        The noise of the drive is drawn from (seed, index). `values`: inner
+        values of the controller. `judged`: True to leave out signals that no
         metric reads: effort, true drive, true position of the motor, disturbance and drifts.
         """
         drive = self.rig.drive
@@ -120,16 +134,18 @@ class AxisChannels:
         }
         if self.senses_velocity:
             columns["velocity_measured"] = (velocity, "velocity")
-        if used_speed is not None:
-            columns["velocity_estimated"] = (used_speed, "velocity")
-        if profile is not None:
-            columns["profile"] = (profile, "position")
+        if values.speed is not None:
+            columns["velocity_estimated"] = (values.speed, "velocity")
+        if values.profile is not None:
+            columns["profile"] = (values.profile, "position")
         if not judged:
             columns |= self._happening()
         columns |= self._invalid(record[:, closed_loop.MEASURED])
+        if values.fault is not None:
+            columns["controller_fault"] = (values.fault, NO_UNIT)
         signals = {
-            name: np.ascontiguousarray(values, dtype=np.float64)
-            for name, (values, _) in columns.items()
+            name: np.ascontiguousarray(column, dtype=np.float64)
+            for name, (column, _) in columns.items()
         }
         units = {name: self._unit(dimension) for name, (_, dimension) in columns.items()}
         return Stream(topic, self.time, signals, units)
@@ -176,6 +192,8 @@ def fault_warning(stream: Stream, hold_samples: int) -> list[str]:
     if fault is None or not fault.any():
         return []
     begin = float(stream.time[int(np.argmax(fault))])
+    if "position_valid" not in stream.signals:
+        return [f"{stream.topic}: the controller is set into its fault at {begin:.6g} s; drive 0"]
     lost = f"more than {hold_samples} sample{'s' * (hold_samples != 1)} without a valid position"
     return [f"{stream.topic}: the controller sets its fault at {begin:.6g} s, {lost}; drive 0"]
 

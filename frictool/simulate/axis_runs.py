@@ -2,17 +2,18 @@
 
 Runs of a simulated controller use all cores, in batches that limit the memory for records. With
 compiled controller code, engine/closed_loop.py simulates one sample at a time, and the variants run
-one after the other.
+one after the other. So do runs with commands of a supervisor.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 import numpy as np
 
 from frictool.control.compiled_program import copy_program, hold, start_at
 from frictool.control.machine_code import started_values
+from frictool.control.supervision import CommandName, SupervisedProgram
 from frictool.engine.closed_loop import RECORD_SIZE, advance_sample, encoder_reading, measure, run
 from frictool.engine.coded_loop import run_coded
 from frictool.engine.parallel_runs import closed_loops
@@ -22,6 +23,7 @@ from frictool.plant.axis import ENCODER_STEP, POSITION, VELOCITY, rest
 from frictool.plant.position_load import PositionLoad, with_load
 from frictool.simulate.axis_variants import AxisVariant
 from frictool.simulate.compiled_target import CompiledTarget
+from frictool.simulate.scenario_conditions import command_samples
 from frictool.simulate.simulated_plant import SimulatedLoop
 from frictool.typing import IntVector, Vector
 
@@ -40,7 +42,8 @@ def play(
     samples = loop.reference.size
     total = len(variants)
     done = 0
-    alone = loop.target is not None or bool(loop.scheduled)
+    commands = command_samples(loop.scenario.commands, loop.controller.sample_period_s)
+    alone = loop.target is not None or bool(loop.scheduled) or bool(commands)
     batch = 1 if alone else max(LEAST, AT_ONCE // max(samples, 1))
     loop.progress(0, total)
     while done < total:
@@ -49,8 +52,14 @@ def play(
         scheduled = loop.scheduled[done] if loop.scheduled else {}
         if loop.target is not None:
             loop.target.scheduled = list(scheduled.values())
-            status = _run_target(chosen[0], loop.target, loop, load.as_array(), records[0])
+            status = _run_sampled(chosen[0], loop.target, commands, loop, load, records[0])
             statuses: Iterable[int] = (status,)
+        elif commands:
+            for index, value in scheduled.items():
+                hold(loop.running, index, value)
+            supervised = SupervisedProgram(loop.program, loop.running)
+            status = _run_sampled(chosen[0], supervised, commands, loop, load, records[0])
+            statuses = (status,)
         else:
             for index, value in scheduled.items():
                 hold(loop.running, index, value)
@@ -98,21 +107,28 @@ def _run_alone(variant: AxisVariant, loop: SimulatedLoop, load: Vector, record: 
     return int(run(axis, state, copy, *others))
 
 
-def _run_target(
-    variant: AxisVariant, target: CompiledTarget, loop: SimulatedLoop, load: Vector, record: Vector
+def _run_sampled(
+    variant: AxisVariant,
+    controller: CompiledTarget | SupervisedProgram,
+    commands: Mapping[int, Sequence[CommandName]],
+    loop: SimulatedLoop,
+    load: PositionLoad,
+    record: Vector,
 ) -> int:
-    """Fill the record (n, 7) with the step of the compiled controller; return the status."""
-    axis = with_load(variant.axis.as_array(), load)
+    """Fill the record (n, 7) sample by sample, with commands; return the status."""
+    axis = with_load(variant.axis.as_array(), load.as_array())
     state = rest(loop.start)
     p = axis.copy()
     waiting = np.zeros(loop.controller.delay_samples + 1)
     period = loop.controller.sample_period_s
     conditions = loop.conditions
     measured = float(measure(state[POSITION], axis[ENCODER_STEP]))
-    target.start(measured)
+    controller.start(measured)
     for k in range(loop.reference.size):
         measured = encoder_reading(axis, state, measured, conditions, k)
-        command = target.step(loop.reference[k], measured, state[VELOCITY])
+        for name in commands.get(k, ()):
+            controller.command(name, measured)
+        command = controller.step(loop.reference[k], measured, state[VELOCITY])
         status = advance_sample(
             axis, state, p, waiting, k, measured, command, period, record[k], conditions
         )

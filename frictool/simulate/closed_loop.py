@@ -25,21 +25,21 @@ from frictool.control.machine_code import MachineCode, machine_code
 from frictool.control.number_format import machine_in
 from frictool.control.program import Program
 from frictool.documents import bench_values
-from frictool.documents.controller import Controller, Number
+from frictool.documents.controller import Controller, ProgramNumber
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
 from frictool.documents.scenario import Scenario
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.logs.log import Log, Stream
 from frictool.logs.provenance import with_provenance
-from frictool.simulate.axis_channels import AxisChannels, fault_warning
+from frictool.simulate.axis_channels import AxisChannels, ControllerSignals, fault_warning
 from frictool.simulate.axis_plant import AxisPlant
 from frictool.simulate.compiled_target import CompiledTarget
-from frictool.simulate.controller_signal import controller_signal
+from frictool.simulate.controller_signal import RecordedRun, controller_signal, fault_signal
 from frictool.simulate.document_agreement import DOCUMENTS, DocumentNames, check_agreement, refuse
 from frictool.simulate.logged_reference import gaps_of, reference_from_log
 from frictool.simulate.reference import parts_of
-from frictool.simulate.scenario_conditions import conditions_of, loop_conditions
+from frictool.simulate.scenario_conditions import command_samples, conditions_of, loop_conditions
 from frictool.simulate.scenario_limits import check_instants, check_length, check_path, check_steps
 from frictool.simulate.simulated_plant import SimulatedLoop, SimulatedPlant, V
 from frictool.typing import Vector
@@ -64,14 +64,14 @@ class SimulationRequest:
     ----------
     recorded : Log or None
         Log that the scenario replays.
-    number : Number
+    number : ProgramNumber
         Number format of the controller.
     target : CompiledTarget or None
         Compiled code that replaces the controller; its number format replaces `number`.
     """
 
     recorded: Log | None = None
-    number: Number = "double"
+    number: ProgramNumber = "double"
     target: CompiledTarget | None = None
 
 
@@ -133,16 +133,17 @@ class StepTest(Generic[V]):
         plant: SimulatedPlant[V],
         controller: Controller,
         names: DocumentNames = DOCUMENTS,
-        number: Number = "double",
+        number: ProgramNumber = "double",
         target: CompiledTarget | None = None,
     ) -> None:
         self.plant = plant
         self.controller = controller
         self.names = names
         self.target = target
-        self._number: Number = number if target is None else target.number
-        if self._number not in get_args(Number):
-            raise FrictoolError(f"number: found {number!r}; allowed: {', '.join(get_args(Number))}")
+        self._number: ProgramNumber = number if target is None else target.number
+        if self._number not in get_args(ProgramNumber):
+            allowed = ", ".join(get_args(ProgramNumber))
+            raise FrictoolError(f"number: found {number!r}; allowed: {allowed}")
 
     def log(
         self,
@@ -167,9 +168,8 @@ class StepTest(Generic[V]):
         metadata = dict[str, dict[str, str]]()
         for index, (variant, run) in enumerate(plant.play(variants, loop)):
             known = loop.scheduled[index] if loop.scheduled else {}
-            used = self._used(loop.reference, run.record, known) if with_speed else None
-            profile = self._profile(loop.reference, run.record, known)
-            made = prepared.sensors.stream(variant.topic, index, run.record, used, profile)
+            values = self._signals(loop, run.record, known, with_speed)
+            made = prepared.sensors.stream(variant.topic, index, run.record, values)
             streams += [made, *run.streams]
             warnings += [*run.warnings, *fault_warning(made, controller.measurement_hold_samples)]
             metadata |= run.metadata
@@ -207,10 +207,8 @@ class StepTest(Generic[V]):
         played = self.plant.play(prepared.variants, prepared.loop)
         for index, (variant, run) in enumerate(played):
             known = prepared.loop.scheduled[index] if prepared.loop.scheduled else {}
-            profile = self._profile(prepared.loop.reference, run.record, known)
-            stream = prepared.sensors.stream(
-                variant.topic, index, run.record, profile=profile, judged=True
-            )
+            values = self._signals(prepared.loop, run.record, known, with_speed=False)
+            stream = prepared.sensors.stream(variant.topic, index, run.record, values, judged=True)
             yield SimulatedRun(stream, self.plant.linear(variant, prepared.conditions))
 
     def rig_records(self) -> dict[str, dict[str, str]]:
@@ -237,6 +235,7 @@ class StepTest(Generic[V]):
         loop = SimulatedLoop(
             controller,
             scenario,
+            self._program,
             self._running,
             self._code if coded else None,
             self.target,
@@ -310,28 +309,26 @@ class StepTest(Generic[V]):
         """Machine code of `_running`; None for a format without one."""
         return machine_code(self._running)
 
-    def _profile(
-        self, reference: Vector, record: Vector, known: Mapping[int, float]
-    ) -> Vector | None:
-        """Return the profile that the loop tracked; None if the controller has no profile."""
-        profile = self._program.profile
-        if profile is None:
-            return None
-        return controller_signal(
-            self._running, profile, reference, record, self.plant.rig.resolution, known
+    def _signals(
+        self, loop: SimulatedLoop, record: Vector, known: Mapping[int, float], with_speed: bool
+    ) -> ControllerSignals:
+        """Return the inner values of the controller that the log of a run contains."""
+        controller, program = self.controller, self._program
+        period = controller.sample_period_s
+        run = RecordedRun(
+            program,
+            self._running,
+            loop.reference,
+            record,
+            self.plant.rig.resolution,
+            known,
+            command_samples(loop.scenario.commands, period),
         )
-
-    def _used(self, reference: Vector, record: Vector, known: Mapping[int, float]) -> Vector | None:
-        """Return the speed that the controller used; None if it uses none or measures it."""
-        speed = self._program.speed
-        if (
-            speed is None
-            or self.controller.velocity.source == "measured"
-            or not uses_speed(self.controller)
-        ):
-            return None
-        return controller_signal(
-            self._running, speed, reference, record, self.plant.rig.resolution, known
+        uses = controller.velocity.source != "measured" and uses_speed(controller) and with_speed
+        return ControllerSignals(
+            None if program.speed is None or not uses else controller_signal(run, program.speed),
+            None if program.profile is None else controller_signal(run, program.profile),
+            fault_signal(run) if loop.scenario.commands else None,
         )
 
 

@@ -16,9 +16,10 @@ import shutil
 import subprocess
 import tempfile
 from pathlib import Path
-from typing import cast
+from typing import cast, get_args
 
-from frictool.documents.controller import Number
+from frictool.control.supervision import CommandName
+from frictool.documents.controller import ProgramNumber
 from frictool.errors import InputFileError
 
 COMPILERS = ("cc", "gcc", "clang")
@@ -26,7 +27,7 @@ OPTIONS = ("-std=c99", "-O2", "-fPIC", "-shared")
 LONGEST = 120.0  # s, limit of a compilation
 MACROS = re.compile(
     r'^#define (\w+)_CONTROLLER_SHA256 "([0-9a-f]{64})"\s+'
-    r'^#define \1_NUMBER "(double|float|q31|q15)"',
+    r'^#define \1_NUMBER "(double|float|q31)"',
     re.MULTILINE,
 )
 BETWEEN = (
@@ -67,6 +68,20 @@ double target_step(double reference, double position, double velocity)
     return TAKEN({id}_step(&state, {arguments}));
 }}
 
+void target_command(int which, double position);
+
+void target_command(int which, double position)
+{{
+    switch (which) {{
+    case 0: {id}_disable(&state); break;
+    case 1: {id}_enable(&state, GIVEN(position, POSITION)); break;
+    case 2: {id}_hold(&state, 1); break;
+    case 3: {id}_hold(&state, 0); break;
+    case 4: {id}_set_fault(&state); break;
+    default: {id}_init(&state, GIVEN(position, POSITION)); break;
+    }}
+}}
+
 void target_tell(int which, double value);
 
 void target_tell(int which, double value)
@@ -85,13 +100,18 @@ class CompiledTarget:
     scheduled parameters.
     """
 
-    def __init__(self, library: ctypes.CDLL, number: Number, sources: tuple[Path, ...]) -> None:
+    def __init__(
+        self, library: ctypes.CDLL, number: ProgramNumber, sources: tuple[Path, ...]
+    ) -> None:
         self.number, self.sources = number, sources
         self._start, self._step = library.target_start, library.target_step
         self._tell = library.target_tell
+        self._command = library.target_command
         self.scheduled = list[float]()
         self._tell.argtypes = [ctypes.c_int, ctypes.c_double]
         self._tell.restype = None
+        self._command.argtypes = [ctypes.c_int, ctypes.c_double]
+        self._command.restype = None
         self._start.argtypes = [ctypes.c_double]
         self._start.restype = None
         self._step.argtypes = [ctypes.c_double] * 3
@@ -100,8 +120,16 @@ class CompiledTarget:
     def start(self, position: float) -> None:
         """Start at rest at `position` [rad | m], with the prefilter settled there."""
         self._start(position)
+        self._tell_scheduled()
+
+    def _tell_scheduled(self) -> None:
         for which, value in enumerate(self.scheduled):
             self._tell(which, value)
+
+    def command(self, name: CommandName, position: float) -> None:
+        """Obey a command; `position` [rad | m] is the measured one."""
+        self._command(get_args(CommandName).index(name), position)
+        self._tell_scheduled()
 
     def step(self, reference: float, position: float, velocity: float) -> float:
         """Return the drive [A | V] at one sample."""
@@ -140,7 +168,7 @@ def compiled_target(
         library = Path(temporary) / "target.so"
         between = Path(temporary) / "between.c"
         arguments = ", ".join(f"GIVEN({one}, {one.upper()})" for one in inputs)
-        fixed = int(number in ("q31", "q15"))
+        fixed = int(number == "q31")
         kind = "int32_t" if fixed else number
         settings = "".join(
             f"    if (which == {index}) {{\n        {name}_set_{one}(&state, ({kind})value);\n    "
@@ -167,7 +195,7 @@ def compiled_target(
         return CompiledTarget(ctypes.CDLL(str(library)), number, (header, source))
 
 
-def _header(folder: Path, sha256: str, controller: str) -> tuple[Path, str, Number]:
+def _header(folder: Path, sha256: str, controller: str) -> tuple[Path, str, ProgramNumber]:
     """Return the header of this controller's sources, its prefix and its number format."""
     if not folder.is_dir():
         raise InputFileError(
@@ -178,7 +206,7 @@ def _header(folder: Path, sha256: str, controller: str) -> tuple[Path, str, Numb
     for header in sorted(folder.glob("*.h")):
         match = MACROS.search(header.read_text(encoding="utf-8", errors="replace"))
         if match is not None and match[2] == sha256:
-            return header, match[1].lower(), cast(Number, match[3])
+            return header, match[1].lower(), cast(ProgramNumber, match[3])
         if match is not None:
             others.append(f"{header.name} is of the controller {match[2][:12]}")
     listed = "; ".join(others) or "there is no header of frictool export"

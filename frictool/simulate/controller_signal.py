@@ -7,43 +7,85 @@ also for exported code, so that both have the same values bit by bit.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
 from frictool.control.compiled_program import CompiledProgram, copy_program, hold, read, start_at
-from frictool.control.program import ProgramNode
+from frictool.control.program import Program, ProgramNode
 from frictool.control.program_replay import value_along
+from frictool.control.supervision import CommandName, SupervisedProgram
 from frictool.engine.closed_loop import MEASURED, TRUE_POSITION, TRUE_VELOCITY, measure
 from frictool.typing import Vector
 
 
-def controller_signal(
-    running: CompiledProgram,
-    node: ProgramNode,
-    reference: Vector,
-    record: Vector,
-    step: float,
-    known: Mapping[int, float],
-) -> Vector:
+class RecordedRun(NamedTuple):
+    """One run of a controller: program, reference (n,) and record (n, 7).
+
+    `running`: program in its number format. `step`: encoder step [rad | m]. `known`: scheduled
+    parameters by state index. `commands`: commands of a supervisor before each sample, by index.
+    """
+
+    program: Program
+    running: CompiledProgram
+    reference: Vector
+    record: Vector
+    step: float
+    known: Mapping[int, float]
+    commands: Mapping[int, Sequence[CommandName]]
+
+    @property
+    def started_at(self) -> float:
+        """Return the position at which the controller started [rad | m]."""
+        return float(measure(float(self.record[0, TRUE_POSITION]), self.step))
+
+
+def controller_signal(run: RecordedRun, node: ProgramNode) -> Vector:
     """Return the value [SI] (n,) of a node of a controller's program at each sample of a run.
 
-    A state has the value that it has before the sample updates it. `reference` (n,), `record` (n,
-    7): reference and record of the run. `step`: encoder step [rad | m]. `known`: scheduled
-    parameters by state index.
+    A state has the value that it has before the sample updates it.
     """
-    again = copy_program(running)
-    for parameter, value in known.items():
+    again = copy_program(run.running)
+    for parameter, value in run.known.items():
         hold(again, parameter, value)
-    values = np.empty(reference.size)
-    if reference.size:
-        start_at(again, measure(float(record[0, TRUE_POSITION]), step))
-        position, velocity = (
-            np.ascontiguousarray(record[:, column]) for column in (MEASURED, TRUE_VELOCITY)
-        )
-        first = read(again, node.index)
-        value_along(again, node.index, reference, position, velocity, values)
+    values = np.empty(run.reference.size)
+    if run.reference.size:
+        first = read(_started(again, run.started_at), node.index)
+        if run.commands:
+            for k, supervised in _supervised(run, again):
+                values[k] = read(supervised.machine, node.index)
+        else:
+            position, velocity = (
+                np.ascontiguousarray(run.record[:, column]) for column in (MEASURED, TRUE_VELOCITY)
+            )
+            value_along(again, node.index, run.reference, position, velocity, values)
         if node.op == "state":
             values[1:] = values[:-1].copy()
             values[0] = first
     return values
+
+
+def fault_signal(run: RecordedRun) -> Vector:
+    """Return 1 at each sample in the fault, else 0; shape (n,)."""
+    values = np.zeros(run.reference.size)
+    for k, supervised in _supervised(run, copy_program(run.running)):
+        values[k] = supervised.in_fault
+    return values
+
+
+def _started(machine: CompiledProgram, position: float) -> CompiledProgram:
+    start_at(machine, position)
+    return machine
+
+
+def _supervised(run: RecordedRun, new: CompiledProgram) -> Iterator[tuple[int, SupervisedProgram]]:
+    """Yield each sample of a run with commands, and the controller after it."""
+    supervised = SupervisedProgram(run.program, new)
+    supervised.start(run.started_at)
+    for k in range(run.reference.size):
+        measured = float(run.record[k, MEASURED])
+        for name in run.commands.get(k, ()):
+            supervised.command(name, measured)
+        supervised.step(run.reference[k], measured, float(run.record[k, TRUE_VELOCITY]))
+        yield k, supervised

@@ -263,6 +263,8 @@ def check_mechanism_scenario(
             "random, given"
         )
         refuse(names.scenario, "variants", message)
+    if scenario.commands:
+        refuse(names.scenario, "commands", "belongs to the model of one axis; reduce the mechanism")
     check_given(scenario, ranges(document), names)
     if scenario.variants == "random":
         check_least(ranges(document), {}, {}, names, drawn=True)

@@ -194,7 +194,7 @@ def _check_undetermined(scenario: Scenario, names: DocumentNames) -> None:
         f"{names.model} does not state the source and the sensor of a controller (control: "
         "{source: .., sensor: ..})"
     )
-    for key in ("start", "sensor_faults", "drive_noise"):
+    for key in ("start", "sensor_faults", "commands", "drive_noise"):
         if getattr(scenario, key):
             refuse(names.scenario, key, f"belongs to the controlled axis, and {reason}")
     if scenario.drifts is not None and scenario.drifts.constant:

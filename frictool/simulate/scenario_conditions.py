@@ -16,7 +16,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from frictool.documents.conditions import Disturbance, Drifts, SensorFault
+from frictool.control.supervision import CommandName
+from frictool.documents.conditions import ControllerCommand, Disturbance, Drifts, SensorFault
 from frictool.documents.scenario import Scenario
 from frictool.engine.disturbances_and_faults import (
     CONSTANT_FACTOR,
@@ -127,3 +128,14 @@ def _fail(rows: Vector, faults: Sequence[SensorFault], period: float) -> None:
         else:
             kind = INVALID if fault.kind == "encoder_invalid" else STUCK
             rows[there, ENCODER_FAULT] = np.maximum(rows[there, ENCODER_FAULT], kind)
+
+
+def command_samples(
+    commands: Sequence[ControllerCommand], period: float
+) -> dict[int, list[CommandName]]:
+    """Return the commands before each sample, by its index: that at or after `at_s`."""
+    samples: dict[int, list[CommandName]] = {}
+    for one in sorted(commands, key=lambda command: command.at_s):
+        index = math.ceil(round(one.at_s / period, SAME_INSTANT))
+        samples.setdefault(index, []).append(one.command)
+    return samples

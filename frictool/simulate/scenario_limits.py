@@ -133,6 +133,8 @@ def _spans(scenario: Scenario) -> Iterator[tuple[str, Instant, Instant | None]]:
     for index, fault in enumerate(scenario.sensor_faults):
         end = None if fault.until_s is None else ("until_s", fault.until_s)
         yield f"sensor_faults[{index}]", ("at_s", fault.at_s), end
+    for index, command in enumerate(scenario.commands):
+        yield f"commands[{index}]", ("at_s", command.at_s), None
     for name in ("friction", "viscous", "constant") if scenario.drifts is not None else ():
         points = getattr(scenario.drifts, name)
         if points:

@@ -13,6 +13,7 @@ from typing import NamedTuple, Protocol, TypeVar
 
 from frictool.control.compiled_program import CompiledProgram
 from frictool.control.machine_code import MachineCode
+from frictool.control.program import Program
 from frictool.documents.controller import Controller
 from frictool.documents.scenario import Scenario
 from frictool.logs.log import Stream
@@ -75,15 +76,16 @@ class VariantRun(NamedTuple):
 class SimulatedLoop(NamedTuple):
     """Controller, reference and conditions, common to the runs of all plants.
 
-    The controller is `running` in the simulation's number format, or compiled code (`target`).
-    `code` is the machine code of `running`, for many runs one by one; None to interpret it.
-    `start` and `reference` (n,) are in rad | m. `conditions` (n, 8) act on the loop
+    The controller is `program`, as `running` in the simulation's number format, or compiled code
+    (`target`). `code` is the machine code of `running`, for many runs one by one; None to interpret
+    it. `start` and `reference` (n,) are in rad | m. `conditions` (n, 8) act on the loop
     (engine/disturbances_and_faults.py). `scheduled` has the scheduled parameters of each variant by
     state index. `progress(done, total)` is called before the first variants and after each batch.
     """
 
     controller: Controller
     scenario: Scenario
+    program: Program
     running: CompiledProgram
     code: MachineCode | None
     target: CompiledTarget | None

@@ -18,6 +18,7 @@ from frictool.documents.provenance import Provenance
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.parameter_box import enclosing_box
+from frictool.runtime.object_view import ResultView
 from frictool.synth.acceptance import accept, resonant, unstable_earlier
 from frictool.synth.certificate_bounds import certified_weights, certify
 from frictool.synth.controller_schedule import verified_schedule
@@ -48,8 +49,8 @@ NOT_VARYING = "no bound was found for parameters that vary at any speed"
 MEASURED = {"position": "position reference", "speed_cascade": "integral(speed reference)"}
 
 
-@dataclass(frozen=True)
-class SynthesisResult:
+@dataclass(frozen=True, eq=False, repr=False)
+class SynthesisResult(ResultView):
     """Verified controller document with the information that a report prints next to it.
 
     `derived` lists the values that were derived because the design leaves them out, `trade` is the

@@ -23,6 +23,7 @@ from frictool.documents.observer import Observer
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.plant.polytope import PlantPoint
 from frictool.presentation.tie_rule import smallest
+from frictool.runtime.object_view import ResultView
 from frictool.verify.document_check import check_feedback, limiter_brake
 from frictool.verify.loop_figures import LinearLoops, loops_of
 from frictool.verify.loop_wording import NOT_CERTIFIED, delay_words
@@ -35,8 +36,8 @@ REPLACED = ("velocity", "verified", "certificate")
 SAME = 1e-9  # relative tolerance of numbers that two benches state for one rig
 
 
-@dataclass(frozen=True)
-class ObservedController:
+@dataclass(frozen=True, eq=False, repr=False)
+class ObservedController(ResultView):
     """Controller with an observer, and its modulus margins at the worst vertex.
 
     `before` and `after` are the margins of the speed loop without and with the observer, None if

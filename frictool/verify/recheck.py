@@ -16,6 +16,7 @@ from frictool.documents.digests import SOLVED, changed_blocks, uncomputed_figure
 from frictool.documents.model import Model
 from frictool.plant.polytope import corner_points
 from frictool.presentation.tie_rule import TOLERANCE
+from frictool.runtime.object_view import ResultView
 from frictool.verify.certificate_document import prove_document
 from frictool.verify.document_box import box_of, check_box, check_corners
 from frictool.verify.document_check import check_document
@@ -53,8 +54,8 @@ class FigureDifference:
     computed: Any
 
 
-@dataclass(frozen=True)
-class Verification:
+@dataclass(frozen=True, eq=False, repr=False)
+class Verification(ResultView):
     """Result of `verify`.
 
     `model` is the check of the model; None without one. `proved` are the bounds of the certificate,

@@ -50,7 +50,7 @@ def scenario(
 
 def write_rig(folder: Path) -> dict[str, Path]:
     """model.yaml, controller.yaml and scenario.yaml in `folder`."""
-    documents = {
+    documents: dict[str, msgspec.Struct] = {
         "model": clutch_model(),
         "controller": controller(),
         "scenario": scenario(variants="vertices", drive_noise=0.05),

@@ -16,7 +16,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from frictool.documents.controller import Controller, Number
+from frictool.documents.controller import Controller, ProgramNumber
 from frictool.documents.design import Design
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
@@ -46,7 +46,7 @@ def controller(name: str) -> Controller:
     )
 
 
-def played(name: str, seconds: float, number: Number = "double") -> Vector:
+def played(name: str, seconds: float, number: ProgramNumber = "double") -> Vector:
     """Positions (n,) [m] of a hold of `seconds`, one a sample, the controller in a number format of
     the target."""
     scenario = load(RIG / "step.yaml", Scenario)

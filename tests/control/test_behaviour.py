@@ -31,7 +31,7 @@ from studies.rigs.example_controllers import BRAKE_LAW, CUT_LAW, clutch_controll
 from tests.control.random_controllers import STEP, Sample, assaults, controllers, space, wanderings
 
 LAWS = {"cut": CUT_LAW, "brake": BRAKE_LAW}
-NUMBERS = ("double", "float", "q31", "q15")
+NUMBERS = ("double", "float", "q31")
 
 
 class Running:

@@ -56,7 +56,7 @@ def test_every_operation_in_double_and_float(seed: int) -> None:
             np.testing.assert_array_equal(found, plain.step(row))
 
 
-@pytest.mark.parametrize("number", ["double", "float", "q31", "q15"])
+@pytest.mark.parametrize("number", ["double", "float", "q31"])
 def test_a_copy_runs_by_itself_and_what_rests_stays(number: str) -> None:
     program = controller_program(clutch_controller())
     one = machine_in(program, number)

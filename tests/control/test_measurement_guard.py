@@ -29,7 +29,7 @@ from tests.control.random_controllers import Sample, wanderings
 from tests.support.export_cases import CASES
 from tests.support.interpreted_program import InFloat, InWords
 
-FORMATS = ("double", "float", "q31", "q15")
+FORMATS = ("double", "float", "q31")
 LOST = (math.nan, math.inf, -math.inf)
 losses = st.lists(
     st.tuples(st.integers(0, 2), st.sampled_from(LOST), st.integers(1, 6), st.integers(0, 8)),

@@ -192,7 +192,7 @@ def test_a_margin_that_the_format_breaks_is_no_solution(tmp_path: Path) -> None:
     path = tmp_path / "controller.yaml"
     path.write_text(to_yaml(msgspec.structs.replace(base, verified=asked)))
     refused(
-        run("export", path, "--number", "q15", "-o", tmp_path / "c"),
+        run("export", path, "--lang", "json", "--number", "q15", "-o", tmp_path / "c"),
         4,
         "rounded to q15",
         "vertex nominal",

@@ -18,7 +18,7 @@ from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import compile_program, control_step, read, start_at
 from frictool.control.fixed_point import BITS, fixed_program
 from frictool.control.number_format import machine_in
-from frictool.documents.controller import Controller, Number
+from frictool.documents.controller import Controller, ProgramNumber
 from frictool.export.golden_vectors import golden_vectors
 from frictool.export.proof_table import multiplier
 from tests.support.compiled_c import (
@@ -36,7 +36,7 @@ from tests.support.export_cases import CASES
 from tests.support.export_controllers import controllers
 from tests.support.export_inputs import rows_for
 
-fixed = st.sampled_from(["q31", "q15"])
+fixed = st.sampled_from(["q31"])
 
 
 def test_no_word_leaves_its_proved_interval() -> None:
@@ -44,17 +44,16 @@ def test_no_word_leaves_its_proved_interval() -> None:
 
     @settings(max_examples=25)
     @given(controllers(), fixed, st.integers(0, 2**16))
-    def check(controller: Controller, number: Number, seed: int) -> None:
+    def check(controller: Controller, number: ProgramNumber, seed: int) -> None:
         if fits(controller_program(controller), number):
             fitting[number] += 1
             _words_stay_within(controller, number, seed)
 
     check()
     assert fitting["q31"] >= 5
-    assert fitting["q15"] >= 2
 
 
-def _words_stay_within(controller: Controller, number: Number, seed: int) -> None:
+def _words_stay_within(controller: Controller, number: ProgramNumber, seed: int) -> None:
     program = controller_program(controller)
     scaled, running = fixed_program(program, BITS[number]), machine_in(program, number)
     low, high = (
@@ -70,8 +69,10 @@ def _words_stay_within(controller: Controller, number: Number, seed: int) -> Non
     assert scaled.longest < 2**63
 
 
-@pytest.mark.parametrize("number", ["q31", "q15"])
-def test_every_word_is_near_the_value_in_double_while_no_limit_is_met(number: Number) -> None:
+@pytest.mark.parametrize("number", ["q31"])
+def test_every_word_is_near_the_value_in_double_while_no_limit_is_met(
+    number: ProgramNumber,
+) -> None:
     """One sample from rest: each value of the program within what its fraction resolves, times what
     operations behind amplify."""
     program = controller_program(CASES["cut"])
@@ -84,8 +85,8 @@ def test_every_word_is_near_the_value_in_double_while_no_limit_is_met(number: Nu
         assert found == pytest.approx(exact, rel=2.0 ** -(BITS[number] - 4), abs=2e-4)
 
 
-@pytest.mark.parametrize("number", ["q31", "q15"])
-def test_drive_limit_of_the_header_is_the_largest_word_of_the_drive(number: Number) -> None:
+@pytest.mark.parametrize("number", ["q31"])
+def test_drive_limit_of_the_header_is_the_largest_word_of_the_drive(number: ProgramNumber) -> None:
     """A limit that no word holds exactly."""
     made = msgspec.structs.replace(CASES["cut"], drive_limit=0.7)
     program = controller_program(made)
@@ -101,8 +102,8 @@ def test_drive_limit_of_the_header_is_the_largest_word_of_the_drive(number: Numb
 
 
 @pytest.mark.parametrize("case", ["cut", "cascade", "position", "sections"])
-@pytest.mark.parametrize("number", ["q31", "q15"])
-def test_header_states_fractions_ranges_and_the_proof(case: str, number: Number) -> None:
+@pytest.mark.parametrize("number", ["q31"])
+def test_header_states_fractions_ranges_and_the_proof(case: str, number: ProgramNumber) -> None:
     program = controller_program(CASES[case])
     scaled, header = fixed_program(program, BITS[number]), sources(CASES[case], number)["speed.h"]
     assert program.output is not None
@@ -151,8 +152,8 @@ int main(void)
 
 
 @needs_compiler
-@pytest.mark.parametrize("number", ["q31", "q15"])
-def test_macros_of_the_header(number: Number, tmp_path: Path) -> None:
+@pytest.mark.parametrize("number", ["q31"])
+def test_macros_of_the_header(number: ProgramNumber, tmp_path: Path) -> None:
     """Compiled as strictly as the rest: counts, constants, and the drive in thousandths."""
     program = controller_program(CASES["cut"])
     fraction = fixed_program(program, BITS[number]).fractions[program.inputs["position"].index]
@@ -173,9 +174,9 @@ def test_macros_of_the_header(number: Number, tmp_path: Path) -> None:
 
 @needs_compiler
 @pytest.mark.parametrize("case", ["cascade", "position"])
-@pytest.mark.parametrize("number", ["q31", "q15"])
+@pytest.mark.parametrize("number", ["q31"])
 def test_any_words_at_all_are_saturated_and_never_undefined(
-    case: str, number: Number, tmp_path: Path
+    case: str, number: ProgramNumber, tmp_path: Path
 ) -> None:
     """Inputs over the whole of int32_t, its ends among them, under the sanitizer."""
     program, random = controller_program(CASES[case]), np.random.default_rng(3)

@@ -30,6 +30,7 @@ def tree(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "pyproject.toml",
         "MANIFEST.in",
         "README.md",
+        "docs/package.md",
         "LICENSE",
         "frictool/__init__.py",
         "frictool/py.typed",

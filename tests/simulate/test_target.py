@@ -200,13 +200,13 @@ def test_a_format_that_cannot_be_scaled_is_no_solution() -> None:
         made.bench, mechanics=msgspec.structs.replace(made.bench.mechanics, travel=None)
     )
     with pytest.raises(
-        FrictoolError, match="q15 cannot be scaled: reference has no bounds"
+        FrictoolError, match="q31 cannot be scaled: reference has no bounds"
     ) as raised:
         simulate_closed_loop(
             clutch_model(),
             msgspec.structs.replace(made, bench=endless),
             scenario(),
             PROVENANCE,
-            request=SimulationRequest(number="q15"),
+            request=SimulationRequest(number="q31"),
         )
     assert raised.value.exit_code == 4

@@ -86,7 +86,7 @@ def test_without_a_mismatch_the_loop_sees_encoder_counts_only() -> None:
     assert np.max(np.abs(wrong["profile"] - wrong["position_true"])) > 200.0 * COUNT
 
 
-@pytest.mark.parametrize("number", ["float", "q31", "q15"])
+@pytest.mark.parametrize("number", ["float", "q31"])
 def test_the_profile_of_each_format_ends_at_the_target(number: str) -> None:
     model = rig_model()
     controller = controller_of(model, profile=ProfileDesign(), feedforward=FeedforwardDesign())

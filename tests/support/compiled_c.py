@@ -19,7 +19,7 @@ from frictool.control.fixed_point import BITS, FixedPointOverflow, fixed_program
 from frictool.control.fixed_point_kernel import INVALID, from_real
 from frictool.control.number_format import machine_in
 from frictool.control.program import Program
-from frictool.documents.controller import Controller, Number
+from frictool.documents.controller import Controller, ProgramNumber
 from frictool.export.c99 import c_sources
 from frictool.export.c_identifier import c_identifier
 from frictool.export.export_origin import ExportOrigin
@@ -31,12 +31,11 @@ Values = NDArray[Any]
 STRICT = ["-std=c99", "-Wall", "-Wextra", "-Wconversion", "-Wpedantic", "-Wshadow", "-Werror"]
 COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)]
 OPTIMISATIONS = ["-O0", "-O3"]
-NUMBERS: tuple[Number, ...] = ("double", "float", "q31", "q15")
+NUMBERS: tuple[ProgramNumber, ...] = ("double", "float", "q31")
 KINDS: dict[str, Any] = {
     "double": np.float64,
     "float": np.float32,
     "q31": np.int32,
-    "q15": np.int32,
 }
 ORIGIN = ExportOrigin("0" * 64, "frictool export controller.yaml --lang c")
 LOOP = RoundedLoop(0.5, "nominal", None, "")
@@ -64,7 +63,7 @@ void play(long samples, {kind} position, const {kind} *rows, {kind} *drives)
 
 
 def sources(
-    controller: Controller, number: Number = "double", vectors: GoldenVectors | None = None
+    controller: Controller, number: ProgramNumber = "double", vectors: GoldenVectors | None = None
 ) -> dict[str, str]:
     """The exported files of a controller whose loop nobody has verified."""
     program = controller_program(controller)
@@ -81,7 +80,7 @@ def sources(
 def write(
     controller: Controller,
     folder: Path,
-    number: Number = "double",
+    number: ProgramNumber = "double",
     vectors: GoldenVectors | None = None,
 ) -> str:
     """The files in `folder`; the prefix of their names."""
@@ -121,7 +120,7 @@ def held(program: Program) -> list[str]:
 
 
 def library(
-    controller: Controller, number: Number, folder: Path, compiler: str, *options: str
+    controller: Controller, number: ProgramNumber, folder: Path, compiler: str, *options: str
 ) -> Any:
     """`play` of the compiled code: rows (n, m) of inputs and scheduled parameters to drives (n,),
     in the number format's own type."""
@@ -171,7 +170,7 @@ def library(
     return play
 
 
-def in_format(program: Program, number: Number, rows: Values) -> Values:
+def in_format(program: Program, number: ProgramNumber, rows: Values) -> Values:
     """Return rows (n, m) in SI as the format's own values; fixed point rounds and saturates, and
     has a word for a lost input."""
     if number not in BITS:
@@ -191,7 +190,7 @@ def in_format(program: Program, number: Number, rows: Values) -> Values:
     return words
 
 
-def simulated(program: Program, number: Number, rows: Values) -> Values:
+def simulated(program: Program, number: ProgramNumber, rows: Values) -> Values:
     """The machine's drives on rows in the format's own values."""
     running = machine_in(program, number)
     places = np.array(
@@ -229,7 +228,7 @@ def _played(
         drives[k] = control_step(running, rows[k, 0], rows[k, 1], rows[k, 2] if inputs > 2 else 0.0)
 
 
-def fits(program: Program, number: Number) -> bool:
+def fits(program: Program, number: ProgramNumber) -> bool:
     """Return True if the program can be scaled for fixed point."""
     try:
         machine_in(program, number)

@@ -24,7 +24,7 @@ from frictool.campaign.trials.trial_player import (
     trial_of,
 )
 from frictool.campaign.trials.trials import MET, UNDECIDED, Marks, MetricLimit, TrialResult
-from frictool.documents.controller import Controller, Number
+from frictool.documents.controller import Controller, ProgramNumber
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.metric_table import REQUIREMENTS
 from frictool.documents.model import Model
@@ -33,6 +33,7 @@ from frictool.documents.scenario import Scenario
 from frictool.documents.spec import Spec
 from frictool.errors import FrictoolError
 from frictool.report.worst_hold import limit_of
+from frictool.runtime.object_view import ResultView
 from frictool.simulate.axis_variants import variants_of
 from frictool.simulate.document_agreement import DocumentNames
 from frictool.typing import Vector
@@ -66,8 +67,8 @@ class PlayedRequirement:
     met: bool | None
 
 
-@dataclass(frozen=True)
-class PlayedVerdict:
+@dataclass(frozen=True, eq=False, repr=False)
+class PlayedVerdict(ResultView):
     """Figures of one controller on p plants against r requirements.
 
     Attributes
@@ -140,7 +141,7 @@ class ControllerJudge:
     plants : sequence of mappings
         Values of each plant that differ from the nominal plant, by name [SI]; an empty mapping is
         the nominal plant. `plants_of_model` returns corners and random plants of a model.
-    number : {"double", "float", "q31", "q15"}
+    number : {"double", "float", "q31"}
         Number format of the controllers.
     starts : sequence of float, optional
         Initial position of each plant [rad | m]; by default that of the scenario.
@@ -152,7 +153,7 @@ class ControllerJudge:
         scenario: Scenario,
         spec: Spec,
         plants: Sequence[PlantValues],
-        number: Number = "double",
+        number: ProgramNumber = "double",
         starts: Sequence[float] | None = None,
     ) -> None:
         self.plant = plant

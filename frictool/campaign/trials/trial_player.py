@@ -12,7 +12,7 @@ from frictool.adapters.mechanism.assembly import assemble
 from frictool.campaign.draws.drawn_scenario import nominal_of, scenario_of
 from frictool.campaign.draws.factor_space import FactorSpace
 from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED, MetricLimit, TrialResult
-from frictool.documents.controller import Controller, Number
+from frictool.documents.controller import Controller, ProgramNumber
 from frictool.documents.mechanism import Mechanism
 from frictool.documents.model import Model
 from frictool.documents.scenario import Scenario
@@ -41,7 +41,7 @@ class CampaignSetting(NamedTuple):
     spec: Spec
     recorded: Log | None
     names: DocumentNames
-    number: Number
+    number: ProgramNumber
 
 
 class ScenarioJudge:

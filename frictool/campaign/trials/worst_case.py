@@ -12,7 +12,7 @@ import msgspec
 
 from frictool.campaign.trials.differential_evolution import SearchResult
 from frictool.campaign.trials.trials import MetricLimit
-from frictool.documents.controller import Number
+from frictool.documents.controller import ProgramNumber
 from frictool.documents.scenario import Scenario
 from frictool.documents.writing import to_yaml
 
@@ -49,7 +49,7 @@ def file_name(metric: MetricLimit) -> str:
     return f"worst_{metric.name}.yaml"
 
 
-def commands_of(number: Number) -> Commands:
+def commands_of(number: ProgramNumber) -> Commands:
     """Return the replay commands of documents saved as model.yaml and controller.yaml."""
 
     def of(scenario: str) -> tuple[str, str]:
@@ -67,7 +67,12 @@ def commands_of(number: Number) -> Commands:
 
 
 def replay_command(
-    model: str, controller: str, scenario: str, observer: str | None, number: Number, output: str
+    model: str,
+    controller: str,
+    scenario: str,
+    observer: str | None,
+    number: ProgramNumber,
+    output: str,
 ) -> str:
     """Return the shell command that replays a scenario."""
     words = ["frictool simulate", model, "--controller", controller, "--scenario", scenario]

@@ -20,6 +20,7 @@ from frictool.identify.assess.identifiability import PARAMETERS, QUANTILE, Ident
 from frictool.identify.excite.bench_limits import limits_of
 from frictool.identify.excite.cramer_rao import SLIDING, cramer_rao
 from frictool.plant.polytope import corner_points
+from frictool.runtime.object_view import ResultView
 
 WANTED = 0.05  # default of the relative half width
 FINEST = 1e-6  # finest encoder tried, relative to the bench's step
@@ -61,8 +62,8 @@ class ParameterAssessment:
     counts: float | None
 
 
-@dataclass(frozen=True)
-class Assessment:
+@dataclass(frozen=True, eq=False, repr=False)
+class Assessment(ResultView):
     """Verdicts on all parameters of a bench.
 
     - bench: assessed bench

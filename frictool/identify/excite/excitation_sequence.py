@@ -12,11 +12,12 @@ from frictool.logs.canonical.mcap_layout import NS, StreamHeader
 from frictool.logs.conversion import OutgoingStream
 from frictool.logs.log import EXCITATION, MAIN_TOPIC, Log, Stream
 from frictool.logs.stream_source import SampleBlock
+from frictool.runtime.object_view import ResultView
 from frictool.typing import Vector
 
 
-@dataclass(frozen=True)
-class ExcitationSequence:
+@dataclass(frozen=True, eq=False, repr=False)
+class ExcitationSequence(ResultView):
     """Test sequence, one row per sample.
 
     - period: sample period, s

@@ -34,10 +34,11 @@ from frictool.logs.quality.log_kinds import TEST
 from frictool.logs.quality.sign_check import sign_of
 from frictool.logs.quality.survey import StreamSurvey, row, survey
 from frictool.logs.raw_table import LAYOUT
+from frictool.runtime.object_view import ResultView
 
 
-@dataclass(frozen=True)
-class Information:
+@dataclass(frozen=True, eq=False, repr=False)
+class Information(ResultView):
     """Survey of a log.
 
     - facts: what `--json` prints: one row per signal, and figures of the whole log

@@ -46,6 +46,12 @@ class FigurePanel:
 def picture(panels: Sequence[FigurePanel], label: str) -> str:
     """Return one `<svg>` element with all panels beneath each other, each with its title."""
     with drawing("identify", STYLE):
+        return render(panel_figure(panels), label)
+
+
+def panel_figure(panels: Sequence[FigurePanel]) -> Figure:
+    """Return a figure with all panels beneath each other, each with its title."""
+    with drawing("identify", STYLE):
         figure = Figure(
             figsize=(PICTURE_WIDTH, HEIGHT * len(panels)), layout="constrained", dpi=DOTS_PER_INCH
         )
@@ -54,7 +60,7 @@ def picture(panels: Sequence[FigurePanel], label: str) -> str:
             panel.draw(axes)
             axes.set_title(panel.title, loc="left", fontsize=10.0, color=svg.INK)
             _legend(axes)
-        return render(figure, label)
+        return figure
 
 
 def scatter(axes: Axes, abscissa: Vector, ordinate: Vector, colour: str, label: str) -> None:

@@ -34,6 +34,7 @@ from frictool.identify.rows.segments import RecordSegment, whole
 from frictool.logs.channels.bench_match import match_bench
 from frictool.logs.log import Log
 from frictool.plant.axis import VELOCITY
+from frictool.runtime.object_view import ResultView
 from frictool.typing import Vector
 
 OPEN, CLOSED = "open", "closed"
@@ -68,8 +69,8 @@ class ValidationRequest:
 USUAL = ValidationRequest()
 
 
-@dataclass(frozen=True)
-class Validation:
+@dataclass(frozen=True, eq=False, repr=False)
+class Validation(ResultView):
     """Measured and simulated signals of a model, and their errors, as JSON and as text.
 
     - axis: kind of the axis

@@ -1,0 +1,86 @@
+"""Supervision of a controller: the entry points of the exported C, with the simulation's program.
+
+==========  =================================================  =====================================
+command     effect from the next sample on                     ends with
+==========  =================================================  =====================================
+`disable`   the drive is 0, inputs are not read                `enable`: at rest at its position,
+                                                               unless the fault is set
+`hold`      the reference is the last valid one                `follow`
+`fault`     the fault is set: the drive is 0                   `reset`
+`reset`     at rest at its position, without fault, enabled,
+            following the reference
+==========  =================================================  =====================================
+
+`enable` and `reset` at an invalid position set the fault, as a start there does. While the axis is
+held, an invalid reference does not matter, since it is not used.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from frictool.control.compiled_program import (
+    FIXED,
+    FLOAT,
+    LEFT,
+    CompiledProgram,
+    control_step,
+    copy_program,
+    read,
+    start_at,
+)
+from frictool.control.fixed_point_kernel import from_real
+from frictool.control.measurement_guard import FAULT
+from frictool.control.program import Program
+
+CommandName = Literal["disable", "enable", "hold", "follow", "fault", "reset"]
+
+
+class SupervisedProgram:
+    """A controller's program that obeys commands between samples.
+
+    `program` has the names of the values, `new` is the program in its number format, not started.
+    """
+
+    def __init__(self, program: Program, new: CompiledProgram) -> None:
+        self._new = new
+        self._held = program.states["reference_before"].index
+        self.start(0.0)
+
+    def start(self, position: float) -> None:
+        """Start at rest at `position` [rad | m], enabled and following the reference."""
+        self.machine = copy_program(self._new)
+        self.disabled = self.holding = False
+        start_at(self.machine, position)
+
+    @property
+    def in_fault(self) -> bool:
+        """True if the fault is set."""
+        return read(self.machine, int(self.machine.ports[LEFT])) < 0.0
+
+    def command(self, name: CommandName, position: float) -> None:
+        """Obey a command; `position` [rad | m] is the measured one, for `enable` and `reset`."""
+        if name == "reset" or (name == "enable" and self.disabled and not self.in_fault):
+            self.start(position)
+        elif name == "fault":
+            put(self.machine, int(self.machine.ports[LEFT]), FAULT)
+        elif name in ("disable", "enable"):
+            self.disabled = name == "disable"
+        else:
+            self.holding = name == "hold"
+
+    def step(self, reference: float, position: float, velocity: float) -> float:
+        """Return the drive [A | V] at one sample."""
+        if self.disabled:
+            return 0.0
+        if self.holding:
+            reference = read(self.machine, self._held)
+        return float(control_step(self.machine, reference, position, velocity))
+
+
+def put(running: CompiledProgram, index: int, value: float) -> None:
+    """Set the state at an index of a running program to a value [SI]."""
+    if running.number == FIXED:
+        running.word[index] = from_real(running.formats[index], value)
+    else:
+        (running.single if running.number == FLOAT else running.real)[index] = value

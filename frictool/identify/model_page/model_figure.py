@@ -1,0 +1,17 @@
+"""Figure of a model document: friction over speed, and over position where the model has it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from frictool.documents.model import Model
+from frictool.identify.model_page.friction_panels import friction_panels
+from frictool.identify.model_page.panel import panel_figure
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+def model_figure(model: Model) -> Figure:
+    """Return the panels of friction that a model determines without its logs."""
+    return panel_figure(friction_panels(model, None, None))
