@@ -50,7 +50,9 @@ def tables(comparison: Comparison) -> list[TextTable]:
     laws = comparison.laws.items()
     return [
         TextTable(
-            "What was measured", measures, tuple((name, *_row(tested)) for name, tested in laws)
+            "Results of the simulated tests",
+            measures,
+            tuple((name, *_row(tested)) for name, tested in laws),
         ),
         TextTable(
             "The four tests",

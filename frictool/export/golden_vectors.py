@@ -47,6 +47,7 @@ BANDS = 32.0  # amplitude in bands of the position law, if the bench has no trav
 COUNTS = 8.0  # encoder counts, band of a controller without a band
 LAG = 10.0  # samples, lag of the position behind the filtered reference
 FASTER = 3.0  # speed at which the axis falls back into the band, relative to the speed of rest
+DISABLED = 20  # samples between the commands disable and enable, which count in no mode
 BEYOND = 0.1  # excess of a scheduled parameter beyond its range, relative to the range
 
 Row = tuple[float, ...]
@@ -347,7 +348,7 @@ def _commands(bench: _VectorSequence) -> None:
     bench.command("follow")
     bench.move(bench.at(0.2), 40)
     bench.command("disable")
-    bench.move(bench.at(0.8), 20)
+    bench.move(bench.at(0.8), DISABLED)
     bench.command("enable")
     bench.move(bench.at(0.8), 40)
     bench.command("fault")

@@ -22,7 +22,7 @@ from frictool.errors import NoSolutionError
 from frictool.export.c_identifier import c_identifier, comment_text
 from frictool.export.c_names import TAKEN, CNames
 from frictool.export.c_real_numbers import RealNumbers
-from frictool.export.golden_vectors import GoldenVectors, golden_vectors
+from frictool.export.golden_vectors import DISABLED, GoldenVectors, golden_vectors
 from studies.rigs.example_controllers import clutch_controller, speed_controller
 from tests.support.compiled_c import (
     COMPILERS,
@@ -240,7 +240,7 @@ def test_vectors_visit_everything_the_controller_can_do(case: str, number: Progr
     assert set(vectors.visits) == VISITS[case]
     assert min(vectors.visits.values()) > 10
     modes = [vectors.visits[name] for name in ("run", "brake", "rest") if name in vectors.visits]
-    assert not modes or sum(modes) == vectors.samples
+    assert not modes or sum(modes) == vectors.samples - DISABLED
     assert vectors.samples < 5000
     drives = [row[-1] for row in vectors.rows]
     assert (min(drives), max(drives)) == (-50.0, 50.0)
