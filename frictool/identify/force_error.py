@@ -1,7 +1,7 @@
 """Force error of a model along a measured motion, defined alike for every method.
 
     force error = rms(g * u - model) / rms(g * u)
-    model = inertia (g * ddx) + friction(g * dx, g * x) + offset + load(g * x)
+    model = inertia (g * ddx) + friction(g * dx, g * x) + offset + g * load(x)
 
 Here g * is smoothing by a zero-phase kernel (`rows/smoothing.py`); all signals are smoothed alike,
 so that only the frequency band of the motion counts. The rms is taken over the samples that
@@ -43,10 +43,14 @@ Values = Mapping[str, float]
 class SlipRows:
     """Smoothed signals (m,) in SI units at the samples `index` (m,) that certainly slip.
 
-    `window` is the length of the smoothing window in samples.
+    - window: length of the smoothing window in samples
+    - measured: measured position of all samples, (n,)
+    - period: sample period, s
     """
 
     window: int
+    measured: Vector
+    period: float
     index: NDArray[np.int64]
     time: Vector
     position: Vector
@@ -62,8 +66,14 @@ class SlipRows:
             + friction_in_slip(values, laws, self.position, self.velocity)
         )
         if laws is not None and laws.load is not None:
-            effort = effort + load_law(laws.load).at(self.position)
+            # a ripple may be shorter than the window
+            load = load_law(laws.load).at(self.measured)
+            effort = effort + np.convolve(load, self._smoothing, mode="same")[self.index]
         return np.asarray(effort)
+
+    @property
+    def _smoothing(self) -> Vector:
+        return bump(self.window, self.period)
 
 
 def slip_rows(record: MotionRecord, bench: Bench) -> SlipRows | None:
@@ -84,6 +94,8 @@ def slip_rows(record: MotionRecord, bench: Bench) -> SlipRows | None:
     position = np.convolve(record.position, bump(window, record.period), mode="same")
     return SlipRows(
         window,
+        record.position,
+        record.period,
         index,
         record.time[index],
         position[index],

@@ -11,13 +11,14 @@ import msgspec
 import numpy as np
 import pytest
 
-from frictool.documents.laws import Backward, Laws, Load, Regime
+from frictool.documents.laws import Backward, Laws, Load, Regime, Ripple
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, Quantity
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.engine.effort_replay import FREE, replay, replay_parameters
 from frictool.identify.force_error import MOST_SAMPLES, force_error, friction_in_slip, motion_rows
+from frictool.identify.motion_record import make_record
 from frictool.plant.axis import rest
 from frictool.plant.axis_friction_laws import AxisFrictionLevels
 from frictool.plant.axis_friction_laws import AxisLaws as AxisLaws
@@ -154,3 +155,26 @@ def test_a_long_log_is_judged_by_parts_of_it() -> None:
     assert sum(one.index.size for one in rows) <= MOST_SAMPLES
     whole = force_error(motion_rows([log.part(slice(0, 100_000))], linear_bench()), SLIDING, None)
     assert force_error(rows, SLIDING, None) == pytest.approx(whole, rel=0.3)
+
+
+def test_a_ripple_shorter_than_the_window_is_smoothed_with_the_effort() -> None:
+    """The true model leaves nothing, although the smoothed effort contains little of the ripple."""
+    time = np.arange(8000) * PERIOD
+    rate, amplitude, wave = 3.0, 0.1, 2.0 * np.pi / 1e-3  # 1/s, m, 1/m
+    position = amplitude * np.sin(rate * time)
+    velocity = amplitude * rate * np.cos(rate * time)
+    effort = (
+        SLIDING["inertia"] * -(rate**2) * position
+        + SLIDING["viscous"] * velocity
+        + SLIDING["coulomb"] * np.sign(velocity)
+        + SLIDING["offset"]
+        + 20.0 * np.sin(wave * position)
+    )
+    log = make_record("cogging", time, position, effort, 1e-6, lag=1e-3)
+    size = Estimate(20.0, 19.0, 21.0, "N", source="identified")
+    none = Estimate(0.0, -1.0, 1.0, "N", source="identified")
+    ripple = Ripple(1.0, Quantity(1e-3, unit="m"), size, none)
+    rows = motion_rows([log], linear_bench())
+    error = force_error(rows, SLIDING, Laws(load=Load(ripple=ripple)))
+    assert error is not None
+    assert error < 0.02
