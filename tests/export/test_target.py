@@ -88,7 +88,7 @@ def test_a_report_states_what_the_code_costs(tmp_path: Path) -> None:
     assert target["core"] == "cortex-m4f"
     assert target["missing"] is None
     fields = re.findall(
-        r"^    float \w+(?:\[(\d+)\])?;", (tmp_path / "c/speed.h").read_text(), re.M
+        r"^    (?:float|int) \w+(?:\[(\d+)\])?;", (tmp_path / "c/speed.h").read_text(), re.M
     )
     assert target["state_bytes"] == 4 * sum(int(size or 1) for size in fields)
     assert 0 < target["instructions_mean"] <= target["instructions"]
