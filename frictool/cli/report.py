@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,7 @@ from frictool.errors import EXIT_NO
 
 if TYPE_CHECKING:
     from frictool.documents.controller import Controller
+    from frictool.documents.proof import Proof
     from frictool.documents.provenance import Provenance
     from frictool.logs.log import Log
     from frictool.report.requirement import ReportRequest, Verdict
@@ -68,6 +70,11 @@ Exit codes: 0 pass; 1 fail or undecided. The outputs are written in either case.
 @click.option(
     "--bench", type=existing, help="Rig: columns of raw logs, drive limit, backlash (bench.yaml)."
 )
+@click.option(
+    "--proof",
+    type=existing,
+    help="Proof of a step test of the controller; the outputs name what it proves (proof.yaml).",
+)
 @output_option(required=False, help="Page (HTML); - is stdout.", writes=("HTML",))
 @click.option(
     "--junit",
@@ -86,16 +93,21 @@ def command(
     spec: Path,
     controller: Path | None,
     bench: Path | None,
+    proof: Path | None,
     output: Path | None,
     junit: Path | None,
     markdown: Path | None,
     allow_undecided: bool,
     as_json: bool,
 ) -> None:
-    inputs = [*logs, spec, *(path for path in (controller, bench) if path is not None)]
+    if proof is not None and controller is None:
+        raise click.UsageError("--proof needs --controller, whose step test it proves.")
+    inputs = [*logs, spec, *(path for path in (controller, bench, proof) if path is not None)]
     targets = {"-o": output, "--junit": junit, "--markdown": markdown}
     check_targets(targets, inputs)
     request = _load(logs, spec, controller, bench)
+    if proof is not None:
+        request = replace(request, proof=_proof(proof, request.controller))
 
     for log in request.logs:
         for warning in log.warnings:
@@ -105,7 +117,13 @@ def command(
     from frictool.report.verdict import verdict_of
 
     verdict = verdict_of(request)
-    arguments = {"logs": logs, "--spec": spec, "--controller": controller, "--bench": bench}
+    arguments = {
+        "logs": logs,
+        "--spec": spec,
+        "--controller": controller,
+        "--bench": bench,
+        "--proof": proof,
+    }
     provenance = provenance_of_command(command_line("report", arguments), inputs)
     transfers = _transfers(request.controller)
     for target, text in _contents(verdict, transfers, provenance, targets, allow_undecided).items():
@@ -152,6 +170,22 @@ def _load(
     for log in read:
         _of_this_controller(log, controller, documents[controller])
     return ReportRequest(spec_document, read, documents[controller], columns)
+
+
+def _proof(path: Path, controller: Controller | None) -> Proof:
+    """Return a proof that was not edited and that proves this controller."""
+    from frictool.documents.proof import Proof, proof_digest
+    from frictool.documents.registry import load
+    from frictool.errors import DocumentError
+
+    proof = load(path, Proof)
+    if proof.digest != proof_digest(proof):
+        words = "does not match the file, which was edited; run frictool prove again"
+        raise DocumentError(path, words, line=None, key="digest")
+    if proof.controller != controller:
+        words = "is another controller than --controller; run frictool prove with this one"
+        raise DocumentError(path, words, line=None, key="controller")
+    return proof
 
 
 def _of_this_controller(log: Log, controller: Path, document: Controller) -> None:

@@ -14,14 +14,14 @@ def markdown(verdict: Verdict) -> str:
     """Return a heading with the verdict and a table with one row per requirement."""
     requirements = [
         f"| {r.title} | {r.value_text or '–'} | {r.sign} {r.limit_text} | {MARKS[r.outcome]} | "
-        f"{_plain(r.remark)} |"
+        f"{_plain(r.remark)} | {_plain(r.known)} |"
         for r in verdict.requirements
     ]
     rows = [
         f"### {_plain(verdict.name)}: {verdict.headline}",
         "",
-        "| requirement | value | limit | | where, why |",
-        "| --- | ---: | ---: | --- | --- |",
+        "| requirement | value | limit | | where, why | known |",
+        "| --- | ---: | ---: | --- | --- | --- |",
         *requirements,
         *(f"\n**Warning:** {_plain(remark)}" for remark in verdict.remarks),
     ]

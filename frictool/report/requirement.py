@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 from frictool.documents.bench import Bench
 from frictool.documents.controller import Controller
 from frictool.documents.metric_table import requirement_title
+from frictool.documents.proof import Proof
 from frictool.documents.spec import Spec
 from frictool.logs.log import MAIN_TOPIC, Log
 from frictool.report.evidence import StreamEvidence
@@ -45,7 +46,8 @@ class ValueLocation:
 class Requirement:
     """One key of the specification with its outcome.
 
-    `met` is None if the requirement is undecided. `value` is None without a finite value.
+    `met` is None if the requirement is undecided. `value` is None without a finite value. `known`
+    says how the outcome is known: measured, simulated, computed or proved; empty if undecided.
     """
 
     name: str
@@ -58,6 +60,7 @@ class Requirement:
     reason: str = ""
     where: ValueLocation | None = None
     details: dict[str, float] = field(default_factory=dict)
+    known: str = ""
 
     @property
     def outcome(self) -> str:
@@ -106,13 +109,15 @@ class Requirement:
 class ReportRequest:
     """Logs to judge, and the documents by which they are judged.
 
-    `bench`: bench of recorded logs; None if it is the controller's bench.
+    `bench`: bench of recorded logs; None if it is the controller's bench. `proof`: proof of a step
+    test of the controller.
     """
 
     spec: Spec
     logs: tuple[Log, ...]
     controller: Controller | None = None
     bench: Bench | None = None
+    proof: Proof | None = None
 
 
 @dataclass(frozen=True, eq=False, repr=False)

@@ -25,6 +25,7 @@ from frictool.report.evidence import (
     stream_evidence,
 )
 from frictool.report.hold_metrics import HoldMetrics, measure_holds, needed_metrics
+from frictool.report.knowledge import with_knowledge
 from frictool.report.load_judge import judge_load
 from frictool.report.margin_judge import judge_margin
 from frictool.report.requirement import ReportRequest, Requirement, Verdict
@@ -83,8 +84,10 @@ def verdict_of(request: ReportRequest) -> Verdict:
         (item, tuple(measure_holds(spec, item)))
         for item in gather_evidence(spec, logs, RigFacts.of(bench), loop)
     )
+    streams = [item for item, _ in evidence]
     requirements = tuple(
-        make(spec, evidence, controller) for make in _specified_judges(spec).values()
+        with_knowledge(make(spec, evidence, controller), streams, controller, request.proof)
+        for make in _specified_judges(spec).values()
     )
     beyond = dict.fromkeys(f"{item.source}: {item.beyond}" for item, _ in evidence if item.beyond)
     remarks = [

@@ -207,7 +207,7 @@ def test_markdown_is_one_table_row_for_each_requirement(mixed: Verdict) -> None:
         == "### clutch: FAIL: 5 of 7 requirements met, 1 broken, 1 undecided, on 1 recorded stream"
     )
     assert len(rows) == 4 + 7
-    assert all(row.count(" | ") == 4 for row in rows[4:])
+    assert all(row.count(" | ") == 5 for row in rows[4:])
 
 
 def test_names_from_files_stay_names() -> None:
@@ -217,7 +217,7 @@ def test_names_from_files_stay_names() -> None:
     text = markdown(verdict)
     assert "<script>" not in text
     assert "<i>" not in text
-    assert all(row.replace("\\|", "").count("|") == 6 for row in text.splitlines()[4:])
+    assert all(row.replace("\\|", "").count("|") == 7 for row in text.splitlines()[4:])
     suite = ET.fromstring(junit(verdict)).find("testsuite")
     assert suite is not None
     assert suite.get("name") == "a & b <i>"

@@ -1,0 +1,58 @@
+"""Statement of how each requirement's outcome is known: measured, simulated, computed or proved."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from frictool.documents.controller import Controller
+from frictool.documents.proof import Proof
+from frictool.report.evidence import StreamEvidence
+from frictool.report.requirement import Requirement
+
+PROVED = "proved for the nominal plant from every start in an encoder count"
+CERTIFIED = "proved for every constant plant of the certificate's box"
+
+
+def with_knowledge(
+    requirement: Requirement,
+    streams: list[StreamEvidence],
+    controller: Controller | None,
+    proof: Proof | None,
+) -> Requirement:
+    """Return the requirement with `known`.
+
+    A proof counts if it proves the requirement with a value within the limit.
+    """
+    if requirement.key == "modulus_margin":
+        return replace(requirement, known=_margin(requirement, controller))
+    if requirement.met is None:
+        return requirement
+    simulated = len({one.stream.topic for one in streams if one.simulated})
+    recorded = sum(not one.simulated for one in streams)
+    parts = [f"simulated on {simulated} plant{'s' * (simulated > 1)}"] if simulated else []
+    parts += [f"measured in {recorded} stream{'s' * (recorded > 1)}"] if recorded else []
+    if requirement.met and proof is not None and _is_proved(requirement, proof):
+        parts.append(PROVED)
+    return replace(requirement, known=", ".join(parts))
+
+
+def _margin(requirement: Requirement, controller: Controller | None) -> str:
+    certificate = None if controller is None else controller.certificate
+    margins = [
+        one.modulus_margin
+        for one in (() if certificate is None else certificate.bounds)
+        if one.modulus_margin is not None
+    ]
+    if requirement.met and margins and max(margins) >= requirement.limit:
+        return CERTIFIED
+    return "" if requirement.met is None else "computed for the plants"
+
+
+def _is_proved(requirement: Requirement, proof: Proof) -> bool:
+    return any(
+        one.key == requirement.key
+        and one.state == "proved"
+        and one.value is not None
+        and one.value <= requirement.limit
+        for one in proof.requirements
+    )
