@@ -12,8 +12,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictool.logs.kernels.date_order import DAY_FIRST, MONTH_FIRST, YEAR_FIRST
 from frictool.logs.kernels.decimal_parser import NO_NUMBER, NUMBER
-from frictool.logs.kernels.iso8601 import DAY_FIRST, MONTH_FIRST, YEAR_FIRST, scan_stamp
+from frictool.logs.kernels.iso8601 import scan_stamp
 from frictool.logs.kernels.row_scanner import (
     CELL,
     CUT,

@@ -105,5 +105,9 @@ def _deviation(
 
 def _gram(rows: Vector, kernel: Vector) -> Vector:
     """Return the covariance (p, p) of rows' n, with n = kernel * (white noise of variance 1)."""
-    columns = scipy.signal.fftconvolve(rows, kernel[:, None], axes=0)
+    # as scipy.signal.fftconvolve, whose import takes longer than the rest of `identify`
+    count = rows.shape[0] + kernel.size - 1
+    length = scipy.fft.next_fast_len(count, real=True)
+    transforms = scipy.fft.rfft(rows, length, axis=0) * scipy.fft.rfft(kernel, length)[:, None]
+    columns = scipy.fft.irfft(transforms, length, axis=0)[:count]
     return np.asarray(columns.T @ columns)

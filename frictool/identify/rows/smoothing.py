@@ -28,10 +28,10 @@ from __future__ import annotations
 import math
 
 import numpy as np
-import scipy
 from numpy.lib.stride_tricks import sliding_window_view
 
 from frictool.identify.motion_record import MotionRecord
+from frictool.identify.rows.savitzky_golay import savitzky_golay
 from frictool.plant.weak_form import effort_weights
 from frictool.runtime.kernels import kernel
 from frictool.typing import Matrix, Vector
@@ -47,10 +47,7 @@ FOURTH_DIFFERENCE_GAIN = math.sqrt(70.0)  # root of the sum of squares of (1, -4
 
 def acceleration_filter(window: int, period: float) -> Vector:
     """Return the Savitzky-Golay filter c (window,), 1/s^2, from position to acceleration."""
-    return np.asarray(
-        scipy.signal.savgol_coeffs(window, DEGREE, deriv=2, delta=period, use="dot"),
-        dtype=np.float64,
-    )
+    return savitzky_golay(window, DEGREE, 2, period)
 
 
 def bump(window: int, period: float) -> Vector:

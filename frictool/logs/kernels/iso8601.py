@@ -16,6 +16,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from frictool.logs.kernels.date_order import DAY_FIRST, YEAR_FIRST
 from frictool.logs.kernels.decimal_parser import NO_NUMBER, NUMBER
 from frictool.runtime.kernels import kernel
 
@@ -24,8 +25,6 @@ SECOND = 1_000_000_000
 NO_DATE = -1_000_000  # days; earlier than FIRST_YEAR
 DASH, COLON, BLANK, SMALL_T, BIG_T, BIG_Z, POINT, COMMA, PLUS = (ord(sign) for sign in "-: tTZ.,+")
 SLASH, SMALL_A, SMALL_P, SMALL_M, LOWER = ord("/"), ord("a"), ord("p"), ord("m"), 32
-# order of the parts of a date: the year first only, or also the day or the month first
-YEAR_FIRST, DAY_FIRST, MONTH_FIRST = 0, 1, 2
 MONTH_DAYS = np.array([31, 28, 31, 30, 31, 30, 31, 31, 30, 31, 30, 31])
 
 

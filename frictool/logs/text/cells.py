@@ -10,7 +10,7 @@ import re
 from collections.abc import Sequence
 
 from frictool.documents.bench import Layout
-from frictool.logs.kernels.iso8601 import DAY_FIRST, MONTH_FIRST, YEAR_FIRST
+from frictool.logs.kernels.date_order import DAY_FIRST, MONTH_FIRST, YEAR_FIRST
 
 BLANK = " "
 LAST_MONTH = 12

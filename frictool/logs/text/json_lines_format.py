@@ -19,8 +19,9 @@ import numpy as np
 from frictool.documents.bench import Layout
 from frictool.errors import LogError
 from frictool.logs.day_clock import DayClock
+from frictool.logs.kernels.date_order import YEAR_FIRST
 from frictool.logs.kernels.decimal_parser import NUMBER
-from frictool.logs.kernels.iso8601 import YEAR_FIRST, scan_stamp
+from frictool.logs.kernels.iso8601 import scan_stamp
 from frictool.logs.kernels.row_scanner import PADDING
 from frictool.logs.open_file import open_log
 from frictool.logs.raw_table import (

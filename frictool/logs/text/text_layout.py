@@ -10,7 +10,7 @@ import msgspec
 
 from frictool.documents.bench import Layout
 from frictool.errors import LogError
-from frictool.logs.kernels.iso8601 import DAY_FIRST, MONTH_FIRST, YEAR_FIRST
+from frictool.logs.kernels.date_order import DAY_FIRST, MONTH_FIRST, YEAR_FIRST
 from frictool.logs.text.cells import (
     DELIMITERS,
     MARKS,
