@@ -150,3 +150,17 @@ def test_kernels_are_plain_functions_where_numba_is_told_not_to_compile(
 
     assert twice(2) == 4
     assert not hasattr(twice, "py_func")
+
+
+def test_constants_of_a_caller_share_one_compilation() -> None:
+    @kernels.kernel
+    def shifted(value: float, count: int, is_up: bool) -> float:
+        return value + count if is_up else value - count
+
+    @kernels.kernel
+    def both(value: float) -> float:
+        return float(shifted(value, 1, True) + shifted(value, 2, False))
+
+    assert both(3.0) == 5.0
+    compiled: Any = shifted
+    assert compiled.signatures == [(numba.float64, numba.int64, numba.boolean)]

@@ -43,8 +43,8 @@ class MachineCode(NamedTuple):
     """Compiled function of one sample.
 
     `address`: address of the function, for kernels. Its arguments are the address of `real` of the
-    program (int64), reference, position and velocity; it returns the drive. `library`: the compiled
-    code, which exists as long as this object.
+    program (int64), reference, position and velocity; it returns the drive or another value.
+    `library`: the compiled code, which exists as long as this object.
     """
 
     address: int
@@ -54,7 +54,7 @@ class MachineCode(NamedTuple):
 class ProgramStructure(NamedTuple):
     """Operations and indices of a program, without its coefficients; columns as in CompiledProgram.
 
-    `inputs`: index of each input of PORTS, or -1. `output`: index of the drive.
+    `inputs`: index of each input of PORTS, or -1. `output`: index of the returned value.
     """
 
     code: tuple[tuple[int, ...], ...]
@@ -64,15 +64,20 @@ class ProgramStructure(NamedTuple):
     output: int
 
 
-def machine_code(program: CompiledProgram) -> MachineCode | None:
-    """Return the code of a program in double; None for other formats and without a compiler."""
+def machine_code(program: CompiledProgram, output: int | None = None) -> MachineCode | None:
+    """Return the code of a program in double; None for other formats and without a compiler.
+
+    The code returns the drive, or the value at the index `output`; a state has the value before
+    the sample updates it.
+    """
     if program.number != DOUBLE or settings.DISABLE_JIT:
         return None
     code, terms, writes = (
         tuple(map(tuple, rows.tolist())) for rows in (program.code, program.terms, program.writes)
     )
     inputs = tuple(program.ports[: len(PORTS)].tolist())
-    return compiled(ProgramStructure(code, terms, writes, inputs, int(program.ports[OUTPUT])))
+    returned = int(program.ports[OUTPUT]) if output is None else output
+    return compiled(ProgramStructure(code, terms, writes, inputs, returned))
 
 
 def started_values(program: CompiledProgram, position: float) -> Vector:

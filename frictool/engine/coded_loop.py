@@ -24,6 +24,25 @@ control_sample = call_by_address(function_type(FLOAT, INTEGER, FLOAT, FLOAT, FLO
 
 
 @kernel
+def replay_coded(
+    controller: Vector,
+    code: int,
+    reference: Vector,
+    position: Vector,
+    velocity: Vector,
+    returned: Vector,
+) -> None:
+    """Write what a controller's machine code returns at each recorded sample to `returned` (n,).
+
+    controller (v,), in place, and code: as in `run_coded`. reference, position, velocity (n,):
+    inputs of the controller.
+    """
+    memory = np.int64(controller.ctypes.data)
+    for k in range(reference.shape[0]):
+        returned[k] = control_sample(code, memory, reference[k], position[k], velocity[k])
+
+
+@kernel
 def run_coded(
     axis: Vector,
     state: Vector,

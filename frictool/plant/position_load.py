@@ -88,8 +88,10 @@ def with_load(axis: Vector, load: Vector) -> Vector:
     if load.shape[0] == 0:
         return axis.copy()
     out = np.zeros(EXTENDED_SIZE + load.shape[0])
-    out[: axis.shape[0]] = axis
-    out[EXTENDED_SIZE:] = load
+    for i in range(axis.shape[0]):
+        out[i] = axis[i]
+    for i in range(load.shape[0]):
+        out[EXTENDED_SIZE + i] = load[i]
     if axis.shape[0] == PLAIN_SIZE:
         for side in range(2):
             out[VISCOUS_PAIR + side], out[COULOMB_PAIR + side] = axis[VISCOUS], axis[COULOMB]
@@ -97,7 +99,8 @@ def with_load(axis: Vector, load: Vector) -> Vector:
         out[STOP_PAIR] = -math.inf
         out[STOP_PAIR + 1] = math.inf
         out[STRIBECK_EXPONENT], out[FRESH] = 2.0, 1.0
-        out[REGIMES:COULOMB_MAPS:REGIME_SIZE] = math.inf
+        for start in range(REGIMES, COULOMB_MAPS, REGIME_SIZE):
+            out[start] = math.inf
     return out
 
 

@@ -20,7 +20,7 @@ from typing import Any, TypeVar, cast
 import llvmlite.binding
 import numba
 import numpy as np
-from numba.core import event, sigutils
+from numba.core import event, sigutils, types
 from numba.core.ccallback import CFunc
 
 from frictool.runtime import kernel_folders, notifications
@@ -91,9 +91,28 @@ FOLDER = _cache_folder()
 def _declared(function: Callable[..., Any], options: dict[str, Any]) -> Any:
     """Return the function as one that numba compiles at its first call and keeps on disk."""
     compiled = compiler(**options)(function)
-    if FOLDER is not None and not settings.DISABLE_JIT:
+    if settings.DISABLE_JIT:
+        return compiled
+    compiled.get_call_template = functools.partial(_call_template, compiled.get_call_template)
+    if FOLDER is not None:
         compiled._cache = KernelStore(function, FOLDER)
     return compiled
+
+
+def _call_template(resolve: Callable[..., Any], arguments: Any, named: dict[str, Any]) -> Any:
+    """Resolve a call by another kernel with the types of its constants, not with their values.
+
+    numba would compile the called kernel once for each value of a constant integer.
+    """
+    return resolve(
+        [_general(one) for one in arguments], {name: _general(one) for name, one in named.items()}
+    )
+
+
+def _general(kind: Any) -> Any:
+    """Return the type of an argument; an integer or a truth value loses its value."""
+    is_constant = isinstance(kind, (types.IntegerLiteral, types.BooleanLiteral))
+    return kind.literal_type if is_constant else kind
 
 
 class _Wait(event.Listener):

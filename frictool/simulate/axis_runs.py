@@ -1,13 +1,15 @@
 """Closed loops of all variants of an axis.
 
-Runs of a simulated controller use all cores, in batches that limit the memory for records. With
-compiled controller code, engine/closed_loop.py simulates one sample at a time, and the variants run
+Runs of a simulated controller use all cores, in batches that limit the memory for records: the
+kernels release the interpreter lock. With compiled controller code, engine/closed_loop.py simulates one sample at a time, and the variants run
 one after the other. So do runs with commands of a supervisor.
 """
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
@@ -16,7 +18,6 @@ from frictool.control.machine_code import started_values
 from frictool.control.supervision import CommandName, SupervisedProgram
 from frictool.engine.closed_loop import RECORD_SIZE, advance_sample, encoder_reading, measure, run
 from frictool.engine.coded_loop import run_coded
-from frictool.engine.parallel_runs import closed_loops
 from frictool.engine.status_codes import MESSAGES, OK
 from frictool.errors import NoSolutionError
 from frictool.plant.axis import ENCODER_STEP, POSITION, VELOCITY, rest
@@ -25,7 +26,7 @@ from frictool.simulate.axis_variants import AxisVariant
 from frictool.simulate.compiled_target import CompiledTarget
 from frictool.simulate.scenario_conditions import command_samples
 from frictool.simulate.simulated_plant import SimulatedLoop
-from frictool.typing import IntVector, Vector
+from frictool.typing import Vector
 
 AT_ONCE, LEAST = 500_000, 4  # samples of all runs of a batch; least number of runs in a batch
 
@@ -76,20 +77,17 @@ def play(
 
 def _run_program(
     variants: Sequence[AxisVariant], loop: SimulatedLoop, load: Vector, records: Vector
-) -> IntVector:
+) -> list[int]:
     """Fill the records (m, n, 7); return the statuses (m,)."""
-    period, delay = loop.controller.sample_period_s, loop.controller.delay_samples
-    if len(variants) == 1:  # starting threads takes longer than a short run
-        return np.array([_run_alone(variants[0], loop, load, records[0])])
-    states = np.stack([rest(loop.start)] * len(variants))
-    axes = np.stack([variant.array for variant in variants])
-    statuses = np.zeros(len(variants), dtype=np.int64)
-    references = np.stack([loop.reference] * len(variants))
-    closed_loops(
-        axes, states, loop.running, references, period, delay, records, statuses, load,
-        loop.conditions,
-    )  # fmt: skip
-    return statuses
+
+    def status(index: int) -> int:
+        return _run_alone(variants[index], loop, load, records[index])
+
+    first = status(0)  # in this thread, which may compile
+    if len(variants) == 1:
+        return [first]
+    with ThreadPoolExecutor(os.cpu_count()) as threads:
+        return [first, *threads.map(status, range(1, len(variants)))]
 
 
 def _run_alone(variant: AxisVariant, loop: SimulatedLoop, load: Vector, record: Vector) -> int:

@@ -203,7 +203,7 @@ class StepTest(Generic[V]):
 
         Raises the errors of `log`.
         """
-        prepared = self._prepared(scenario, recorded, no_progress, coded=True)
+        prepared = self._prepared(scenario, recorded, no_progress)
         played = self.plant.play(prepared.variants, prepared.loop)
         for index, (variant, run) in enumerate(played):
             known = prepared.loop.scheduled[index] if prepared.loop.scheduled else {}
@@ -216,7 +216,7 @@ class StepTest(Generic[V]):
         return {INTERVALS: self._intervals, FACTS: facts_to_text(self.plant.rig.facts)}
 
     def _prepared(
-        self, scenario: Scenario, recorded: Log | None, progress: Progress, coded: bool = False
+        self, scenario: Scenario, recorded: Log | None, progress: Progress
     ) -> PreparedScenario[V]:
         controller, rig = self.controller, self.plant.rig
         reference, start = self.reference(scenario, recorded)
@@ -237,7 +237,7 @@ class StepTest(Generic[V]):
             scenario,
             self._program,
             self._running,
-            self._code if coded else None,
+            self._code if self.target is None else None,
             self.target,
             start,
             reference,

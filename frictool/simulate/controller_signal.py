@@ -13,10 +13,12 @@ from typing import NamedTuple
 import numpy as np
 
 from frictool.control.compiled_program import CompiledProgram, copy_program, hold, read, start_at
+from frictool.control.machine_code import machine_code, started_values
 from frictool.control.program import Program, ProgramNode
 from frictool.control.program_replay import value_along
 from frictool.control.supervision import CommandName, SupervisedProgram
 from frictool.engine.closed_loop import MEASURED, TRUE_POSITION, TRUE_VELOCITY, measure
+from frictool.engine.coded_loop import replay_coded
 from frictool.typing import Vector
 
 
@@ -46,23 +48,29 @@ def controller_signal(run: RecordedRun, node: ProgramNode) -> Vector:
 
     A state has the value that it has before the sample updates it.
     """
-    again = copy_program(run.running)
+    values = np.empty(run.reference.size)
+    if not run.reference.size:
+        return values
+    again = run.running._replace(real=run.running.real.copy(), single=run.running.single.copy())
     for parameter, value in run.known.items():
         hold(again, parameter, value)
-    values = np.empty(run.reference.size)
-    if run.reference.size:
-        first = read(_started(again, run.started_at), node.index)
-        if run.commands:
-            for k, supervised in _supervised(run, again):
-                values[k] = read(supervised.machine, node.index)
-        else:
-            position, velocity = (
-                np.ascontiguousarray(run.record[:, column]) for column in (MEASURED, TRUE_VELOCITY)
-            )
-            value_along(again, node.index, run.reference, position, velocity, values)
-        if node.op == "state":
-            values[1:] = values[:-1].copy()
-            values[0] = first
+    inputs = run.reference, *(
+        np.ascontiguousarray(run.record[:, column]) for column in (MEASURED, TRUE_VELOCITY)
+    )
+    code = None if run.commands else machine_code(again, node.index)
+    if code is not None:
+        replay_coded(started_values(again, run.started_at), code.address, *inputs, values)
+        return values
+    again = copy_program(again)
+    first = read(_started(again, run.started_at), node.index)
+    if run.commands:
+        for k, supervised in _supervised(run, again):
+            values[k] = read(supervised.machine, node.index)
+    else:
+        value_along(again, node.index, *inputs, values)
+    if node.op == "state":
+        values[1:] = values[:-1].copy()
+        values[0] = first
     return values
 
 

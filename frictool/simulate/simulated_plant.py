@@ -77,8 +77,8 @@ class SimulatedLoop(NamedTuple):
     """Controller, reference and conditions, common to the runs of all plants.
 
     The controller is `program`, as `running` in the simulation's number format, or compiled code
-    (`target`). `code` is the machine code of `running`, for many runs one by one; None to interpret
-    it. `start` and `reference` (n,) are in rad | m. `conditions` (n, 8) act on the loop
+    (`target`). `code` is the machine code of `running`; None if the number format has none.
+    `start` and `reference` (n,) are in rad | m. `conditions` (n, 8) act on the loop
     (engine/disturbances_and_faults.py). `scheduled` has the scheduled parameters of each variant by
     state index. `progress(done, total)` is called before the first variants and after each batch.
     """

@@ -122,9 +122,13 @@ def sensitivity(
     a = np.zeros((first + m, first + m))
     b = np.zeros(first + m)
     c = np.zeros(first + m)
-    c[:n] = cc[0]
-    a[:n, :n] = ca
-    a[first:, first:] = axis_a
+    for j in range(n):
+        c[j] = cc[0, j]
+        for i in range(n):
+            a[i, j] = ca[i, j]
+    for j in range(m):
+        for i in range(m):
+            a[first + i, first + j] = axis_a[i, j]
     for signal in range(seen.shape[0]):
         for j in range(m):
             c[first + j] += cd[0, signal] * seen[signal, j]
@@ -134,9 +138,11 @@ def sensitivity(
         b[n] = 1.0
         for k in range(1, delay_samples):
             a[n + k, n + k - 1] = 1.0
-        a[first:, first - 1] = push
+        for i in range(m):
+            a[first + i, first - 1] = push[i]
     else:
-        b[first:] = push
+        for i in range(m):
+            b[first + i] = push[i]
     for i in range(first + m):
         if b[i] != 0.0:
             for j in range(first + m):
@@ -196,6 +202,23 @@ def _by_matrices(loop: tuple[Matrix, Vector, Vector], point: complex) -> float:
 
 
 @kernel
+def _with_angles(grid: Vector, poles: ComplexVector) -> Vector:
+    """Return the rising angles (k,) and the absolute angles of the poles (n,), rising (k + n,)."""
+    count = grid.shape[0]
+    angles = np.empty(count + poles.shape[0])
+    for k in range(count):
+        angles[k] = grid[k]
+    for k in range(poles.shape[0]):
+        angle = abs(np.angle(poles[k]))
+        index = count + k
+        while index > 0 and angles[index - 1] > angle:
+            angles[index] = angles[index - 1]
+            index -= 1
+        angles[index] = angle
+    return angles
+
+
+@kernel
 def peak(
     loop: tuple[Matrix, Vector, Vector],
     poles: ComplexVector,
@@ -215,11 +238,7 @@ def peak(
         return UNKNOWN
     for k in range(n):
         residues[k] *= np.sum(c * vectors[:, k])
-    angles = np.empty(grid.shape[0] + n)
-    angles[: grid.shape[0]] = grid
-    for k in range(n):
-        angles[grid.shape[0] + k] = abs(np.angle(poles[k]))
-    angles = np.sort(angles)
+    angles = _with_angles(grid, poles)
     last = angles.shape[0] - 1
     responses = np.empty(last + 1)
     for k in range(last + 1):

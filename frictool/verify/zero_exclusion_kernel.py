@@ -40,7 +40,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from frictool.runtime.kernels import kernel
+from frictool.runtime.kernels import kernel, part_kernel
 from frictool.typing import ComplexVector, Vector
 from frictool.verify.taylor_forms import (
     UP,
@@ -200,7 +200,7 @@ def friction_above(box: KernelBox, kappa: Form, sigma: Form) -> Form:
     return form
 
 
-@kernel
+@part_kernel
 def _filtered(weight: tuple[float, float, float], p: Form, q: Form) -> Form:
     """Return gain (q + zero p)/(q + pole p); the gain alone without a pole."""
     gain, zero, pole = weight
@@ -209,14 +209,14 @@ def _filtered(weight: tuple[float, float, float], p: Form, q: Form) -> Form:
     return times(scaled(plus(q, scaled(p, zero)), gain), inverse(plus(q, scaled(p, pole))))
 
 
-@kernel
+@part_kernel
 def _held(loop: KernelLoop, index: int, at: tuple[float, float], space: KernelWorkspace) -> Form:
     """Return h_1, h_2, a or b for sigma - middle = at[0] +- at[1]."""
     centre, slope, radius = shifted(loop.holds[index], at[0], at[1], space.polynomial)
     return centre, 0j, 0j, slope, (radius + loop.errors[index]) * UP
 
 
-@kernel
+@part_kernel
 def _span(low: float, high: float) -> tuple[float, float]:
     """Return a middle and a half-width that cover an interval."""
     middle = 0.5 * (low + high)
@@ -297,7 +297,7 @@ def loop_terms(
     )
 
 
-@kernel
+@part_kernel
 def _from_reference(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
     """Return X, e and eta, each over D, per unit of the reference."""
     if not loop.speed:
@@ -310,7 +310,7 @@ def _from_reference(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
     return common, error, times(at.kept, common)
 
 
-@kernel
+@part_kernel
 def _from_friction(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
     """Return X, e and eta, each over D, per unit of the friction."""
     friction = times(scaled(at.phi, loop.disturbance), at.over)
@@ -324,7 +324,7 @@ def _from_friction(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
     return common, scaled(error, 1.0 / loop.period), eta
 
 
-@kernel
+@part_kernel
 def _from_noise(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
     """Return X, e and eta, each over D, per unit of the noise."""
     noise = times(at.noise, at.over)
@@ -337,7 +337,7 @@ def _from_noise(loop: KernelLoop, at: LoopTerms) -> tuple[Form, Form, Form]:
     return common, scaled(error, -1.0 / loop.period), eta
 
 
-@kernel
+@part_kernel
 def _write(space: KernelWorkspace, row: int, column: int, entry: Form) -> float:
     """Write the first-order parts of an entry of T; return the square of its remainder."""
     space.parts[0, row, column] = entry[0]
@@ -347,7 +347,7 @@ def _write(space: KernelWorkspace, row: int, column: int, entry: Form) -> float:
     return float(entry[4] * entry[4])
 
 
-@kernel
+@part_kernel
 def _write_column(
     loop: KernelLoop,
     at: LoopTerms,
@@ -415,14 +415,16 @@ def explore(
     """
     space = workspace(loop)
     stack = np.empty((DEPTH, 6))
-    stack[0] = start
+    for i in range(6):
+        stack[0, i] = start[i]
     cell = np.empty(6)
     widths = np.empty(3)
     waiting = 1
     cells = 0
     while waiting:
         waiting -= 1
-        cell[:] = stack[waiting]
+        for i in range(6):
+            cell[i] = stack[waiting, i]
         low, high = inverse_inertia(box, (cell[2], cell[3]), viscous_rates(loop, cell[4], cell[5]))
         if low > high:
             continue
@@ -457,7 +459,8 @@ def explore(
             return UNDECIDED, cells
         upper = (corner >> split) & 1  # the half with the corner is searched first
         for end in (upper, 1 - upper):
-            stack[waiting] = cell
+            for i in range(6):
+                stack[waiting, i] = cell[i]
             stack[waiting, 2 * split + end] = middle
             waiting += 1
     return PROVED, cells

@@ -10,26 +10,20 @@ import pytest
 from numba import prange
 from numpy.typing import NDArray
 
-from frictool.adapters.controller_composition import controller_program
-from frictool.control.compiled_program import compile_program, copy_program, start_at
 from frictool.engine.axis_motion import advance
 from frictool.engine.body import BREAKS_AWAY, at_rest
-from frictool.engine.closed_loop import RECORD_SIZE, run
-from frictool.engine.disturbances_and_faults import NO_CONDITIONS
 from frictool.engine.dormand_prince import Force
 from frictool.engine.drive import spring
 from frictool.engine.law_simulation import body_of
-from frictool.engine.parallel_runs import closed_loops, replay_axes
+from frictool.engine.parallel_runs import replay_axes
 from frictool.engine.status_codes import OK
 from frictool.engine.stick_slip import run as run_body
 from frictool.engine.stick_slip_run import simulate
 from frictool.friction.kernel_signatures import SLIP_FORCE
 from frictool.friction.law_registry import LAWS
 from frictool.plant.axis import AxisParameters, rest
-from frictool.plant.position_load import PositionLoad
 from frictool.runtime.kernels import function_pointer, parallel_kernel
 from frictool.typing import Vector
-from studies.rigs.example_controllers import clutch_controller
 
 PLANTS, PERIOD = 40, 1e-3
 
@@ -108,49 +102,6 @@ def test_replayed_axes(threads: int) -> None:
             assert positions[i, k] == state[0]
             advance(state, commands[i, k], axis.as_array(), PERIOD)
         assert np.array_equal(states[i], state)
-
-
-def test_closed_loops(threads: int) -> None:
-    axes, controller, samples = (
-        clutches(),
-        compile_program(controller_program(clutch_controller())),
-        300,
-    )
-    references, records, statuses = (
-        np.full((PLANTS, samples), 20.0),
-        np.zeros((PLANTS, samples, RECORD_SIZE)),
-        np.zeros(PLANTS, dtype=np.int64),
-    )
-    arrays = np.stack([axis.as_array() for axis in axes])
-    closed_loops(
-        arrays,
-        np.stack([rest()] * PLANTS),
-        controller,
-        references,
-        PERIOD,
-        1,
-        records,
-        statuses,
-        PositionLoad().as_array(),
-        NO_CONDITIONS,
-    )
-    assert np.all(statuses == OK)
-    for i in range(PLANTS):
-        record, own = np.zeros((samples, RECORD_SIZE)), copy_program(controller)
-        start_at(own, 0.0)
-        run(
-            arrays[i],
-            rest(),
-            own,
-            references[i],
-            PERIOD,
-            1,
-            record,
-            PositionLoad().as_array(),
-            NO_CONDITIONS,
-        )
-        assert np.array_equal(records[i], record)
-    assert np.ptp(records[:, -1, 1]) > 0.0
 
 
 def test_bodies_on_a_spring(threads: int) -> None:

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from frictool.adapters.controller_composition import controller_program
 from frictool.control.compiled_program import compile_program, copy_program, start_at
 from frictool.control.machine_code import machine_code, started_values
+from frictool.control.program_replay import value_along
 from frictool.engine.closed_loop import RECORD_SIZE, measure, run
-from frictool.engine.coded_loop import run_coded
+from frictool.engine.coded_loop import replay_coded, run_coded
 from frictool.engine.disturbances_and_faults import (
     CONSTANT_FACTOR,
     DISTURBANCE,
@@ -120,3 +121,23 @@ def test_a_run_that_cannot_go_on_ends_at_the_same_sample() -> None:
     conditions = neutral(SAMPLES)
     conditions[100:, SENSOR_GAIN] = np.nan
     assert agree(PLAIN, reference, conditions, PositionLoad()) == NOT_FINITE
+
+
+def test_any_value_is_replayed_as_the_interpreter_computes_it() -> None:
+    program = controller_program(clutch_controller())
+    inputs = np.random.default_rng(8).uniform(-20.0, 20.0, (3, SAMPLES))
+    inputs[1, SAMPLES // 2] = math.nan  # a lost position
+    chosen = [node for node in program.nodes if node.op in ("state", "dot") or node.index % 9 == 0]
+    for node in chosen:
+        code = machine_code(PROGRAM, node.index)
+        assert code is not None
+        interpreted = copy_program(PROGRAM)
+        start_at(interpreted, START)
+        before = float(interpreted.real[node.index])
+        expected, replayed = np.empty(SAMPLES), np.empty(SAMPLES)
+        value_along(interpreted, node.index, *inputs, expected)
+        if node.op == "state":  # the code returns it as it is before the sample
+            expected = np.append(before, expected[:-1])
+        replay_coded(started_values(PROGRAM, START), code.address, *inputs, replayed)
+        np.testing.assert_array_equal(replayed, expected)
+    assert {node.op for node in chosen} >= {"state", "dot", "select"}

@@ -6,10 +6,11 @@ import numpy as np
 
 from frictool.adapters.axis_model import axis_of
 from frictool.adapters.controller_composition import controller_program
-from frictool.control.compiled_program import compile_program
+from frictool.control.compiled_program import compile_program, start_at
 from frictool.engine.closed_loop import MEASURED, RECORD_SIZE, TRUE_DRIVE
+from frictool.engine.closed_loop import run as run_loop
 from frictool.engine.disturbances_and_faults import FRICTION, neutral
-from frictool.engine.parallel_runs import closed_loops
+from frictool.engine.status_codes import OK
 from frictool.plant.axis import rest
 from studies.rigs.clutch_fleet import (
     EDGE,
@@ -27,31 +28,29 @@ SHORT = 2.0  # s
 
 
 def test_a_log_is_the_run_of_the_engine() -> None:
-    # the model's own axis under the same conditions, by the batch that `simulate` plays
+    # the model's own axis under the same conditions
     reference, document = steps(SHORT), controller("speed")
     conditions = neutral(reference.size)
     conditions[1000:, FRICTION] = 1.5
-    record, status = np.zeros((1, reference.size, RECORD_SIZE)), np.zeros(1, dtype=np.int64)
+    record = np.zeros((reference.size, RECORD_SIZE))
     plain = axis_of(clutch()).as_array()
     running = compile_program(controller_program(document))
-    states, delay = rest()[None, :], document.delay_samples
-    closed_loops(
-        plain[None, :],
-        states,
+    start_at(running, 0.0)
+    status = run_loop(
+        plain,
+        rest(),
         running,
-        reference[None, :],
+        reference,
         1e-3,
-        delay,
+        document.delay_samples,
         record,
-        status,
         np.empty(0),
         conditions,
     )
+    assert status == OK
     piece = run(Unit(wear=1.5, since=1.0), reference, 0, noise=0.0).pieces[0]
-    np.testing.assert_allclose(piece.position, record[0, :, MEASURED], atol=1e-9)
-    np.testing.assert_allclose(
-        piece.effort, 13.4e-3 * record[0, :, TRUE_DRIVE], rtol=1e-6, atol=1e-9
-    )
+    np.testing.assert_allclose(piece.position, record[:, MEASURED], atol=1e-9)
+    np.testing.assert_allclose(piece.effort, 13.4e-3 * record[:, TRUE_DRIVE], rtol=1e-6, atol=1e-9)
 
 
 def test_wear_is_where_it_says() -> None:
