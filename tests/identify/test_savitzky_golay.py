@@ -15,6 +15,8 @@ def test_weights_are_those_of_scipy(window: int, degree: int, derivative: int) -
     weights = savitzky_golay(window, degree, derivative, 1e-3)
     scipys = savgol_coeffs(window, degree, deriv=derivative, delta=1e-3, use="dot")
     assert np.array_equal(weights, scipys)
+    convolved = savitzky_golay(window, degree, derivative, 1e-3, last_first=True)
+    assert np.array_equal(convolved, savgol_coeffs(window, degree, deriv=derivative, delta=1e-3))
 
 
 def test_the_derivative_of_a_cubic_is_exact() -> None:

@@ -23,11 +23,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import scipy
 from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 
 from frictool.identify.motion_record import MotionRecord
+from frictool.identify.rows.savitzky_golay import savitzky_golay
 from frictool.identify.rows.smoothing import SHORTEST
 from frictool.plant.weak_form import bell
 from frictool.typing import Vector
@@ -63,9 +63,8 @@ def rows_of(
     record: MotionRecord, sign: Vector, mask: NDArray[np.bool_], window: int
 ) -> FrictionRows:
     """Return the rows of the samples in `mask` (n,), which certainly slip over `window`."""
-    slope = scipy.signal.savgol_coeffs(
-        max(SHORTEST, 2 * int(0.5 * SPEED_SHARE * window) + 1), CUBIC, deriv=1, delta=record.period
-    )
+    shortened = max(SHORTEST, 2 * int(0.5 * SPEED_SHARE * window) + 1)
+    slope = savitzky_golay(shortened, CUBIC, 1, record.period, last_first=True)
     velocity = np.convolve(record.position - record.position[0], slope, mode="same")
     return FrictionRows(sign, np.abs(velocity), np.flatnonzero(mask), bell(window))
 

@@ -13,7 +13,9 @@ import scipy
 from frictool.typing import Vector
 
 
-def savitzky_golay(window: int, degree: int, derivative: int, period: float) -> Vector:
+def savitzky_golay(
+    window: int, degree: int, derivative: int, period: float, *, last_first: bool = False
+) -> Vector:
     """Return the weights that give a derivative at the middle of a window.
 
     They are the least weights that are exact for every polynomial up to `degree`.
@@ -28,6 +30,8 @@ def savitzky_golay(window: int, degree: int, derivative: int, period: float) -> 
         Order d of the derivative.
     period : float
         Time between samples [s].
+    last_first : bool, optional
+        True for the order that `numpy.convolve` takes: the weight of the last sample first.
 
     Returns
     -------
@@ -35,6 +39,8 @@ def savitzky_golay(window: int, degree: int, derivative: int, period: float) -> 
         The weights [1/s^d]; their product with the samples is the derivative.
     """
     offsets = np.arange(window) - 0.5 * (window - 1)
+    if last_first:
+        offsets = offsets[::-1]
     powers = offsets ** np.arange(degree + 1.0)[:, None]
     moments = np.zeros(degree + 1)
     moments[derivative] = math.factorial(derivative) / period**derivative
