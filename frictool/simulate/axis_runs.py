@@ -1,8 +1,9 @@
 """Closed loops of all variants of an axis.
 
 Runs of a simulated controller use all cores, in batches that limit the memory for records: the
-kernels release the interpreter lock. With compiled controller code, engine/closed_loop.py simulates one sample at a time, and the variants run
-one after the other. So do runs with commands of a supervisor.
+kernels release the interpreter lock. With compiled controller code, engine/closed_loop.py simulates
+one sample at a time, and the variants run one after the other. So do runs with commands of a
+supervisor.
 """
 
 from __future__ import annotations

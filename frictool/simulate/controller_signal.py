@@ -54,12 +54,13 @@ def controller_signal(run: RecordedRun, node: ProgramNode) -> Vector:
     again = run.running._replace(real=run.running.real.copy(), single=run.running.single.copy())
     for parameter, value in run.known.items():
         hold(again, parameter, value)
-    inputs = run.reference, *(
+    position, velocity = (
         np.ascontiguousarray(run.record[:, column]) for column in (MEASURED, TRUE_VELOCITY)
     )
     code = None if run.commands else machine_code(again, node.index)
     if code is not None:
-        replay_coded(started_values(again, run.started_at), code.address, *inputs, values)
+        memory = started_values(again, run.started_at)
+        replay_coded(memory, code.address, run.reference, position, velocity, values)
         return values
     again = copy_program(again)
     first = read(_started(again, run.started_at), node.index)
@@ -67,7 +68,7 @@ def controller_signal(run: RecordedRun, node: ProgramNode) -> Vector:
         for k, supervised in _supervised(run, again):
             values[k] = read(supervised.machine, node.index)
     else:
-        value_along(again, node.index, *inputs, values)
+        value_along(again, node.index, run.reference, position, velocity, values)
     if node.op == "state":
         values[1:] = values[:-1].copy()
         values[0] = first

@@ -22,12 +22,14 @@ PLANTS, SAMPLES = 12, 300
 
 @pytest.mark.parametrize("coded", [True, False])
 def test_many_runs_are_each_the_run_alone(coded: bool) -> None:
-    program = compile_program(controller_program(controller()))
+    program = controller_program(controller())
+    running = compile_program(program)
     loop = SimulatedLoop(
         controller(),
         scenario(),
         program,
-        machine_code(program) if coded else None,
+        running,
+        machine_code(running) if coded else None,
         None,
         0.0,
         np.full(SAMPLES, 20.0),
