@@ -32,7 +32,7 @@ from frictool.identify.regression.regression import SingularRegressors, solve
 from frictool.identify.rows.effects import SmoothedMotion
 from frictool.identify.rows.load_columns import load_columns
 from frictool.identify.rows.regression_samples import RegressionSamples, parameters_of
-from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping
+from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping, slipping_mask
 from frictool.identify.rows.smoothing import smoothed
 from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import Vector
@@ -203,8 +203,10 @@ def _needed(
     """Return the effort (n,) that the motion needs, with coefficients `values` (p,)."""
     signals = smoothed(record, window)
     acceleration, velocity, _ = signals
-    sign = find_strokes(record).sign
+    strokes = find_strokes(record)
+    sign = strokes.sign
     constant = () if one_direction else (np.ones(sign.size),)
-    loads = load_columns(SmoothedMotion(record, window, *signals, sign), bench)
+    used = slipping_mask(record, strokes, bench, velocity, window, 1)
+    loads = load_columns(SmoothedMotion(record, window, *signals, sign, used), bench)
     columns = np.column_stack((acceleration, velocity, sign, *constant, *loads.values()))
     return np.asarray(np.where(np.isfinite(columns @ values), columns @ values, 0.0))

@@ -3,16 +3,17 @@
 The residual of a fit varies between strokes, positions, directions and times if the machine has an
 effect that the model lacks. The covariance over strokes (`regression`) does not include the error
 that such an effect causes in the parameters, because every stroke has the same error. Here the
-residual r of the model is regressed on the sliding columns X and on the columns Z of an effect:
+effort is regressed on the columns X of the model, those of the effects that were removed from the
+effort included, and on the columns Z of a hypothesis of the search (`explanation_search`):
 
-    r = X d + Z g
+    effort = X d + Z g
 
-The effect is accepted if Student's test of g, with the deviations of the jackknife over strokes and
-Bonferroni's correction for all effects and their columns, is significant at the level 1 -
-confidence. Then more effects are added to it, the most significant one first, until none is
-significant by itself. The shift of d against the fit on X alone is the change of the parameters if
-the model had these effects: the spread between models, which Buckland, Burnham and Augustin (1997)
-add to the variance within one.
+A hypothesis is accepted if its parameters g differ from 0 in the joint test over clusters
+(`joint_test`), at the level 1 - confidence divided by the number of hypotheses. Hypotheses that
+predict unseen strokes as well as the best one are accepted, too. Then more hypotheses are added to
+the best one, until none is significant by itself. The shift of d against the fit on X alone is the
+change of the parameters if the model had these effects: the spread between models, which Buckland,
+Burnham and Augustin (1997) add to the variance within one.
 
 The end of an interval on the side of the shift moves by the shift, so that the interval contains
 the shifted one. The opposite end moves to a distance of sqrt(half^2 + shift^2) from the value,
@@ -27,36 +28,43 @@ its interval, and its effort counts as known.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-import scipy
+from scipy.special import stdtrit
 
 from frictool.documents.bench import Bench
+from frictool.documents.laws import Laws
 from frictool.documents.quantity import Quantity
-from frictool.identify.fit_result import SLIDING, Interval, SlidingFit
-from frictool.identify.force_error import SlipRows, slip_rows
+from frictool.identify.estimators.explanation_search import EQUAL, ExplanationSearch
+from frictool.identify.estimators.hypothesis_rows import ReducedRows
+from frictool.identify.estimators.load_hypotheses import declared_term, harmonic, wave_numbers
+from frictool.identify.fit_result import (
+    SLIDING,
+    Interval,
+    SlidingFit,
+    UnusableLogs,
+    intervals_around,
+)
+from frictool.identify.force_error import friction_in_slip
 from frictool.identify.interval_checks import contradicts
+from frictool.identify.methods import IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.outcome import sliding_intervals
-from frictool.identify.regression.clusters import clusters
-from frictool.identify.regression.regression import (
-    LeastSquaresSolution,
-    SingularRegressors,
-    solve_triangles,
-)
-from frictool.identify.regression.tsqr import Tensor, triangles
-from frictool.identify.rows.effects import WHAT
+from frictool.identify.regression.multiway import equal_bins, shared_variance
+from frictool.identify.regression.regression import SingularRegressors, solve_triangles
+from frictool.identify.regression.term_selection import beyond_chance
+from frictool.identify.rows.effects import Hypothesis
+from frictool.identify.rows.load_terms import RIPPLES, SPRING, TERMS, bench_with_terms, terms_of
+from frictool.identify.rows.regression_samples import RegressionSamples, with_fixed
 from frictool.identify.rows.slip_fit import SMALLEST_SHARE
-from frictool.identify.rows.smoothing import acceleration_response, bump, measurement_noise
-from frictool.identify.rows.strokes import find_strokes
 from frictool.typing import IntVector, Vector
 
-MOST_ROWS = 40_000  # largest number of rows; of longer logs one row in several is used
+BINS = 24  # bins of positions, and of states (velocity, sign of the acceleration)
+SMOOTHER = 2.0  # factor on the smoothing windows of the second fit
 MOST_EFFECTS = 4  # largest number of effects that act together
 NOISY = 2.0 * SMALLEST_SHARE  # share of noise in the acceleration above which it is not used
-SLOW_SHARE = 0.1  # speed of the Stribeck column's fall, relative to the largest speed
 # largest effort of the effects relative to the measured effort (rms); columns that resemble the
 # sliding columns would have any effort
 LARGEST_EFFORT = 0.2
@@ -65,87 +73,17 @@ NOTABLE = 3.0  # least factor by which a reported effect widens an interval
 
 
 @dataclass(frozen=True)
-class EffectSignals:
-    """Smoothed signals (n,) of the slipping rows of one record, SI.
-
-    - rise: difference of the efforts a quarter of a window after and before the row, N m | N
-    - around: sum of the efforts one window after and before the row, N m | N
-    - time, position: relative to their means
-    - angle: measured position, rad | m
-    """
-
-    acceleration: Vector
-    velocity: Vector
-    sign: Vector
-    rise: Vector
-    around: Vector
-    time: Vector
-    position: Vector
-    angle: Vector
-    top_speed: float
-
-
-@dataclass(frozen=True)
-class UnmodelledEffect:
-    """Effect that a model may lack.
-
-    - what: name in messages
-    - columns: function from the signals to the regressors, each (n,)
-    - needs: signal without which the effect is not tried, or None: `acceleration` (not noisy),
-      `position` (measured), or `angle` (measured, rotary)
-    """
-
-    what: str
-    columns: Callable[[EffectSignals], tuple[Vector, ...]]
-    needs: str | None = None
-
-
-EFFECTS = (
-    UnmodelledEffect(WHAT["delay"], lambda s: (s.rise,), "acceleration"),
-    # the second difference of the effort without its middle, whose noise is that of the row
-    UnmodelledEffect(WHAT["resonance"], lambda s: (s.around,), "acceleration"),
-    UnmodelledEffect(WHAT["drift"], lambda s: (s.time, s.time**2)),
-    UnmodelledEffect(WHAT["warming"], lambda s: (s.time * s.sign, s.time * s.velocity)),
-    UnmodelledEffect(WHAT["viscous_by_direction"], lambda s: (np.abs(s.velocity),)),
-    UnmodelledEffect(
-        WHAT["stribeck"],
-        lambda s: (s.sign * np.exp(-np.abs(s.velocity) / (SLOW_SHARE * s.top_speed)),),
-    ),
-    UnmodelledEffect(
-        "viscous friction that is not proportional to speed",
-        lambda s: (s.velocity * np.abs(s.velocity),),
-    ),
-    UnmodelledEffect(WHAT["spring"], lambda s: (s.position,), "position"),
-    UnmodelledEffect(
-        WHAT["friction_over_position"],
-        lambda s: (s.position * s.sign, s.position**2 * s.sign),
-        "position",
-    ),
-    UnmodelledEffect(WHAT["inertial_friction"], lambda s: (s.sign * np.abs(s.acceleration),)),
-    UnmodelledEffect(WHAT["gravity"], lambda s: (np.sin(s.angle), np.cos(s.angle)), "angle"),
-    UnmodelledEffect(
-        WHAT["eccentricity"],
-        lambda s: (
-            s.acceleration * np.cos(s.angle) - s.velocity**2 * np.sin(s.angle),
-            s.acceleration * np.sin(s.angle) + s.velocity**2 * np.cos(s.angle),
-        ),
-        "angle",
-    ),
-)
-
-
-@dataclass(frozen=True)
 class AcceptedEffects:
     """Effects that act together.
 
     - what: names of the effects, the first one accepted first
     - significance: of the last one
-    - shift: change of each sliding parameter, (p,)
+    - shift: change of each sliding parameter
     """
 
     what: tuple[str, ...]
     significance: float
-    shift: Vector
+    shift: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -182,26 +120,49 @@ def widened(
     fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench, confidence: float
 ) -> WidenedFit:
     """Return the fit with the intervals of its sliding parameters widened."""
-    regression = _regression(fit, records, bench)
+    regression = _regression(fit, records, bench, confidence)
     if regression is None:
         return WidenedFit(fit)
+    plain = fit
+    fit = replace(fit, parameters=fit.parameters | regression.spread(fit.parameters))
     parameters = dict(fit.parameters)
-    accepted = regression.accepted(1.0 - confidence)
-    for k, name in enumerate(regression.names):
-        for one in accepted:
-            parameters[name] = _hull(
-                parameters[name],
-                _moved(fit.parameters[name], float(one.shift[k]), getattr(bench.mechanics, name)),
-            )
+    accepted = regression.accepted()
+    smoother = _regression(fit, records, bench, confidence, SMOOTHER)
+    moved = [] if smoother is None else [_of_window(regression, smoother)]
+    for one in (*accepted, *moved):
+        for name, shift in one.shift.items():
+            if name in parameters:
+                parameters[name] = _hull(
+                    parameters[name],
+                    _moved(fit.parameters[name], shift, getattr(bench.mechanics, name)),
+                )
     best = min(accepted, key=lambda one: one.significance, default=None)
     if best is None or best.significance > CERTAIN:
         return WidenedFit(replace(fit, parameters=parameters))
     ratios = {
-        name: one.half_width / fit.parameters[name].half_width
+        name: one.half_width / plain.parameters[name].half_width
         for name, one in parameters.items()
-        if one.half_width > NOTABLE * fit.parameters[name].half_width > 0.0
+        if one.half_width > NOTABLE * plain.parameters[name].half_width > 0.0
     }
     return WidenedFit(replace(fit, parameters=parameters), best.what[-1], ratios)
+
+
+def _of_window(plain: _EffectRegression, smoother: _EffectRegression) -> AcceptedEffects:
+    """Return the change of the parameters with a longer smoothing window, beyond chance.
+
+    The estimate with the shorter window has the smaller variance if the model is true, so that the
+    variance of the difference is the difference of the variances (Hausman, 1978).
+    """
+    before = plain.intervals()
+    after = smoother.intervals()
+    shift = {}
+    for name in plain.names:
+        if name in before and name in after:
+            change = after[name].value - before[name].value
+            chance = max(after[name].half_width ** 2 - before[name].half_width ** 2, 0.0)
+            size = float(np.sqrt(max(change**2 - chance, 0.0)))
+            shift[name] = float(np.copysign(size, change))
+    return AcceptedEffects((), 1.0, shift)
 
 
 def _hull(one: Interval, other: Interval) -> Interval:
@@ -225,172 +186,192 @@ def _moved(interval: Interval, shift: float, known: Quantity | None) -> Interval
 
 @dataclass(frozen=True)
 class _EffectRegression:
-    """Triangles (g, q, q) of [sliding columns, columns of all effects, residual] by cluster (g,).
+    """Rows of the model and of all hypotheses.
 
-    `names` are the sliding columns, which come first; `places` are the effects with the indices of
-    their columns. `effort` is the norm of the measured effort.
+    - used: hypotheses that the model includes
+    - free: hypotheses that it does not include
+    - names: sliding parameters that are free in the model
     """
 
-    parts: Tensor
-    cluster: IntVector
+    rows: ReducedRows
+    used: tuple[Hypothesis, ...]
+    free: tuple[Hypothesis, ...]
     names: tuple[str, ...]
-    places: tuple[tuple[UnmodelledEffect, range], ...]
-    effort: float
+    confidence: float
 
-    def accepted(self, level: float) -> list[AcceptedEffects]:
-        """Return effects that explain the residual alone, and effects that act together."""
-        alone = self._solved([])
-        if alone is None:
+    def spread(self, parameters: Mapping[str, Interval]) -> dict[str, Interval]:
+        """Return the intervals with the variance between positions and states added."""
+        rows = self.rows
+        columns = rows.table(self.used)
+        position = rows.samples.loads.get(TERMS[SPRING][0])
+        groups = [_states(rows.samples)]
+        groups += [] if position is None else [equal_bins(position, BINS)]
+        residual = rows.residual(self.used)
+        variance = shared_variance(columns, residual, rows.samples.stroke, groups)
+        factor = float(stdtrit(BINS - columns.shape[1], 0.5 + 0.5 * self.confidence))
+        names = [rows.names[k] for k in rows.columns(self.used)]
+        out = {}
+        for name in self.names:
+            more = factor * np.sqrt(variance[names.index(name)])
+            half = float(np.hypot(parameters[name].half_width, more))
+            out[name] = Interval.around(parameters[name].value, half)
+        return out
+
+    def intervals(self) -> dict[str, Interval]:
+        """Return the intervals of all parameters of the model, over clusters."""
+        columns = self.rows.columns(self.used)
+        try:
+            solution = solve_triangles(self.rows.plain[:, :, [*columns, -1]], self.rows.cluster)
+        except SingularRegressors:
+            return {}
+        names = [self.rows.names[k] for k in columns]
+        return intervals_around(names, solution.value, solution.half_width(self.confidence))
+
+    def accepted(self) -> list[AcceptedEffects]:
+        """Return effects that explain the residual alone, effects that act together, and rivals."""
+        if self._values(self.used) is None or self.rows.squares(self.used) is None:
             return []
-        base = alone.value
-        out = []
-        chosen: list[tuple[UnmodelledEffect, range]] = []
-        while len(chosen) < MOST_EFFECTS:
-            tried = []
-            for place in self.places:
-                if place in chosen:
-                    continue
-                solution = self._solved([*chosen, place])
-                if solution is not None:
-                    tried.append((_significance(solution, len(place[1])), place, solution.value))
-            significant = [one for one in tried if one[0] < level]
-            best = min(significant, key=lambda one: one[0], default=None)
+        out = self._rivals()
+        chosen = list(self.used)
+        level = 1.0 - self.confidence
+        while len(chosen) < len(self.used) + MOST_EFFECTS:
+            first = len(chosen) == len(self.used)
+            tried = [
+                (self.rows.probability(one, chosen), one)
+                for one in self.free
+                if one not in chosen and self.rows.visible(one, chosen)
+            ]
             # no effect acts on a machine that obeys the model, so that all tests together have the
             # level; once one is accepted, each further one has it
-            if best is None or (not chosen and best[0] > level / len(self.places)):
+            best = min(tried, key=lambda one: one[0], default=None)
+            if best is None or best[0] > level / (len(tried) if first else 1.0):
                 break
-            # in the first round also other effects with at least half of the best one's evidence
-            alike = [one for one in significant if one[0] <= np.sqrt(best[0])]
-            for level_of, place, value in [best] if chosen else alike:
-                what = tuple(effect.what for effect, _ in [*chosen, place])
-                shift = self._plausible([*chosen, place], value) * (value[: len(self.names)] - base)
-                out.append(AcceptedEffects(what, level_of, shift))
+            for significance, one in self._alike(best[1], tried) if first else [best]:
+                out += self._shifted([*chosen, one], significance)
             chosen.append(best[1])
         return out
 
-    def _plausible(self, places: Sequence[tuple[UnmodelledEffect, range]], value: Vector) -> float:
-        """Return the factor that limits the effort of effects to LARGEST_EFFORT, 1 if it is less.
+    def _alike(
+        self, best: Hypothesis, tried: Sequence[tuple[float, Hypothesis]]
+    ) -> list[tuple[float, Hypothesis]]:
+        """Return the significant hypotheses that predict unseen strokes as well as the best."""
+        least = self.rows.squares([*self.used, best])
+        return [
+            (significance, one)
+            for significance, one in tried
+            if one is best
+            or (
+                significance < 1.0 - self.confidence
+                and self._as_good(self.rows.squares([*self.used, one]), least)
+            )
+        ]
 
-        `value` are the sliding parameters and the coefficients of the effects.
-        """
-        columns = [k for _, place in places for k in place]
-        effort = float(np.linalg.norm(self.parts[:, :, columns] @ value[len(self.names) :]))
-        return min(1.0, LARGEST_EFFORT * self.effort / max(effort, 1e-300))
+    def _rivals(self) -> list[AcceptedEffects]:
+        """Return the models with another hypothesis in place of one that predict as well."""
+        least = self.rows.squares(self.used)
+        out = []
+        for one in self.used:
+            others = [other for other in self.used if other is not one]
+            for rival in self.free:
+                if self.rows.visible(rival, others) and self._as_good(
+                    self.rows.squares([*others, rival]), least
+                ):
+                    out += self._shifted([*others, rival], 1.0)
+        return out
 
-    def _solved(
-        self, places: Sequence[tuple[UnmodelledEffect, range]]
-    ) -> LeastSquaresSolution | None:
-        columns = [*range(len(self.names)), *(k for _, place in places for k in place), -1]
+    def _as_good(self, squares: Vector | None, least: Vector | None) -> bool:
+        """Return whether a model predicts unseen strokes as well as the one with `least`."""
+        return (
+            squares is not None
+            and least is not None
+            and bool(np.sum(squares) <= EQUAL * np.sum(least))
+            and not beyond_chance(least, squares, self.confidence)
+        )
+
+    def _shifted(
+        self, hypotheses: Sequence[Hypothesis], significance: float
+    ) -> list[AcceptedEffects]:
+        """Return the change of the parameters if the model had these hypotheses."""
+        alone = self._values(self.used)
+        values = self._values(hypotheses)
+        if alone is None or values is None:
+            return []
+        more = [one for one in hypotheses if one not in self.used]
+        factor = self._plausible(more, hypotheses)
+        shift = {name: factor * (values[name] - alone[name]) for name in self.names}
+        return [AcceptedEffects(tuple(one.what for one in more), significance, shift)]
+
+    def _values(self, hypotheses: Sequence[Hypothesis]) -> dict[str, float] | None:
+        """Return the parameters of the fit with these hypotheses, or None if undetermined."""
+        columns = self.rows.columns(hypotheses)
         try:
-            return solve_triangles(self.parts[:, :, columns], self.cluster)
+            values = self.rows.fitted(columns)
         except SingularRegressors:
             return None
+        names = [self.rows.names[k] for k in columns]
+        return dict(zip(names, values.tolist(), strict=True))
 
-
-def _significance(solution: LeastSquaresSolution, count: int) -> float:
-    """Return the significance of the last `count` parameters together, 0 to 1."""
-    deviation = solution.deviation[-count:]
-    if not np.all(np.isfinite(deviation) & (deviation > 0.0)):
-        return 1.0
-    ratio = np.abs(solution.value[-count:]) / deviation
-    return float(
-        min(1.0, 2.0 * count * np.min(scipy.special.stdtr(solution.freedom[-count:], -ratio)))
-    )
+    def _plausible(self, more: Sequence[Hypothesis], hypotheses: Sequence[Hypothesis]) -> float:
+        """Return the factor that limits the effort of `more` to LARGEST_EFFORT, 1 if it is less."""
+        samples = self.rows.samples
+        size = float(np.sqrt(np.mean((samples.effort + samples.known_effort) ** 2)))
+        effort = sum(
+            self.rows.effort(one, [other for other in hypotheses if other is not one])
+            for one in more
+        )
+        return min(1.0, LARGEST_EFFORT * size / max(effort, 1e-300))
 
 
 def _regression(
-    fit: SlidingFit, records: Sequence[MotionRecord], bench: Bench
+    fit: SlidingFit,
+    records: Sequence[MotionRecord],
+    bench: Bench,
+    confidence: float,
+    smoother: float = 1.0,
 ) -> _EffectRegression | None:
-    """Return the regression of the residual, or None if no row slips or nothing is free."""
+    """Return the regression of the effort, or None if no row slips or nothing is free.
+
+    `smoother` is a factor on the smoothing windows.
+    """
+    structure = bench_with_terms(bench, terms_of(fit.laws)) if fit.load is None else bench
+    try:
+        search = ExplanationSearch.of(records, structure, IdentificationSettings(confidence))
+        search = search.smoother(smoother)
+        waves = wave_numbers(fit.load) or search.declared_waves
+        samples = search.samples(waves)
+        fixed = dict(fit.fixed)
+        if search.noise > NOISY * float(np.sqrt(np.mean(samples.acceleration**2))):
+            fixed["inertia"] = {**sliding_intervals(fit.parameters, bench), **fit.parameters}[
+                "inertia"
+            ]
+        samples = with_fixed(_without_knees(samples, fit, bench), fixed)
+        rows = search.reduced_rows(samples, waves)
+    except UnusableLogs:
+        return None
+    names = tuple(name for name in SLIDING if name in fit.parameters and name in rows.base)
+    if not names:
+        return None
+    terms = () if fit.load is None else fit.load.terms
+    used = tuple(one for one in search.hypotheses if declared_term(one) in terms)
+    ripples = tuple(harmonic(term) for term in RIPPLES[len(search.declared_waves) : len(waves)])
+    free = tuple(one for one in search.hypotheses if one not in used)
+    return _EffectRegression(rows, (*used, *ripples), free, names, confidence)
+
+
+def _states(samples: RegressionSamples) -> IntVector:
+    """Return the bin (n,) of each row by its velocity, apart for both signs of the acceleration."""
+    half = BINS // 2
+    return equal_bins(samples.velocity, half) + half * (samples.acceleration > 0.0)
+
+
+def _without_knees(samples: RegressionSamples, fit: SlidingFit, bench: Bench) -> RegressionSamples:
+    """Return the samples without the effort of the laws of friction that are no columns."""
+    if fit.laws is None or not (fit.laws.regimes or "stribeck_velocity" in fit.parameters):
+        return samples
     intervals = {**sliding_intervals(fit.parameters, bench), **fit.parameters}
     values = {name: interval.value for name, interval in intervals.items()}
-    found = [(record, slip_rows(record, bench)) for record in records]
-    tables = [
-        _table(record, rows, rows.effort - rows.modelled_effort(values, fit.laws))
-        for record, rows in found
-        if rows is not None
-    ]
-    names = [name for name in SLIDING if name in fit.parameters and name not in fit.fixed]
-    missing = {"angle"} if bench.axis == "linear" else set()
-    if any(one.noise_share > NOISY for one in tables):
-        missing.add("acceleration")
-        names = [name for name in names if name != "inertia"]
-    if any(record.velocity is not None for record in records):
-        missing |= {"position", "angle"}
-    if not tables or not names:
-        return None
-    signals = EffectSignals(
-        **{
-            name: np.concatenate([getattr(one.signals, name) for one in tables])
-            for name in EffectSignals.__annotations__
-            if name != "top_speed"
-        },
-        top_speed=max(one.signals.top_speed for one in tables),
-    )
-    every = -(-signals.velocity.size // MOST_ROWS)
-    above = np.cumsum([0, *(int(one.stroke[-1]) + 1 for one in tables)])
-    stroke = np.concatenate([one.stroke + first for one, first in zip(tables, above, strict=False)])
-    counts = np.concatenate([one.counts for one in tables])
-    shortest = max(one.shortest for one in tables)
-    number = clusters(stroke, signals.sign, counts, shortest)[::every]
-    sliding = {
-        "inertia": signals.acceleration,
-        "viscous": signals.velocity,
-        "coulomb": signals.sign,
-        "offset": np.ones(signals.sign.size),
-    }
-    columns = [sliding[name] for name in names]
-    places = []
-    for effect in EFFECTS:
-        if effect.needs not in missing:
-            more = effect.columns(signals)
-            places.append((effect, range(len(columns), len(columns) + len(more))))
-            columns += more
-    columns.append(np.concatenate([one.residual for one in tables]))
-    starts = np.flatnonzero(np.diff(number, prepend=-1))
-    thinned = tuple(column[::every] for column in columns)
-    effort = float(np.sqrt(sum(np.sum(rows.effort**2) for _, rows in found if rows) / every))
-    parts = triangles(thinned, np.ones(number.size), starts)
-    return _EffectRegression(parts, number[starts], tuple(names), tuple(places), effort)
-
-
-@dataclass(frozen=True)
-class _Table:
-    """Rows (n,) of one record: signals, residual, stroke, encoder counts per row.
-
-    - shortest: rows over which residuals are correlated
-    - noise_share: noise of the acceleration over its rms
-    """
-
-    signals: EffectSignals
-    residual: Vector
-    stroke: IntVector
-    counts: Vector
-    shortest: int
-    noise_share: float
-
-
-def _table(record: MotionRecord, rows: SlipRows, residual: Vector) -> _Table:
-    strokes = find_strokes(record)
-    effort = np.convolve(record.effort, bump(rows.window, record.period), mode="same")
-    quarter = rows.window // 4
-
-    def near(distance: int) -> Vector:
-        return effort[np.clip(rows.index + distance, 0, effort.size - 1)]
-
-    signals = EffectSignals(
-        rows.acceleration,
-        rows.velocity,
-        strokes.sign[rows.index],
-        near(quarter) - near(-quarter),
-        near(rows.window) + near(-rows.window),
-        rows.time - float(np.mean(rows.time)),
-        rows.position - float(np.mean(rows.position)),
-        rows.position,
-        float(np.max(np.abs(rows.velocity))),
-    )
-    counts = np.abs(rows.velocity) * record.period / record.resolution
-    response = float(np.linalg.norm(acceleration_response(record, rows.window)))
-    size = float(np.sqrt(np.mean(rows.acceleration**2)))
-    noise = measurement_noise(record) * response / max(size, 1e-300)
-    return _Table(signals, residual, strokes.number[rows.index], counts, 3 * rows.window, noise)
+    laws = Laws(regimes=fit.laws.regimes, stribeck_exponent=fit.laws.stribeck_exponent)
+    still = np.zeros(samples.velocity.size)
+    line = values["viscous"] * samples.velocity + values["coulomb"] * samples.sign
+    friction = friction_in_slip(values, laws, still, samples.velocity)
+    return replace(samples, effort=samples.effort - (friction - line))

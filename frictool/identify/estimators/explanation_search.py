@@ -34,7 +34,13 @@ import numpy as np
 from frictool.documents.bench import Bench
 from frictool.documents.load_terms import MOST_HARMONICS, LoadTerms
 from frictool.identify.estimators.hypothesis_rows import ReducedRows
-from frictool.identify.estimators.load_hypotheses import LOADS, Structure, declared_term
+from frictool.identify.estimators.load_hypotheses import (
+    LOADS,
+    Structure,
+    declared_term,
+    harmonic,
+    wave_numbers,
+)
 from frictool.identify.estimators.position_spectrum import SpectrumPeak, highest_peak, snapped
 from frictool.identify.fit_result import SLIDING, Explanation, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
@@ -47,6 +53,7 @@ from frictool.identify.regression.term_selection import (
 from frictool.identify.rows.effects import EFFECTS, Hypothesis
 from frictool.identify.rows.load_terms import DIRECTION, GRAVITY, RIPPLES, SPRING, TERMS
 from frictool.identify.rows.regression_samples import (
+    RegressionSamples,
     joined,
     parameters_of,
     reduced,
@@ -60,6 +67,7 @@ from frictool.identify.rows.smoothing import (
 )
 from frictool.typing import Vector
 
+LONGEST_SHARE = 0.25  # longest window of `smoother`, relative to a stroke
 FALSE_ALARM = 0.02  # of all hypotheses together
 ROWS_PER_WINDOW = 8  # rows of a smoothing window; nearer ones repeat each other
 MOST_ROWS = 8_000  # samples of all records divided by this is the least distance of two rows
@@ -101,6 +109,15 @@ class ExplanationSearch:
         used, windows = zip(*moving, strict=True)
         return cls(used, bench, settings, windows)
 
+    def smoother(self, factor: float) -> ExplanationSearch:
+        """Return the search with longer windows; a window is at most a quarter of a stroke."""
+        longest = (LONGEST_SHARE * stroke_samples(record) for record in self.records)
+        windows = tuple(
+            max(window, 2 * int(0.5 * min(factor * window, most)) + 1)
+            for window, most in zip(self.windows, longest, strict=True)
+        )
+        return replace(self, windows=windows)
+
     @property
     def rotary(self) -> bool:
         """Return whether the axis is rotary."""
@@ -109,10 +126,7 @@ class ExplanationSearch:
     @property
     def declared_waves(self) -> tuple[float, ...]:
         """Return the wave numbers of the ripple that the bench declares, 1/rad | 1/m."""
-        load = self.bench.load
-        if load is None or load.ripple is None:
-            return ()
-        return tuple(2.0 * np.pi * one / load.ripple.per.value for one in load.ripple.numbers)
+        return wave_numbers(self.bench.load)
 
     @property
     def hypotheses(self) -> tuple[Hypothesis, ...]:
@@ -128,7 +142,7 @@ class ExplanationSearch:
             and not (measured and one.needs_position)
         )
 
-    def rows(self, waves: tuple[float, ...]) -> ReducedRows:
+    def samples(self, waves: tuple[float, ...]) -> RegressionSamples:
         """Return the rows with the columns of all hypotheses and of a ripple of these waves.
 
         Raises UnusableLogs if nothing slips.
@@ -148,9 +162,26 @@ class ExplanationSearch:
         samples = joined(parts)
         if samples.velocity.size == 0:
             raise UnusableLogs("no sample slips for longer than its smoothing window")
+        return samples
+
+    def rows(self, waves: tuple[float, ...]) -> ReducedRows:
+        """Return the reduced rows of `samples`.
+
+        Raises UnusableLogs if nothing slips, or if the motion does not determine Coulomb friction
+        and offset.
+        """
+        samples = self.samples(waves)
         names, refused = parameters_of(samples)
         if names[:3] != SLIDING[:3] or "coulomb" in refused:
             raise UnusableLogs("the motion does not determine Coulomb friction and offset")
+        return self.reduced_rows(samples, waves)
+
+    def reduced_rows(self, samples: RegressionSamples, waves: tuple[float, ...]) -> ReducedRows:
+        """Return the rows reduced to triangles; the base is what the bench declares.
+
+        Parameters that the samples hold fixed are not in the base.
+        """
+        names = parameters_of(samples)[0]
         plain, _, cluster, stroke = reduced(
             samples, np.ones(samples.velocity.size), len(names), ROWS_PER_WINDOW
         )
@@ -158,12 +189,15 @@ class ExplanationSearch:
         fixed = len(self.declared_waves)
         tried |= {name for term in RIPPLES[fixed : len(waves)] for name in TERMS[term]}
         every_name = (*names, *samples.loads)
-        base = tuple(name for name in every_name if name not in tried)
+        base = tuple(name for name in every_name if name not in tried and name not in samples.fixed)
+        return ReducedRows(samples, plain, cluster, stroke, every_name, base, self.noise)
+
+    @property
+    def noise(self) -> float:
+        """Return the noise of the acceleration (rms) in the first record, rad/s^2 | m/s^2."""
         record = self.records[0]
-        noise = measurement_noise(record) * float(
-            np.linalg.norm(acceleration_response(record, self.windows[0]))
-        )
-        return ReducedRows(samples, plain, cluster, stroke, every_name, base, noise)
+        response = acceleration_response(record, self.windows[0])
+        return measurement_noise(record) * float(np.linalg.norm(response))
 
     def ripple(
         self, rows: ReducedRows, waves: tuple[float, ...], used: Sequence[Hypothesis]
@@ -194,7 +228,7 @@ class ExplanationSearch:
             key = f"{{cycles: 1, per: {{value: {length:.4g}, unit: mm}}}}"
         what = f"a ripple over the position with {shown}"
         settle = f"declare load: {{terms: [offset, ripple], ripple: {key}}}"
-        return Hypothesis(term, TERMS[term], what, settle, is_load=True), peak
+        return harmonic(term, what, settle), peak
 
 
 def _thinned(record: MotionRecord, share: float) -> MotionRecord:
@@ -241,9 +275,9 @@ def _trials(
     ]
     found = search.ripple(rows, waves, used)
     if found is not None:
-        harmonic, peak = found
+        wave, peak = found
         more = search.rows((*waves, peak.number))
-        candidates.append((harmonic, more, 0.5 * FALSE_ALARM / peak.tried, peak.number))
+        candidates.append((wave, more, 0.5 * FALSE_ALARM / peak.tried, peak.number))
     out = []
     for one, table, chance, wave in candidates:
         squares = table.squares([*used, one])
@@ -295,7 +329,9 @@ def search_explanations(
         others = [other for other in used if other is not one]
         if one.term in RIPPLES or not others:
             continue
-        if not clearly_better(best, rows.squares(others), settings.confidence):
+        without = rows.squares(others)
+        better = clearly_better if one.is_load else beyond_chance
+        if without is not None and not better(best, without, settings.confidence):
             used = others
             best = rows.squares(used)
             out = [kept for kept in out if kept.name != declared_term(one) or kept.what != one.what]
@@ -331,9 +367,13 @@ def _rivals(best: Trial, trials: Sequence[Trial], confidence: float) -> list[Tri
 def _supported(
     trial: Trial, simpler: Vector, used: Sequence[Hypothesis], settings: IdentificationSettings
 ) -> bool:
-    """Return whether a trial predicts clearly better, and its parameters differ from 0."""
+    """Return whether a trial predicts better, and its parameters differ from 0.
+
+    A load is a statement about the machine, and has to predict clearly better.
+    """
+    better = clearly_better if trial.hypothesis.is_load else beyond_chance
     return (
-        clearly_better(trial.squares, simpler, settings.confidence)
+        better(trial.squares, simpler, settings.confidence)
         and trial.rows.probability(trial.hypothesis, used) < trial.level
     )
 

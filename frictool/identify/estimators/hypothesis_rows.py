@@ -102,20 +102,21 @@ class ReducedRows:
         if not tested.differentiates:
             return True
         try:
-            inertia = float(self.fitted(columns)[0])
+            known = self.samples.fixed.get("inertia")
+            inertia = float(self.fitted(columns)[0]) if known is None else known.value
             return self.effort(tested, others) > ABOVE_NOISE * abs(inertia) * self.noise
         except SingularRegressors:
             return False
 
+    def table(self, hypotheses: Sequence[Hypothesis]) -> Matrix:
+        """Return the columns (n, p) of the base and of these hypotheses."""
+        named = dict(zip(SLIDING, self.samples.columns, strict=True)) | self.samples.loads
+        return np.column_stack([named[self.names[k]] for k in self.columns(hypotheses)])
+
     def residual(self, hypotheses: Sequence[Hypothesis]) -> Vector:
         """Return the residual effort (n,) of the rows."""
-        columns = self.columns(hypotheses)
-        value = self.fitted(columns)
-        named = dict(zip(SLIDING, self.samples.columns, strict=True)) | self.samples.loads
-        out = self.samples.effort.copy()
-        for k, v in zip(columns, value, strict=True):
-            out -= v * named[self.names[k]]
-        return out
+        value = self.fitted(self.columns(hypotheses))
+        return np.asarray(self.samples.effort - self.table(hypotheses) @ value)
 
 
 def _triangle(parts: Tensor) -> Matrix:

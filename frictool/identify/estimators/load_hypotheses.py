@@ -43,6 +43,18 @@ def declared_term(one: Hypothesis) -> Term:
     return cast(Term, DECLARED.get(one.term, one.term))
 
 
+def wave_numbers(load: LoadTerms | None) -> tuple[float, ...]:
+    """Return the wave numbers of the ripple of a load, 1/rad | 1/m."""
+    if load is None or load.ripple is None:
+        return ()
+    return tuple(2.0 * np.pi * one / load.ripple.per.value for one in load.ripple.numbers)
+
+
+def harmonic(term: str, what: str = "a ripple over the position", settle: str = "") -> Hypothesis:
+    """Return the hypothesis of one harmonic of a ripple; `term` is one of RIPPLES."""
+    return Hypothesis(term, TERMS[term], what, settle, is_load=True)
+
+
 @dataclass(frozen=True)
 class Structure:
     """Terms beyond the four sliding parameters, and the wave numbers (1/rad | 1/m) of the ripple.

@@ -151,9 +151,12 @@ def _winner(allowed: Sequence[PredictionScore]) -> tuple[PredictionScore, Slidin
         second, other, _ = _winner(others)
         return second, other, f"; {winner.name} is not taken: {error}"
     twin = next((score for score in others if score.terms == winner.terms), None)
-    apart = None if twin is None or fit.method != OUTPUT_ERROR else contradicted(twin.fit(), fit)
-    if twin is None or apart is None:
+    if twin is None or fit.method != OUTPUT_ERROR:
         return winner, fit, ""
+    regression = twin.fit()
+    apart = contradicted(regression, fit)
+    if apart is None:
+        return winner, _spanning(fit, regression), ""
     second, other, _ = _winner(others)
     return (
         second,
@@ -161,6 +164,24 @@ def _winner(allowed: Sequence[PredictionScore]) -> tuple[PredictionScore, Slidin
         f"; {winner.name} is not chosen: its {apart} contradicts that of {twin.name}, so that both "
         "lack an effect",
     )
+
+
+def _spanning(simulated: SlidingFit, regression: SlidingFit) -> SlidingFit:
+    """Return output error's fit; each interval is extended to contain that of the regression.
+
+    Both have the same structure and fit the same logs. They weigh an effect that the structure
+    lacks differently, so that the distance between them is a part of the uncertainty.
+    """
+    extended = {
+        name: replace(
+            interval,
+            low=min(interval.low, regression.parameters[name].low),
+            high=max(interval.high, regression.parameters[name].high),
+        )
+        for name, interval in simulated.parameters.items()
+        if name in regression.parameters
+    }
+    return replace(simulated, parameters=simulated.parameters | extended)
 
 
 def contradicted(regression: SlidingFit, simulated: SlidingFit) -> str | None:

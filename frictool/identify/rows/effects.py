@@ -4,9 +4,9 @@
 
 The columns of a declared effect (`load.terms`) are added to the regression, and the other
 parameters no longer absorb the effect. The model document does not contain the effects. Columns
-over the log's time or the record's travel are the Legendre polynomials P_k, k >= 1. The sliding
-parameters are therefore means over the log and the travel. s is the direction of the motion, u the
-effort:
+over the log's time or the record's travel are the Legendre polynomials P_k, k >= 1, less their mean
+over the samples used. The sliding parameters are therefore means over the samples used. s is the
+direction of the motion, u the effort:
 
     drift                   P_k(t), k = 1 to 4                  an offset that changes slowly
     warming                 s P_1, s P_2, v P_1, v P_2 of t     friction that changes along the log
@@ -24,10 +24,11 @@ in the square of the resonance's period.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from frictool.documents.bench import Bench
 from frictool.documents.load_terms import Term
@@ -56,7 +57,8 @@ SLOW_SHARES = (0.05, 0.15)  # of the top speed, widths of the columns of `stribe
 class SmoothedMotion:
     """Smoothed signals (n,) of a record in SI units; they are NaN at the ends of the record.
 
-    `window` is the number of samples of the smoothing, `sign` the direction of each stroke.
+    `window` is the number of samples of the smoothing, `sign` the direction of each stroke, `used`
+    the mask of the samples in the regression.
     """
 
     record: MotionRecord
@@ -65,6 +67,19 @@ class SmoothedMotion:
     velocity: Vector
     effort: Vector
     sign: Vector
+    used: NDArray[np.bool_]
+
+    def shapes(self, values: Vector, order: int) -> tuple[Vector, ...]:
+        """Return polynomials (n,) of degree 1 to `order` over the range of values (n,).
+
+        The mean of each over the samples used is 0.
+        """
+        low = float(values.min())
+        high = float(values.max())
+        scaled = 2.0 * (values - low) / max(high - low, 1e-300) - 1.0
+        shapes = [np.polynomial.legendre.Legendre.basis(k)(scaled) for k in range(1, order + 1)]
+        used = self.used if self.used.any() else np.full(values.size, True)
+        return tuple(np.asarray(one - np.mean(one[used])) for one in shapes)
 
 
 @dataclass(frozen=True)
@@ -77,7 +92,7 @@ class Hypothesis:
     - settle: change of the bench or test that settles whether it acts, as text
     - is_load: True if the model document then contains a load
     - needs_position: True if the columns depend on the absolute position
-    - differentiates: True if the columns are derivatives of smoothed signals
+    - differentiates: True if the columns are derivatives of the smoothed position
     """
 
     term: str
@@ -99,26 +114,12 @@ class Effect(Hypothesis):
     columns: Callable[[SmoothedMotion], tuple[Vector, ...]] = field(kw_only=True)
 
 
-def _legendre(values: Vector, orders: Iterable[int]) -> tuple[Vector, ...]:
-    """Return Legendre polynomials (n,) over the range of values (n,)."""
-    low = float(values.min())
-    high = float(values.max())
-    scaled = 2.0 * (values - low) / max(high - low, 1e-300) - 1.0
-    return tuple(
-        np.asarray(np.polynomial.legendre.Legendre.basis(order)(scaled)) for order in orders
-    )
-
-
-def _over_time(motion: SmoothedMotion, order: int) -> tuple[Vector, ...]:
-    return _legendre(motion.record.time, range(1, order + 1))
-
-
 def _drift(motion: SmoothedMotion) -> tuple[Vector, ...]:
-    return _over_time(motion, DRIFT_ORDER)
+    return motion.shapes(motion.record.time, DRIFT_ORDER)
 
 
 def _warming(motion: SmoothedMotion) -> tuple[Vector, ...]:
-    shapes = _over_time(motion, WARMING_ORDER)
+    shapes = motion.shapes(motion.record.time, WARMING_ORDER)
     return (*(motion.sign * one for one in shapes), *(motion.velocity * one for one in shapes))
 
 
@@ -138,7 +139,7 @@ def _stribeck(motion: SmoothedMotion) -> tuple[Vector, ...]:
 
 
 def _friction_over_position(motion: SmoothedMotion) -> tuple[Vector, ...]:
-    shapes = _legendre(motion.record.position, range(1, TRAVEL_ORDER + 1))
+    shapes = motion.shapes(motion.record.position, TRAVEL_ORDER)
     return tuple(motion.sign * one for one in shapes)
 
 
@@ -228,7 +229,6 @@ EFFECTS = (
         "record a current step for --measurement, correct the time stamps or "
         "actuator.loop_time_constant_s, or declare load.terms: [offset, delay]",
         columns=_delay,
-        differentiates=True,
     ),
     Effect(
         "resonance",

@@ -221,7 +221,7 @@ def slipping_rows(
     """
     strokes = find_strokes(record)
     mask = slipping_mask(record, strokes, bench, signals[1], window, every)
-    loads = load_columns(SmoothedMotion(record, window, *signals, strokes.sign), bench)
+    loads = load_columns(SmoothedMotion(record, window, *signals, strokes.sign, mask), bench)
     for values in (*signals, strokes.sign, strokes.number):
         keep_rows(mask, values)
     kept = np.count_nonzero(mask)
