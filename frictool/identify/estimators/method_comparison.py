@@ -47,8 +47,10 @@ from frictool.identify.rows.effects import WHAT, declared_effects
 from frictool.identify.rows.load_terms import (
     DIRECTION,
     POSITIVE,
+    TERMS,
     bench_with_terms,
     laws_of,
+    load_intervals,
     possible,
     terms_of,
 )
@@ -57,6 +59,8 @@ from frictool.typing import Vector
 Rows = Sequence[Sequence[SlipRows]]  # slipping samples of each half
 NAMES = {DIRECTION: WHAT["viscous_by_direction"]}
 REFINED = 0.9  # largest position error of another winner, relative to the preferred method's
+# half widths of the regression's interval by which a load must differ from 0
+SURE = 2.0
 MOST_FORCE = 2.0  # largest force error allowed, relative to the smallest one
 
 
@@ -124,7 +128,7 @@ def best_by_prediction(data: ComparedData) -> SlidingFit:
         return first
     smallest = min(score.force for score in scores)
     allowed = [score for score in scores if score.force <= MOST_FORCE * smallest]
-    winner, fit, against = _winner(allowed)
+    winner, fit, against = _winner(allowed, scores)
     return replace(
         fit,
         why=_why(first, winner, scores, sides is not None, si_unit("position", bench.axis))
@@ -135,12 +139,15 @@ def best_by_prediction(data: ComparedData) -> SlidingFit:
     )
 
 
-def _winner(allowed: Sequence[PredictionScore]) -> tuple[PredictionScore, SlidingFit, str]:
+def _winner(
+    allowed: Sequence[PredictionScore], scores: Sequence[PredictionScore]
+) -> tuple[PredictionScore, SlidingFit, str]:
     """Return the winner, its fit, and the reason against output error if that was best.
 
-    If a regression of the same structure lies outside the intervals of output error, both models
-    lack an effect, for example a breakaway at the reversals. The missing effect shifts the
-    simulated position, and output error compensates this shift by wrong parameters.
+    If an allowed regression of the same structure lies outside the intervals of output error, both
+    models lack an effect, for example a breakaway at the reversals. The missing effect shifts the
+    simulated position, and output error compensates this shift by wrong parameters. The same holds
+    for a load that the regression does not find.
     """
     best = min(score.position for score in allowed)
     winner = next(score for score in allowed if REFINED * score.position <= best)
@@ -148,22 +155,38 @@ def _winner(allowed: Sequence[PredictionScore]) -> tuple[PredictionScore, Slidin
     try:
         fit = winner.fit()
     except UnusableLogs as error:
-        second, other, _ = _winner(others)
+        second, other, _ = _winner(others, scores)
         return second, other, f"; {winner.name} is not taken: {error}"
-    twin = next((score for score in others if score.terms == winner.terms), None)
+    twin = next(
+        (score for score in scores if score is not winner and score.terms == winner.terms), None
+    )
     if twin is None or fit.method != OUTPUT_ERROR:
         return winner, fit, ""
     regression = twin.fit()
-    apart = contradicted(regression, fit)
+    apart = contradicted(regression, fit) if twin in others else None
+    apart = apart or _unconfirmed(regression, fit)
     if apart is None:
         return winner, _spanning(fit, regression), ""
-    second, other, _ = _winner(others)
+    second, other, _ = _winner(others or [one for one in scores if one is not winner], scores)
     return (
         second,
         other,
         f"; {winner.name} is not chosen: its {apart} contradicts that of {twin.name}, so that both "
         "lack an effect",
     )
+
+
+def _unconfirmed(regression: SlidingFit, simulated: SlidingFit) -> str | None:
+    """Return the first load of output error that the regression does not find beyond doubt."""
+    if simulated.laws is None or simulated.laws.load is None:
+        return None
+    found = load_intervals(regression.laws)
+    for names in (TERMS[term] for term in TERMS if term != DIRECTION):
+        ends = [found[name] for name in names if name in found]
+        claimed = [name for name in names if name in load_intervals(simulated.laws)]
+        if claimed and all(SURE * (high - low) >= abs(low + high) for low, high in ends):
+            return claimed[0]
+    return None
 
 
 def _spanning(simulated: SlidingFit, regression: SlidingFit) -> SlidingFit:

@@ -190,6 +190,15 @@ def laws_of(identified: Mapping[str, Interval], bench: Bench) -> LawsDocument | 
 
 def load_values(laws: LawsDocument | None) -> dict[str, float]:
     """Return the estimates of the load terms of a fit, by the names of TERMS."""
+    return {name: one.value for name, one in _load_estimates(laws).items()}
+
+
+def load_intervals(laws: LawsDocument | None) -> dict[str, tuple[float, float]]:
+    """Return the intervals of the load terms of a fit, by the names of TERMS."""
+    return {name: one.interval for name, one in _load_estimates(laws).items()}
+
+
+def _load_estimates(laws: LawsDocument | None) -> dict[str, Estimate]:
     if laws is None:
         return {}
     load = laws.load or LoadLaw()
@@ -202,7 +211,7 @@ def load_values(laws: LawsDocument | None) -> dict[str, float]:
     for term, harmonic in ((GRAVITY, load.gravity), *harmonics):
         if harmonic is not None:
             estimates |= dict(zip(TERMS[term], (harmonic.sine, harmonic.cosine), strict=True))
-    return {name: one.value for name, one in estimates.items() if one is not None}
+    return {name: one for name, one in estimates.items() if one is not None}
 
 
 def terms_of(laws: LawsDocument | None) -> tuple[str, ...]:
