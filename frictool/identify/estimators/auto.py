@@ -5,7 +5,8 @@ The verdicts on the encoder and the motion are those of `assess/identifiability.
 Loads and disturbing effects are searched first (`explanation_search`). The following steps fit
 the supported ones together with the sliding parameters.
 
-1. If `assess` refuses differentiated velocities, the method is sines.
+1. If `assess` refuses differentiated velocities, the method is sines, unless least squares over
+   smoothing windows agree with it and have narrower intervals.
 2. If the efficient estimate (`least_squares`) and the robust one (`power_balance`) disagree by more
    than their intervals, power-balance is preferred. The disagreement means that friction at low
    speed is not viscous + Coulomb.
@@ -90,11 +91,26 @@ def _suitable(
             fit = replace(
                 run(STROKE_MEANS, records, known, settings), method=STROKE_MEANS, why=friction.why
             )
-            return fit if weak is None else joined(fit, weak, inertia.why)
+            if fit.laws is not None or not _more_precise(records, bench, settings, fit):
+                return fit if weak is None else joined(fit, weak, inertia.why)
         except UnusableLogs:
             pass  # not enough strokes or speeds: least squares average over windows instead
     fit = _differentiated(records, bench, settings, droppable)
     return fit if weak is None or "inertia" in fit.parameters else joined(fit, weak, inertia.why)
+
+
+def _more_precise(
+    records: list[MotionRecord], bench: Bench, settings: IdentificationSettings, means: SlidingFit
+) -> bool:
+    """Return whether least squares agree with means over strokes, and have narrower intervals."""
+    efficient = run(REFERENCE, records, bench, settings)
+    narrower = all(
+        name in efficient.parameters
+        and efficient.parameters[name].half_width < means.parameters[name].half_width
+        for name in ("viscous", "coulomb")
+        if name in means.parameters
+    )
+    return narrower and disagreement(efficient, means) is None
 
 
 def _speeds(

@@ -6,7 +6,9 @@
 A row is a mean over a part of a stroke. Each piece is averaged over the speeds in that part, so
 that a knee within the part stays sharp. For fixed knees the model is linear. Knees are added one at
 a time, and all knees are then placed again in turn. Schwarz's criterion (BIC), with the independent
-strokes as data, decides when to stop; a knee costs two parameters, its speed and its slope.
+strokes as data, decides when to stop; a knee costs two parameters, its speed and its slope. With
+n strokes and p parameters, the penalty p log n is multiplied by n/(n - p - 2) (McQuarrie, 1999):
+without this factor, a few strokes support knees that the axis does not have.
 
 A nuisance regressor is free during the search for knees: the mean acceleration, times an error of
 the bench's inertia, can also bend the means over speed. Effort that it explains is no evidence of a
@@ -121,12 +123,14 @@ def _squares(means: StrokeMeans, knees: tuple[float, ...]) -> float:
 
 
 def _criterion(means: StrokeMeans, knees: tuple[float, ...]) -> float:
-    """Return Schwarz's criterion; smaller is better."""
+    """Return Schwarz's criterion, corrected for few data; smaller is better."""
     count = int(np.unique(means.cluster).size)
     parameters = means.columns.shape[1] + 1 + 2 * len(knees)
+    free = max(count - parameters - 2, 1)
     floor = (np.finfo(np.float64).eps * float(np.linalg.norm(means.effort * means.weight))) ** 2
     return float(
-        count * np.log((_squares(means, knees) + floor) / count) + parameters * np.log(count)
+        count * np.log((_squares(means, knees) + floor) / count)
+        + parameters * np.log(count) * count / free
     )
 
 

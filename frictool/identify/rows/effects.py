@@ -50,7 +50,7 @@ WHAT: dict[Term, str] = {
     "delay": "a delay or lag between effort and position",
     "resonance": "a resonance",
 }
-SLOW_SHARES = (0.05, 0.15)  # of the top speed, widths of the columns of `stribeck`
+SLOW_SHARES = (0.05, 0.1, 0.2)  # of the top speed, widths of the columns of `stribeck`
 
 
 @dataclass(frozen=True)
