@@ -344,7 +344,9 @@ def _regression(
             fixed["inertia"] = {**sliding_intervals(fit.parameters, bench), **fit.parameters}[
                 "inertia"
             ]
-        samples = with_fixed(_without_knees(samples, fit, bench), fixed)
+        loads = {name: one for name, one in samples.loads.items() if name not in fit.refused}
+        samples = replace(_without_knees(samples, fit, bench), loads=loads)
+        samples = with_fixed(samples, fixed)
         rows = search.reduced_rows(samples, waves)
     except UnusableLogs:
         return None

@@ -73,7 +73,8 @@ ROWS_PER_WINDOW = 8  # rows of a smoothing window; nearer ones repeat each other
 MOST_ROWS = 8_000  # samples of all records divided by this is the least distance of two rows
 MOST_SAMPLES, PARTS = 300_000, 20  # of longer logs, evenly spaced parts are searched
 MOST_LEFT = 3  # hypotheses reported as left in the residual
-# a hypothesis is reported only if it reduces the sum of held-out squares to less than this share
+# an effect is used, and a hypothesis reported, only if it reduces the sum of held-out squares to
+# less than this share
 NOTICEABLE = 0.95
 ECCENTRICITY = "eccentricity"
 EQUAL = 1.1  # squares of two hypotheses that predict alike, largest ratio
@@ -329,9 +330,7 @@ def search_explanations(
         others = [other for other in used if other is not one]
         if one.term in RIPPLES or not others:
             continue
-        without = rows.squares(others)
-        better = clearly_better if one.is_load else beyond_chance
-        if without is not None and not better(best, without, settings.confidence):
+        if not _better(one, best, rows.squares(others), settings.confidence):
             used = others
             best = rows.squares(used)
             out = [kept for kept in out if kept.name != declared_term(one) or kept.what != one.what]
@@ -367,15 +366,23 @@ def _rivals(best: Trial, trials: Sequence[Trial], confidence: float) -> list[Tri
 def _supported(
     trial: Trial, simpler: Vector, used: Sequence[Hypothesis], settings: IdentificationSettings
 ) -> bool:
-    """Return whether a trial predicts better, and its parameters differ from 0.
-
-    A load is a statement about the machine, and has to predict clearly better.
-    """
-    better = clearly_better if trial.hypothesis.is_load else beyond_chance
+    """Return whether a trial predicts better, and its parameters differ from 0."""
     return (
-        better(trial.squares, simpler, settings.confidence)
+        _better(trial.hypothesis, trial.squares, simpler, settings.confidence)
         and trial.rows.probability(trial.hypothesis, used) < trial.level
     )
+
+
+def _better(one: Hypothesis, richer: Vector, simpler: Vector | None, confidence: float) -> bool:
+    """Return whether the strokes are predicted better with a hypothesis than without it.
+
+    A load is a statement about the machine, and has to predict clearly better. An effect has to
+    predict noticeably better.
+    """
+    if one.is_load or simpler is None:
+        return clearly_better(richer, simpler, confidence)
+    noticeable = bool(np.sum(richer) < NOTICEABLE * np.sum(simpler))
+    return noticeable and beyond_chance(richer, simpler, confidence)
 
 
 def _left(

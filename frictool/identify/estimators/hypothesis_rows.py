@@ -18,7 +18,7 @@ from frictool.identify.rows.load_columns import indistinct_terms
 from frictool.identify.rows.regression_samples import RegressionSamples
 from frictool.typing import IntVector, Matrix, Vector
 
-# least effort of a derivative of smoothed signals, relative to that of the encoder's noise
+# least effort of a hypothesis, relative to that which the encoder's noise causes
 ABOVE_NOISE = 3.0
 
 
@@ -94,17 +94,23 @@ class ReducedRows:
         return size / float(np.sqrt(self.samples.velocity.size))
 
     def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
-        """Return whether the travel and the encoder's noise allow the tested hypothesis."""
+        """Return whether the travel and the encoder's noise allow the tested hypothesis.
+
+        Noise of the acceleration attenuates the inertia by the square of its share. A column that
+        resembles the acceleration explains the rest, and a derivative of the acceleration explains
+        the noise itself.
+        """
         columns = self.columns([*others, tested])
         names = [self.names[k] for k in columns]
         if indistinct_terms(self.sides[:, :, [*columns, -1]], names, self.samples.velocity.size):
             return False
+        noise = self.noise
         if not tested.differentiates:
-            return True
+            noise *= noise / max(float(np.sqrt(np.mean(self.samples.acceleration**2))), 1e-300)
         try:
             known = self.samples.fixed.get("inertia")
             inertia = float(self.fitted(columns)[0]) if known is None else known.value
-            return self.effort(tested, others) > ABOVE_NOISE * abs(inertia) * self.noise
+            return self.effort(tested, others) > ABOVE_NOISE * abs(inertia) * noise
         except SingularRegressors:
             return False
 

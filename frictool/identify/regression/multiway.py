@@ -5,11 +5,12 @@ the same phases of the strokes. The variance over strokes does not see it. Rows 
 grouped a second time, by bins of the position, of the phase or of the time, and the variance over
 these groups is added, less the part that both groupings share (Cameron, Gelbach and Miller, 2011):
 
-    V = V_strokes + (V_bins - V_strokes and bins),    V_groups = sum over groups (sum over rows psi)^2
+    V = V_strokes + (V_bins - V_both),    V_groups = sum over groups (sum over rows psi)^2
 
-psi = (X^T X)^-1 x r is the influence of a row x with the residual r. The residual of a model that
-lacks nothing is independent between the runs of rows in one stroke and one bin. The two terms in
-brackets are then equal on average, and a negative difference counts as 0.
+"Both" are the runs of rows in one stroke and one bin. psi = (X^T X)^-1 x r is the influence of a
+row x with the residual r. The residual of a model that lacks nothing is independent between these
+runs. The two terms in brackets are then equal on average; the first one has a relative standard
+deviation of sqrt(2/bins), and only what exceeds it counts.
 """
 
 from __future__ import annotations
@@ -51,7 +52,8 @@ def shared_variance(
         # the residual is orthogonal to p regressors, which lowers the squares of a few groups
         factor = count / max(count - scale.size, 1.0)
         both = np.unique(stroke.astype(np.int64) * count + group, return_inverse=True)[1]
-        squares = factor * _squares(influence, group) - _squares(influence, both)
+        chance = 1.0 + np.sqrt(2.0 / count)
+        squares = factor * _squares(influence, group) - chance * _squares(influence, both)
         out += np.maximum(squares, 0.0)
     return np.asarray(out / scale**2)
 
