@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from frictool.identify.regression.multiway import equal_bins, shared_variance
 from frictool.identify.regression.regression import SingularRegressors, solve
 
 
@@ -87,3 +88,35 @@ def test_clusters_need_not_lie_together() -> None:
     )
     assert again.deviation == pytest.approx(found.deviation)
     assert again.freedom == pytest.approx(found.freedom)
+
+
+def shared(seed: int, repeated: float) -> tuple[float, float]:
+    """Return the estimate of a slope 0, and the variance that bins of the position add to it.
+
+    In each of 30 strokes, every bin of the position has the same effort, and each row has noise.
+    """
+    draw = np.random.default_rng(seed)
+    stroke = np.repeat(np.arange(30), 60)
+    position = np.tile(np.linspace(0.0, 1.0, 60), 30)
+    bins = equal_bins(position, 20)
+    columns = np.column_stack((position, np.ones(position.size)))
+    target = repeated * draw.normal(size=20)[bins] + draw.normal(size=position.size)
+    value = np.linalg.lstsq(columns, target, rcond=None)[0]
+    variance = shared_variance(columns, target - columns @ value, stroke, [bins])
+    return float(value[0]), float(variance[0])
+
+
+def test_effects_that_all_strokes_share_are_seen_between_bins() -> None:
+    drawn = np.array([shared(seed, 0.5) for seed in range(400)])
+    assert np.mean(drawn[:, 1]) == pytest.approx(np.var(drawn[:, 0]), rel=0.25)
+
+
+def test_independent_residuals_add_little() -> None:
+    drawn = np.array([shared(seed, 0.0) for seed in range(400)])
+    assert np.mean(drawn[:, 1]) < 0.1 * np.var(drawn[:, 0])
+
+
+@given(seed=st.integers(0, 10_000), count=st.integers(2, 20))
+def test_bins_hold_the_same_number_of_values(seed: int, count: int) -> None:
+    values = np.random.default_rng(seed).normal(size=20 * count)
+    assert np.bincount(equal_bins(values, count)).tolist() == [20] * count

@@ -9,6 +9,7 @@ import pytest
 from frictool.adapters.parameter_intervals import absolute
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
+from frictool.identify.estimators.auto import auto
 from frictool.identify.estimators.least_squares import least_squares
 from frictool.identify.fit_result import SLIDING, SlidingFit
 from frictool.identify.methods import IdentificationSettings
@@ -70,6 +71,21 @@ def test_a_lacking_effect_widens_the_interval_to_the_truth_and_is_named(bench: B
     assert result.warnings({"coulomb": plain}) == ()
     assert "friction that falls over speed" in warning
     assert "coulomb" in warning
+
+
+def test_an_effect_that_was_removed_widens_nothing(bench: Bench) -> None:
+    """`auto` removes a drift of the offset, which a fit without it would count as uncertainty."""
+    _, time, _ = axis()
+    record = axis(0.008 * (time - 6.0))[0]
+    settings = IdentificationSettings()
+    fit = auto([record], bench, settings)
+    assert [one.name for one in fit.explanations if one.state == "used"] == ["drift"]
+    result = widened(fit, [record], bench, settings.confidence)
+    plain, wide = fit.parameters["offset"], result.fit.parameters["offset"]
+    assert wide.half_width < 1.5 * plain.half_width
+    assert result.warnings(result.fit.parameters) == ()
+    left = both(record, bench)[1].fit.parameters["offset"]
+    assert left.half_width > 3.0 * wide.half_width
 
 
 def test_no_end_moves_beyond_the_interval_of_the_bench(bench: Bench) -> None:

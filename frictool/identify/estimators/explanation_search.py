@@ -276,9 +276,9 @@ def _trials(
     ]
     found = search.ripple(rows, waves, used)
     if found is not None:
-        wave, peak = found
+        ripple, peak = found
         more = search.rows((*waves, peak.number))
-        candidates.append((wave, more, 0.5 * FALSE_ALARM / peak.tried, peak.number))
+        candidates.append((ripple, more, 0.5 * FALSE_ALARM / peak.tried, peak.number))
     out = []
     for one, table, chance, wave in candidates:
         squares = table.squares([*used, one])
@@ -373,13 +373,15 @@ def _supported(
     )
 
 
-def _better(one: Hypothesis, richer: Vector, simpler: Vector | None, confidence: float) -> bool:
+def _better(
+    one: Hypothesis, richer: Vector | None, simpler: Vector | None, confidence: float
+) -> bool:
     """Return whether the strokes are predicted better with a hypothesis than without it.
 
     A load is a statement about the machine, and has to predict clearly better. An effect has to
     predict noticeably better.
     """
-    if one.is_load or simpler is None:
+    if one.is_load or richer is None or simpler is None:
         return clearly_better(richer, simpler, confidence)
     noticeable = bool(np.sum(richer) < NOTICEABLE * np.sum(simpler))
     return noticeable and beyond_chance(richer, simpler, confidence)
