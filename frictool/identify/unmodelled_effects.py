@@ -1,19 +1,21 @@
 """Widen intervals by effects that the model lacks and the residual shows.
 
-The residual of a fit varies between strokes, positions, directions and times if the machine has an
-effect that the model lacks. The covariance over strokes (`regression`) does not include the error
-that such an effect causes in the parameters, because every stroke has the same error. Here the
-effort is regressed on the columns X of the model, those of the effects that were removed from the
-effort included, and on the columns Z of a hypothesis of the search (`explanation_search`):
+An effect that the model lacks leaves the same residual in every stroke, so that the covariance over
+strokes (`regression`) does not include the error that it causes. X are the columns of the model,
+those of the effects that were removed from the effort included.
 
-    effort = X d + Z g
-
-A hypothesis is accepted if its parameters g differ from 0 in the joint test over clusters
-(`joint_test`), at the level 1 - confidence divided by the number of hypotheses. Hypotheses that
-predict unseen strokes as well as the best one are accepted, too. Then more hypotheses are added to
-the best one, until none is significant by itself. The shift of d against the fit on X alone is the
-change of the parameters if the model had these effects: the spread between models, which Buckland,
-Burnham and Augustin (1997) add to the variance within one.
+1. Positions and states: the variance between bins of the position, and between bins of the state
+   (velocity, sign of the acceleration), is added (`regression/multiway.py`).
+2. Other explanations: the effort is regressed on X and on the columns Z of a hypothesis of the
+   search (`explanation_search`), effort = X d + Z g. A hypothesis is accepted if g differs from 0
+   in the joint test over clusters (`joint_test`), at the level 1 - confidence divided by the number
+   of hypotheses. Hypotheses that predict unseen strokes as well as the best one, or as well as one
+   of the model in its place, are accepted, too. Then more hypotheses are added to the best one,
+   until none is significant by itself. The shift of d against the fit on X alone is the spread
+   between models, which Buckland, Burnham and Augustin (1997) add to the variance within one.
+3. Another window: a lag, a resonance and the encoder's noise act differently in smoothing windows
+   of different lengths. The shift of d with windows of twice the length counts as far as it exceeds
+   chance.
 
 The end of an interval on the side of the shift moves by the shift, so that the interval contains
 the shifted one. The opposite end moves to a distance of sqrt(half^2 + shift^2) from the value,
@@ -32,7 +34,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from scipy.special import stdtrit
+import scipy
 
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
@@ -208,7 +210,7 @@ class _EffectRegression:
         groups += [] if position is None else [equal_bins(position, BINS)]
         residual = rows.residual(self.used)
         variance = shared_variance(columns, residual, rows.samples.stroke, groups)
-        factor = float(stdtrit(BINS - columns.shape[1], 0.5 + 0.5 * self.confidence))
+        factor = float(scipy.special.stdtrit(BINS - columns.shape[1], 0.5 + 0.5 * self.confidence))
         names = [rows.names[k] for k in rows.columns(self.used)]
         out = {}
         for name in self.names:

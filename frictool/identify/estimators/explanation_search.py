@@ -12,15 +12,15 @@ All hypotheses are columns of one regression, reduced once to triangles. The sco
 squared prediction error of all strokes, each half predicted by a fit to the other half. The best
 hypothesis is used if
 
-1. the squared errors of the strokes decrease significantly and the rms prediction error falls by
-   more than a fifth (`term_selection.clearly_better`), and
+1. the squared errors of the strokes decrease significantly. For a load, which is a statement about
+   the machine, the rms prediction error also falls by more than a fifth
+   (`term_selection.clearly_better`); for an effect, the sum of the squares by a twentieth; and
 2. its parameters differ from 0 in the joint test over clusters (`joint_test`). FALSE_ALARM is the
    level of all tests together: one half is divided among the hypotheses, one among the wave numbers
    of a ripple.
 
 A load is not used if an effect predicts the strokes equally well. A hypothesis is removed again if
-the prediction is no longer clearly better with it; harmonics of a ripple stay. Significant
-hypotheses that are not used are reported as left in the residual, with their rms effort.
+it no longer passes the first test; harmonics of a ripple stay. Significant hypotheses that are not used are reported as left in the residual, with their rms effort.
 """
 
 from __future__ import annotations

@@ -11,7 +11,7 @@ direction of the motion, u the effort:
     drift                   P_k(t), k = 1 to 4                  an offset that changes slowly
     warming                 s P_1, s P_2, v P_1, v P_2 of t     friction that changes along the log
     eccentricity            (sin x)'', (cos x)'', (sin x)', (cos x)'    eccentric encoder
-    stribeck                s exp(-(v / w)^2), w = 5 %, 15 %    of the record's top speed
+    stribeck                s exp(-(v / w)^2)                   w = 5, 10, 20 % of the top speed
     friction_over_position  s P_k(x), k = 1 to 3                over the record's travel
     inertial_friction       s |a|                               friction under the inertial load
     delay                   -du/dt                              current read late, or current loop
