@@ -20,7 +20,8 @@ hypothesis is used if
    of a ripple.
 
 A load is not used if an effect predicts the strokes equally well. A hypothesis is removed again if
-it no longer passes the first test; harmonics of a ripple stay. Significant hypotheses that are not used are reported as left in the residual, with their rms effort.
+it no longer passes the first test; harmonics of a ripple stay. Significant hypotheses that are not
+used are reported as left in the residual, with their rms effort.
 """
 
 from __future__ import annotations
