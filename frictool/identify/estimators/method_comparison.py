@@ -128,7 +128,7 @@ def best_by_prediction(data: ComparedData) -> SlidingFit:
         return first
     smallest = min(score.force for score in scores)
     allowed = [score for score in scores if score.force <= MOST_FORCE * smallest]
-    winner, fit, against = _winner(allowed, scores)
+    winner, fit, against = _winner(allowed, scores, bench.load is not None)
     return replace(
         fit,
         why=_why(first, winner, scores, sides is not None, si_unit("position", bench.axis))
@@ -140,52 +140,53 @@ def best_by_prediction(data: ComparedData) -> SlidingFit:
 
 
 def _winner(
-    allowed: Sequence[PredictionScore], scores: Sequence[PredictionScore]
+    allowed: Sequence[PredictionScore], scores: Sequence[PredictionScore], declared: bool
 ) -> tuple[PredictionScore, SlidingFit, str]:
-    """Return the winner, its fit, and the reason against output error if that was best.
+    """Return the winner, its fit, and the reason against the best one if that is not the winner.
 
     If an allowed regression of the same structure lies outside the intervals of output error, both
     models lack an effect, for example a breakaway at the reversals. The missing effect shifts the
-    simulated position, and output error compensates this shift by wrong parameters. The same holds
-    for a load that the regression does not find.
+    simulated position, and output error compensates this shift by wrong parameters. A load that the
+    bench does not declare must differ from 0 beyond doubt in the regression.
     """
     best = min(score.position for score in allowed)
     winner = next(score for score in allowed if REFINED * score.position <= best)
     others = [score for score in allowed if score is not winner]
+    rest = others or [score for score in scores[:1] if score is not winner]
     try:
         fit = winner.fit()
     except UnusableLogs as error:
-        second, other, _ = _winner(others, scores)
+        if not rest:
+            raise
+        second, other, _ = _winner(rest, scores, declared)
         return second, other, f"; {winner.name} is not taken: {error}"
     twin = next(
         (score for score in scores if score is not winner and score.terms == winner.terms), None
     )
-    if twin is None or fit.method != OUTPUT_ERROR:
-        return winner, fit, ""
-    regression = twin.fit()
-    apart = contradicted(regression, fit) if twin in others else None
-    apart = apart or _unconfirmed(regression, fit)
-    if apart is None:
-        return winner, _spanning(fit, regression), ""
-    second, other, _ = _winner(others or [one for one in scores if one is not winner], scores)
-    return (
-        second,
-        other,
-        f"; {winner.name} is not chosen: its {apart} contradicts that of {twin.name}, so that both "
-        "lack an effect",
-    )
+    simulated = fit.method == OUTPUT_ERROR and twin is not None
+    regression = twin.fit() if simulated and twin is not None else fit
+    apart = contradicted(regression, fit) if simulated and twin in others else None
+    doubtful = None if declared else _doubtful_load(regression, fit)
+    if apart is not None and twin is not None and rest:
+        against = f"its {apart} contradicts that of {twin.name}, so that both lack an effect"
+    elif doubtful is not None and rest:
+        against = f"its {doubtful} does not differ from 0 beyond doubt"
+    else:
+        return winner, _spanning(fit, regression) if simulated else fit, ""
+    second, other, _ = _winner(rest, scores, declared)
+    return second, other, f"; {winner.name} is not chosen: {against}"
 
 
-def _unconfirmed(regression: SlidingFit, simulated: SlidingFit) -> str | None:
-    """Return the first load of output error that the regression does not find beyond doubt."""
-    if simulated.laws is None or simulated.laws.load is None:
-        return None
+def _doubtful_load(regression: SlidingFit, chosen: SlidingFit) -> str | None:
+    """Return the first load of a fit that the regression does not find beyond doubt, or None."""
+    claimed = load_intervals(chosen.laws)
     found = load_intervals(regression.laws)
     for names in (TERMS[term] for term in TERMS if term != DIRECTION):
         ends = [found[name] for name in names if name in found]
-        claimed = [name for name in names if name in load_intervals(simulated.laws)]
-        if claimed and all(SURE * (high - low) >= abs(low + high) for low, high in ends):
-            return claimed[0]
+        if names[0] in claimed and all(
+            SURE * (high - low) >= abs(low + high) for low, high in ends
+        ):
+            return names[0]
     return None
 
 
