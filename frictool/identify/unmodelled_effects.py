@@ -67,6 +67,7 @@ BINS = 24  # bins of positions, and of states (velocity, sign of the acceleratio
 SMOOTHER = 2.0  # factor on the smoothing windows of the second fit
 MOST_EFFECTS = 4  # largest number of effects that act together
 NOISY = 2.0 * SMALLEST_SHARE  # share of noise in the acceleration above which it is not used
+LIKE_ACCELERATION = ("delay", "resonance")  # effects that are not tried if it is noisy
 # largest effort of the effects relative to the measured effort (rms); columns that resemble the
 # sliding columns would have any effort
 LARGEST_EFFORT = 0.2
@@ -342,7 +343,8 @@ def _regression(
         waves = wave_numbers(fit.load) or search.declared_waves
         samples = search.samples(waves)
         fixed = dict(fit.fixed)
-        if search.noise > NOISY * float(np.sqrt(np.mean(samples.acceleration**2))):
+        noisy = search.noise > NOISY * float(np.sqrt(np.mean(samples.acceleration**2)))
+        if noisy:
             fixed["inertia"] = {**sliding_intervals(fit.parameters, bench), **fit.parameters}[
                 "inertia"
             ]
@@ -358,7 +360,11 @@ def _regression(
     terms = () if fit.load is None else fit.load.terms
     used = tuple(one for one in search.hypotheses if declared_term(one) in terms)
     ripples = tuple(harmonic(term) for term in RIPPLES[len(search.declared_waves) : len(waves)])
-    free = tuple(one for one in search.hypotheses if one not in used)
+    free = tuple(
+        one
+        for one in search.hypotheses
+        if one not in used and not (noisy and one.term in LIKE_ACCELERATION)
+    )
     return _EffectRegression(rows, (*used, *ripples), free, names, confidence)
 
 

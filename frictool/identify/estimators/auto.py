@@ -6,7 +6,7 @@ Loads and disturbing effects are searched first (`explanation_search`). The foll
 the supported ones together with the sliding parameters.
 
 1. If `assess` refuses differentiated velocities, the method is sines, unless least squares over
-   smoothing windows agree with it and have narrower intervals.
+   smoothing windows agree with it, and their intervals are at most half as wide.
 2. If the efficient estimate (`least_squares`) and the robust one (`power_balance`) disagree by more
    than their intervals, power-balance is preferred. The disagreement means that friction at low
    speed is not viscous + Coulomb.
@@ -54,6 +54,7 @@ from frictool.identify.rows.load_terms import ONLY_OFFSET
 from frictool.identify.rows.slip_fit import weighted_fit
 
 STRIBECK_CURVE = "stribeck-curve"
+FAR = 0.5  # largest half width of least squares that replace means over strokes, relative to theirs
 DROPPABLE = ("viscous", "offset")
 
 
@@ -102,11 +103,11 @@ def _suitable(
 def _more_precise(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings, means: SlidingFit
 ) -> bool:
-    """Return whether least squares agree with means over strokes, and have narrower intervals."""
+    """Return whether least squares agree with means over strokes, and are far more precise."""
     efficient = run(REFERENCE, records, bench, settings)
     narrower = all(
         name in efficient.parameters
-        and efficient.parameters[name].half_width < means.parameters[name].half_width
+        and efficient.parameters[name].half_width < FAR * means.parameters[name].half_width
         for name in ("viscous", "coulomb")
         if name in means.parameters
     )
