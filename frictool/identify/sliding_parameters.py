@@ -8,11 +8,12 @@ from dataclasses import replace
 from frictool.identify.axis_logs import AxisLogs
 from frictool.identify.coast_down import coast_down
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
+from frictool.identify.fit_warnings import DOUBTFUL_FORCE_ERROR
 from frictool.identify.fixed_parameter_refit import fixed_parameters, refit
 from frictool.identify.force_error import force_error
 from frictool.identify.interval_checks import NEVER_NEGATIVE
 from frictool.identify.measurement_faults import refuse_self_explained
-from frictool.identify.methods import METHODS, run
+from frictool.identify.methods import DEFAULT, METHODS, run
 from frictool.identify.outcome import Outcome, accept, sliding_intervals
 from frictool.identify.unmodelled_effects import WidenedFit, widened
 
@@ -73,7 +74,14 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
 
 
 def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:
-    """Return the fit with intervals that include effects which the model lacks."""
+    """Return the fit with intervals that include effects which the model lacks.
+
+    A requested method that leaves a doubtful part of the effort unexplained keeps its own
+    intervals; a warning says that they do not cover the rest (`fit_warnings`).
+    """
+    doubtful = (fit.force_error or 0.0) > DOUBTFUL_FORCE_ERROR
+    if doubtful and logs.method != DEFAULT:
+        return WidenedFit(fit)
     return widened(fit, logs.sliding, logs.bench, logs.settings.confidence)
 
 
