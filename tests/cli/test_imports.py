@@ -1,0 +1,61 @@
+"""Large packages that a command imports: people wait for each of them at every start."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+from studies.rigs.step_scenario import write_rig
+
+ROOT = Path(__file__).parents[2]
+COMPILER = {"numba", "scipy.linalg"}  # numba imports scipy.linalg
+UNWANTED = {"clarabel", "cvxpy", "jinja2", "matplotlib", "pint", "scipy.signal"}
+LARGE = (
+    UNWANTED
+    | COMPILER
+    | {
+        f"scipy.{part}"
+        for part in ("integrate", "interpolate", "ndimage", "optimize", "special", "stats")
+    }
+)
+PROGRAM = """
+import json, sys
+from frictool.cli.main import group
+for command in json.loads(sys.argv[1]):
+    group(command, standalone_mode=False)
+    print(json.dumps(sorted(sys.modules)), file=sys.stderr)
+"""
+
+
+def test_commands_import_what_they_use(tmp_path: Path) -> None:
+    raw, bench = ROOT / "sample_logs", ROOT / "configs" / "clutch" / "bench.yaml"
+    rig = write_rig(tmp_path)
+    logs = [tmp_path / "sines.mcap", tmp_path / "ramp.mcap"]
+    ingests = [
+        ["ingest", raw / f"{log.stem}.csv", "--bench", bench, "-o", log] for log in logs
+    ]  # fmt: skip
+    _imported(ingests)
+    simulate = [
+        "simulate", rig["model"], "--controller", rig["controller"],
+        "--scenario", rig["scenario"], "-o", tmp_path / "run.mcap",
+    ]  # fmt: skip
+    identify = ["identify", *logs, "--bench", bench, "-o", tmp_path / "model.yaml"]
+    again = ["ingest", raw / "ramp.csv", "--bench", bench, "-o", tmp_path / "again.mcap"]
+    info = ["info", logs[1]]
+    *light, identified = _imported([info, again, simulate, identify])
+    assert light == [set(), COMPILER, COMPILER]
+    assert not identified & UNWANTED
+
+
+def _imported(commands: list[list[object]]) -> list[set[str]]:
+    """Run commands one after the other in one process; return the imports of LARGE after each."""
+    ran = subprocess.run(
+        [sys.executable, "-c", PROGRAM, json.dumps(commands, default=str)],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    lines = [line for line in ran.stderr.splitlines() if line.startswith("[")]
+    return [set(json.loads(line)) & LARGE for line in lines]
