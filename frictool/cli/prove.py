@@ -20,15 +20,15 @@ Example:
   frictool prove controller.yaml model.yaml --scenario step.yaml --spec spec.yaml -o proof.yaml
   frictool verify proof.yaml
 
-Prove the requirements of a step test for the nominal plant of a model, from every start within one
-encoder count, for the loop as it runs: encoder, delay, position law, band, limiter, drive limit,
-anti-windup, prefilter and number format of the controller; stick, slip, breakaway, backlash and lag
-of the axis, with every rounding error bounded.
+Prove the requirements of a step test for each plant of the scenario (`variants`), from every start
+within one encoder count, for the loop as it runs: encoder, delay, position law, band, limiter,
+drive limit, anti-windup, prefilter and number format of the controller; stick, slip, breakaway,
+backlash and lag of the axis, with every rounding error bounded.
 
 The starts are divided into parts whose readings agree at every sample. The controller runs on these
 readings; the axis is enclosed in intervals. Each requirement is proved, refuted by a start that
 `frictool simulate` replays, or undecided. The modulus margin comes from the certificate of the
-controller. Other plants of the box are not covered; `frictool campaign` draws them.
+controller. Plants between those of the scenario are not covered; `frictool campaign` draws them.
 
 The proof contains its documents. `frictool verify` proves it again from the file alone.
 
@@ -98,7 +98,7 @@ def command(
         },
     )
     names = DocumentNames(str(model), str(controller), str(scenario))
-    with progress("starts") as show:
+    with progress("plants and starts") as show:
         proof = prove_step(test, provenance_of_command(words, inputs), names, show)
     if output is not None:
         save_text(output, to_yaml(proof), inputs)

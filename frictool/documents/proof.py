@@ -28,6 +28,7 @@ class ProvedRequirement(
       for the reason `reason`.
     - `limit`: Limit of the specification.
     - `value`: Worst value of all runs.
+    - `plant`: Plant that refutes the requirement, or leaves it undecided.
     - `start`: Position at rest [rad | m] from which the requirement is violated.
     - `reason`: Reason for an undecided requirement.
     """
@@ -36,20 +37,22 @@ class ProvedRequirement(
     state: Literal["proved", "refuted", "undecided"]
     limit: float
     value: float | None = None
+    plant: str = ""
     start: float | None = None
     reason: str = ""
 
 
 class Proof(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Proof of a step test of the nominal plant from every start in an encoder count: `proof.yaml`.
+    """Proof of a step test of some plants from every start in an encoder count: `proof.yaml`.
 
     It contains the documents that it is about, so that `frictool verify` proves it again from this
     file alone.
 
     - `number`: Number format of the controller.
+    - `plants`: Plants, by the names of the scenario's variants.
     - `starts`: Ends of the encoder count of the scenario's start [rad | m].
-    - `runs`: Number of parts of the starts whose readings agree at every sample.
-    - `open_share`: Share of the starts of which nothing is claimed.
+    - `runs`: Number of parts of the starts whose readings agree at every sample, over all plants.
+    - `open_share`: Largest share of the starts of a plant of which nothing is claimed.
     - `requirements`: Requirements in the order of the specification.
     - `model`, `controller`, `scenario`, `spec`: Documents of the step test.
     - `digest`: SHA-256 of the other keys.
@@ -59,6 +62,7 @@ class Proof(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
     name: str
     axis: Axis
     number: Number
+    plants: tuple[str, ...]
     starts: tuple[float, float]
     runs: Count
     open_share: float

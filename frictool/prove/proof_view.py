@@ -24,7 +24,7 @@ def json_view(proof: Proof, differing: tuple[str, ...] | None) -> dict[str, Any]
     return {
         "name": proof.name,
         "verdict": verdict_of(proof),
-        "plant": "nominal",
+        "plants": list(proof.plants),
         "number": proof.number,
         "starts": list(proof.starts),
         "runs": proof.runs,
@@ -35,6 +35,7 @@ def json_view(proof: Proof, differing: tuple[str, ...] | None) -> dict[str, Any]
                 "state": one.state,
                 "limit": one.limit,
                 "value": one.value,
+                "plant": one.plant,
                 "start": one.start,
                 "reason": one.reason,
             }
@@ -52,12 +53,19 @@ def lines(proof: Proof) -> list[str]:
     unit = si_unit("position", proof.axis)
     low, high = proof.starts
     head = (
-        f"{proof.name}: nominal plant, every start from {low:.6g} to {high:.6g} {unit}, controller "
-        f"in {proof.number}: {proof.runs} runs cover the starts"
+        f"{proof.name}: {_plants(proof)}, every start from {low:.6g} to {high:.6g} {unit}, "
+        f"controller in {proof.number}: {proof.runs} runs cover the starts"
     )
     if proof.open_share:
-        head += f"; nothing is claimed of {100.0 * proof.open_share:.3g} % of them"
+        share = 100.0 * proof.open_share
+        head += f"; nothing is claimed of up to {share:.3g} % of the starts of a plant"
     return [head, *(_requirement(one, unit) for one in proof.requirements)]
+
+
+def _plants(proof: Proof) -> str:
+    if len(proof.plants) == 1:
+        return f"{proof.plants[0]} plant"
+    return f"{len(proof.plants)} plants ({proof.plants[0]}, {proof.plants[1]} ...)"
 
 
 def confirmation(again: Proof, differing: tuple[str, ...]) -> list[str]:
@@ -75,5 +83,7 @@ def _requirement(one: ProvedRequirement, unit: str) -> str:
     text = f"  {STATES[one.state]:<10} {requirement_title(metric.requirement_name)}{value}"
     text += f" (limit {one.limit:.4g})"
     if one.start is not None:
-        text += f", violated from the start {one.start!r} {unit}"
+        text += f", violated by the {one.plant} plant from the start {one.start!r} {unit}"
+    elif one.plant:
+        text += f", open for the {one.plant} plant"
     return f"{text}: {one.reason}" if one.reason else text

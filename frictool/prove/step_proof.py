@@ -1,4 +1,4 @@
-"""Proof of a step test: all runs of the nominal plant from one encoder count, and their metrics.
+"""Proof of a step test: all runs of each plant from one encoder count, and their metrics.
 
 Readings and commands of a run are numbers (encoder_phases.py), so that the metrics of a verdict are
 computed from them as `report` computes them from a log. A requirement is proved if every start is
@@ -44,11 +44,13 @@ from frictool.plant.axis import rest
 from frictool.plant.position_load import PositionLoad
 from frictool.prove.axis_enclosure import plant_box
 from frictool.prove.encoder_phases import LoopOfPlant, PhaseRun, phase_runs
+from frictool.simulate.axis_variants import AxisVariant, variants_of
 from frictool.simulate.document_agreement import DOCUMENTS, DocumentNames, check_agreement
 from frictool.simulate.reference import parts_of
 from frictool.simulate.rig import rig_of
 from frictool.typing import Vector
 
+NOMINAL = "nominal"
 NOT_COVERED = "prove does not compute it"
 FLICKER = 1.0 + 1e-6  # motion at rest, in encoder steps, as in `report`
 
@@ -70,7 +72,9 @@ def prove_step(
     names: DocumentNames = DOCUMENTS,
     progress: Callable[[float], None] = lambda _: None,
 ) -> Proof:
-    """Prove the requirements of a step test for the nominal plant and every start of the count.
+    """Prove the requirements of a step test for each of its plants and every start of the count.
+
+    The plants are those of `variants` of the scenario.
 
     Raises
     ------
@@ -80,21 +84,28 @@ def prove_step(
         If the test, the model or the controller contains something that the proof does not cover.
     """
     check_agreement(rig_of(test.model.bench, test.model), test.controller, test.scenario, names)
-    loop = loop_of(test)
-    runs = list(phase_runs(loop, progress))
+    plants = variants_of(test.model, test.scenario, names.model)
+    outcomes: list[tuple[ProvedRequirement, ...]] = []
+    total, open_share = 0, 0.0
+    for index, plant in enumerate(plants):
+        loop = loop_of(test, plant)
+        runs = list(phase_runs(loop, _part_of(progress, index, len(plants))))
+        share = sum(one.high - one.low for one in runs if one.reason) / loop.encoder_step
+        open_share = max(open_share, min(1.0, share))
+        total += len(runs)
+        outcomes.append(tuple(_requirements(test, loop, plant, runs)))
     step = loop.encoder_step
     count = math.floor(loop.start / step)
-    starts = count * step, (count + 1) * step
-    share = sum(one.high - one.low for one in runs if one.reason) / step
     proof = Proof(
         format="proof/1",
         name=f"{test.controller.name}, {test.scenario.name}",
         axis=test.model.axis,
         number=test.number,
-        starts=starts,
-        runs=len(runs),
-        open_share=min(1.0, share),
-        requirements=tuple(_requirements(test, loop, runs)),
+        plants=tuple(plant.name or NOMINAL for plant in plants),
+        starts=(count * step, (count + 1) * step),
+        runs=total,
+        open_share=open_share,
+        requirements=tuple(map(_merged, zip(*outcomes, strict=True))),
         model=test.model,
         controller=test.controller,
         scenario=test.scenario,
@@ -102,6 +113,19 @@ def prove_step(
         provenance=provenance,
     )
     return msgspec.structs.replace(proof, digest=proof_digest(proof))
+
+
+def _part_of(progress: Callable[[float], None], index: int, count: int) -> Callable[[float], None]:
+    return lambda part: progress((index + part) / count)
+
+
+def _merged(outcomes: tuple[ProvedRequirement, ...]) -> ProvedRequirement:
+    """Return the outcome of a requirement over all plants: the worst state and the worst value."""
+    worst = min(outcomes, key=lambda one: ("refuted", "undecided", "proved").index(one.state))
+    values = [one.value for one in outcomes]
+    known = [value for value in values if value is not None]
+    value = max(known) if len(known) == len(values) else None
+    return msgspec.structs.replace(worst, value=value)
 
 
 def differences(proof: Proof, again: Proof) -> tuple[str, ...]:
@@ -122,10 +146,10 @@ def prove_again(proof: Proof, progress: Callable[[float], None] = lambda _: None
     return prove_step(test, proof.provenance, progress=progress)
 
 
-def loop_of(test: ProofRequest) -> LoopOfPlant:
-    """Return the sampled loop of the nominal plant; raise NoSolutionError if it is not covered."""
+def loop_of(test: ProofRequest, plant: AxisVariant) -> LoopOfPlant:
+    """Return the sampled loop of a plant; raise NoSolutionError if it is not covered."""
     _refuse_uncovered(test)
-    axis = axis_of(test.model).checked()
+    axis = plant.axis.checked()
     controller, scenario = test.controller, test.scenario
     assert scenario.start is not None
     try:
@@ -177,7 +201,7 @@ def _refuse_uncovered(test: ProofRequest) -> None:
 
 
 def _requirements(
-    test: ProofRequest, loop: LoopOfPlant, runs: list[PhaseRun]
+    test: ProofRequest, loop: LoopOfPlant, plant: AxisVariant, runs: list[PhaseRun]
 ) -> Iterator[ProvedRequirement]:
     for key in REQUIREMENTS:
         if getattr(test.spec, key) is None:
@@ -189,13 +213,20 @@ def _requirements(
         if key not in METRICS:
             yield ProvedRequirement(key, "undecided", bound, reason=NOT_COVERED)
             continue
-        yield _judged(test, loop, runs, key, bound)
+        judged = _judged(test, loop, plant, runs, ProvedRequirement(key, "proved", bound))
+        name = "" if judged.state == "proved" else plant.name or NOMINAL
+        yield msgspec.structs.replace(judged, plant=name)
 
 
 def _judged(
-    test: ProofRequest, loop: LoopOfPlant, runs: list[PhaseRun], key: str, bound: float
+    test: ProofRequest,
+    loop: LoopOfPlant,
+    plant: AxisVariant,
+    runs: list[PhaseRun],
+    claim: ProvedRequirement,
 ) -> ProvedRequirement:
-    """Return the outcome of a requirement from the worst run, or from one that violates it."""
+    """Return the outcome of a claim from the worst run, or from one that violates it."""
+    key, bound = claim.key, claim.limit
     metric = METRICS[key]
     values = [
         (one, metric(test, loop, one.position, one.command)) for one in runs if not one.reason
@@ -207,9 +238,9 @@ def _judged(
     if broken:
         widest = max(broken, key=lambda one: one.high - one.low)
         start = 0.5 * (widest.low + widest.high)
-        played = _played(test, loop, start, metric)
+        played = _played(test, loop, plant, start, metric)
         if isinstance(played, float) and played > bound:
-            return ProvedRequirement(key, "refuted", bound, shown, start)
+            return ProvedRequirement(key, "refuted", bound, shown, start=start)
         reason = "a run that may violate it is narrower than its bounds"
         return ProvedRequirement(key, "undecided", bound, shown, reason=reason)
     missing = next((value for _, value in values if isinstance(value, str)), "")
@@ -245,13 +276,15 @@ def _margin(controller: Controller, bound: float) -> ProvedRequirement:
 Metric = Callable[[ProofRequest, LoopOfPlant, Vector, Vector], float | str]
 
 
-def _played(test: ProofRequest, loop: LoopOfPlant, start: float, metric: Metric) -> float | str:
+def _played(
+    test: ProofRequest, loop: LoopOfPlant, plant: AxisVariant, start: float, metric: Metric
+) -> float | str:
     """Return the metric of the run that the event-exact engine plays from a start."""
     machine = copy_program(loop.running)
     start_at(machine, measure(start, loop.encoder_step))
     record = np.empty((loop.reference.size, RECORD_SIZE))
     status = run(
-        axis_of(test.model).as_array(),
+        plant.array,
         rest(start),
         machine,
         loop.reference,

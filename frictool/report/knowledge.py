@@ -9,7 +9,7 @@ from frictool.documents.proof import Proof
 from frictool.report.evidence import StreamEvidence
 from frictool.report.requirement import Requirement
 
-PROVED = "proved for the nominal plant from every start in an encoder count"
+PROVED = "proved from every start in an encoder count for {}"
 CERTIFIED = "proved for every constant plant of the certificate's box"
 
 
@@ -32,7 +32,7 @@ def with_knowledge(
     parts = [f"simulated on {simulated} plant{'s' * (simulated > 1)}"] if simulated else []
     parts += [f"measured in {recorded} stream{'s' * (recorded > 1)}"] if recorded else []
     if requirement.met and proof is not None and _is_proved(requirement, proof):
-        parts.append(PROVED)
+        parts.append(PROVED.format(", ".join(proof.plants)))
     return replace(requirement, known=", ".join(parts))
 
 

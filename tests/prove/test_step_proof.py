@@ -22,9 +22,10 @@ from frictool.engine.axis_motion import advance
 from frictool.errors import NoSolutionError
 from frictool.metrics.response_time import response_time_95
 from frictool.plant import axis as ax
-from frictool.prove.encoder_phases import phase_runs
+from frictool.prove.encoder_phases import LoopOfPlant, phase_runs
 from frictool.prove.proof_view import verdict_of
 from frictool.prove.step_proof import ProofRequest, differences, loop_of, prove_step
+from frictool.simulate.axis_variants import variants_of
 from studies.rigs.clutch_model import ROOT, clutch_model
 from tests.support.certified_controllers import certified
 
@@ -42,8 +43,12 @@ def _step_test(controller: Controller, seconds: float = 0.6) -> ProofRequest:
     return ProofRequest(clutch_model(), controller, one_step, spec)
 
 
+def _loop(test: ProofRequest) -> LoopOfPlant:
+    return loop_of(test, variants_of(test.model, test.scenario)[0])
+
+
 def _play(test: ProofRequest, start: float) -> tuple[np.ndarray, np.ndarray]:
-    loop = loop_of(test)
+    loop = _loop(test)
     p = axis_of(test.model).as_array()
     step = loop.encoder_step
     machine = copy_program(loop.running)
@@ -66,9 +71,9 @@ def _proof() -> Proof:
 @pytest.mark.parametrize("name", ["speed", "fast"])
 def test_every_run_of_the_engine_is_among_the_proved_ones(name: str) -> None:
     test = _step_test(certified(name), 0.35)  # type: ignore[arg-type]
-    runs = list(phase_runs(loop_of(test)))
+    runs = list(phase_runs(_loop(test)))
     low, high = min(one.low for one in runs), max(one.high for one in runs)
-    step = loop_of(test).encoder_step
+    step = _loop(test).encoder_step
     assert high - low == pytest.approx(step)
     reached = low
     for one in sorted(runs, key=lambda one: one.low):  # the parts cover the count
@@ -93,7 +98,7 @@ def test_the_speed_loop_is_proved() -> None:
     assert proof.open_share == 0.0
     worst = {one.key: one.value for one in proof.requirements}
     test = _step_test(certified("speed"))
-    loop = loop_of(test)
+    loop = _loop(test)
     times = loop.plant.period * np.arange(loop.reference.size)
     random = np.random.default_rng(SEED)
     found = [
@@ -146,7 +151,7 @@ def test_broken_controllers_are_not_proved(fault: str) -> None:
     for one in proof.requirements:
         if one.state == "refuted" and one.key == "response_time_95_s":
             assert one.start is not None
-            loop = loop_of(test)
+            loop = _loop(test)
             times = loop.plant.period * np.arange(loop.reference.size)
             position, _ = _play(test, one.start)
             step = loop.encoder_step
@@ -197,7 +202,7 @@ def test_no_edit_of_a_proof_passes() -> None:
         assert proof_digest(document) != document.digest
         # with a new digest, an edited claim contradicts the proof made again from the documents
         claims = msgspec.structs.replace(document, digest=proof_digest(document))
-        if leaves[index][0] in ("requirements", "runs", "open_share", "starts"):
+        if leaves[index][0] in ("requirements", "runs", "open_share", "starts", "plants"):
             assert leaves[index][0] in differences(claims, proof)
         elif leaves[index][0] == "controller" and leaves[index][1] != "verified":
             changed = any(one.startswith("controller.") for one in differences(claims, proof))
@@ -206,12 +211,21 @@ def test_no_edit_of_a_proof_passes() -> None:
     assert seen > 500
 
 
+def test_every_vertex_is_judged() -> None:
+    test = _step_test(certified("speed"), 0.05)
+    scenario = msgspec.structs.replace(test.scenario, variants="vertices")
+    proof = prove_step(ProofRequest(test.model, test.controller, scenario, test.spec), HERE)
+    assert proof.plants[:2] == ("nominal", "v01")
+    assert len(proof.plants) == 17
+    assert proof.runs > 17
+
+
 def test_what_is_not_covered_is_refused() -> None:
     controller = certified("speed")
     nonlinear = load(RIG / "nonlinear.yaml")
     test = _step_test(controller)
     with pytest.raises(NoSolutionError, match="laws or a load"):
-        loop_of(ProofRequest(nonlinear, controller, test.scenario, test.spec))
+        _loop(ProofRequest(nonlinear, controller, test.scenario, test.spec))
     ramp = Step(ramp_to=Quantity(55.0, 55.0, 55.0), duration_s=0.2)
     scenario = msgspec.structs.replace(test.scenario, steps=(ramp,))
     proof = prove_step(ProofRequest(test.model, controller, scenario, test.spec), HERE)

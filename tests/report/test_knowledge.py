@@ -24,6 +24,7 @@ from studies.rigs.clutch_model import ROOT, clutch_model
 from studies.rigs.step_logs import clutch_spec, controller, stream
 from tests.support.certified_controllers import certified
 
+HELD = PROVED.format("nominal, v01")
 RECORDED = Log((stream(),), {}, "run.mcap")
 SIMULATED = Log((stream(),), {"log": {"kind": "simulated"}}, "run.mcap")
 
@@ -39,6 +40,7 @@ def _proof(state: str, value: float) -> Proof:
         name="a proof",
         axis="rotary",
         number="double",
+        plants=("nominal", "v01"),
         starts=(4.9, 5.0),
         runs=1,
         open_share=0.0,
@@ -76,9 +78,9 @@ def test_a_proof_counts_within_its_value_only() -> None:
             clutch_spec(), (RECORDED,), certified("speed"), proof=_proof(state, value)
         )
         verdict = verdict_of(request)
-        assert (PROVED in _known(verdict)["overshoot_percent"]) == counts
-        assert PROVED not in _known(verdict)["static_error"]
-        assert (PROVED in markdown(verdict)) == counts
+        assert (HELD in _known(verdict)["overshoot_percent"]) == counts
+        assert HELD not in _known(verdict)["static_error"]
+        assert (HELD in markdown(verdict)) == counts
         stored = {one["key"]: one["known"] for one in as_json(verdict)["requirements"]}
         assert stored == _known(verdict)
 
