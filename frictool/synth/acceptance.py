@@ -74,10 +74,9 @@ def accept(
     for one in rounded[: len(HELD)]:
         if not tolerates_rounding(one, worst_norm, required):
             raise NoSolutionError(
-                f"not verified: with coefficients rounded to {one.number} the worst norm is "
-                f"{one.gamma:.4g} (claimed: {worst_norm:.4g}) and the modulus margin "
-                f"{one.modulus_margin:.3f} (specified: {required:g}); reduce the ratio of the "
-                "largest to the smallest weight"
+                f"not verified: coefficients rounded to {one.number}: norm {one.gamma:.4g} "
+                f"(claimed: {worst_norm:.4g}), modulus margin {one.modulus_margin:.3f} "
+                f"(specified: {required:g}); reduce the largest over the smallest weight"
             )
     return stored.Verified(
         candidate.gamma,

@@ -130,7 +130,7 @@ class _TradeSearch:
         if not self.curve:
             nearest = min(self.points, key=lambda point: point.level)
             raise NoSolutionError(
-                f"relax: auto finds no weights with gamma <= {self.required:g}; the least gamma is "
+                f"relax: auto finds no gamma <= {self.required:g}; the least is "
                 f"{nearest.level:.3g}, at W1 {nearest.disturbance:.3g} "
                 f"and W3 {nearest.drive:.3g}; lower weights.bandwidth_rad_s or "
                 "weights.modulus_margin, or raise weights.static_error"

@@ -19,7 +19,7 @@ from tests.support.documentation_pages import ROOT, blocks
 from tests.support.documentation_player import COMMENT, EXIT, scratch
 
 # extras that no user installs; and mat-io, which needs more than frictool's lowest numpy and h5py
-DEVELOPMENT = {"dev", "bench", "matlab"}
+DEVELOPMENT = {"dev", "docs", "bench", "matlab"}
 REQUIREMENT = re.compile(r"([\w.-]+)(?:\[[\w,]+\])?>=([\w.]+)")
 CLUTCH = "configs/clutch"
 FORMATS = ("csv", "mat", "mf4", "npz", "parquet")
@@ -27,7 +27,11 @@ FURTHER = (  # after the commands of the README
     f"frictool assess --bench {CLUTCH}/bench.yaml",
     f"frictool excite --bench {CLUTCH}/bench.yaml --kind sines -o build/excite.mcap --plot "
     "build/excite.svg",
+    "frictool info build/sines.mcap",
     "frictool validate build/model.yaml build/sines.mcap --plot build/validate.svg",
+    "frictool verify build/controller.yaml",
+    f"frictool prove build/controller.yaml build/model.yaml --spec {CLUTCH}/spec.yaml "
+    f"--scenario {CLUTCH}/scenarios/prove.yaml -o build/proof.yaml",
     *(f"frictool convert build/sines.mcap -o build/sines.{ending}" for ending in FORMATS),
     *(
         f"frictool ingest build/sines.{ending} --guess --axis rotary -o build/{ending}.yaml"
@@ -109,7 +113,15 @@ def install(folder: Path, constraints: list[str]) -> Path:
 def chain() -> list[str]:
     """Return the commands of the README and of FURTHER, with the exit code that each has to end
     with."""
-    return [*(line for block in blocks(ROOT / "README.md", "sh") for line in block.lines), *FURTHER]
+    return [
+        *(
+            line
+            for block in blocks(ROOT / "README.md", "sh")
+            for text in block.lines
+            for line in text.split(" && ")
+        ),
+        *FURTHER,
+    ]
 
 
 def run_chain(constraints: list[str]) -> dict[str, Any]:

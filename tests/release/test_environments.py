@@ -20,7 +20,7 @@ def test_every_requirement_of_users_has_a_lower_bound_that_is_tested() -> None:
     assert found["numpy"] == "2.0"
     assert {"nptdms", "python-can", "cantools", "pyulog"} <= set(found)
     assert {"asammdf", "pyarrow", "h5py", "control", "dask", "mujoco"} <= set(found)
-    assert len(found) == len(project["dependencies"]) + 11
+    assert len(found) == len(project["dependencies"]) + 12
     assert not {"pytest", "fmpy", "ruff"} & set(found)
 
 

@@ -193,7 +193,7 @@ def test_every_metric_that_is_shown_is_defined() -> None:
     text = Page(made(clutch_log(), controlled=controller())).text
     for metric in HOLD_METRICS.values():
         assert (metric.title in text) == (metric.definition in text)
-    assert text.count("over the last period, of a sustained oscillation") == 1
+    assert text.count("of a sustained oscillation over its last period") == 1
     assert (
         "energy in 0.22 s [A²]" in text
     )  # t_int: the response time allowed, where the specification has no energy
