@@ -11,6 +11,7 @@ import click
 from frictool.cli.console_output import note, print_json, say
 from frictool.cli.excite_test import bench_of, save_plot, save_test, summary, text
 from frictool.cli.output_files import check_targets, command_line, save_text
+from frictool.cli.progress import note_step
 from frictool.errors import EXIT_NO
 
 STROKES = ("inertia", "viscous", "coulomb", "offset")
@@ -44,9 +45,9 @@ def write_precise(run: PreciseRun) -> None:
     check_targets(targets, [run.bench])
     from frictool.documents.provenance import provenance_of_command
     from frictool.documents.writing import to_yaml
-    from frictool.identify.excite.precise_ramps import precise_ramps
-    from frictool.identify.excite.precise_strokes import PrecisionRequest, precise_strokes
+    from frictool.identify.excite.precise_strokes import PrecisionRequest
     from frictool.identify.excite.promise_document import promise_of
+    from frictool.plan.rehearsed_test import rehearsed_ramps, rehearsed_strokes
 
     bench = bench_of(run.bench)
     precise = {name: run.precise[name] for name in ("longest", "noise") if run.precise[name]}
@@ -55,9 +56,9 @@ def write_precise(run: PreciseRun) -> None:
     )
     tests = []
     if any(name in STROKES for name in run.wanted):
-        tests.append(precise_strokes(bench, request))
+        tests.append(rehearsed_strokes(bench, request, note_step))
     if any(name in RAMPS for name in run.wanted):
-        tests.append(precise_ramps(bench, request))
+        tests.append(rehearsed_ramps(bench, request, note_step))
     wanted = tuple(f"{name}={part:g}" for name, part in run.wanted.items())
     words = command_line(
         "excite",
@@ -96,6 +97,9 @@ def _missed(wanted: dict[str, float], promised: dict[str, float], bench: Any) ->
     out = []
     for name, part in wanted.items():
         value = breakaway_range(bench)[1] if name in RAMPS else bench_value(bench, name)
+        if name not in promised:
+            out.append(f"{name}: `identify` refuses it in a rehearsal")
+            continue
         reached = promised[name] / value
         if reached > part * (1.0 + 1e-9):
             out.append(f"{name} {100 * reached:.3g} % (wanted {100 * part:.3g} %)")

@@ -22,16 +22,15 @@ from frictool.documents.bench import Bench
 from frictool.documents.model import Model
 from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION, NoSolutionError
 from frictool.identify.excite.excitation_kinds import ExcitationSettings, excite
-from frictool.identify.excite.precise_ramps import precise_ramps
 from frictool.identify.excite.precise_strokes import (
     PreciseTest,
     PrecisionRequest,
-    precise_strokes,
 )
 from frictool.identify.from_logs import IdentifiedModel, identify
 from frictool.identify.identification import NothingIdentified
 from frictool.logs.log import Log
 from frictool.plan.narrowed_model import exact_model, narrowed_bench, narrowed_model
+from frictool.plan.rehearsed_test import rehearsed_ramps, rehearsed_strokes
 
 FIRST_RAMPS = 0.1  # half width of the breakaway relative to its expected value
 FIRST_STROKES = 0.05  # half widths of the first strokes relative to the bench's values
@@ -136,7 +135,7 @@ def next_step(
 def _ramps(bench: Bench, reached: tuple[ReachedPrecision, ...] = ()) -> PlanStep:
     """Return the ramps, or the usual ones if FIRST_RAMPS cannot be reached."""
     try:
-        test = precise_ramps(bench, PrecisionRequest({"breakaway": FIRST_RAMPS}))
+        test = rehearsed_ramps(bench, PrecisionRequest({"breakaway": FIRST_RAMPS}))
     except NoSolutionError:
         sequence = excite("breakaway", bench, ExcitationSettings())
         test = PreciseTest(sequence, {}, {})
@@ -153,9 +152,9 @@ def _strokes(bench: Bench, why: str, reached: tuple[ReachedPrecision, ...]) -> P
     known = bench.mechanics
     wanted = {name: FIRST_STROKES for name in SLIDING if getattr(known, name).value > 0.0}
     try:
-        test = precise_strokes(bench, PrecisionRequest(wanted, longest=2.0 * FALLBACK_DURATION))
+        test = rehearsed_strokes(bench, PrecisionRequest(wanted, longest=2.0 * FALLBACK_DURATION))
     except NoSolutionError:
-        test = precise_strokes(bench, PrecisionRequest(wanted, duration=FALLBACK_DURATION))
+        test = rehearsed_strokes(bench, PrecisionRequest(wanted, duration=FALLBACK_DURATION))
     return PlanStep("friction and inertia", why, test, reached)
 
 
@@ -185,7 +184,7 @@ def _designed(bench: Bench, outcome: IdentifiedModel, refusal_of: Judge, narrow:
         for one in reached
         if one.parameter in SLIDING and one.share
     }
-    test = precise_strokes(narrowed_bench(bench, model), PrecisionRequest(wanted))
+    test = rehearsed_strokes(narrowed_bench(bench, model), PrecisionRequest(wanted))
     why = f"the intervals are too wide for a controller ({refusal}); exact parameters allow one"
     return PlanStep("finer", why, test, reached, model)
 

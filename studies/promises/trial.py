@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from frictool.documents.bench import DRIVE_NOISE_SHARE, Bench
+from frictool.documents.model import Model
+from frictool.identify.excite.excitation_sequence import ExcitationSequence
 from frictool.identify.excite.precise_strokes import PreciseTest
 from frictool.identify.from_logs import identify
-from frictool.identify.identification import NothingIdentified
+from frictool.identify.identification import Identification, NothingIdentified
 from frictool.simulate import play
 from frictool.simulate.default_servo import default_servo, feedforward
 from studies.promises.rigs import truth
@@ -39,19 +41,7 @@ class TrialRow:
 def trial(bench: Bench, test: PreciseTest, seed: int) -> list[TrialRow]:
     """Return a row of each promised parameter."""
     model = truth(bench, seed)
-    sequence = test.sequence.as_log("test")
-    log = play(
-        model,
-        sequence,
-        servo=default_servo(bench),
-        drive_noise=DRIVE_NOISE_SHARE * bench.actuator.limit.value,
-        seed=seed,
-        forward=feedforward(bench, sequence),
-    )
-    try:
-        result = identify([log], bench).result
-    except NothingIdentified as error:
-        result = error.result
+    result = identified(bench, model, test.sequence, seed)
     rows = []
     for name, promised in test.half_widths.items():
         found = result.identified.get(name)
@@ -71,3 +61,22 @@ def trial(bench: Bench, test: PreciseTest, seed: int) -> list[TrialRow]:
             )
         )
     return rows
+
+
+def identified(
+    bench: Bench, model: Model, sequence: ExcitationSequence, seed: int
+) -> Identification:
+    """Play a test on an axis, and return what `identify` says of the log."""
+    test = sequence.as_log("test")
+    log = play(
+        model,
+        test,
+        servo=default_servo(bench),
+        drive_noise=DRIVE_NOISE_SHARE * bench.actuator.limit.value,
+        seed=seed,
+        forward=feedforward(bench, test),
+    )
+    try:
+        return identify([log], bench).result
+    except NothingIdentified as error:
+        return error.result

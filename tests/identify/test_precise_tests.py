@@ -40,10 +40,9 @@ from tests.support.command_line import refused
 WANTED = {"inertia": 0.002, "coulomb": 0.01}
 
 
-@pytest.mark.parametrize("ramp", [None, 0.5, 0.25])
-def test_profile_starts_and_ends_at_rest_and_its_derivatives_agree(ramp: float | None) -> None:
+def test_profile_starts_and_ends_at_rest_and_its_derivatives_agree() -> None:
     share = np.linspace(0.0, 1.0, 20_001)
-    advance, speed, acceleration = unit_profile(share, ramp)
+    advance, speed, acceleration = unit_profile(share)
     assert advance[0] == 0.0
     assert advance[-1] == pytest.approx(1.0)
     assert abs(speed[[0, -1]]).max() < 1e-12
@@ -184,7 +183,7 @@ def test_command_writes_test_ramps_and_promise(tmp_path: Path) -> None:
             *("excite", "--bench", CLUTCH, "--for", "coulomb=5%", "--for", "inertia=2%"),
             *(
                 "--for",
-                "breakaway=5%",
+                "breakaway=8%",
                 "-o",
                 test,
                 "--ramps",

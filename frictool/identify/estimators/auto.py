@@ -17,7 +17,7 @@ the supported ones together with the sliding parameters.
 5. If assess assigns the inertia to the weak form, and steps 1 to 4 do not identify the inertia, the
    weak form gives it.
 
-If more than half of the motion consists of runs at constant speed, and the bench declares no loads,
+If more than 70 % of the motion consists of runs at constant speed, and the bench declares no loads,
 the method is `stribeck-curve`, and none of these steps is done.
 
 Step 2 is Hausman's test in terms of intervals. Viscous friction, and an offset that the bench does

@@ -28,7 +28,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from frictool.identify.excite.stroke_profile import top_speed, unit_profile
+from frictool.identify.excite.stroke_profile import TOP_SPEED, unit_profile
 from frictool.typing import Vector
 
 # order of the columns of G and of every bound
@@ -79,23 +79,21 @@ class PriorAxis:
 
 @dataclass(frozen=True)
 class PlannedStroke:
-    """Stroke of the position between two turns: half sine, or trapezoid of the speed.
+    """Stroke of the position between two turns, a half sine of the speed.
 
     - speed: top speed V, rad/s | m/s
     - distance: > 0, rad | m
     - times: number of repetitions in each direction
-    - ramp: share of the duration in which a trapezoid accelerates; None is a half sine
     """
 
     speed: float
     distance: float
     times: float = 1.0
-    ramp: float | None = None
 
     @property
     def duration(self) -> float:
-        """Return the duration of one stroke, s; for a half sine distance = 2 V duration/pi."""
-        return top_speed(self.ramp) * self.distance / self.speed
+        """Return the duration of one stroke, s: distance = 2 V duration/pi."""
+        return TOP_SPEED * self.distance / self.speed
 
     @property
     def frequency(self) -> float:
@@ -149,7 +147,7 @@ def regressors(
     duration = stroke.duration
     samples = max(0, math.floor(duration / sensing.period))
     share = np.asarray(sensing.period / duration * (np.arange(samples) + 0.5))
-    advance, speed, acceleration = unit_profile(share, stroke.ramp)
+    advance, speed, acceleration = unit_profile(share)
     advance = stroke.distance * advance
     velocity = stroke.distance / duration * speed
     acceleration = stroke.distance / duration**2 * acceleration

@@ -23,11 +23,10 @@ from frictool.identify.excite.breakaway_ramps import (
     breakaway_range,
     effort_rate,
 )
-from frictool.identify.excite.estimator_efficiency import RAMP_FACTOR
 from frictool.identify.excite.precise_strokes import QUANTILE, PreciseTest, PrecisionRequest
 
 RATES = np.geomspace(0.02, 1.0, 35)  # of the usual rate of `excite --kind breakaway`
-FEWEST_ONSETS = 10  # of both directions
+FEWEST_ONSETS = 24  # of both directions; `identify` needs 5 in one, and may leave out half
 
 
 def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
@@ -59,7 +58,8 @@ def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
         return ramp_precision(rate, step, bench.sample_period_s, inertia, onsets).deviation
 
     half = request.wanted["breakaway"] * expected
-    limit = half / (QUANTILE * RAMP_FACTOR)
+    factor = request.factor("breakaway")
+    limit = half / (QUANTILE * factor)
     plans = []
     for rate in (effort_rate(bench) * RATES).tolist():
         lasting = expected / rate + PAUSE
@@ -97,7 +97,7 @@ def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
         segments,
     )
     bound = QUANTILE * reached
-    promised = RAMP_FACTOR * bound
+    promised = factor * bound
     sequence.figures.update(promised_breakaway=promised, onsets=float(onsets))
     return PreciseTest(sequence, {"breakaway": promised}, {"breakaway": bound})
 

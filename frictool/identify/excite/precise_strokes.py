@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import scipy
@@ -14,14 +14,12 @@ from frictool.errors import NoSolutionError
 from frictool.identify.assess.weak_form_precision import weak_deviation
 from frictool.identify.excite.bench_limits import BenchLimits, check_reference, limits_of
 from frictool.identify.excite.cramer_rao import SLIDING, PlannedStroke
-from frictool.identify.excite.estimator_efficiency import half_width_factor
 from frictool.identify.excite.excitation_sequence import ExcitationSequence, reference_sequence
-from frictool.identify.excite.half_sines import Motion, joined
+from frictool.identify.excite.half_sines import Motion, joined, reachable_speed
 from frictool.identify.excite.sines import SPREAD
 from frictool.identify.excite.stroke_candidates import (
     StrokeCandidate,
     stroke_candidates,
-    stroke_speed,
     worst_axis,
     worst_sensing,
 )
@@ -31,6 +29,8 @@ from frictool.typing import Vector
 
 CONFIDENCE = 0.95  # of the promised half widths
 QUANTILE = float(scipy.special.ndtri(0.5 + 0.5 * CONFIDENCE))
+# half width that `identify` reports over that of least squares over windows, before rehearsals
+EXPECTED_FACTOR = 1.3
 PAUSE = 0.1  # s, of one pause
 KIND = "strokes"
 CORRECTIONS = 8  # corrections of the program by the loss of the estimator on its test
@@ -46,6 +46,8 @@ class PrecisionRequest:
     - longest: longest allowed duration of the shortest test, s
     - noise: standard deviation of the measured drive, A | V; None for 0.2 % of its limit
     - seed: seed of the random turns
+    - factors: parameter -> half width that `identify` reports relative to the expected one;
+      EXPECTED_FACTOR for others
     """
 
     wanted: Mapping[str, float]
@@ -53,6 +55,11 @@ class PrecisionRequest:
     longest: float = 3600.0
     noise: float | None = None
     seed: int = 0
+    factors: Mapping[str, float] = field(default_factory=dict)
+
+    def factor(self, name: str) -> float:
+        """Return the factor of a parameter."""
+        return self.factors.get(name, EXPECTED_FACTOR)
 
     def only(self, names: tuple[str, ...]) -> dict[str, float]:
         """Return the wanted precisions of `names`."""
@@ -130,9 +137,7 @@ def precise_strokes(bench: Bench, request: PrecisionRequest) -> PreciseTest:
     names = [SLIDING[row] for row in program.requested]
     bounds = dict(zip(names, (QUANTILE * bound[program.requested]).tolist(), strict=True))
     half_widths = {
-        name: QUANTILE
-        * half_width_factor(name, bench, limits.speed)
-        * float(expected[SLIDING.index(name)])
+        name: QUANTILE * request.factor(name) * float(expected[SLIDING.index(name)])
         for name in names
     }
     sequence = reference_sequence(KIND, bench, motion, _figures(half_widths, program, times))
@@ -186,12 +191,10 @@ def stroke_program(
         If the bench has no value that a wanted precision is relative to.
     """
     size = candidates[0].information.shape[0]
-    speed = limits_of(bench).speed
     limit = np.full(size, math.inf)
     for name, part in request.only(SLIDING).items():
         half = part * bench_value(bench, name)
-        factor = half_width_factor(name, bench, speed)
-        limit[SLIDING.index(name)] = (half / (QUANTILE * factor)) ** 2
+        limit[SLIDING.index(name)] = (half / (QUANTILE * request.factor(name))) ** 2
     actuator = bench.actuator
     rms = actuator.rms_limit.value / actuator.limit.value if actuator.rms_limit else math.inf
     return StrokeProgram(
@@ -231,8 +234,8 @@ def stroke_motion(
     for one, rests in zip(order, pauses, strict=True):
         for side in (1.0, -1.0):
             end = turn(one, side)
-            speed = min(one.stroke.speed, stroke_speed(limits, abs(end - here), one.stroke.ramp))
-            parts.append(_part(here, end, speed, one.stroke.ramp, period))
+            speed = min(one.stroke.speed, reachable_speed(limits, abs(end - here)))
+            parts.append(_part(here, end, speed, period))
             here = end
         if rests:
             still = np.zeros(round(rests * PAUSE / period))
@@ -240,12 +243,12 @@ def stroke_motion(
     return joined(parts, here)
 
 
-def _part(start: float, end: float, speed: float, ramp: float | None, period: float) -> Motion:
+def _part(start: float, end: float, speed: float, period: float) -> Motion:
     """Return a stroke from `start` to the sample before `end`, with top speed <= `speed`."""
-    stroke = PlannedStroke(speed, abs(end - start), 1.0, ramp)
+    stroke = PlannedStroke(speed, abs(end - start))
     samples = max(2, math.ceil(stroke.duration / period))
     duration = samples * period
-    advance, velocity, acceleration = unit_profile(np.arange(samples) / samples, ramp)
+    advance, velocity, acceleration = unit_profile(np.arange(samples) / samples)
     distance = end - start
     return (
         start + distance * advance,

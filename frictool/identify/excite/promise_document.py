@@ -8,9 +8,10 @@ from frictool.documents.bench import DRIVE_NOISE_SHARE, Bench
 from frictool.documents.promise import HalfWidths, Promise
 from frictool.documents.provenance import Provenance
 from frictool.documents.quantity import Quantity, drive_dimension, si_unit
-from frictool.identify.excite.estimator_efficiency import METHOD
 from frictool.identify.excite.precise_strokes import CONFIDENCE, PreciseTest
 from frictool.identify.fit_result import DIMENSIONS
+
+METHOD = "auto"  # of `identify`, with which the test was rehearsed
 
 
 def promise_of(

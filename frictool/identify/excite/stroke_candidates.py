@@ -1,4 +1,4 @@
-"""Strokes of which an optimal test is made: distances, speeds and shapes within the bench's limits.
+"""Strokes of which an optimal test is made: distances and speeds within the bench's limits.
 
 Each candidate is one stroke forward and one backward. Its information and its drive are those of
 the worst axis of the a-priori intervals:
@@ -13,7 +13,6 @@ the worst axis of the a-priori intervals:
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -27,7 +26,7 @@ from frictool.identify.excite.cramer_rao import (
     SensorPrecision,
     information,
 )
-from frictool.identify.excite.half_sines import TOP_SHARE, reachable_speed, spare_effort
+from frictool.identify.excite.half_sines import reachable_speed
 from frictool.identify.excite.sine import SHORTEST_COUNTS, longest_distance
 from frictool.identify.excite.sines import SPREAD
 from frictool.identify.excite.stroke_profile import unit_profile
@@ -36,7 +35,6 @@ from frictool.typing import Matrix
 DISTANCES = 6
 SHORTEST_SHARE = 0.04  # shortest stroke relative to the longest one
 SPEEDS = (1.0, 0.7, 0.5, 0.35, 0.2, 0.1)  # top speeds relative to the reachable speed
-RAMPS = (None, 0.5, 0.25)  # shapes; None is a half sine
 FEWEST_SAMPLES = 100  # of a stroke
 MOST_SAMPLES = 20_000  # of a stroke
 DRIVE_POINTS = 400  # points of a stroke at which the drive is computed
@@ -78,20 +76,6 @@ def worst_sensing(bench: Bench, noise: float | None) -> SensorPrecision:
     return replace(sensing, noise=sensing.noise * constant.interval[1] / constant.value)
 
 
-def stroke_speed(limits: BenchLimits, distance: float, ramp: float | None) -> float:
-    """Return the top speed of a stroke that the worst axis follows, rad/s | m/s.
-
-    A trapezoid needs its largest effort at the end of its rise:
-    inertia V^2 (1 - ramp)/(ramp distance) + viscous V + steady <= effort.
-    """
-    if ramp is None:
-        return reachable_speed(limits, distance)
-    left = spare_effort(limits)
-    second = limits.inertia * (1.0 - ramp) / (ramp * distance)
-    root = math.sqrt(limits.viscous**2 + 4.0 * second * left)
-    return min(TOP_SHARE * limits.speed, 2.0 * left / (limits.viscous + root))
-
-
 def stroke_candidates(bench: Bench, noise: float | None) -> list[StrokeCandidate]:
     """Return the candidates of a bench.
 
@@ -116,22 +100,21 @@ def stroke_candidates(bench: Bench, noise: float | None) -> list[StrokeCandidate
             stroke, reach, information([stroke], axis, sensing), mean_square(stroke, limits)
         )
         for reach in np.geomspace(longest, min(longest, shortest), DISTANCES).tolist()
-        for ramp in RAMPS
         for share in SPEEDS
-        for stroke in [_stroke(limits, reach, ramp, share)]
+        for stroke in [_stroke(limits, reach, share)]
         if FEWEST_SAMPLES <= stroke.duration / sensing.period <= MOST_SAMPLES
     ]
 
 
-def _stroke(limits: BenchLimits, reach: float, ramp: float | None, share: float) -> PlannedStroke:
-    top = stroke_speed(limits, (1.0 - 2.0 * SPREAD) * reach, ramp)
-    return PlannedStroke(share * top, (1.0 - SPREAD) * reach, 1.0, ramp)
+def _stroke(limits: BenchLimits, reach: float, share: float) -> PlannedStroke:
+    top = reachable_speed(limits, (1.0 - 2.0 * SPREAD) * reach)
+    return PlannedStroke(share * top, (1.0 - SPREAD) * reach)
 
 
 def mean_square(stroke: PlannedStroke, limits: BenchLimits) -> float:
     """Return the mean square of the drive on the worst axis relative to its limit."""
     share = (np.arange(DRIVE_POINTS) + 0.5) / DRIVE_POINTS
-    _, speed, acceleration = unit_profile(share, stroke.ramp)
+    _, speed, acceleration = unit_profile(share)
     effort = (
         limits.inertia * stroke.distance / stroke.duration**2 * acceleration
         + limits.viscous * stroke.distance / stroke.duration * speed

@@ -1,0 +1,153 @@
+"""Rehearsals of a test: it is played on axes of the bench's ranges, and `identify` reads the logs.
+
+A half width that `identify` reports depends on the encoder, on the speed and on the method that it
+chooses, and no formula covers all of them. Each rehearsal therefore draws an axis within the
+a-priori intervals, plays the test with encoder counts, delay and noise, and keeps the half widths.
+The upper bound of a half width is that of a lognormal distribution fitted to the rehearsals.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictool.documents.bench import DRIVE_NOISE_SHARE, Bench
+from frictool.documents.model import Model, Parameters
+from frictool.documents.provenance import provenance_of_call
+from frictool.documents.quantity import Estimate
+from frictool.identify.excite.excitation_sequence import ExcitationSequence
+from frictool.identify.fit_result import PARAMETERS
+from frictool.identify.from_logs import identify
+from frictool.identify.identification import NothingIdentified
+from frictool.identify.model_document import LARGEST_BREAKAWAY_RATIO, unit_of
+from frictool.simulate import play
+from frictool.simulate.default_servo import default_servo, feedforward
+
+REHEARSALS = 8
+# standard deviations above the mean: upper limit of 97 % of a normal distribution that is known
+# from REHEARSALS draws, with a confidence of 75 % (noncentral t distribution)
+SPREAD = 2.5
+STREAM = 43  # of the random numbers
+
+
+@dataclass(frozen=True)
+class HalfWidthSample:
+    """Half widths of one parameter in the rehearsals, SI.
+
+    - widths: half widths of the rehearsals that identified the parameter
+    - refusals: reasons of the rehearsals that did not
+    """
+
+    widths: tuple[float, ...]
+    refusals: tuple[str, ...]
+
+    @property
+    def upper(self) -> float:
+        """Return the upper bound of a half width; inf if a rehearsal refused the parameter."""
+        if self.refusals or not self.widths:
+            return math.inf
+        logarithms = np.log(self.widths)
+        bound = float(np.exp(logarithms.mean() + SPREAD * logarithms.std(ddof=1)))
+        return max(bound, *self.widths)
+
+
+def rehearse(
+    sequence: ExcitationSequence,
+    bench: Bench,
+    names: tuple[str, ...],
+    noise: float | None = None,
+    seed: int = 0,
+) -> dict[str, HalfWidthSample]:
+    """Play a test REHEARSALS times, and return the half widths that `identify` reports.
+
+    Parameters
+    ----------
+    sequence
+        Test, a reference of the position loop or a command of the drive.
+    bench
+        Bench whose a-priori intervals the axes are drawn from.
+    names
+        Parameters to return.
+    noise
+        Standard deviation of the measured drive, A | V; None for 0.2 % of its limit.
+    seed
+        Seed of axes and noise.
+
+    Returns
+    -------
+    dict
+        parameter -> half widths.
+    """
+    rows: dict[str, list[float]] = {name: [] for name in names}
+    reasons: dict[str, list[str]] = {name: [] for name in names}
+    for model, number in _drawn_axes(bench, seed):
+        widths, refused = _rehearsed(sequence, bench, model, noise, number)
+        for name in names:
+            if name in widths:
+                rows[name].append(widths[name])
+            else:
+                reasons[name].append(refused.get(name, "it is not identified"))
+    return {name: HalfWidthSample(tuple(rows[name]), tuple(reasons[name])) for name in names}
+
+
+def _rehearsed(
+    sequence: ExcitationSequence, bench: Bench, model: Model, noise: float | None, seed: int
+) -> tuple[dict[str, float], dict[str, str]]:
+    """Return the half widths and the refusals of one rehearsal."""
+    test = sequence.as_log("rehearsal")
+    log = play(
+        model,
+        test,
+        servo=default_servo(bench),
+        drive_noise=DRIVE_NOISE_SHARE * bench.actuator.limit.value if noise is None else noise,
+        seed=seed,
+        forward=feedforward(bench, test),
+    )
+    try:
+        result = identify([log], bench).result
+    except NothingIdentified as error:
+        result = error.result
+    widths = {name: one.half_width for name, one in result.identified.items()}
+    return widths, dict(result.refused)
+
+
+def _drawn_axes(bench: Bench, seed: int) -> Iterator[tuple[Model, int]]:
+    """Yield axes drawn uniformly from the bench's intervals, each with the seed of its noise."""
+    draw = np.random.default_rng([seed, STREAM])
+    for _ in range(REHEARSALS):
+        values = {
+            name: float(draw.uniform(*known.interval))
+            for name in PARAMETERS
+            if (known := getattr(bench.mechanics, name)) is not None
+        }
+        values.setdefault("offset", 0.0)
+        # a bench without a breakaway has one between the Coulomb friction and its largest ratio
+        ratio = draw.uniform(1.0, LARGEST_BREAKAWAY_RATIO)
+        breakaway = values.get("breakaway", ratio * values["coulomb"])
+        values["breakaway"] = max(breakaway, values["coulomb"])
+        yield _axis_model(bench, values), int(draw.integers(2**31))
+
+
+def _axis_model(bench: Bench, values: dict[str, float]) -> Model:
+    """Return a model with exact values."""
+    parameters = Parameters(
+        **{
+            name: Estimate(value, value, value, unit_of(name, bench), source="assumed")
+            for name, value in values.items()
+        }
+    )
+    return Model(
+        format="model/1",
+        name=bench.name,
+        axis=bench.axis,
+        law=parameters.law,
+        method="none",
+        confidence=0.95,
+        bench=bench,
+        parameters=parameters,
+        provenance=provenance_of_call("frictool.plan.rehearsal"),
+        not_identified={},
+    )

@@ -1,0 +1,159 @@
+"""Tests that keep a precision in rehearsals: the shortest one, or the best one of a duration.
+
+`precise_strokes` and `precise_ramps` design a test from the Cramér-Rao bound and factors by which
+`identify` is wider. The factors are measured here: the test is rehearsed, and designed again with
+the factors that the rehearsals show, until every upper bound is within the wanted precision.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+
+from frictool.documents.bench import Bench
+from frictool.errors import NoSolutionError
+from frictool.identify.excite.breakaway_ramps import breakaway_range
+from frictool.identify.excite.precise_ramps import precise_ramps
+from frictool.identify.excite.precise_strokes import (
+    PreciseTest,
+    PrecisionRequest,
+    bench_value,
+    precise_strokes,
+)
+from frictool.identify.excite.precision_remedies import remedies
+from frictool.plan.rehearsal import HalfWidthSample, rehearse
+
+ROUNDS = 6  # designs of a test
+# largest increase of a factor in one round, and that after a refusal: short tests have heavy tails
+LARGEST_STEP = 2.0
+RESERVE = 1.05  # factor on a measured width, so that the rounds end
+HARDLY = 0.9  # upper bound over that of the round before above which more time does not help
+SHORTER = 0.7  # reached over wanted below which the next round asks for less
+Design = Callable[[Bench, PrecisionRequest], PreciseTest]
+Progress = Callable[[str], None]
+
+
+def rehearsed_strokes(
+    bench: Bench, request: PrecisionRequest, progress: Progress = lambda step: None
+) -> PreciseTest:
+    """Return a test of strokes whose rehearsals have the wanted precision.
+
+    Parameters
+    ----------
+    bench
+        Bench whose limits the test respects on every axis of the a-priori intervals.
+    request
+        Wanted precisions of sliding parameters; others are ignored.
+    progress
+        Receives the label of each round of rehearsals.
+
+    Returns
+    -------
+    PreciseTest
+        Reference of the position loop, and its promise. With `request.duration` the promise may be
+        wider than requested, and lacks a parameter that a rehearsal refuses.
+
+    Raises
+    ------
+    NoSolutionError
+        If no test within the limits has the precision. The message names the limit.
+    """
+    return _rehearsed(precise_strokes, bench, request, bench_value, progress)
+
+
+def rehearsed_ramps(
+    bench: Bench, request: PrecisionRequest, progress: Progress = lambda step: None
+) -> PreciseTest:
+    """Return ramps whose rehearsals have the wanted precision of the breakaway.
+
+    Parameters, results and errors are those of `rehearsed_strokes`; the sequence is a command of
+    the drive.
+    """
+    expected = breakaway_range(bench)[1]
+    return _rehearsed(precise_ramps, bench, request, lambda *_: expected, progress)
+
+
+def _rehearsed(
+    design: Design,
+    bench: Bench,
+    request: PrecisionRequest,
+    value_of: Callable[[Bench, str], float],
+    progress: Progress,
+) -> PreciseTest:
+    """Return the test of the last round that keeps the precision, the shortest of them."""
+    kept: PreciseTest | None = None
+    attempt = request
+    before = math.inf
+    for number in range(1, ROUNDS + 1):
+        try:
+            test = design(bench, attempt)
+        except NoSolutionError:
+            if kept is None:
+                raise
+            break
+        progress(f"rehearsing a test of {test.sequence.duration:.3g} s (round {number})")
+        names = tuple(test.half_widths)
+        sample = rehearse(test.sequence, bench, names, request.noise, request.seed)
+        if request.duration is not None:
+            return _promising(test, {name: one.upper for name, one in sample.items()})
+        wanted = {name: request.wanted[name] * value_of(bench, name) for name in names}
+        ratio = {name: sample[name].upper / wanted[name] for name in names}
+        if max(ratio.values()) <= 1.0:
+            if kept is not None and test.sequence.duration >= kept.sequence.duration:
+                break
+            kept = _promising(test, wanted)
+            if max(ratio.values()) >= SHORTER:
+                break
+        elif kept is not None or HARDLY * before < max(ratio.values()) < math.inf:
+            break
+        before = max(ratio.values())
+        attempt = replace(attempt, factors=_corrected(attempt, ratio))
+    if kept is None:
+        raise NoSolutionError(_shortfall(bench, attempt, test, sample, wanted))
+    return kept
+
+
+def _corrected(attempt: PrecisionRequest, ratio: Mapping[str, float]) -> dict[str, float]:
+    """Return the factors of the next round, from upper bound over wanted half width."""
+    return {
+        name: attempt.factor(name) * min(RESERVE * one, LARGEST_STEP) for name, one in ratio.items()
+    }
+
+
+def _promising(test: PreciseTest, widths: Mapping[str, float]) -> PreciseTest:
+    """Return the test with the promise of these half widths; infinite ones are left out."""
+    finite = {name: one for name, one in widths.items() if math.isfinite(one)}
+    figures = {
+        name: one for name, one in test.sequence.figures.items() if not name.startswith("promised_")
+    }
+    promised = {f"promised_{name}": one for name, one in finite.items()}
+    sequence = replace(test.sequence, figures=promised | figures)
+    bounds = {name: one for name, one in test.bounds.items() if name in finite}
+    return PreciseTest(sequence, finite, bounds)
+
+
+def _shortfall(
+    bench: Bench,
+    request: PrecisionRequest,
+    test: PreciseTest,
+    sample: Mapping[str, HalfWidthSample],
+    wanted: Mapping[str, float],
+) -> str:
+    """Return the refusal of a precision that the rehearsals miss, with what would do."""
+    missed = []
+    for name, one in sample.items():
+        if one.refusals:
+            missed.append(
+                f"`identify` refuses {name} in {len(one.refusals)} of "
+                f"{len(one.refusals) + len(one.widths)} rehearsals ({one.refusals[0]})"
+            )
+        elif one.upper > wanted[name]:
+            share = 100.0 * request.wanted[name]
+            reached = share * one.upper / wanted[name]
+            missed.append(f"{name} {reached:.3g} % (wanted {share:.3g} %)")
+    duration = test.sequence.duration
+    changes = remedies(bench, request, None) if set(sample) != {"breakaway"} else []
+    return "; ".join(
+        [f"rehearsals of a test of {duration:.3g} s miss: {', '.join(missed)}", *changes]
+    )

@@ -1,0 +1,167 @@
+"""Designs a test for each of ten benches, plays it on drawn axes, and counts the kept promises.
+
+    python -m studies.promises N
+    python -m studies.promises N --rig belt --rig clutch --seed 100
+
+Each rig has N axes, drawn in the middle of its a-priori intervals, with the seeds SEED to
+SEED + N - 1. The wanted half widths are those that `identify` reports of the default kind of test.
+A row of the table shows for each parameter the number of kept promises and of intervals that hold
+the true value, the variance of the estimate over the Cramér-Rao bound, and the durations of the
+test and of the default kind. The last column is the processor time of the design in s.
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from frictool.documents.bench import Bench
+from frictool.errors import NoSolutionError
+from frictool.identify.excite.excitation_kinds import ExcitationSettings, excite
+from frictool.identify.excite.excitation_sequence import ExcitationSequence
+from frictool.identify.excite.precise_strokes import (
+    QUANTILE,
+    PreciseTest,
+    PrecisionRequest,
+    bench_value,
+)
+from frictool.plan.rehearsed_test import rehearsed_strokes
+from studies.promises.rigs import benches, truth
+from studies.promises.trial import TrialRow, identified, trial
+
+WANTED = ("inertia", "viscous", "coulomb")
+DEFAULT_KIND = "sines"
+DEFAULT_SEEDS = 5  # plays of the default kind
+HEADER = (
+    f"{'rig':<12}{'parameter':<11}{'kept':>9}{'held':>9}{'variance':>10}{'test s':>9}"
+    f"{'default s':>11}{'design s':>10}"
+)
+
+
+@dataclass(frozen=True)
+class PromiseCount:
+    """Outcome of one parameter on one rig.
+
+    - kept, held: number of kept promises, and of intervals that hold the true value
+    - variance: mean square error over the Cramér-Rao bound; NaN without an estimate
+    - duration, default: durations of the test, and of the default kind, s
+    - design: processor time of the design, s
+    """
+
+    rig: str
+    parameter: str
+    trials: int
+    kept: int
+    held: int
+    variance: float
+    duration: float
+    default: float
+    design: float
+
+    def row(self) -> str:
+        """Return the row of the table."""
+        return (
+            f"{self.rig:<12}{self.parameter:<11}{f'{self.kept}/{self.trials}':>9}"
+            f"{f'{self.held}/{self.trials}':>9}{self.variance:>10.2f}{self.duration:>9.2f}"
+            f"{self.default:>11.2f}{self.design:>10.2f}"
+        )
+
+
+@dataclass(frozen=True)
+class TestCost:
+    """Duration of the default kind, s, and processor time of the design of a test, s."""
+
+    default: float
+    design: float
+
+
+def count(bench: Bench, test: PreciseTest, seeds: range, cost: TestCost) -> Iterator[PromiseCount]:
+    """Yield the outcome of each promised parameter."""
+    rows = [row for seed in seeds for row in trial(bench, test, seed)]
+    for name in test.half_widths:
+        of_name = [row for row in rows if row.parameter == name]
+        errors = np.array([row.error for row in of_name if row.half_width is not None])
+        bound = test.bounds[name] / QUANTILE
+        yield PromiseCount(
+            bench.name,
+            name,
+            len(of_name),
+            sum(_kept(row) for row in of_name),
+            sum(row.held for row in of_name),
+            float(np.mean((errors / bound) ** 2)) if errors.size else math.nan,
+            test.sequence.duration,
+            cost.default,
+            cost.design,
+        )
+
+
+def default_precision(bench: Bench, sequence: ExcitationSequence) -> dict[str, float]:
+    """Return the median half width of each parameter by `sequence`, relative to the bench's value.
+
+    A parameter that `identify` refuses in half of the plays is left out.
+    """
+    results = [
+        identified(bench, truth(bench, seed), sequence, seed).identified
+        for seed in range(DEFAULT_SEEDS)
+    ]
+    medians = {
+        name: float(
+            np.median([one[name].half_width if name in one else math.inf for one in results])
+        )
+        for name in WANTED
+    }
+    return {
+        name: half / bench_value(bench, name)
+        for name, half in medians.items()
+        if math.isfinite(half)
+    }
+
+
+def _kept(row: TrialRow) -> bool:
+    return row.half_width is not None and row.half_width <= row.promised
+
+
+def main(arguments: list[str]) -> int:
+    """Print the table; return the exit code."""
+    names = [bench.name for bench in benches()]
+    parser = argparse.ArgumentParser(
+        prog="python -m studies.promises",
+        description=__doc__,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("count", type=int, metavar="N", help="drawn axes of each rig")
+    parser.add_argument("--rig", action="append", choices=names, help="only this rig")
+    parser.add_argument("--seed", type=int, default=0, help="first seed (0)")
+    given = parser.parse_args(arguments)
+    print(HEADER)
+    counts: list[PromiseCount] = []
+    for bench in benches():
+        if given.rig and bench.name not in given.rig:
+            continue
+        default = excite(DEFAULT_KIND, bench, ExcitationSettings())
+        wanted = default_precision(bench, default)
+        start = time.process_time()
+        try:
+            test = rehearsed_strokes(bench, PrecisionRequest(wanted))
+        except NoSolutionError as error:
+            print(f"{bench.name:<12}refused: {error}", flush=True)
+            continue
+        cost = TestCost(default.duration, time.process_time() - start)
+        for one in count(bench, test, range(given.seed, given.seed + given.count), cost):
+            counts.append(one)
+            print(one.row(), flush=True)
+    total = sum(one.trials for one in counts)
+    if total:
+        print(f"kept {sum(one.kept for one in counts) / total:.1%}")
+        print(f"held {sum(one.held for one in counts) / total:.1%}")
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
