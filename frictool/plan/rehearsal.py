@@ -28,8 +28,8 @@ from frictool.simulate.default_servo import default_servo, feedforward
 
 REHEARSALS = 8
 # standard deviations above the mean: upper limit of 97 % of a normal distribution that is known
-# from REHEARSALS draws, with a confidence of 75 % (noncentral t distribution)
-SPREAD = 2.5
+# from REHEARSALS draws, with a confidence of 90 % (noncentral t distribution)
+SPREAD = 3.1
 STREAM = 43  # of the random numbers
 
 

@@ -95,14 +95,15 @@ def _rehearsed(
         progress(f"rehearsing a test of {test.sequence.duration:.3g} s (round {number})")
         names = tuple(test.half_widths)
         sample = rehearse(test.sequence, bench, names, request.noise, request.seed)
+        reached = {name: one.upper for name, one in sample.items()}
         if request.duration is not None:
-            return _promising(test, {name: one.upper for name, one in sample.items()})
+            return _promising(test, reached)
         wanted = {name: request.wanted[name] * value_of(bench, name) for name in names}
-        ratio = {name: sample[name].upper / wanted[name] for name in names}
+        ratio = {name: reached[name] / wanted[name] for name in names}
         if max(ratio.values()) <= 1.0:
             if kept is not None and test.sequence.duration >= kept.sequence.duration:
                 break
-            kept = _promising(test, wanted)
+            kept = _promising(test, reached)
             if max(ratio.values()) >= SHORTER:
                 break
         elif kept is not None or HARDLY * before < max(ratio.values()) < math.inf:

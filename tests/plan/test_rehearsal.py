@@ -31,7 +31,7 @@ def belt() -> tuple[Bench, PreciseTest]:
     return bench, rehearsed_strokes(bench, PrecisionRequest(WANTED))
 
 
-def test_upper_bound_holds_97_of_100_in_three_of_four_samples() -> None:
+def test_upper_bound_holds_97_of_100_in_nine_of_ten_samples() -> None:
     generator = np.random.default_rng(5)
     spread = 0.3
     covered = []
@@ -40,7 +40,7 @@ def test_upper_bound_holds_97_of_100_in_three_of_four_samples() -> None:
         upper = HalfWidthSample(tuple(widths.tolist()), ()).upper
         assert upper >= widths.max()
         covered.append(float(ndtr(math.log(upper) / spread)))
-    assert np.mean(np.array(covered) >= 0.97) == pytest.approx(0.75, abs=0.04)
+    assert np.mean(np.array(covered) >= 0.97) == pytest.approx(0.9, abs=0.03)
 
 
 def test_a_refused_parameter_has_no_bound() -> None:
@@ -51,9 +51,7 @@ def test_a_refused_parameter_has_no_bound() -> None:
 def test_a_rehearsed_test_keeps_its_promise_on_other_axes(belt: tuple[Bench, PreciseTest]) -> None:
     bench, test = belt
     for name, part in WANTED.items():
-        assert test.half_widths[name] == pytest.approx(
-            part * getattr(bench.mechanics, name).value, rel=1e-12
-        )
+        assert 0.0 < test.half_widths[name] <= part * getattr(bench.mechanics, name).value
         assert test.sequence.figures[f"promised_{name}"] == test.half_widths[name]
     rows = [row for seed in range(8) for row in trial(bench, test, seed)]
     kept = [row for row in rows if row.half_width is not None and row.half_width <= row.promised]
