@@ -9,7 +9,7 @@ The upper bound of a half width is that of a lognormal distribution fitted to th
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -46,9 +46,14 @@ class HalfWidthSample:
 
     @property
     def upper(self) -> float:
-        """Return the upper bound of a half width; inf if a rehearsal refused the parameter."""
+        """Return the upper bound of a half width; inf if a rehearsal refused the parameter.
+
+        Rehearsals that ended early have no bound; their largest half width is returned.
+        """
         if self.refusals or not self.widths:
             return math.inf
+        if len(self.widths) < REHEARSALS:
+            return max(self.widths)
         logarithms = np.log(self.widths)
         bound = float(np.exp(logarithms.mean() + SPREAD * logarithms.std(ddof=1)))
         return max(bound, *self.widths)
@@ -57,11 +62,13 @@ class HalfWidthSample:
 def rehearse(
     sequence: ExcitationSequence,
     bench: Bench,
-    names: tuple[str, ...],
+    limits: Mapping[str, float],
     noise: float | None = None,
     seed: int = 0,
 ) -> dict[str, HalfWidthSample]:
     """Play a test REHEARSALS times, and return the half widths that `identify` reports.
+
+    The rehearsals end with the first one that exceeds a limit, since the test then misses it.
 
     Parameters
     ----------
@@ -69,8 +76,8 @@ def rehearse(
         Test, a reference of the position loop or a command of the drive.
     bench
         Bench whose a-priori intervals the axes are drawn from.
-    names
-        Parameters to return.
+    limits
+        Largest half width of each parameter, SI; inf without a limit.
     noise
         Standard deviation of the measured drive, A | V; None for 0.2 % of its limit.
     seed
@@ -81,16 +88,18 @@ def rehearse(
     dict
         parameter -> half widths.
     """
-    rows: dict[str, list[float]] = {name: [] for name in names}
-    reasons: dict[str, list[str]] = {name: [] for name in names}
+    rows: dict[str, list[float]] = {name: [] for name in limits}
+    reasons: dict[str, list[str]] = {name: [] for name in limits}
     for model, number in _drawn_axes(bench, seed):
         widths, refused = _rehearsed(sequence, bench, model, noise, number)
-        for name in names:
+        for name in limits:
             if name in widths:
                 rows[name].append(widths[name])
             else:
                 reasons[name].append(refused.get(name, "it is not identified"))
-    return {name: HalfWidthSample(tuple(rows[name]), tuple(reasons[name])) for name in names}
+        if any(widths.get(name, math.inf) > limit for name, limit in limits.items()):
+            break
+    return {name: HalfWidthSample(tuple(rows[name]), tuple(reasons[name])) for name in limits}
 
 
 def _rehearsed(

@@ -28,7 +28,6 @@ ROUNDS = 6  # designs of a test
 # largest increase of a factor in one round, and that after a refusal: short tests have heavy tails
 LARGEST_STEP = 2.0
 RESERVE = 1.05  # factor on a measured width, so that the rounds end
-HARDLY = 0.9  # upper bound over that of the round before above which more time does not help
 SHORTER = 0.7  # reached over wanted below which the next round asks for less
 Design = Callable[[Bench, PrecisionRequest], PreciseTest]
 Progress = Callable[[str], None]
@@ -84,7 +83,6 @@ def _rehearsed(
     """Return the test of the last round that keeps the precision, the shortest of them."""
     kept: PreciseTest | None = None
     attempt = request
-    before = math.inf
     for number in range(1, ROUNDS + 1):
         try:
             test = design(bench, attempt)
@@ -93,22 +91,24 @@ def _rehearsed(
                 raise
             break
         progress(f"rehearsing a test of {test.sequence.duration:.3g} s (round {number})")
-        names = tuple(test.half_widths)
-        sample = rehearse(test.sequence, bench, names, request.noise, request.seed)
+        wanted = {
+            name: request.wanted[name] * value_of(bench, name)
+            if request.duration is None
+            else math.inf
+            for name in test.half_widths
+        }
+        sample = rehearse(test.sequence, bench, wanted, request.noise, request.seed)
         reached = {name: one.upper for name, one in sample.items()}
         if request.duration is not None:
             return _promising(test, reached)
-        wanted = {name: request.wanted[name] * value_of(bench, name) for name in names}
-        ratio = {name: reached[name] / wanted[name] for name in names}
+        ratio = {name: reached[name] / wanted[name] for name in wanted}
         if max(ratio.values()) <= 1.0:
-            if kept is not None and test.sequence.duration >= kept.sequence.duration:
-                break
-            kept = _promising(test, reached)
+            if kept is None or test.sequence.duration < kept.sequence.duration:
+                kept = _promising(test, reached)
             if max(ratio.values()) >= SHORTER:
                 break
-        elif kept is not None or HARDLY * before < max(ratio.values()) < math.inf:
+        elif kept is not None:
             break
-        before = max(ratio.values())
         attempt = replace(attempt, factors=_corrected(attempt, ratio))
     if kept is None:
         raise NoSolutionError(_shortfall(bench, attempt, test, sample, wanted))

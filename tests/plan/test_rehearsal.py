@@ -65,14 +65,14 @@ def test_the_best_test_of_a_duration_promises_what_its_rehearsals_reach(
     bench, _ = belt
     test = rehearsed_strokes(bench, PrecisionRequest(WANTED, duration=4.0))
     assert test.sequence.duration <= 4.0
-    sample = rehearse(test.sequence, bench, tuple(WANTED))
+    sample = rehearse(test.sequence, bench, dict.fromkeys(WANTED, math.inf))
     assert {name: one.upper for name, one in sample.items()} == test.half_widths
 
 
 def test_ramps_have_enough_onsets_for_identify() -> None:
     bench = rig("belt")
     test = precise_ramps(bench, PrecisionRequest({"breakaway": 0.1}))
-    sample = rehearse(test.sequence, bench, ("breakaway",))["breakaway"]
+    sample = rehearse(test.sequence, bench, {"breakaway": math.inf})["breakaway"]
     assert not sample.refusals
     assert len(sample.widths) == REHEARSALS
 
