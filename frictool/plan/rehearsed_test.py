@@ -109,16 +109,24 @@ def _rehearsed(
                 break
         elif kept is not None:
             break
-        attempt = replace(attempt, factors=_corrected(attempt, ratio))
+        spare = {name: wanted[name] / half for name, half in test.half_widths.items()}
+        attempt = replace(attempt, factors=_corrected(attempt, ratio, spare))
     if kept is None:
         raise NoSolutionError(_shortfall(bench, attempt, test, sample, wanted))
     return kept
 
 
-def _corrected(attempt: PrecisionRequest, ratio: Mapping[str, float]) -> dict[str, float]:
-    """Return the factors of the next round, from upper bound over wanted half width."""
+def _corrected(
+    attempt: PrecisionRequest, ratio: Mapping[str, float], spare: Mapping[str, float]
+) -> dict[str, float]:
+    """Return the factors of the next round.
+
+    `ratio` is the upper bound over the wanted half width, `spare` the wanted half width over that
+    of the design, which may be more precise than wanted.
+    """
     return {
-        name: attempt.factor(name) * min(RESERVE * one, LARGEST_STEP) for name, one in ratio.items()
+        name: attempt.factor(name) * spare[name] * min(RESERVE * one, LARGEST_STEP)
+        for name, one in ratio.items()
     }
 
 
