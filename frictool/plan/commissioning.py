@@ -184,7 +184,13 @@ def _designed(bench: Bench, outcome: IdentifiedModel, refusal_of: Judge, narrow:
         for one in reached
         if one.parameter in SLIDING and one.share
     }
-    test = rehearsed_strokes(narrowed_bench(bench, model), PrecisionRequest(wanted))
+    try:
+        test = rehearsed_strokes(narrowed_bench(bench, model), PrecisionRequest(wanted))
+    except NoSolutionError as error:
+        why = (
+            f"the intervals are too wide for a controller ({refusal}); no test halves them: {error}"
+        )
+        return PlanStep("impossible", why, None, reached, model, exit_code=EXIT_NO_SOLUTION)
     why = f"the intervals are too wide for a controller ({refusal}); exact parameters allow one"
     return PlanStep("finer", why, test, reached, model)
 

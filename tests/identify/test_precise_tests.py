@@ -33,6 +33,7 @@ from frictool.identify.excite.stroke_candidates import (
 from frictool.identify.excite.stroke_design import FEWEST_PAIRS, best_within, shortest
 from frictool.identify.excite.stroke_profile import unit_profile
 from frictool.lmi.optimal_design import optimal_shares
+from frictool.plan import rehearsal
 from studies.command_line import CommandResult, run
 from studies.rigs.identification_rigs import CLUTCH, EMPS, clutch
 from tests.support.command_line import refused
@@ -176,7 +177,10 @@ def test_ramps_of_a_precision() -> None:
         precise_ramps(bench, PrecisionRequest({"breakaway": 1e-4}))
 
 
-def test_command_writes_test_ramps_and_promise(tmp_path: Path) -> None:
+def test_command_writes_test_ramps_and_promise(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(rehearsal, "REHEARSALS", 2)
     test, ramps, promise = (tmp_path / name for name in ("test.mcap", "ramps.mcap", "promise.yaml"))
     shown = json.loads(
         run(

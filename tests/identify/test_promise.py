@@ -16,12 +16,12 @@ from frictool.errors import InputFileError
 from frictool.identify.excite.precise_strokes import (
     PreciseTest,
     PrecisionRequest,
-    precise_strokes,
 )
 from frictool.identify.excite.promise_document import promise_of
 from frictool.identify.from_logs import identify
 from frictool.identify.promise_comparison import PromisedParameter, compare_with_promise
 from frictool.logs.log import Log
+from frictool.plan.rehearsed_test import rehearsed_strokes
 from frictool.simulate import play
 from frictool.simulate.default_servo import default_servo, feedforward
 from studies.command_line import run_checked
@@ -33,7 +33,7 @@ WANTED = {"inertia": 0.02, "coulomb": 0.02}
 @pytest.fixture(scope="module")
 def belt() -> tuple[Bench, PreciseTest, Promise]:
     bench = next(one for one in benches() if one.name == "belt")
-    test = precise_strokes(bench, PrecisionRequest(WANTED))
+    test = rehearsed_strokes(bench, PrecisionRequest(WANTED))
     return bench, test, promise_of([test], bench, None, provenance_of_call("test"))
 
 

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,8 +19,10 @@ from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION
 from frictool.identify.excite.bench_limits import limits_of
 from frictool.identify.from_logs import identify
 from frictool.logs.log import Log
+from frictool.plan import rehearsal, rehearsed_test
 from frictool.plan.commissioning import PlanStep, next_step
 from frictool.plan.narrowed_model import exact_model, narrowed_bench
+from frictool.plan.rehearsal import HalfWidthSample
 from frictool.simulate import play
 from frictool.simulate.default_servo import default_servo, feedforward
 from studies.command_line import run, run_checked
@@ -57,6 +61,14 @@ def played(step: PlanStep, number: int) -> Log:
         forward=feedforward(BELT, test),
     )
     return replace(log, source=f"log_{number}.mcap")
+
+
+@pytest.fixture(scope="module", autouse=True)
+def few_rehearsals() -> Iterator[None]:
+    """Rehearse each test twice: enough for the decisions, in a quarter of the time."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(rehearsal, "REHEARSALS", 2)
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -108,17 +120,37 @@ def test_ranges_of_the_bench_that_prevent_a_controller(logs: tuple[Log, Log]) ->
     assert next_step(BELT, logs, over_the_logs_only, narrow=True).enough
 
 
-def test_intervals_that_are_too_wide_are_halved(logs: tuple[Log, Log]) -> None:
-    def exact_only(model: Model) -> str | None:
-        low, high = model.parameters.coulomb.interval
-        return None if low == high else "too slow"
+def exact_only(model: Model) -> str | None:
+    low, high = model.parameters.coulomb.interval
+    return None if low == high else "too slow"
 
+
+def test_intervals_that_are_too_wide_are_halved(
+    logs: tuple[Log, Log], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def precise(*arguments: Any) -> dict[str, HalfWidthSample]:
+        limits = arguments[2]
+        return {name: HalfWidthSample((0.9 * half,), ()) for name, half in limits.items()}
+
+    monkeypatch.setattr(rehearsed_test, "rehearse", precise)
     step = next_step(BELT, logs, exact_only)
     assert step.name == "finer"
     assert step.test is not None
     reached = {one.parameter: one.half_width for one in step.reached}
     for name in ("inertia", "viscous", "coulomb"):
         assert step.test.half_widths[name] <= 0.5 * reached[name] * (1.0 + 1e-9)
+
+
+def test_intervals_that_no_test_narrows_are_named(
+    logs: tuple[Log, Log], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def vague(*arguments: Any) -> dict[str, HalfWidthSample]:
+        return {name: HalfWidthSample((), ("too vague",)) for name in arguments[2]}
+
+    monkeypatch.setattr(rehearsed_test, "rehearse", vague)
+    step = next_step(BELT, logs, exact_only)
+    assert (step.name, step.exit_code, step.test) == ("impossible", EXIT_NO_SOLUTION, None)
+    assert "no test halves them" in step.why
 
 
 def test_no_controller_even_for_exact_parameters(logs: tuple[Log, Log]) -> None:
