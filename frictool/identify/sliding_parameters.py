@@ -77,8 +77,11 @@ def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:
     """Return the fit with intervals that include effects which the model lacks.
 
     A requested method that leaves a doubtful part of the effort unexplained keeps its own
-    intervals; a warning says that they do not cover the rest (`fit_warnings`).
+    intervals; a warning says that they do not cover the rest (`fit_warnings`). The search compares
+    efforts, of which motion with the drive off has none.
     """
+    if logs.drive_off:
+        return WidenedFit(fit)
     doubtful = (fit.force_error or 0.0) > DOUBTFUL_FORCE_ERROR
     if doubtful and logs.method != DEFAULT:
         return WidenedFit(fit)

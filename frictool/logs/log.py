@@ -8,13 +8,11 @@ carry the names of the canonical MCAP: `position`, `reference`, `current`, ...
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from frictool.errors import LogError
-from frictool.logs.optional_libraries import library
 from frictool.runtime.object_view import ResultView
 from frictool.typing import Vector
 
@@ -73,7 +71,12 @@ class Stream(ResultView):
         LogError
             If pandas is not installed.
         """
-        pandas = library(Path(self.topic), "pandas", "pandas")
+        try:
+            import pandas
+        except ModuleNotFoundError:
+            raise LogError(
+                self.topic, "needs pandas, which is not installed: pip install 'frictool[pandas]'"
+            ) from None
         frame: DataFrame = pandas.DataFrame(
             self.signals, index=pandas.Index(self.time, name="time")
         )

@@ -82,7 +82,7 @@ def load_exported(folder: Path) -> Controller:
     """Return the controller that `frictool export --lang c` wrote into `folder`, compiled."""
     (header,) = (path for path in folder.glob("*.h") if not path.stem.endswith("_vectors"))
     name, text = header.stem, header.read_text()
-    keys = re.findall(rf"^void {name}_set_(\w+)\(", text, re.MULTILINE)
+    keys = re.findall(rf"^void {name}_set_(\w+)\([^)]*, double", text, re.MULTILINE)
     with tempfile.TemporaryDirectory() as place:
         adapter, target = folder / "judged_adapter.c", Path(place) / "controller.so"
         lines = [ADAPTER.format(name=name), *(SETTER.format(name=name, key=key) for key in keys)]

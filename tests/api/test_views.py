@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import sys
 from pathlib import Path
 
 import msgspec
@@ -13,7 +14,7 @@ from matplotlib.figure import Figure
 
 from frictool.documents import load
 from frictool.errors import LogError
-from frictool.logs import log_of, optional_libraries
+from frictool.logs import log_of
 from frictool.logs.log import Log, Stream
 from frictool.report import judge
 from frictool.report.stream_selection import select_streams
@@ -66,10 +67,7 @@ def test_a_stream_is_a_data_frame(run: Log) -> None:
 def test_a_data_frame_without_pandas_names_the_extra(
     run: Log, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def missing(name: str) -> None:
-        raise ModuleNotFoundError(f"No module named {name!r}", name=name)
-
-    monkeypatch.setattr(optional_libraries.importlib, "import_module", missing)
+    monkeypatch.setitem(sys.modules, "pandas", None)
     with pytest.raises(LogError, match=r"pip install 'frictool\[pandas\]'"):
         run.main.to_pandas()
 

@@ -40,7 +40,9 @@ def test_identify_writes_a_model_by_the_method(overlay: Path) -> None:
 def test_help_messages_and_info_know_the_method(overlay: Path) -> None:
     shown = frictool(overlay, "identify", "--help").stdout
     assert "least squares, weighted by the square of the speed" in shown
-    assert re.search(r"--windowINTEGER[\w(,-]*squared-speed[\w,-]*:samples", "".join(shown.split()))
+    assert re.search(
+        r"--windowINTEGERRANGE[\w(,-]*squared-speed[\w,-]*:numberofsamples", "".join(shown.split())
+    )
     refused = frictool(overlay, *IDENTIFY, "--skip", "3")
     assert refused.returncode == 2
     assert "--skip belongs to --method inverse-dynamic, not to squared-speed." in refused.stderr

@@ -62,6 +62,7 @@ def test_every_ready_scenario_is_played_here() -> None:
         "faults",
         "replay",
         "campaign",
+        "prove",
     } | of_mechanisms
 
 

@@ -106,7 +106,7 @@ def test_a_smaller_level_asked_costs_disturbance_rejection() -> None:
 
 
 def test_where_nothing_reaches_the_level_it_says_how_near_it_came() -> None:
-    with pytest.raises(NoSolutionError, match=r"at the least 1\.2.*lower weights.bandwidth_rad_s"):
+    with pytest.raises(NoSolutionError, match=r"the least is 1\.2.*lower weights.bandwidth_rad_s"):
         relax(START, lambda w: math.hypot(1.2, w.disturbance))
 
 
