@@ -262,7 +262,7 @@ def _beyond(result: SynthesisResult) -> list[str]:
             lines += [
                 f"not proved: {reason}" for reason in controller.certificate.not_proved.values()
             ]
-        lines += rest_lines(controller.certificate, controller.axis)
+        lines += rest_lines(controller, controller.certificate)
     return lines
 
 

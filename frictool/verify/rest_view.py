@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from frictool.documents.certificate import Certificate, RestCheck
+from frictool.documents.controller import Controller
 from frictool.documents.quantity import Axis, si_unit
+from frictool.verify.rest_proof import prove_rest
 
 # quantity of the figures of each check, and its wording
 WORDS = {
@@ -24,9 +26,9 @@ WORDS = {
 BEYOND = "the axis may cross the band before it rests"
 
 
-def rest_lines(certificate: Certificate, axis: Axis) -> list[str]:
+def rest_lines(controller: Controller, certificate: Certificate) -> list[str]:
     """Return the proof of rest, its hypotheses, and the limit cycle as lines of text."""
-    cycle, rest = certificate.cycle, certificate.rest
+    cycle, rest, axis = certificate.cycle, certificate.rest, controller.axis
     position, speed, effort = (si_unit(name, axis) for name in ("position", "velocity", "effort"))
     if cycle is not None:
         return [
@@ -34,6 +36,8 @@ def rest_lines(certificate: Certificate, axis: Axis) -> list[str]:
             f"{position}: amplitude {cycle.amplitude:.4g} {position}, period {cycle.period_s:.4g} s"
         ]
     if rest is None:
+        if prove_rest(controller, certificate) is not None:
+            return ["rest: this document states no proof for its band; run `frictool synth` again"]
         return ["rest: no band in which the drive is released, so that nothing is proved"]
     if rest.verdict == "proved":
         head = (

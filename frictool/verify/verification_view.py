@@ -95,7 +95,7 @@ def _proved(verification: Verification) -> list[str]:
         *output,
         *map(_bound, verification.proved),
         *(f"not proved: {reason}" for reason in certificate.not_proved.values()),
-        *rest_lines(certificate, controller.axis),
+        *rest_lines(controller, certificate),
     ]
 
 

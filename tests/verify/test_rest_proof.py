@@ -20,6 +20,7 @@ from frictool.synth.cycle_search import find_cycle
 from frictool.synth.design import design_controller
 from frictool.verify.recheck import verify
 from frictool.verify.rest_proof import prove_rest
+from frictool.verify.rest_view import rest_lines
 from studies.rigs.clutch_model import ROOT, clutch_model
 from tests.support.certified_controllers import certified
 
@@ -131,6 +132,14 @@ def test_an_edited_proof_of_rest_is_seen() -> None:
         edited = msgspec.structs.replace(proof, **{field: factor * getattr(proof, field)})
         found = verify(msgspec.structs.replace(controller, certificate=with_rest(edited)))
         assert [one.key for one in found.differences] == [f"certificate.rest.{field}"]
+
+
+def test_a_deleted_proof_of_rest_is_named() -> None:
+    controller = certified("speed")
+    assert controller.certificate is not None
+    without = msgspec.structs.replace(controller.certificate, rest=None)
+    (line,) = rest_lines(controller, without)
+    assert "this document states no proof for its band" in line
 
 
 def test_the_cycle_of_table_5_1_is_found() -> None:
