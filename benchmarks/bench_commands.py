@@ -129,7 +129,7 @@ def _command(name: str, limit: float) -> Callable[[], dict[str, Any]]:
 
 
 def chain_compile() -> dict[str, Any]:
-    """What the commands of `make demo` compile."""
+    """Measure the compilation of the commands of `make demo`."""
     made = chain()
     compiled = sum(made.first[name] - made.warm(name)[0] for name in DEMO)
     return _against("chain.compile", compiled, made.unit, COMPILED_UNITS)

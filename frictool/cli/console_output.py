@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Verbosity:
-    """What the commands of this process print on stderr besides warnings and errors.
+    """Amount of text on stderr besides warnings and errors, for this process.
 
     quiet: no progress and no remarks. verbose: progress also where stderr is no terminal.
     """
