@@ -14,6 +14,7 @@ import sys
 import tempfile
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from statistics import median
 
@@ -27,7 +28,7 @@ from studies.actuators.native import load_exported
 from studies.actuators.search import search
 from studies.command_line import run
 
-LONGEST = 600.0  # s, of synth
+LONGEST = 600  # s of processor time, of each process of synth
 MET, MISSED = 0, 1  # exit codes of synth with a controller
 
 
@@ -37,7 +38,7 @@ class Trial:
 
     number: int
     actuator: str  # a line of figures
-    code: int  # exit code of synth, -1 after LONGEST
+    code: int  # exit code of synth, -1 where a process took LONGEST
     seconds: float  # processor time of synth
     message: str  # last line of a command that ended without a controller
     searched: bool  # the judge's search found a controller
@@ -116,13 +117,17 @@ def _synth(folder: Path) -> tuple[int, float, str]:
     before = _children_time()
     words = ["synth", "model.yaml", "--spec", "spec.yaml", "--vertices-only"]
     command = [sys.executable, "-m", "frictool", *words, "-o", "controller.yaml"]
-    try:
-        done = subprocess.run(
-            command, cwd=folder, capture_output=True, text=True, timeout=LONGEST, check=False
-        )
-        code, lines = done.returncode, done.stderr.strip().splitlines()
-    except subprocess.TimeoutExpired:
-        code, lines = -1, [f"not done after {LONGEST:g} s"]
+    done = subprocess.run(
+        command,
+        cwd=folder,
+        capture_output=True,
+        text=True,
+        check=False,
+        preexec_fn=partial(resource.setrlimit, resource.RLIMIT_CPU, (LONGEST, LONGEST)),
+    )
+    code, lines = done.returncode, done.stderr.strip().splitlines()
+    if code < 0:  # a signal
+        code, lines = -1, [f"ended by signal {-code}; allowed: {LONGEST} s of processor time"]
     return code, _children_time() - before, lines[-1] if lines else ""
 
 
