@@ -1,4 +1,4 @@
-"""Comparison of friction laws by the four tests of thesis 3.7."""
+"""Comparison of friction laws by four tests: stick-slip, limit cycle, presliding and drift."""
 
 from typing import TYPE_CHECKING
 

@@ -1,8 +1,8 @@
-"""Setting of a comparison on an identified actuator, from its model and bench.
+"""Parameters of a law comparison for an identified actuator, from its model and bench.
 
-The model and the bench do not contain all parameters of a comparison. The others are those of table
-3.1, scaled to the actuator's units of length and time. T_s is the sample period, and delta_x is the
-encoder's step. `fall` is the relative fall of the friction after breakaway: 1 with table 3.1.
+A comparison has parameters that neither document contains. They are taken from table 3.1 and scaled
+to the actuator's units of length and time. T_s is the sample period, and delta_x is the encoder's
+step. `fall` is (F_s - F_c)/F_c divided by its value in table 3.1.
 
 unit of time   (m/sigma_v)/2.5, or less to stay within the bench's travel and top speed
 v_s            1e-3 fall (unit of length)/(unit of time); at most delta_x p0/5
@@ -34,10 +34,10 @@ CONTACT_STEPS = 20.0  # integration steps in sqrt(m/k_1)
 
 
 def from_model(model: Model) -> ComparisonSetting:
-    """Return the setting of an identified actuator.
+    """Return the comparison parameters of an identified actuator.
 
-    A breakaway below the Coulomb friction is set to the Coulomb friction. Raises ValueError if the
-    actuator has no Coulomb friction, or if its drive cannot overcome the breakaway.
+    A breakaway below the Coulomb friction is raised to the Coulomb friction. Raises ValueError if
+    the actuator has no Coulomb friction, or if its drive cannot overcome the breakaway.
     """
     parameters, bench = model.parameters, model.bench
     mass, coulomb = parameters.inertia.value, parameters.coulomb.value

@@ -1,4 +1,4 @@
-"""Runs of the four tests on each law, judged against the event-exact Stribeck law (3.7)."""
+"""Simulation of the four tests with each law, judged against the event-exact Stribeck law (3.7)."""
 
 from __future__ import annotations
 
@@ -37,32 +37,32 @@ class LawRunner(Protocol):
         """Return the names of the laws, in the order of the table."""
 
     def title(self, law: str) -> str:
-        """Return the law's name for users."""
+        """Return the display name of the law."""
 
     def parameters(self, law: str) -> int:
-        """Return the number of physical parameters to identify, without those of the simulation."""
+        """Return the number of physical parameters; parameters of the simulation do not count."""
 
     def run(
         self, law: str, segments: tuple[input_protocol.Segment, ...], samples: int
     ) -> LawTrajectory:
-        """Run a law from rest through all segments, with `samples` equidistant samples."""
+        """Simulate a law from rest through all segments; return `samples` equidistant samples."""
 
     def creep(self, law: str, path: Vector, speed: float) -> Vector | None:
         """Return the friction [N | N m] along a path at a constant speed.
 
-        None if the contact is rigid below breakaway.
+        Return None if the contact is rigid below breakaway.
         """
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """Return the cells of table 2.1 that probes of the law decide, by row.
+        """Return row -> symbol for the properties of table 2.1 that separate probes measure.
 
-        `drift`: the run of the drift test.
+        `drift`: trajectory of the drift test.
         """
 
 
 @dataclass(frozen=True)
 class LawResult:
-    """Results of one law: measures, verdicts and the runs behind them."""
+    """Measures, verdicts and trajectories of one law."""
 
     title: str
     stick_slip: stick_slip_criterion.StickSlipResult

@@ -1,19 +1,17 @@
 """Parameters of the compared laws in SI, and the scales of the tests.
 
-The inputs of 3.7 are defined for 1 kg of mass, 1 N of Coulomb friction and a time constant
-m/sigma_v of 2.5 s. Any other actuator is tested by similarity: these units of force, time and
-length replace the newton, second and metre of the thesis:
+The inputs of 3.7 are defined for a mass of 1 kg, a Coulomb friction of 1 N and a time constant
+m/sigma_v of 2.5 s. For another actuator the inputs are scaled. The newton, second and metre of the
+thesis are replaced by these units:
 
-    force = F_c
-    time = (m/sigma_v)/2.5, or 1 s without viscous friction
-    length = F_c time^2/m
-    fall = (F_s - F_c)/(F_c/2)
+        force = F_c
+    time = (m/sigma_v)/2.5, or 1 s without viscous friction length = F_c time^2/m fall = (F_s -
+    F_c)/(F_c/2)
 
-In these units the amplitudes of stick-slip and limit cycle are proportional to the fall of the
-friction from F_s to F_c. The speed of the pull and the duration of the loop are therefore scaled by
-the fall (compare/input_protocol.py), and so are v_s, z_max and Sigma if they are unknown. An
-actuator with a small fall then sticks and slips as often, and is as rigid, as one with a large
-fall.
+In these units the amplitudes of stick-slip and limit cycle are proportional to F_s - F_c. The speed
+of the pull and the duration of the position loop are therefore multiplied or divided by `fall`
+(compare/input_protocol.py). Unknown values of v_s, z_max and Sigma are multiplied by `fall`. An
+actuator with a small fall then sticks as often as one with a large fall, and is as rigid.
 """
 
 from __future__ import annotations
@@ -63,7 +61,7 @@ class UnitScales:
     def fall(self) -> float:
         """Return (F_s - F_c)/F_c relative to its value in table 3.1, at least LEAST_FALL.
 
-        With a smaller fall a test would take too long.
+        The lower limit bounds the duration of the tests.
         """
         return max((self.breakaway - 1.0) / FALL, LEAST_FALL)
 
@@ -73,8 +71,8 @@ def scales_of(
 ) -> UnitScales:
     """Return the units of the tests for an actuator; 1 N, 1 s and 1 m for table 3.1.
 
-    The unit of time is at most `longest` [s]. Raises ValueError if no real machine has such
-    parameters.
+    The unit of time is at most `longest` [s]. Raises ValueError if the units are implausibly large
+    or small.
     """
     time = min(mass / viscous / TIME_CONSTANT, longest) if viscous > 0.0 else min(1.0, longest)
     length = coulomb * time * time / mass
@@ -91,7 +89,8 @@ def scales_of(
 class ComparisonSetting:
     """Parameters of all laws in SI (N m and rad for a rotary axis).
 
-    `sample_period`, `encoder_step`: for (3.8) and (3.10); None without a bench.
+    `sample_period` [s] and `encoder_step` [m | rad] are used in (3.8) and (3.10); they are None
+    without a bench.
     """
 
     name: str
@@ -120,7 +119,7 @@ class ComparisonSetting:
 
 
 def from_friction(document: Friction) -> ComparisonSetting:
-    """Return the setting of a `friction.yaml`, with default stiffness and damping from (3.35)."""
+    """Return the setting of a `friction.yaml`; missing stiffness and damping follow from (3.35)."""
     stiffness = (
         document.bristle_stiffness.value
         if document.bristle_stiffness
@@ -212,9 +211,9 @@ def scaled_setting(
     viscous: float,
     longest: float = math.inf,
 ) -> ComparisonSetting:
-    """Return table 3.1 at the scales of an actuator, with its known values inserted.
+    """Return table 3.1 scaled to an actuator; known parameters of the actuator replace scaled ones.
 
-    `longest`: as in `scales_of`.
+    `longest`: upper limit of the unit of time [s], as in `scales_of`.
     """
     scales = scales_of(mass, coulomb, breakaway, viscous, longest)
     speed = scales.fall * scales.speed
@@ -245,12 +244,12 @@ def scaled_setting(
 
 
 def table_3_1() -> ComparisonSetting:
-    """Return the setting of table 3.1, with values that can be simulated.
+    """Return table 3.1 with three values changed, so that every law can be simulated.
 
     Returns
     -------
     ComparisonSetting
-        Table 3.1 with T_e = 4e-5 s, Sigma = 4e-3 m/s and z_ba = 0.9 z_max. The reasons are in
-        configs/mass/friction.yaml.
+        Table 3.1 with T_e = 4e-5 s, Sigma = 4e-3 m/s and z_ba = 0.9 z_max.
+        configs/mass/friction.yaml states the reasons.
     """
     return scaled_setting("table 3.1", "linear", 1.0, 1.0, 1.5, 0.4)

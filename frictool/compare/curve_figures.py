@@ -1,4 +1,4 @@
-"""Reproducible SVG curves of a comparison: no date, random id or user setting."""
+"""SVG figures of a comparison with identical bytes for identical inputs."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ Row = tuple[str, list[tuple[str, Vector, Vector]]]
 def draw_rows(name: str, abscissa: str, rows: list[Row], thin: bool = True) -> str:
     """Return a figure with one axes per row over a common abscissa, as an `<svg>` element.
 
-    `name` is the text for screen readers.
+    `name`: description of the figure for screen readers.
     """
     with drawing(name, STYLE):
         figure = Figure(
@@ -52,9 +52,9 @@ def draw_rows(name: str, abscissa: str, rows: list[Row], thin: bool = True) -> s
 def over_time(
     runs: dict[str, LawTrajectory], units: tuple[str, str], window: slice = slice(None)
 ) -> list[Row]:
-    """Return rows with position, velocity and friction of each law over time.
+    """Return three rows over time: position, velocity and friction of each law.
 
-    `units`: of position and of force.
+    `units`: unit of position, unit of force.
     """
     length, force = units
     return [

@@ -1,4 +1,4 @@
-"""Non-drift (3.7.5): displacement under a force that stays below the Coulomb friction."""
+"""Drift test (3.7.5): displacement under a force that stays below the Coulomb friction."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ LIMIT = 1.0  # z_max, largest displacement without drift
 
 @dataclass(frozen=True)
 class DriftResult:
-    """Displacement between t = 5 s and t = 102 s (194 cycles), in SI and in z_max."""
+    """Displacement from t = 5 s to t = 102 s, which are 194 cycles, in SI and relative to z_max."""
 
     displacement: float
     z_max_units: float
 
     @property
     def verdict(self) -> str:
-        """Return `+` below 1 z_max, else `-`."""
+        """Return `+` (no drift) if the displacement is below 1 z_max, else `-`."""
         return "+" if self.z_max_units < LIMIT else "-"
 
 

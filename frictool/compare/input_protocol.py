@@ -6,10 +6,10 @@ presliding    position-driven at 1e-6 m/s through turning points, in z_max      
 drift         up to 1.6 N in 1 s, down to 0.5 N in 0.05 s, held to 2 s, then
               0.5 + 0.4 sin(2 pi 2 (t - 2)) N to 102 s                                 (3.7.5)
 
-The thesis prints no numbers for presliding and drift. The numbers hold for F_s = 1.5 F_c. For
-another F_s the speed of the pull is 0.1 fall, and the pull lasts 52.5 s after the first breakaway.
-The loop lasts 300/fall s if fall < 1: the effort must change by the same amount between two slips,
-but its integral part grows more slowly. The first peak of the drift test is F_s + 0.1 N.
+The thesis prints no numbers for presliding and drift; those above are frictool's. All numbers above
+hold for F_s = 1.5 F_c. For another F_s the speed of the pull is 0.1 `fall`, and the pull lasts 52.5
+s after the first breakaway. With `fall` < 1 the position loop lasts 300/`fall` s, since the
+integral part of the effort grows more slowly. The first peak of the drift test is F_s + 0.1 N.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ RISE_END, FALL_END, WAVE_START, DRIFT_TIME = 1.0, 1.05, 2.0, 102.0
 
 
 def stick_slip(scales: UnitScales) -> tuple[Segment, ...]:
-    """Return the spring drive of 3.7.2."""
+    """Return the input of the stick-slip test: a spring, pulled at constant speed."""
     speed = PULL_SPEED * scales.fall
     first = scales.breakaway / (SPRING_STIFFNESS * speed)
     return (
@@ -48,7 +48,7 @@ def stick_slip(scales: UnitScales) -> tuple[Segment, ...]:
 
 
 def limit_cycle(scales: UnitScales) -> tuple[Segment, ...]:
-    """Return the position loop (3.40)."""
+    """Return the input of the limit-cycle test: a PID position loop (3.40)."""
     stiffness = scales.force / scales.length
     gains = (
         PROPORTIONAL * stiffness,
@@ -59,7 +59,7 @@ def limit_cycle(scales: UnitScales) -> tuple[Segment, ...]:
 
 
 def drift(scales: UnitScales) -> tuple[Segment, ...]:
-    """Return a peak that breaks the mass away, then a wave below the Coulomb friction."""
+    """Return the input of the drift test: a peak above breakaway, then a wave below F_c."""
     force = scales.force
     time = scales.time
     peak = scales.breakaway + ABOVE_BREAKAWAY
@@ -86,9 +86,9 @@ def drift(scales: UnitScales) -> tuple[Segment, ...]:
 
 
 def presliding_path(presliding: float, points: int) -> tuple[Vector, Vector]:
-    """Return positions [m | rad] along TURNING_POINTS, and the index of each turning point.
+    """Return positions (10 points + 1,) [m | rad], and the index of each turning point (11,).
 
-    `points`: number of steps per leg.
+    `points`: number of steps between two turning points.
     """
     legs = [np.linspace(a, b, points + 1)[1:] for a, b in pairwise(TURNING_POINTS)]
     path = np.concatenate([[TURNING_POINTS[0]], *legs]) * presliding

@@ -16,7 +16,7 @@ from frictool.documents.quantity import Axis
 
 
 def as_json(comparison: Comparison) -> dict[str, Any]:
-    """Return the measures of each law, both tables, and the cells that differ from the print."""
+    """Return measures and both tables by law, and the cells that differ from the thesis."""
     axis = comparison.setting.axis
     return {
         "parameters": asdict(comparison.setting),

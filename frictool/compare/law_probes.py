@@ -1,11 +1,12 @@
-"""Probes of the laws for table 2.1: every property is measured, none is declared.
+"""Probes that measure the properties of each law in table 2.1.
 
 velocity-driven    friction along a prescribed velocity: Stribeck effect, viscous friction,
                    frictional memory
-force-driven       ramps of two rates: rising static friction
-fixed step         the printed law, integrated by Euler's method: test if the mass comes to rest
+force-driven       force ramps at two rates: rising static friction
+fixed step         the law as printed in the thesis, integrated by Euler's method: test if the mass
+                   comes to rest
 
-Presliding, non-local memory and non-drift come from the four tests
+The four tests decide the other rows: presliding, non-local memory and non-drift
 (compare/presliding_criterion.py, drift_criterion.py).
 """
 
@@ -66,8 +67,8 @@ def viscous_friction(follow: Follow, setting: ComparisonSetting) -> str:
 def frictional_memory(follow: Follow, setting: ComparisonSetting) -> str:
     """Return `±` if friction at one speed depends on whether the speed grows or falls, else `-`.
 
-    The test is a slide with oscillating speed. `+` would need the delay of 3.4.2.3 as a parameter,
-    which no law here has.
+    The test is a slide with oscillating speed. No law reaches `+`, because none has the delay of
+    3.4.2.3 as a parameter.
     """
     period = setting.scales.time / MEMORY_FREQUENCY
     phase = 2.0 * math.pi * (np.arange(2 * MEMORY_STEPS) + 0.5) / MEMORY_STEPS
@@ -81,17 +82,17 @@ def frictional_memory(follow: Follow, setting: ComparisonSetting) -> str:
 def rising_static_friction(slow: float, fast: float, setting: ComparisonSetting) -> str:
     """Return `±` if the largest friction before slip depends on the rate of the force, else `-`.
 
-    `slow`, `fast`: the largest friction at two rates [N]. `+` would need the dwell time as a
-    parameter, which no law here has.
+    `slow`, `fast`: largest friction [N] in a slow and in a fast ramp. No law reaches `+`, because
+    none has the dwell time as a parameter.
     """
     return "±" if abs(slow - fast) > _noticeable(setting) else "-"
 
 
 def stiction(compliance: bool, holds: bool, settles: bool) -> str:
-    """Return `-`, `±` or `+`.
+    """Return the symbol of stiction.
 
-    `-`: the contact yields, or does not hold at rest below breakaway. `±`: it holds in an exact
-    simulation only. `+`: it holds in any simulation.
+    `-`: the contact is compliant, or does not hold at rest below breakaway. `±`: it holds in an
+    exact simulation only. `+`: it also holds in a simulation with a fixed step.
     """
     if compliance or not holds:
         return "-"
@@ -99,11 +100,11 @@ def stiction(compliance: bool, holds: bool, settles: bool) -> str:
 
 
 def settles(law: Callable[[float, float], tuple[float, float]], setting: ComparisonSetting) -> bool:
-    """Return True if a slide under half the Coulomb friction comes to rest with a fixed step.
+    """Return True if a sliding mass comes to rest in a simulation with a fixed step.
 
-    The mass must not move at all in the second half. `law(v, u)` is the law as printed; it returns
-    the friction and the speed that counts as motion. Euler's method steps over v = 0, so that a law
-    that sticks only there never comes to rest.
+    The effort is half the Coulomb friction; the mass must not move in the second half. `law(v, u)`
+    is the law as printed; it returns the friction and the speed that counts as motion. Euler's
+    method never hits v = 0 exactly, so that a law that sticks only at v = 0 does not come to rest.
     """
     scales = setting.scales
     h = EULER_STEP * scales.time

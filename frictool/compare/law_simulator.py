@@ -37,7 +37,7 @@ SETTLED = 5.0  # s, time in the drift test from which the mass must stand still
 
 
 def law_values(setting: ComparisonSetting) -> dict[str, float]:
-    """Return the values of a setting by name; the laws take their parameters from them."""
+    """Return name -> value of a setting, from which each law takes its parameters."""
     return {
         "coulomb": setting.coulomb,
         "breakaway": setting.breakaway,
@@ -60,11 +60,10 @@ def law_values(setting: ComparisonSetting) -> dict[str, float]:
 def setting_violations(
     setting: ComparisonSetting, laws: tuple[str, ...]
 ) -> tuple[list[str], list[str]]:
-    """Return lines on violated conditions of the hybrid versions among `laws`: errors, and advice.
+    """Return two lists of lines: violated conditions of the hybrid laws among `laws`, and advice.
 
-    The conditions are (3.31), (3.36) and those of 3.2. Each line occurs once, with its numbers.
-    Without a bench there is neither controller nor encoder; (3.8) and (3.10) then hold, because
-    suitable values are assumed.
+    The conditions are (3.31), (3.36) and those of 3.2. Each line occurs once. Without a bench, the
+    sample period and the encoder step are chosen so that (3.8) and (3.10) hold.
     """
     period = setting.sample_period or 10.0 / setting.decay
     resolution = setting.encoder_step or 2.0 * setting.switch_velocity / setting.decay
@@ -79,7 +78,7 @@ def setting_violations(
 
 
 class LawSimulator:
-    """Simulator of every law with the engine, a LawRunner (compare/comparison.py)."""
+    """Event-exact simulator of every law; it implements LawRunner (compare/comparison.py)."""
 
     def __init__(self, setting: ComparisonSetting) -> None:
         self._setting = setting
@@ -89,7 +88,7 @@ class LawSimulator:
         return tuple(LAWS)
 
     def title(self, law: str) -> str:
-        """Return the law's name for users."""
+        """Return the display name of the law."""
         return LAWS[law].title
 
     def check(self, laws: tuple[str, ...]) -> None:
@@ -137,7 +136,7 @@ class LawSimulator:
             self.packed(law)
 
     def refusals(self, laws: tuple[str, ...]) -> dict[str, str]:
-        """Return law -> reason for laws that do not support the setting's extension."""
+        """Return law -> reason, for each law that does not support the setting's extensions."""
         reasons = {}
         for law in laws:
             try:
@@ -163,7 +162,7 @@ class LawSimulator:
         return friction_law.pack(chosen, self._setting.axis, tail)
 
     def defaults(self, laws: tuple[str, ...]) -> list[str]:
-        """Return a line for each parameter of `laws` that the setting leaves at its default."""
+        """Return a line for each parameter of `laws` whose value is a default."""
         values = law_values(self._setting)
         return [
             f"{law} is compared with {parameter.name} = {parameter.default:g} "
@@ -176,7 +175,7 @@ class LawSimulator:
     def parameters(self, law: str) -> int:
         """Return the number of physical parameters to identify.
 
-        Each cell of a Preisach triangle counts, and both parameters of each Maxwell element.
+        A Preisach triangle has one per cell, a Maxwell model two per element.
         """
         friction_law = LAWS[law]
         fixed = sum(not parameter.simulation_only for parameter in friction_law.parameters)
@@ -187,7 +186,7 @@ class LawSimulator:
     def run(
         self, law: str, segments: tuple[input_protocol.Segment, ...], samples: int
     ) -> LawTrajectory:
-        """Run a law from rest at 0.
+        """Simulate a law from rest at position 0.
 
         Raises NoSolutionError if the engine cannot complete the run.
         """
@@ -221,9 +220,9 @@ class LawSimulator:
         return LawTrajectory(ran.time, ran.position, ran.velocity, ran.friction, sticks)
 
     def creep(self, law: str, path: Vector, speed: float) -> Vector | None:
-        """Return the friction along a path at a constant speed.
+        """Return the friction [N | N m] along a path at a constant speed.
 
-        None for a law that does not yield, or does not spring back, below breakaway.
+        Return None if the mass does not move below breakaway, or does not spring back.
         """
         if not self._yields(law):
             return None
@@ -251,9 +250,9 @@ class LawSimulator:
         return peak > 0.0 and peak - float(position[-1]) > RETURNED * peak
 
     def properties(self, law: str, compliance: bool, drift: LawTrajectory) -> dict[str, str]:
-        """Return the cells of table 2.1 that probes decide (compare/law_probes.py).
+        """Return the properties that the probes of compare/law_probes.py measure: row -> symbol.
 
-        `drift`: the run of the drift test.
+        `drift`: trajectory of the drift test.
         """
         setting = self._setting
         friction_law = LAWS[law]

@@ -17,9 +17,9 @@ PERIOD_TOLERANCE = 0.05
 class LimitCycleResult:
     """Measures of a limit cycle.
 
-    `amplitude`: half the peak-to-peak value over the last quarter of the run. `lasting`: ratio
-    of `amplitude` to the amplitude over the second quarter. `period_s`: mean time between upward
-    crossings of the middle in the second half; None if the cycle dies out.
+    `amplitude`: half the peak-to-peak value over the last quarter of the run. `lasting`: ratio of
+    `amplitude` to the amplitude over the second quarter. `period_s`: mean time between upward
+    crossings of the mean level in the second half; None if the cycle dies out.
     """
 
     amplitude: float

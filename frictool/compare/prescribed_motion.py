@@ -1,6 +1,6 @@
 """Friction of a law along a prescribed velocity, for the presliding test and the probes.
 
-It calls the law's kernels from Python, which is slow.
+The law's kernels are called from Python, step by step, which is slow.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ def friction_along(law: Law, p: Vector, velocity: Vector, steps: Vector) -> Vect
     """Return the friction (n,) [N | N m] at the end of each step, from a fresh contact.
 
     `velocity` (n,) in m/s | rad/s, `steps` (n,) in s. The driving effort is unlimited: a hybrid law
-    sees an infinite effort in the direction of the motion. Raises NoSolutionError if the law fails.
+    gets an infinite effort in the direction of motion. Raises NoSolutionError if the law fails.
     """
     if isinstance(law.kernels, StaticKernels):
         slip = law.kernels.slip_force
@@ -80,7 +80,10 @@ def _hybrid(
 
 
 def printed_law(law: Law, p: Vector) -> Callable[[float, float], tuple[float, float]]:
-    """Return a static law as printed in the thesis: (v, u) -> (friction, reported velocity)."""
+    """Return a static law as printed in the thesis.
+
+    The law maps velocity and effort (v, u) to the friction and the velocity that counts as motion.
+    """
     kernels = law.kernels
     assert isinstance(kernels, StaticKernels)
     band = kernels.band(p)

@@ -1,7 +1,7 @@
 """Presliding (3.7.4): compliance, hysteresis and loop closure of the contact.
 
-The turning points of compare/input_protocol.py contain an inner loop, 0.4 -> -0.2 -> 0.4 z_max, and
-outer ones between -0.7 and 0.7 z_max.
+The path of compare/input_protocol.py contains an inner loop, 0.4 -> -0.2 -> 0.4 z_max, and outer
+loops between -0.7 and 0.7 z_max.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ class PreslidingResult:
 
     @property
     def verdict(self) -> str:
-        """Return `+`, `±` or `-`.
+        """Return the symbol of presliding.
 
-        `+`: compliance, hysteresis and closed loops; `±`: compliance without one of these; `-`: no
-        compliance.
+        `+`: compliance, hysteresis and closed loops; `±`: compliance, but no hysteresis or no
+        closed loops; `-`: no compliance.
         """
         if not self.compliance or self.closure is None or self.area is None:
             return "-"

@@ -1,4 +1,4 @@
-"""Text view of a comparison: three tables, and on request the cells that differ from the thesis."""
+"""Text view of a comparison: three tables and, on request, the differences from the thesis."""
 
 from __future__ import annotations
 
@@ -108,7 +108,7 @@ def scaling(comparison: Comparison) -> str:
 
 
 def lines(comparison: Comparison, explain: bool = False) -> list[str]:
-    """Return all lines of the text; `explain` adds the cells that differ from the thesis."""
+    """Return all lines of the text; `explain` adds the table cells that differ from the thesis."""
     out = [scaling(comparison), ""]
     for table in tables(comparison):
         out += [*table.lines(), ""]

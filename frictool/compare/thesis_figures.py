@@ -32,8 +32,8 @@ NAMES = {
     "stick_slip": "Stick-slip",
     "limit_cycle": "Limit cycle",
     "presliding": "Presliding, friction over position",
-    "drift": "Non-drift",
-    "drift_zoom": "Non-drift, the last two seconds",
+    "drift": "Drift test",
+    "drift_zoom": "Drift test, last two seconds",
 }
 
 SIGNALS = {  # what a figure of a test shows, from above
@@ -46,7 +46,7 @@ SIGNALS = {  # what a figure of a test shows, from above
 
 
 def pictures(comparison: Comparison) -> list[PageFigure]:
-    """Return the thesis's figures of the compared laws in order, then further figures."""
+    """Return figures 3.11 to 3.25 for the compared laws, then the other figures."""
     shown = [_inputs(comparison, "3.17"), _inputs(comparison, "3.22")]
     covered: set[tuple[str, str]] = set()
     for number, test, laws in THESIS:
@@ -126,6 +126,6 @@ def _inputs(comparison: Comparison, number: str) -> PageFigure:
         start = end
     return _figure(
         number,
-        "Force of the drift test over time, its first seconds, the input of each law",
+        "Force of the drift test over time, first six seconds, the input of each law",
         draw_rows("drift input", "t [s]", [(f"u [{units[1]}]", [("", time, force)])]),
     )

@@ -39,11 +39,10 @@ TABLE_2_1: dict[str, tuple[str, ...]] = {
 }
 # law -> (row, computed cell) -> reason of the difference with the parameters of table 3.1; all
 # other cells are as printed
-OTHER_PARAMETERS = "these parameters do it: with those of table 3.1 it is as printed"
+OTHER_PARAMETERS = "caused by these parameters; those of table 3.1 give the printed value"
 _SMOOTHED = {
     ("non_drift", "+"): (
-        "the print is that of the smoothed sign(v); events are solved here, and a stick "
-        "holds exactly"
+        "the thesis smooths sign(v); an event-exact simulation of stick has no drift"
     )
 }
 _SAME_BREAKAWAY = {
@@ -54,24 +53,23 @@ _SAME_BREAKAWAY = {
 }
 REASONS: dict[str, dict[tuple[str, str], str]] = {
     "coulomb": _SMOOTHED,
-    "svc": {**_SMOOTHED, ("parameters", "3"): "F_c, F_s and sigma_0; the print counts one more"},
+    "svc": {**_SMOOTHED, ("parameters", "3"): "F_c, F_s and sigma_0; the thesis counts one more"},
     "stribeck": {
         **_SMOOTHED,
-        ("parameters", "5"): "F_c, F_s, v_s, delta_s and sigma_0; the print counts one more",
+        ("parameters", "5"): "F_c, F_s, v_s, delta_s and sigma_0; the thesis counts one more",
     },
     "karnopp": {
         ("stribeck_effect", "-"): (
-            "2.4.2.4 says that the effect is not represented, and outside its band the "
-            "friction only grows"
+            "section 2.4.2.4 denies the effect; outside Karnopp's band friction grows with speed"
         ),
-        ("parameters", "4"): "F_c, F_s, sigma_0 and dv; the print counts one more",
+        ("parameters", "4"): "F_c, F_s, sigma_0 and dv; the thesis counts one more",
     },
     "elasto_plastic": {
         **_SAME_BREAKAWAY,
         (
             "limit_cycle",
             "-",
-        ): "3.7.3 says that these cycles die out (figure 3.16), against its own table",
+        ): "the cycles die out in section 3.7.3 and figure 3.16, which contradict the table",
     },
     "leuven": _SAME_BREAKAWAY,
 }
@@ -79,7 +77,7 @@ REASONS: dict[str, dict[tuple[str, str], str]] = {
 
 @dataclass(frozen=True)
 class TableDifference:
-    """Cell whose computed and printed values differ, with the reason."""
+    """Table cell whose computed value differs from the printed one, with the reason."""
 
     table: str
     law: str
@@ -92,7 +90,7 @@ class TableDifference:
 def table_differences(
     verdicts: dict[str, dict[str, str]], properties: dict[str, dict[str, str]]
 ) -> list[TableDifference]:
-    """Return every cell of both tables that differs from the print.
+    """Return every cell of tables 2.1 and 3.2 whose computed and printed values differ.
 
     `verdicts`, `properties`: law -> row -> symbol.
     """

@@ -1,4 +1,4 @@
-"""Commissioning: the next test of a bench, until a controller meets the specification."""
+"""Commissioning: the next test to play on a bench, until a controller meets the specification."""
 
 from typing import TYPE_CHECKING
 

@@ -1,16 +1,17 @@
-"""Next step of a commissioning, from the bench, the specification and the logs so far.
+"""Choice of the next commissioning step from the bench, the specification and the logs so far.
 
-    no log                    ramps: direction, encoder, breakaway
+    logs so far               next step
+    none                      ramps: direction, encoder, breakaway
     ramps                     strokes: friction and inertia
-    friction and inertia      synth: does a controller meet the specification for every plant left?
-        yes                   steps, for a validation: enough
-        for the logs' intervals only      the ranges of the bench are too wide for any controller
-        for exact values only             strokes again, with half of the intervals
-        no                    no controller meets the specification
+    friction and inertia      search for a controller that meets the specification
+        for all plants        steps, to validate the model; commissioning is complete
+        for the logs' intervals only    no test; the bench's ranges are too wide for any controller
+        for exact values only           strokes again, with half of the interval widths
+        for no plant          no test; no controller meets the specification
 
-Each test is within the limits of the bench on every axis of its a-priori ranges, so that it is safe
-before anything is known. After a log, the ranges of its identified parameters replace those of the
-bench in the design of the next test.
+Each test respects the limits of the bench for every axis within the a-priori ranges, so that it is
+safe before any parameter is identified. After a log, identified intervals replace the bench's
+ranges in the design of the next test.
 """
 
 from __future__ import annotations
@@ -42,7 +43,7 @@ NEEDED = ("inertia", "coulomb")  # without them no controller is searched
 
 @dataclass(frozen=True)
 class ReachedPrecision:
-    """Identified interval of a parameter, SI; `share` is its half width over its value."""
+    """Identified value of a parameter and half width of its interval, in SI."""
 
     parameter: str
     value: float
@@ -51,7 +52,7 @@ class ReachedPrecision:
 
     @property
     def share(self) -> float | None:
-        """Return the half width relative to the value; None if the value is 0."""
+        """Return the half width divided by |value|; None if the value is 0."""
         return self.half_width / abs(self.value) if self.value else None
 
 
@@ -61,11 +62,11 @@ class PlanStep:
 
     - name: `breakaway`, `friction and inertia`, `finer`, `validation`, `direction`, `ranges` or
       `impossible`
-    - why: reason, as text
-    - test: test to play, None without one
-    - reached: precision so far
-    - model: model of the logs so far, None without one
-    - enough: True if a controller meets the specification for every plant that is left
+    - why: reason for the step, as text
+    - test: test to play; None if the step has no test
+    - reached: precision of each identified parameter
+    - model: model identified from all logs; None if nothing is identified
+    - enough: True if a controller meets the specification for every possible plant
     - exit_code: exit code of the command
     """
 
@@ -92,12 +93,14 @@ def next_step(
     bench
         Bench with its a-priori ranges and limits.
     logs
-        Logs so far, in any order; ramps are recognised.
+        All logs so far, in any order.
     refusal_of
-        Judge that searches a controller for a model; it returns the reason for a refusal, or None.
+        Function that searches a controller for a model. It returns None if a controller meets the
+        specification, else the reason why none does.
     narrow
-        True if the ranges of the bench describe the uncertainty before a measurement, and not the
-        life of the product. The controller is then designed for the intervals of the logs.
+        True if the bench's ranges describe only the uncertainty before a measurement, and not the
+        changes over the product's life. The controller is then designed for the intervals of the
+        logs.
 
     Returns
     -------
@@ -117,7 +120,7 @@ def next_step(
         if error.exit_code == EXIT_NO_SOLUTION:
             why = f"{error}; check the wiring, or set encoder.direction of the bench to -1"
             return PlanStep("direction", why, exit_code=EXIT_NO)
-        return _strokes(bench, f"the logs so far identify nothing ({error})", ())
+        return _strokes(bench, f"no parameter is identified yet ({error})", ())
     model = outcome.model
     reached = _reached(outcome)
     known = {one.parameter for one in reached}
@@ -140,9 +143,9 @@ def _ramps(bench: Bench, reached: tuple[ReachedPrecision, ...] = ()) -> PlanStep
         sequence = excite("breakaway", bench, ExcitationSettings())
         test = PreciseTest(sequence, {}, {})
     why = (
-        "slow ramps of the drive show the sign of drive and encoder, and the breakaway; the drive "
-        "returns to 0 as soon as the axis moves. The drive's constant cannot be told from position "
-        "and drive: an error of it scales every parameter alike"
+        "slow ramps of the drive show the breakaway and the signs of drive and encoder; the drive "
+        "returns to 0 as soon as the axis moves. Logs do not show an error of the drive's "
+        "constant, which scales every parameter alike"
     )
     return PlanStep("breakaway", why, test, reached)
 
@@ -166,14 +169,14 @@ def _designed(bench: Bench, outcome: IdentifiedModel, refusal_of: Judge, narrow:
     refusal = refusal_of(left)
     if refusal is None:
         sequence = excite("steps", bench, ExcitationSettings())
-        why = "`synth` meets this specification for every plant that is left; validate the model"
+        why = "`synth` meets this specification for every possible plant; validate the model"
         test = PreciseTest(sequence, {}, {})
         return PlanStep("validation", why, test, reached, left, enough=True)
     if not narrow and refusal_of(narrowed_model(model)) is None:
         why = (
-            f"no controller meets the specification over the ranges of the bench ({refusal}), but "
-            "one does for the intervals of the logs; narrow `mechanics` of the bench if its ranges "
-            "are not those of the product's life, or give --narrow"
+            "a controller meets the specification for the identified intervals, but none for the "
+            f"ranges of the bench ({refusal}); narrow `mechanics` of the bench, or give --narrow, "
+            "unless the product needs these ranges"
         )
         return PlanStep("ranges", why, None, reached, model, exit_code=EXIT_NO)
     if refusal_of(exact_model(model)) is not None:
@@ -187,11 +190,9 @@ def _designed(bench: Bench, outcome: IdentifiedModel, refusal_of: Judge, narrow:
     try:
         test = rehearsed_strokes(narrowed_bench(bench, model), PrecisionRequest(wanted))
     except NoSolutionError as error:
-        why = (
-            f"the intervals are too wide for a controller ({refusal}); no test halves them: {error}"
-        )
+        why = f"no controller for such wide intervals ({refusal}); no test halves them: {error}"
         return PlanStep("impossible", why, None, reached, model, exit_code=EXIT_NO_SOLUTION)
-    why = f"the intervals are too wide for a controller ({refusal}); exact parameters allow one"
+    why = f"no controller for such wide intervals ({refusal}); exact values have one"
     return PlanStep("finer", why, test, reached, model)
 
 

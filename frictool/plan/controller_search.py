@@ -1,4 +1,4 @@
-"""Judge of a commissioning: search of a controller that meets the specification."""
+"""Search for a controller that meets the specification of a commissioning."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from frictool.errors import FrictoolError
 
 
 def search_refusal(model: Model, spec: Spec, progress: Callable[[str], None]) -> str | None:
-    """Return the reason for which no searched controller meets the specification, or None."""
+    """Return None if the search finds a controller for the specification, else the reason."""
     unjudged = untested_reason(model, spec)
     if unjudged:
         return unjudged

@@ -1,4 +1,4 @@
-"""Bench and model whose ranges are the intervals that the logs leave."""
+"""Bench and model whose a-priori ranges are replaced by the intervals identified from logs."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ def narrowed_bench(bench: Bench, model: Model) -> Bench:
 
 
 def narrowed_model(model: Model) -> Model:
-    """Return the model with a narrowed bench: its plants are those that the logs leave."""
+    """Return the model with a narrowed bench: its plants are those that agree with the logs."""
     return structs.replace(model, bench=narrowed_bench(model.bench, model))
 
 
 def exact_model(model: Model) -> Model:
-    """Return the narrowed model without any interval of an identified parameter."""
+    """Return the narrowed model with exact values: identified parameters have no interval."""
     exact = {
         name: structs.replace(one, low=one.value, high=one.value)
         for name in NARROWED

@@ -1,9 +1,9 @@
-"""Rehearsals of a test: it is played on axes of the bench's ranges, and `identify` reads the logs.
+"""Rehearsals of a test: simulated axes play it, and `identify` reads the logs.
 
-A half width that `identify` reports depends on the encoder, on the speed and on the method that it
-chooses, and no formula covers all of them. Each rehearsal therefore draws an axis within the
-a-priori intervals, plays the test with encoder counts, delay and noise, and keeps the half widths.
-The upper bound of a half width is that of a lognormal distribution fitted to the rehearsals.
+The half width that `identify` reports depends on the encoder, on the speed and on the chosen
+method; no formula covers all of them. Each rehearsal therefore draws an axis within the a-priori
+intervals, simulates the test with encoder counts, delay and noise, and records the half widths. The
+promised half width is the upper bound of a lognormal distribution, fitted to the rehearsals.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ STREAM = 43  # of the random numbers
 
 @dataclass(frozen=True)
 class HalfWidthSample:
-    """Half widths of one parameter in the rehearsals, SI.
+    """Half widths of one parameter over all rehearsals, SI.
 
-    - widths: half widths of the rehearsals that identified the parameter
-    - refusals: reasons of the rehearsals that did not
+    - widths: half widths from the rehearsals that identified the parameter
+    - refusals: reasons from the rehearsals that did not identify it
     """
 
     widths: tuple[float, ...]
@@ -48,7 +48,7 @@ class HalfWidthSample:
     def upper(self) -> float:
         """Return the upper bound of a half width; inf if a rehearsal refused the parameter.
 
-        Rehearsals that ended early have no bound; their largest half width is returned.
+        If the rehearsals ended early, the largest half width is returned in place of a bound.
         """
         if self.refusals or not self.widths:
             return math.inf
@@ -66,18 +66,18 @@ def rehearse(
     noise: float | None = None,
     seed: int = 0,
 ) -> dict[str, HalfWidthSample]:
-    """Play a test REHEARSALS times, and return the half widths that `identify` reports.
+    """Simulate a test REHEARSALS times, and return the half widths that `identify` reports.
 
-    The rehearsals end with the first one that exceeds a limit, since the test then misses it.
+    The rehearsals end early as soon as a half width exceeds its limit.
 
     Parameters
     ----------
     sequence
         Test, a reference of the position loop or a command of the drive.
     bench
-        Bench whose a-priori intervals the axes are drawn from.
+        Bench with the a-priori intervals from which the axes are drawn.
     limits
-        Largest half width of each parameter, SI; inf without a limit.
+        Largest permitted half width of each parameter, SI; inf for no limit.
     noise
         Standard deviation of the measured drive, A | V; None for 0.2 % of its limit.
     seed
@@ -86,7 +86,7 @@ def rehearse(
     Returns
     -------
     dict
-        parameter -> half widths.
+        Half widths of each parameter, by name.
     """
     rows: dict[str, list[float]] = {name: [] for name in limits}
     reasons: dict[str, list[str]] = {name: [] for name in limits}
@@ -96,7 +96,7 @@ def rehearse(
             if name in widths:
                 rows[name].append(widths[name])
             else:
-                reasons[name].append(refused.get(name, "it is not identified"))
+                reasons[name].append(refused.get(name, "not identified"))
         if any(widths.get(name, math.inf) > limit for name, limit in limits.items()):
             break
     return {name: HalfWidthSample(tuple(rows[name]), tuple(reasons[name])) for name in limits}

@@ -1,8 +1,9 @@
-"""Tests that keep a precision in rehearsals: the shortest one, or the best one of a duration.
+"""Design of tests that reach a requested precision in rehearsals.
 
-`precise_strokes` and `precise_ramps` design a test from the Cramér-Rao bound and factors by which
-`identify` is wider. The factors are measured here: the test is rehearsed, and designed again with
-the factors that the rehearsals show, until every upper bound is within the wanted precision.
+The result is the shortest such test, or the best test of a given duration. `precise_strokes` and
+`precise_ramps` design a test from the Cramér-Rao bound. `identify` reports wider intervals than
+this bound; rehearsals of the test measure the factor for each parameter. The design is repeated
+with the measured factors until the upper bound of every half width is within the request.
 """
 
 from __future__ import annotations
@@ -36,27 +37,28 @@ Progress = Callable[[str], None]
 def rehearsed_strokes(
     bench: Bench, request: PrecisionRequest, progress: Progress = lambda step: None
 ) -> PreciseTest:
-    """Return a test of strokes whose rehearsals have the wanted precision.
+    """Return a test of strokes whose rehearsals reach the requested precision.
 
     Parameters
     ----------
     bench
-        Bench whose limits the test respects on every axis of the a-priori intervals.
+        Bench whose limits the test respects for every axis of the a-priori intervals.
     request
-        Wanted precisions of sliding parameters; others are ignored.
+        Requested precision of each sliding parameter; other parameters are ignored.
     progress
-        Receives the label of each round of rehearsals.
+        Function that is called with a label before each round of rehearsals.
 
     Returns
     -------
     PreciseTest
-        Reference of the position loop, and its promise. With `request.duration` the promise may be
-        wider than requested, and lacks a parameter that a rehearsal refuses.
+        Reference of the position loop, and the promised half widths. If `request.duration` is set,
+        a promise may be wider than requested, and a parameter that a rehearsal did not identify has
+        no promise.
 
     Raises
     ------
     NoSolutionError
-        If no test within the limits has the precision. The message names the limit.
+        If no test within the limits reaches the precision. The message names the limit.
     """
     return _rehearsed(precise_strokes, bench, request, bench_value, progress)
 
@@ -64,7 +66,7 @@ def rehearsed_strokes(
 def rehearsed_ramps(
     bench: Bench, request: PrecisionRequest, progress: Progress = lambda step: None
 ) -> PreciseTest:
-    """Return ramps whose rehearsals have the wanted precision of the breakaway.
+    """Return ramps whose rehearsals reach the requested precision of the breakaway.
 
     Parameters, results and errors are those of `rehearsed_strokes`; the sequence is a command of
     the drive.

@@ -1,1 +1,1 @@
-"""Drive, encoder and backlash around the friction, and the plant in forms for synthesis."""
+"""Drive, encoder, backlash and mechanism around the friction laws; plant models for synthesis."""

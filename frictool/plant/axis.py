@@ -51,7 +51,7 @@ LOOSE = 2.0  # moving inside the backlash; -2 in the negative direction
 class AxisParameters(NamedTuple):
     """Parameters of an axis, SI, rotary | linear.
 
-    `checked` raises a breakaway that is below its Coulomb friction to that value.
+    A breakaway may be below its Coulomb friction; `checked` then raises it to the Coulomb friction.
     """
 
     inertia: float  # kg m^2 | kg
@@ -88,7 +88,7 @@ class AxisParameters(NamedTuple):
                 raise ValueError(f"{name} is 0; allowed: > 0")
 
     def as_array(self) -> NDArray[np.float64]:
-        """Return the kernels' parameter array, shape (14,), or (EXTENDED_SIZE,) with laws.
+        """Return the parameters for kernels, shape (14,), or (EXTENDED_SIZE,) with laws.
 
         Raises ValueError as `checked` and `AxisLaws.pack` do.
         """
@@ -96,7 +96,7 @@ class AxisParameters(NamedTuple):
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """All fields that are numbers, thus all but the last one, `laws`."""
+        """Values of all fields except `laws`, in order."""
         return self[:PLAIN_SIZE]  # type: ignore[return-value]  # the laws are the last field
 
 
@@ -120,5 +120,5 @@ def _packed(parameters: AxisParameters) -> NDArray[np.float64]:
 
 
 def rest(position: float = 0.0, drive: float = 0.0) -> NDArray[np.float64]:
-    """Return the state (7,) at rest, with motor and load at `position`, centred in the backlash."""
+    """Return the state (7,) at rest; motor and load are at `position`, centred in the backlash."""
     return np.array([position, 0.0, drive, 0.0, position, STUCK, 0.0])

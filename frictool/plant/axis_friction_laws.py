@@ -1,15 +1,15 @@
-"""Further friction of an axis, by direction, speed, position and time at rest, and its end stops.
+"""Friction of an axis that depends on direction, speed, position and time at rest, and end stops.
 
     slipping   friction = (F_c + (F_s - F_c) exp(-|v/v_s|^delta)) sign(v) + viscous v
-               (2.33)-(2.34); above a knee another viscous coefficient
+               (2.33)-(2.34); above a knee speed the viscous coefficient changes
     at rest    v = 0 as long as |e| <= F_s (1 - (1 - fresh) tau/(tau + t)), never below F_c
                (friction/rising_breakaway.py)
     position   F_c and F_s of each direction follow polynomials of the motor's position
                (4.41)-(4.44)
     end stops  the motor stays in [low, high]; it rebounds at `restitution` times its speed
 
-Friction is continuous at a knee (figure 4.10). Inside the backlash only the end stops act. In slip
-the Stribeck curve starts from the breakaway reached in the preceding rest.
+Friction is continuous at a knee (figure 4.10). Inside the backlash only the end stops act; the
+other laws above do not. F_s of the Stribeck curve is the breakaway at the end of the last rest.
 """
 
 from __future__ import annotations
@@ -64,8 +64,9 @@ class AxisFrictionLevels(NamedTuple):
 class FrictionPositionShape(NamedTuple):
     """Variation of Coulomb friction and breakaway over positions [low, high] [rad | m].
 
-    Beyond the range the values at its ends hold. The polynomials (forward, backward) may have any
-    unit of effort: divided by their means they are factors of the levels of their direction.
+    Outside the range, friction is constant. Each polynomial pair is (forward, backward), in any
+    unit of effort: the polynomial divided by its mean multiplies the friction level of its
+    direction.
     """
 
     low: float
@@ -75,7 +76,7 @@ class FrictionPositionShape(NamedTuple):
 
 
 class AxisLaws(NamedTuple):
-    """Further friction and end stops of an axis, SI; by default there are none."""
+    """Additional friction laws and end stops of an axis, SI; the default has none."""
 
     backward: AxisFrictionLevels | None = None  # None: as forward
     regimes: tuple[ViscousRegime, ...] = ()
@@ -88,10 +89,10 @@ class AxisLaws(NamedTuple):
     restitution: float = 0.0
 
     def pack(self, forward: AxisFrictionLevels) -> Vector:
-        """Return the part of the kernels' array behind the plain parameters.
+        """Return the values that follow the plain parameters in the array for kernels.
 
-        It is empty if the laws change nothing. Raises ValueError with the name of a value that is
-        out of range.
+        The array is empty if the laws change nothing. Raises ValueError with the name of a value
+        that is out of range.
         """
         if self == AxisLaws():
             return np.empty(0)

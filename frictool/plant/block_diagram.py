@@ -1,4 +1,4 @@
-"""A block diagram as a table: systems with named inputs and outputs, and sums of signals.
+"""Block diagrams of linear systems, written as a table of blocks and sums of named signals.
 
     blocks = {
         "axis": DiagramBlock(axis, ("drive", "friction"), ("speed",)),
@@ -7,8 +7,8 @@
     sums = {"error": {"reference": 1.0, "speed": -1.0}}
     connect(blocks, sums, inputs=("reference", "friction", "drive"), outputs=("z", "speed"))
 
-A signal is an input of the diagram, an output of exactly one block, or one of the sums. A sum may
-use sums named before it; an empty sum is zero.
+A signal is an input of the diagram, an output of exactly one block, or a sum. A sum may use sums
+that precede it in the table; an empty sum is zero.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from frictool.typing import Matrix
 
 @dataclass(frozen=True)
 class DiagramBlock:
-    """A system and the names of its input and output signals."""
+    """Linear system with the names of its input and output signals."""
 
     system: Lti
     inputs: tuple[str, ...]
@@ -40,8 +40,8 @@ def connect(
 ) -> Lti:
     """Return the system from `inputs` to `outputs`; its states are the blocks' states in order.
 
-    Raises ValueError for a signal without a source or with two, for blocks of different periods,
-    and for an algebraic loop without a solution.
+    Raises ValueError if a signal has no source or two, if the sample periods of the blocks differ,
+    or if an algebraic loop has no solution.
     """
     periods = {block.system.period for block in blocks.values()}
     if len(periods) > 1:
@@ -88,6 +88,6 @@ def connect(
 def _row(rows: Mapping[str, Matrix], name: str) -> Matrix:
     if name not in rows:
         raise ValueError(
-            f"no block provides the signal {name}; there are {', '.join(sorted(rows))}"
+            f"no block provides the signal {name}; available: {', '.join(sorted(rows))}"
         )
     return rows[name]

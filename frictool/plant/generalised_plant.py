@@ -1,4 +1,4 @@
-"""The generalised plants of figures 5.11 and 5.25 and of annex C's figure 5, continuous or sampled.
+"""Generalised plants for synthesis, continuous or sampled (figures 5.11, 5.25, annex C's figure 5).
 
     structure        error e         reference                     measured
     position (5.11)  s - x           s                             s - x + noise
@@ -8,9 +8,9 @@
     outputs z  W2 e; W3 i; W_u u; W_eta eta; W5 z_Delta     (the last three if they have a weight)
 
 A sampled plant includes the computational delay. Both structures measure eta = s - x, so that the
-controller on the target is the same system in both. The weights are sampled by Tustin. The weight
-W_u on the commanded drive is not in the text. Without it D12 = 0, the optimum is not attained, and
-one encoder count causes a drive of hundreds of times its limit.
+controller has the same input in both. The weights are discretised by Tustin's method. The thesis
+has no weight W_u on the commanded drive. Without W_u, D12 is 0 and the optimum is not attained; one
+encoder count then causes a drive of hundreds of times its limit.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ Controlled = Literal["position", "speed"]
 
 @dataclass(frozen=True)
 class FirstOrderWeight:
-    """Weight gain (s/zero + 1)/(s/pole + 1), zero and pole in rad/s; an infinite one is absent."""
+    """Weight gain (s/zero + 1)/(s/pole + 1), with zero and pole in rad/s; inf means absent."""
 
     gain: float
     zero: float = np.inf
@@ -39,11 +39,11 @@ class FirstOrderWeight:
     def system(self, period: float) -> Lti:
         """Return the weight in continuous time (period 0) or its Tustin equivalent.
 
-        Raises ValueError for a zero without a pole, which is not proper.
+        Raises ValueError for a zero without a pole, since the weight is then not proper.
         """
         if np.isinf(self.pole):
             if np.isfinite(self.zero):
-                raise ValueError("a weight with a zero and no pole is not proper")
+                raise ValueError("a weight with a zero needs a pole, else it is not proper")
             return gain(self.gain, period)
         high = self.gain * self.pole / self.zero
         a, b, c, d = (
@@ -57,9 +57,13 @@ class FirstOrderWeight:
 class PlantWeights:
     """Weights of the closed loop's signals.
 
-    error: W2 (5.56). disturbance: W1. drive: W3 (5.58). command: W_u, of the commanded drive.
-    noise: W4, the measurement noise [rad or m]. eta: W_eta, of the measured signal. uncertainty:
-    W5, used if the plant has an uncertainty channel.
+    - error: W2 (5.56)
+    - disturbance: W1, of the friction
+    - drive: W3 (5.58), of the drive
+    - command: W_u, of the commanded drive
+    - noise: W4, of the measurement noise [rad or m]
+    - eta: W_eta, of the measured signal
+    - uncertainty: W5; it is used if the plant has an uncertainty channel
     """
 
     error: FirstOrderWeight
@@ -72,9 +76,10 @@ class PlantWeights:
 
 
 def template(bandwidth: float, modulus_margin: float, static_error: float) -> FirstOrderWeight:
-    """Return W2 of (5.56) with G2 = M_mod z2/p2 and p2 = z2 M_mod e_stat (5.57).
+    """Return the weight W2 (5.56) of the error.
 
-    (5.57) is read as M_mod > G2 p2/(gamma z2). bandwidth: z2 [rad/s].
+    bandwidth: z2 [rad/s]. modulus_margin: M_mod. static_error: e_stat. The pole is p2 = z2 M_mod
+    e_stat and the gain is G2 = M_mod z2/p2, from (5.57) in the form M_mod > G2 p2/(gamma z2).
     """
     pole = bandwidth * modulus_margin * static_error
     return FirstOrderWeight(modulus_margin * bandwidth / pole, bandwidth, pole)
@@ -84,7 +89,8 @@ def template(bandwidth: float, modulus_margin: float, static_error: float) -> Fi
 class UncertaintyChannel:
     """Channel z_Delta = (drive i + viscous v + friction w)/d of one real |Delta| <= 1.
 
-    w_Delta = Delta z_Delta, annex (22), (29); d is the unit of the channel.
+    The channel closes with w_Delta = Delta z_Delta, annex (22), (29). d, the field `unit`, scales
+    the channel.
     """
 
     drive: float
@@ -94,7 +100,7 @@ class UncertaintyChannel:
 
 @dataclass(frozen=True)
 class GeneralisedPlant:
-    """Matrices of a generalised plant.
+    """Generalised plant: external inputs w, controls u, outputs z and measurements y.
 
         x' | x+ = a x + b1 w + b2 u;  z = c1 x + d11 w + d12 u;  y = c2 x + d21 w
 
@@ -118,13 +124,13 @@ class GeneralisedPlant:
 
     @staticmethod
     def of(system: Lti, measured: int = 1, controls: int = 1) -> GeneralisedPlant:
-        """Return the plant whose last outputs are measured and whose last inputs are controls.
+        """Return the plant with y the last `measured` outputs, u the last `controls` inputs.
 
         Raises ValueError if a control acts on a measurement without delay (D22 not zero).
         """
         w, z = system.b.shape[1] - controls, system.c.shape[0] - measured
         if np.any(system.d[z:, w:]):
-            raise ValueError("the measurement sees the control without delay: D22 must be zero")
+            raise ValueError("the control acts on the measurement without delay: D22 must be zero")
         return GeneralisedPlant(
             system.a,
             system.b[:, :w],
@@ -170,9 +176,9 @@ def generalised_plant(
     delay_samples: int = 0,
     uncertainty: UncertaintyChannel | None = None,
 ) -> GeneralisedPlant:
-    """Return the plant of one vertex; `lag` and `period` in s.
+    """Return the generalised plant of one vertex; `lag` and `period` are in s.
 
-    If `axis` is a block, `lag` is not used, and additional ports of the block become the first
+    If `axis` is a block, `lag` is not used. Additional ports of the block then become the first
     inputs and outputs of the plant. Raises ValueError for a delay in continuous time.
     """
     if delay_samples and not period:

@@ -1,4 +1,4 @@
-"""The axis (5.48) as a linear system: drive lag, inertia and viscous friction.
+"""Axis (5.48) as a linear system of drive lag, inertia and viscous friction.
 
     tau i' = u - i          v' = k i - s v - f w + p w_D          x' = v          eta' = v_c - v
 
@@ -6,10 +6,10 @@
              the uncertainty channel
     outputs  i drive, v speed, eta = integral of v_c - position
 
-The nonlinear part of the friction enters as an effort. k = K/J, s = sigma_v/J, f = F_c/J and
-p = d/J are the rates of the axis, so that the linearised plant (5.49) is the same system with other
-numbers. Without a lag the drive equals the command. A sampled axis has exact zero-order holds at
-its inputs.
+Coulomb friction enters as the input w. The rates are k = K/J, s = sigma_v/J, f = F_c/J and p = d/J;
+d is the unit of the uncertainty channel. The linearised plant (5.49) is the same system with other
+rates. Without a lag the drive equals the command. A sampled axis has exact zero-order holds at its
+inputs.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ def linear_axis(
 ) -> DiagramBlock:
     """Return the axis with the drive's time constant `lag` [s], continuous or sampled.
 
-    period: sample period [s], 0 for continuous time. resonance: a continuous filter of static gain
-    1 between the drive's effort and the axis (adapters/resonance_filter.py). States: [drive,]
-    [those of the filter,] speed, eta. Ports: INPUTS, OUTPUTS.
+    period: sample period [s], 0 for continuous time. resonance: continuous filter with static gain
+    1 between the drive's effort and the axis (adapters/resonance_filter.py). The states are the
+    drive (with a lag), the filter's states, speed and eta. INPUTS and OUTPUTS name the ports.
     """
     k = rates.drive
     s = rates.viscous

@@ -1,17 +1,17 @@
-"""Vertices of the polytope, exact or linearised as in the text.
+"""Rates of the plant at the vertices of the polytope, exact or linearised.
 
     exact         k = K/J, s = sigma_v/J, f = F_c/J                                       (5.48)
-    inertia       the same with 1/J replaced by its tangent at the centre,
-                  (1 - dJ/J0)/J0; products stay                                           (5.49)
+    inertia       as exact, but 1/J is replaced by its tangent at the centre,
+                  (1 - dJ/J0)/J0; products are kept                                       (5.49)
     first_order   (p0 + dp - p0 dJ/J0)/J0 for p = K, sigma_v, F_c                         (5.50)
 
-p0 is the centre and dp = p - p0. Two misprints are corrected: (5.49) lacks a factor 1/m, and the 1
-in A_m of (5.50) belongs in A_0.
+p0 is the value at the centre and dp = p - p0. Two misprints of the thesis are corrected: (5.49)
+lacks a factor 1/m, and the 1 in A_m of (5.50) belongs in A_0.
 
 `first_order` is affine in the parameters, `exact` in the rates (k, s, f). For a fixed J the rates
-fill a box, and as J varies they move along straight lines. Every plant of the box is therefore in
-the hull of its vertices' rates, and the exact vertices lose nothing. The linearised forms have a
-relative error of (dJ/J0)^2 in 1/J, 2.5 % at the ends of table 5.2. Verification always uses the
+fill a box. As J varies, each corner of the box moves along a straight line. The hull of the exact
+vertices therefore contains every plant of the box without approximation. The linearised forms have
+a relative error of (dJ/J0)^2 in 1/J, 2.5 % at the ends of table 5.2. Verification always uses the
 exact plant.
 """
 
@@ -29,8 +29,7 @@ Form = Literal["exact", "inertia", "first_order"]
 def rates_of(point: PlantPoint, centre: PlantPoint, form: Form = "exact") -> AxisRates:
     """Return the rates of the plant at `point` in a polytope around `centre`.
 
-    Raises NoSolutionError if the linearisation has no positive inertia or drive, because the
-    interval is too wide.
+    Raises NoSolutionError if the interval is so wide that the linearised rates are not positive.
     """
     if form == "exact":
         return point.rates

@@ -33,12 +33,12 @@ class Lti:
         return len(self.a)
 
     def transformed(self, t: Matrix) -> Lti:
-        """Return the same system in the coordinates x = t x_new."""
+        """Return the same system with the new state x_new, where x = t x_new."""
         inverse = np.linalg.inv(t)
         return replace(self, a=inverse @ self.a @ t, b=inverse @ self.b, c=self.c @ t)
 
     def response(self, frequencies: ArrayLike) -> NDArray[np.complex128]:
-        """Return the responses (k, p, m) at the angular frequencies (k,) [rad/s]."""
+        """Return the frequency responses (k, p, m) at the angular frequencies (k,) [rad/s]."""
         w = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
         point = np.exp(1j * w * self.period) if self.period else 1j * w
         inner = point[:, None, None] * np.eye(self.order) - self.a
@@ -61,7 +61,7 @@ def gain(value: ArrayLike, period: float) -> Lti:
 
 
 def parallel_sum(first: Lti, second: Lti) -> Lti:
-    """Return the sum of two systems of one time domain; the states of `first` come first."""
+    """Return the parallel connection of two systems; the states of `first` come first."""
     return Lti(
         scipy.linalg.block_diag(first.a, second.a),
         np.vstack([first.b, second.b]),
@@ -79,9 +79,10 @@ def zero_order_hold(system: Lti, period: float) -> Lti:
 
 
 def tustin(system: Lti, period: float, prewarp: float = 0.0) -> Lti:
-    """Return the bilinear equivalent at `period` [s], exact at `prewarp` [rad/s] or at 0.
+    """Return the Tustin equivalent at `period` [s].
 
-    Raises ValueError if the prewarping frequency is not below half the sampling frequency.
+    Its frequency response is exact at `prewarp` [rad/s]. Raises ValueError if `prewarp` is not
+    below half the sampling frequency.
     """
     if prewarp * period >= np.pi:
         raise ValueError(

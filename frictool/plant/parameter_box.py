@@ -1,7 +1,7 @@
-"""A box of physical parameters around given plants, and its corners, such as the 16 of (5.68).
+"""Box of parameters around a set of plants, and its corners, such as the 16 of (5.68).
 
-The Coulomb friction only scales the friction input w. Any norm of the loop grows with the magnitude
-of this friction, constant or not, so that bounds over a box use the largest magnitude.
+Coulomb friction enters the linear plant only as the scale of its friction input w, and may be
+negative. Every norm of the loop grows with its magnitude, so that bounds use the largest magnitude.
 """
 
 from __future__ import annotations
@@ -26,21 +26,20 @@ def enclosing_box(points: Sequence[PlantPoint]) -> dict[str, tuple[float, float]
 def largest_coulomb(box: Box) -> float:
     """Return the largest magnitude of the Coulomb friction [N m or N].
 
-    The tangent of a speed regime may have a negative Coulomb friction.
+    It may be negative in the tangent of a speed regime.
     """
     return max(abs(value) for value in box["coulomb"])
 
 
 def moving(box: Box) -> tuple[str, ...]:
-    """Return the parameters of DYNAMIC whose interval is wider than 0."""
+    """Return the parameters of DYNAMIC whose interval has a width above 0."""
     return tuple(name for name in DYNAMIC if box[name][1] > box[name][0])
 
 
 def corners(box: Box) -> tuple[PlantPoint, ...]:
     """Return the 2^r corners over the r parameters of `moving`, with the largest Coulomb friction.
 
-    The corners are in the order of itertools.product. The axis is multi-affine in the constant, the
-    viscous coefficient and the inverse of the inertia.
+    The corners are in the order of itertools.product.
     """
     ends = [box[name] if name in moving(box) else box[name][:1] for name in DYNAMIC]
     return tuple(

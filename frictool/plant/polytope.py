@@ -1,9 +1,9 @@
-"""The polytope of plants (5.51), (5.68): the corners of the intervals of the scheduled parameters.
+"""Polytope of plants (5.51), (5.68), spanned by the intervals of the scheduled parameters.
 
     p0 = (J, viscous, coulomb, K)   centre: the middle of each interval, also for a parameter that
                                     is not scheduled
-    vertices                        2^l corners in the order of itertools.product, J slowest;
-                                    equal corners (an interval of width 0) are listed once
+    vertices                        2^l corners of the l intervals, in the order of
+                                    itertools.product, J slowest; equal corners are listed once
 
 If the speed regimes are scheduled, annex (30)-(32), viscous and coulomb are those of the tangent of
 each regime (plant/regime_tangents.py). One knee gives two tangents, and doubles the number of
@@ -27,7 +27,7 @@ PARAMETERS: tuple[Parameter, ...] = ("inertia", "viscous", "coulomb", "constant"
 
 @dataclass(frozen=True)
 class PlantPoint:
-    """One constant plant, SI.
+    """Plant with constant parameters, SI.
 
     inertia [kg m^2 or kg], viscous [N m s/rad or N s/m], coulomb [N m or N], constant
     [N m or N per A or V].
@@ -41,7 +41,7 @@ class PlantPoint:
 
     @property
     def rates(self) -> AxisRates:
-        """The exact rates of this plant (5.48)."""
+        """Exact rates of this plant (5.48)."""
         return AxisRates(
             self.constant / self.inertia, self.viscous / self.inertia, self.coulomb / self.inertia
         )
@@ -49,7 +49,7 @@ class PlantPoint:
 
 @dataclass(frozen=True)
 class Polytope:
-    """Centre and vertices, and the parameters that change from vertex to vertex."""
+    """Centre and vertices of the polytope, and the parameters that differ between vertices."""
 
     centre: PlantPoint
     vertices: tuple[PlantPoint, ...]
@@ -61,11 +61,10 @@ def spanned(
     scheduled: Sequence[Parameter] = PARAMETERS,
     levels: RegimeLevels | None = None,
 ) -> Polytope:
-    """Return the polytope that `scheduled` spans in `box`: 1 to 5 parameters, 2 to 32 vertices.
+    """Return the polytope that the 1 to 5 parameters `scheduled` span within `box`.
 
-    box: interval of each of PARAMETERS [SI]. levels: regimes, if "regime" is scheduled; with
-    several knees there are more vertices. Raises ValueError for an empty list or a repeated
-    parameter.
+    box: interval of each of PARAMETERS [SI]. levels: regimes, if "regime" is scheduled; each regime
+    multiplies the vertices. Raises ValueError for an empty list or a repeated parameter.
     """
     if not scheduled or len(set(scheduled)) != len(scheduled):
         raise ValueError(
@@ -88,7 +87,7 @@ def spanned(
 
 
 def corner_points(box: Mapping[str, tuple[float, float]]) -> tuple[PlantPoint, ...]:
-    """Return the corners of the four intervals, named like the corners of `polytope`."""
+    """Return all corners of the four intervals in `box`, with the names that vertices have."""
     corners = itertools.product(box["inertia"], box["viscous"], box["coulomb"], box["constant"])
     return _named(list(corners), PARAMETERS).vertices
 

@@ -1,11 +1,11 @@
-"""Loads of an axis that depend on its position: a spring, and harmonics (gravity, torque ripple).
+"""Load of an axis that depends on its position: a spring, and harmonics (gravity, torque ripple).
 
     load(x) = stiffness x + sum_j (sine_j sin(number_j x) + cosine_j cos(number_j x))
 
-The load opposes a positive effort, like the offset. The offset includes the constant part of the
-load. Gravity on an arm is the harmonic of number 1 on a rotary axis; on a linear axis `number` is a
-wave number [1/m]. The kernels' array is [stiffness, number, sine, cosine, ...]. The engine
-integrates the load with the motion: `with_load` appends it to the parameters of an axis with laws
+The load opposes a positive effort. Its constant part belongs to the axis's offset. Gravity on an
+arm is the harmonic with number 1 on a rotary axis. On a linear axis `number` is an angular wave
+number [1/m]. The kernels' array is [stiffness, number, sine, cosine, ...]. The engine integrates
+the load with the motion: `with_load` appends it to the parameters of an axis with laws
 (plant/axis_friction_laws.py).
 """
 
@@ -45,13 +45,13 @@ class LoadHarmonic(NamedTuple):
 
 
 class PositionLoad(NamedTuple):
-    """Load of an axis in SI, `stiffness` in N m/rad | N/m; the default is no load."""
+    """Load of an axis, with `stiffness` in N m/rad | N/m; the default is no load."""
 
     stiffness: float = 0.0
     harmonics: tuple[LoadHarmonic, ...] = ()
 
     def as_array(self) -> Vector:
-        """Return the kernels' array (1 + 3 h,), empty without a load."""
+        """Return the array (1 + 3 h,) for kernels, with h harmonics; it is empty without a load."""
         if self == PositionLoad():
             return np.empty(0)
         return np.array(
@@ -83,7 +83,7 @@ def load_effort(load: Vector, x: float) -> float:
 def with_load(axis: Vector, load: Vector) -> Vector:
     """Return a copy of the parameters `axis` with `load` appended.
 
-    A plain axis is first extended by laws that change nothing.
+    An axis without laws gets laws that have no effect.
     """
     if load.shape[0] == 0:
         return axis.copy()
@@ -112,7 +112,7 @@ def is_loaded(p: Vector) -> bool:
 
 @inner_kernel
 def opposing_effort(p: Vector, x: float) -> float:
-    """Return offset plus load [N m | N] of an axis with laws at x [rad | m]."""
+    """Return offset plus load [N m | N] at x [rad | m]; the parameters `p` must include laws."""
     return (
         float(p[OFFSET]) + load_effort(p[EXTENDED_SIZE:], x) if is_loaded(p) else float(p[OFFSET])
     )

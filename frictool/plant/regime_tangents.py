@@ -1,12 +1,14 @@
-"""Friction whose slope changes with speed, as a scheduled parameter, annex (30)-(32).
+"""Friction with different viscous coefficients in speed regimes, as a scheduled parameter.
 
-    |F(v)| = F_c + s_0 |v| below the first knee; above knee k the slope is s_k, F is continuous
-    regime k has the tangent F_c(k) + s_k |v|
-    F_c(k) = F_c - sum over the knees i <= k of (s_i - s_(i-1)) v_i
+The friction of annex (30)-(32) is piecewise linear and continuous in |v|. Its slope is s_0 below
+the first knee speed v_1 and s_k above knee k; figure 4.10 shows such a curve. Regime k has the
+tangent
 
-Figure 4.10 shows such a curve. With one knee and s_0 = 0 this is (31): F_c(rho) = F_c - s v_lim
-rho, s(rho) = s rho, rho in {0, 1}; the polytope contains every rho between. F_c(k) may be negative:
-it only keeps F continuous and is not a friction by itself (5.4.2).
+    F_c(k) + s_k |v|      with F_c(k) = F_c - sum over the knees i <= k of (s_i - s_(i-1)) v_i
+
+With one knee and s_0 = 0 this is (31): F_c(rho) = F_c - s v_lim rho, s(rho) = s rho, rho in {0, 1}.
+The polytope contains every rho in [0, 1]. F_c(k) may be negative: it is the intercept of a tangent,
+not a friction (5.4.2).
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ Ends = tuple[float, float]
 
 @dataclass(frozen=True)
 class RegimeTangent:
-    """viscous [N m s/rad or N s/m] and coulomb [N m or N] of the tangent of one regime."""
+    """Slope [N m s/rad or N s/m] and intercept [N m or N] of the tangent of one regime."""
 
     viscous: float
     coulomb: float
@@ -43,12 +45,11 @@ class RegimeLevels:
 
 
 def tangents(levels: RegimeLevels, *, viscous: bool, coulomb: bool) -> tuple[RegimeTangent, ...]:
-    """Return the tangents at the corners: every regime, with both ends of scheduled parameters.
+    """Return the tangents of every regime, at both ends of the scheduled intervals.
 
-    viscous, coulomb: True if the slopes (all low or all high) or F_c are scheduled too. A parameter
-    that is not scheduled has its upper end. The polytope between the regimes then contains the
-    lower values. The annex covers the uncertainty of both parameters in this way ("bounded by the
-    variations of F_c(rho) and sigma_v(rho)", after (32)).
+    viscous, coulomb: True if the slopes or F_c are scheduled; the slopes of all regimes are low
+    together or high together. A parameter that is not scheduled has its upper end; its lower values
+    lie in the polytope between the regimes, as the annex states after (32).
     """
     lows, highs = zip(*levels.viscous, strict=True)
     slopes = (lows, highs) if viscous else (highs,)

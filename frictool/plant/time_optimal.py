@@ -1,19 +1,19 @@
-"""Shortest step response of one axis with a limited drive, over all controllers.
+"""Shortest step response of an axis with a limited drive: a lower bound for every controller.
 
     lag e' = u - e,  |u| <= E         effort e, commanded effort u, effort E at the drive's limit
     J v' = e - viscous v - F,  x' = v     motion towards the target; F = coulomb also helps to brake
 
-The step starts at rest at x = 0 with e = 0. The response is the time at which the axis passes
-`arrival`, under the condition that it can come to rest at `farthest` or before. The optimum is
-u = +E up to one switching time and u = -E from there on: the answer h(t) of the position to a pulse
-of effort is log-concave, so that h(t_arrival - t)/h(t_rest - t) falls with t, and the command that
-maximises x(t_arrival) for a given x(t_rest) changes its sign once, from + to -. The axis comes to
-rest exactly at `farthest`, or passes `arrival` before a switch is necessary.
+The step starts at rest at x = 0 with e = 0. The response time is the time at which the axis passes
+`arrival`; the axis must be able to stop at `farthest` or before. The optimum is u = +E up to one
+switching time, then u = -E. Proof: let h(t) be the position's response to an impulse of effort. h
+is log-concave, so that h(t_arrival - t)/h(t_rest - t) decreases with t. The command that maximises
+x(t_arrival) for a given x(t_rest) therefore changes its sign once, from + to -. Either the axis
+stops exactly at `farthest`, or it passes `arrival` before a switch is necessary.
 
-After the rest the friction must hold the axis, or the drive must turn it before it leaves the zone
-again; the result is a lower bound in any case. A step that begins inside an open backlash meets
-only the smaller friction `backlash_coulomb` on its first part, `backlash`. The drive is then
-assumed to start with the effort E, which makes the result a lower bound.
+It is not checked whether friction or drive can keep the axis in the zone after the stop, so that
+the result is a lower bound. If a step begins inside an open backlash, its first part of length
+`backlash` has the smaller friction `backlash_coulomb`. The drive is then assumed to start with the
+effort E, which also gives a lower bound.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class DrivenAxis:
     - inertia: kg m^2 | kg
     - viscous: N m s/rad | N s/m
     - coulomb: N m | N
-    - effort: effort of the drive at its limit, N m | N
+    - effort: largest effort of the drive, N m | N
     - lag: time constant of the drive, s
     - backlash: part of the step that lies inside an open backlash, rad | m
     - backlash_coulomb: Coulomb friction inside the backlash, N m | N
@@ -59,7 +59,7 @@ class DrivenAxis:
 
 
 class StepZone(NamedTuple):
-    """Positions of a step from 0, rad | m: first one of the zone, and last one allowed."""
+    """Zone of a step that starts at 0: first and last permitted position, rad | m."""
 
     arrival: float
     farthest: float
@@ -73,8 +73,8 @@ def step_zone(length: float, resolution: float, overshoot: float | None = None) 
     length
         Length of the step, rad | m.
     resolution
-        Step of the position sensor, rad | m: the zone is not narrower, and an overshoot below it
-        does not count.
+        Resolution of the position sensor, rad | m. The half width of the zone and the permitted
+        overshoot are at least this value.
     overshoot
         Largest overshoot relative to the length; None if only the zone limits it.
 
@@ -89,7 +89,7 @@ def step_zone(length: float, resolution: float, overshoot: float | None = None) 
 
 
 def time_optimal_response(axis: DrivenAxis, zone: StepZone, period: float, delay: int) -> float:
-    """Return the shortest response time [s] of any controller that runs at samples.
+    """Return the shortest response time [s] of any sampled controller.
 
     Parameters
     ----------
@@ -98,9 +98,9 @@ def time_optimal_response(axis: DrivenAxis, zone: StepZone, period: float, delay
     zone
         Zone that the axis must enter without leaving it again.
     period
-        Sample period, s: the response time is that of a sample.
+        Sample period, s. The response time is a multiple of it.
     delay
-        Computational delay in samples, before which no command acts.
+        Computational delay of the command in samples.
 
     Returns
     -------
@@ -115,7 +115,7 @@ def time_optimal_response(axis: DrivenAxis, zone: StepZone, period: float, delay
 def shortest_time(axis: DrivenAxis, zone: StepZone) -> float:
     """Return the shortest time [s] from the first command to `zone.arrival`.
 
-    With an infinite `zone.farthest` the axis need not stop. The time is infinite if the drive does
+    If `zone.farthest` is infinite, the axis need not stop. The time is infinite if the drive does
     not overcome the friction.
     """
     if zone.arrival <= 0.0:

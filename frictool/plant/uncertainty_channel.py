@@ -1,17 +1,17 @@
-"""Parametric uncertainty as one real channel: the LFT form, annex (20)-(23), and the mixed form.
+"""Parametric uncertainty as one real channel (LFT): annex (20)-(23), and the mixed form (28)-(29).
 
     v' = (K i - sigma_v v - F_c w + w_D)/J          w_D = Delta z_D, |Delta| < 1
     z_D = (dJ sigma_v/J - dsigma_v) v + (dJ F_c/J - dF_c) w + (dK - dJ K/J) i
 
-z_D is of first order in the half-widths dJ, dsigma_v, dF_c, dK. In the mixed form, annex (28)-(29),
-a scheduled parameter has the half-width 0 in z_D, and the other terms are computed at each vertex.
-The channel may have any unit d [N m or N], with w_D = d w_d and z_d = z_D/d. The unit does not
-change Delta, but it changes the norm of the closed loop. The text names no unit; with d equal to
-the half-width of the Coulomb friction, the term of the friction has the gain 1.
+z_D is of first order in the half widths dJ, dsigma_v, dF_c, dK. In the mixed form, a scheduled
+parameter has the half width 0 in z_D, and the other terms are computed at each vertex. The channel
+may have any unit d [N m or N], with w_D = d w_d and z_d = z_D/d. The unit does not change Delta,
+but it changes the norm of the closed loop. The thesis names no unit; if d is the half width of the
+Coulomb friction, the friction term has the gain 1.
 
-One Delta moves all parameters together, along the diagonal of their box on which J, sigma_v, F_c
-and K grow at once. A bound on this channel therefore proves nothing at the other corners; the loop
-is verified there afterwards.
+One Delta varies all parameters together: J, sigma_v, F_c and K increase or decrease at once, along
+one diagonal of their box. A bound on this channel proves nothing at the other corners; the loop is
+verified there separately.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from frictool.plant.polytope import PARAMETERS, Parameter, PlantPoint
 
 @dataclass(frozen=True)
 class UncertainPlant:
-    """One plant with its uncertainty channel; `rates.push` is d/J and `unit` is d [N m or N]."""
+    """Plant with its uncertainty channel; `rates.push` is d/J and `unit` is d [N m or N]."""
 
     point: PlantPoint
     rates: AxisRates
@@ -37,9 +37,10 @@ class UncertainPlant:
 def with_channel(
     point: PlantPoint, half_widths: Mapping[Parameter, float], unit: float
 ) -> UncertainPlant:
-    """Return the plant at `point` with the half-widths [SI] of its uncertain parameters.
+    """Return the plant at `point` with an uncertainty channel.
 
-    A parameter without a half-width is certain. Raises ValueError for a unit that is not positive.
+    half_widths: half width [SI] of each uncertain parameter; the other parameters are exact. Raises
+    ValueError for a unit that is not positive.
     """
     if not unit > 0.0:
         raise ValueError(f"the unit of the uncertainty channel: found {unit:g}; allowed: > 0")

@@ -1,6 +1,7 @@
-"""The weak form of the equation of motion: test function and effort of a second difference.
+"""Weak form of the equation of motion: test function, and weights of the effort.
 
-The test function is phi = (1 - s^2)^3 over a window; value, slope and curvature are 0 at both ends.
+The test function is phi = (1 - s^2)^3, with s from -1 to 1 over a window. Its value, slope and
+curvature are 0 at both ends.
 """
 
 from __future__ import annotations
@@ -13,18 +14,18 @@ from frictool.typing import Vector
 
 
 def bell(window: int) -> Vector:
-    """Return phi (window - 2,) with sum 1; its second difference has `window` values."""
+    """Return phi (window - 2,) with sum 1, whose second difference has `window` values."""
     inner = np.linspace(-1.0, 1.0, window)[1:-1]
     phi = (1.0 - inner**2) ** 3
     return np.asarray(phi / phi.sum())
 
 
 def effort_weights(period: float, lag: float) -> tuple[float, float, float]:
-    """Return the weights of u[k-1], u[k], u[k+1] in the effort under a triangular window.
+    """Return the weights of u[k-1], u[k], u[k+1] in the effort's mean under a triangle.
 
-    The window runs from sample k-1 to k+1; the sum of the weights is 1. Between two samples
-    u = u0 + (u1 - u0) f(s), s = 0..1, with f = (1 - e^(-r s))/(1 - e^-r) and r = period/lag; the
-    weights are int s f and int (1-s) f.
+    The triangular window runs from sample k-1 to k+1; the sum of the weights is 1. Between two
+    samples the effort is u = u0 + (u1 - u0) f(s), s = 0 to 1, with f = (1 - e^(-r s))/(1 - e^-r)
+    and r = period/lag. The weights follow from the integrals of s f and (1 - s) f.
     """
     if lag == 0.0:
         return 0.5, 0.5, 0.0

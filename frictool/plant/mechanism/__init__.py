@@ -1,1 +1,1 @@
-"""Mechanisms of blocks and links (thesis 2.1): assembly into arrays, and linearisation."""
+"""Mechanisms of blocks and links: their arrays, and linearisation."""

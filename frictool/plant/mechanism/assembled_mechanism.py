@@ -1,4 +1,4 @@
-"""Mechanism in arrays, with the names of its elements."""
+"""Assembled mechanism: arrays for kernels, and the names of the elements."""
 
 from __future__ import annotations
 
@@ -13,12 +13,14 @@ from frictool.typing import Vector
 
 @dataclass(frozen=True)
 class AssembledMechanism:
-    """Arrays of a mechanism, and the names of their elements.
+    """Arrays of a mechanism, and the names of its elements.
 
-    blocks, kinds, start (n,): names, rotary or linear, and positions [rad | m] at which every rigid
-    link fits. joints ... sources: names of the elements in the order of the arrays. sensors: names
-    of sensors. sensor_blocks, measures: block and quantity of each sensor. groups: blocks that move
-    together. notes: one line for each omission or assumption.
+    - blocks, kinds, start (n,): name of each block, rotary or linear, and position [rad | m] at
+      which all rigid links fit
+    - joints to sources: names of the elements, in the order of the arrays
+    - sensors, sensor_blocks, measures: name, block and quantity of each sensor
+    - groups: blocks that move together
+    - notes: one line for each omission or assumption
     """
 
     blocks: tuple[str, ...]

@@ -1,8 +1,8 @@
-"""Curves of a mechanism.yaml as piecewise cubics through the points, constant beyond the ends.
+"""Curves of a mechanism.yaml: piecewise cubics through the points, constant outside their range.
 
-A curve is monotone wherever its points are. The slopes are Fritsch and Butland's weighted harmonic
-mean (SIAM J. Sci. Stat. Comput. 5, 1984), with which a cubic between two points never leaves the
-range of their values; the three-point formula at the ends is limited to the same condition.
+Between two points a curve stays within the range of their values (Fritsch and Butland, SIAM J. Sci.
+Stat. Comput. 5, 1984): its slope at a point is a weighted harmonic mean of the adjacent secants. At
+the first and last point the slope follows from the three-point formula, with the same limits.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ INSIDE = np.linspace(0.0, 1.0, 9)[1:-1]  # relative positions of the comparison 
 
 @dataclass(frozen=True)
 class PiecewiseCubic:
-    """One curve: breaks (k + 1,) and cubic (k, 4), lowest power first.
+    """One curve: breaks (k + 1,) and coefficients `cubic` (k, 4) of its pieces, lowest power first.
 
-    The powers are of the distance from the left break of the piece.
+    The variable of a piece is the distance from its left break.
     """
 
     breaks: Vector
@@ -56,7 +56,7 @@ class PiecewiseCubic:
 
 
 def monotone_cubic(positions: Sequence[float], values: Sequence[float]) -> PiecewiseCubic:
-    """Return the curve through at least two points of rising position."""
+    """Return the curve through two or more points with increasing positions."""
     x, y = np.asarray(positions, dtype=np.float64), np.asarray(values, dtype=np.float64)
     return _hermite(x, y, _slopes(x, y))
 
@@ -106,10 +106,10 @@ def _hermite(x: Vector, y: Vector, slope: Vector) -> PiecewiseCubic:
 def fitted(
     value: Callable[[Vector], Vector], slope: Callable[[Vector], Vector], breaks: Vector
 ) -> PiecewiseCubic:
-    """Return cubics with the values and slopes of a function that is smooth between `breaks`.
+    """Return a piecewise cubic that approximates a function that is smooth between `breaks`.
 
-    Pieces are halved until they are within PRODUCT_ERROR of the function. `slope` is evaluated just
-    inside each piece, so that it may jump at a break.
+    Pieces are halved until they are within PRODUCT_ERROR of the function. The slope may jump at a
+    break, because `slope` is evaluated just inside each piece.
     """
     pieces: list[tuple[float, float, Vector]] = []
     largest = float(np.max(np.abs(value(np.linspace(breaks[0], breaks[-1], 1001))))) or 1.0
@@ -171,7 +171,7 @@ def _pushed(*numbers: bytes) -> PiecewiseCubic:
 
 
 class CurveList:
-    """Curves in the order in which they are added, ready for packing."""
+    """List of curves that are packed into arrays for kernels."""
 
     def __init__(self) -> None:
         self._curves: list[PiecewiseCubic] = []

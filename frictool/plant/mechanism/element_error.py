@@ -1,12 +1,13 @@
-"""Error of an element of a mechanism; the command that knows the file adds name and line."""
+"""Error of one element of a mechanism, without the name of the file."""
 
 from __future__ import annotations
 
 
 class ElementError(ValueError):
-    """An element that cannot be part of the mechanism.
+    """Error: an element cannot be part of the mechanism.
 
-    key: path of the element in the document, for example `links.rack.radius`.
+    key: path of the element in the document, for example `links.rack.radius`. The command that read
+    the file adds its name and the line.
     """
 
     def __init__(self, key: str, message: str) -> None:

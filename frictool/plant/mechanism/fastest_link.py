@@ -1,4 +1,4 @@
-"""Rate of the fastest oscillation or decay at a compliant link, for the simulation's step size."""
+"""Highest rate of an oscillation or decay at a compliant link, from which the step size follows."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from frictool.plant.mechanism.packed_mechanism import FRAME
 
 
 class FastestLink(NamedTuple):
-    """The compliant link with the highest rate sqrt(k/m) or d/m [1/s]; 0 without compliant links.
+    """Compliant link with the highest rate sqrt(k/m) or d/m [1/s]; 0 without compliant links.
 
-    The rate belongs to the link alone, between the inertias at its ends.
+    The rate is that of the isolated link with the inertias at its two ends.
     """
 
     rate: float
@@ -22,10 +22,10 @@ class FastestLink(NamedTuple):
 
 
 def fastest_link(assembled: AssembledMechanism) -> FastestLink:
-    """Return the fastest link of the mechanism.
+    """Return the compliant link with the highest rate.
 
-    1/m is the sum of 1/inertia of both ends, rigid links included, referred to the link's second
-    end.
+    1/m is the sum of 1/inertia of both ends, referred to the link's second end. The inertia of an
+    end includes rigidly linked blocks.
     """
     mobility = np.zeros(len(assembled.blocks))
     for group in assembled.groups:

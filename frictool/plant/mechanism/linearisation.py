@@ -1,14 +1,14 @@
 """Linearised mechanism: state space from sources to sensors, and vibration modes.
 
-Dry friction, impacts and stops are neglected; the viscous part of friction, damping, stiffness and
-the slopes of curves are kept. Blocks that move together are one coordinate, q = R p: they are tied
-by rigid links, or by play that is assumed closed. The virtual work of the constraints gives
+Dry friction, impacts and stops are neglected; viscous friction, damping, stiffness and the slopes
+of curves are kept. Blocks tied by rigid links, or by play that is assumed closed, have one common
+coordinate: q = R p. The principle of virtual work gives
 
     L' M R p'' + L' D R p' + L' K R p = L' u
 
-with L = R if the links have no losses. If power is assumed to flow along the links
-(efficiency "driving"), each link returns ratio/eta of its effort (2.3)-(2.5). L and the efforts of
-the couplings then contain these values in place of the ratios. Two pulleys and a belt give (2.6)
+with L = R if the links have no losses. With efficiency "driving", power is assumed to flow along
+the links. Each link then needs ratio/eta of the effort that it transmits (2.3)-(2.5), and L and the
+efforts of the couplings contain ratio/eta in place of the ratio. Two pulleys and a belt give (2.6)
 with the transfer function (2.7); without damping (2.8), with a rigid belt (2.9).
 """
 
@@ -34,10 +34,11 @@ STILL = 1e-7  # relative to the fastest eigenvalue: a slower mode is a rigid-bod
 
 @dataclass(frozen=True)
 class VibrationMode:
-    """A vibration mode.
+    """Vibration mode of a linearised mechanism.
 
-    frequency: undamped angular frequency [rad/s]. damping: ratio. blocks: shares of the kinetic
-    energy. links: shares of the strain energy.
+    - frequency: undamped angular frequency [rad/s]
+    - damping: damping ratio
+    - blocks, links: share of each block in the kinetic energy, of each link in the strain energy
     """
 
     frequency: float
@@ -48,11 +49,11 @@ class VibrationMode:
 
 @dataclass(frozen=True)
 class LinearMechanism:
-    """Matrices of a linearised mechanism in the coordinates p (g,) of the blocks `roots`.
+    """Linearised mechanism with the coordinates p (g,) of the blocks `roots`.
 
-    moves: q = moves @ p (n, g). mass, damping, stiffness (g, g), input (g, u): matrices of the
-    equation of motion. sources, sensors: names of inputs [unit of the drive] and outputs
-    [rad | m | rad/s | m/s].
+    - moves (n, g): q = moves @ p, for the coordinates q of all n blocks
+    - mass, damping, stiffness (g, g), input (g, u): matrices of the equation of motion
+    - sources, sensors: names of inputs [unit of the drive] and outputs [rad | m | rad/s | m/s]
     """
 
     blocks: tuple[str, ...]
@@ -90,7 +91,7 @@ class LinearMechanism:
     def modes(self) -> tuple[VibrationMode, ...]:
         """Return the vibration modes, slowest first.
 
-        Each is one of a pair of complex eigenvalues; rigid-body motions are left out.
+        Each mode is a pair of complex eigenvalues. Rigid-body motions are left out.
         """
         count = len(self.mass)
         scale = np.sqrt(np.abs(np.diag(self.mass)))  # balances the states for the eigenvalues
@@ -123,8 +124,8 @@ def linearise(
 ) -> LinearMechanism:
     """Return the mechanism linearised at `position` (n,) [rad | m], by default at the start.
 
-    The play of the links `closed`, by default of all links, is taken up. Raises ValueError if
-    `closed` names a link without play.
+    The links in `closed`, by default all links, are in contact: their play has no effect. Raises
+    ValueError if `closed` names a link without play.
     """
     packed = assembled.packed
     at = assembled.start if position is None else np.asarray(position, dtype=np.float64)

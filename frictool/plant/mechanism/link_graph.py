@@ -1,8 +1,8 @@
-"""The graph of blocks and links: rigid groups, loops, and parts that are not tied to anything.
+"""Graph of blocks and links: rigid groups, loops, and unconnected parts.
 
 A rigid group is a set of blocks that move together, q_i = ratio_i q_root + constant. Rigid links
-form no loop. A link that closes a loop whose ratios multiply to 1 is redundant, and is dropped if
-no link of the loop has a loss; any other loop is an error.
+must not form a loop. If the ratios around a loop multiply to 1 and no link of the loop has a loss,
+the link that closes it is redundant and is dropped. Any other rigid loop is an error.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ CLOSED = 1e-9  # tolerance of the product of the ratios around a loop, which is 
 class Transmission:
     """One link between the blocks a and b, in SI.
 
-    gap: half of the play, at b. stiffness, damping: at b; a rigid link has the stiffness None.
+    gap: half of the play, as a motion of b. stiffness, damping: referred to b; the stiffness of a
+    rigid link is None.
     """
 
     name: str
@@ -58,8 +59,8 @@ class Transmission:
 class RigidGroup:
     """Blocks that move together.
 
-    ratios: speed of each block, root included, relative to the speed of `root`. inertia: of all
-    blocks, referred to the root.
+    ratios: speed of each block of the group divided by the speed of `root`. inertia: total inertia
+    referred to `root`.
     """
 
     root: int
@@ -69,20 +70,20 @@ class RigidGroup:
 
 
 class LinkForest:
-    """Forest of the links between blocks, without loops; `add` extends it link by link."""
+    """Forest of links between blocks: a graph without loops."""
 
     def __init__(self, count: int) -> None:
         self.neighbours: list[list[tuple[int, float, Transmission]]] = [[] for _ in range(count)]
 
     def add(self, link: Transmission) -> None:
-        """Add a link between two blocks that are not tied yet."""
+        """Add a link between two blocks that no path of links connects yet."""
         self.neighbours[link.a].append((link.b, link.ratio, link))
         self.neighbours[link.b].append((link.a, 1.0 / link.ratio, link))
 
     def way(self, start: int, end: int) -> list[tuple[int, float, Transmission]] | None:
-        """Return the path between two blocks as steps; None if they are not tied.
+        """Return the steps of the path between two blocks; None if no path connects them.
 
-        Each step is (block reached, ratio of the step, link).
+        Each step is (next block, ratio of the speeds, link).
         """
         before: dict[int, tuple[int, tuple[int, float, Transmission]] | None] = {start: None}
         queue = deque([start])
@@ -102,7 +103,7 @@ class LinkForest:
         return steps[::-1]
 
     def reached(self, root: int) -> dict[int, float]:
-        """Return every block tied to `root` and the ratio of its speed to the root's speed."""
+        """Return block -> speed relative to the root's, for every block connected to `root`."""
         ratio = {root: 1.0}
         queue = deque([root])
         while queue:
@@ -117,9 +118,9 @@ class LinkForest:
 def without_loops(
     links: Sequence[Transmission], names: Sequence[str]
 ) -> tuple[list[Transmission], list[str]]:
-    """Return the rigid links that are not redundant, in order, and a note for each dropped link.
+    """Return the rigid links without redundant ones, in order, and a note for each dropped link.
 
-    Raises ElementError for any other loop.
+    Raises ElementError if a loop has no redundant link.
     """
     forest = LinkForest(len(names))
     kept: set[str] = set()
@@ -215,8 +216,8 @@ def groups_of(
 ) -> tuple[RigidGroup, ...]:
     """Return the rigid groups in the order of their first blocks.
 
-    `links` form no loop; those with play do not tie blocks together. Raises ElementError for a
-    group without inertia.
+    `links` must form no loop. Links with play do not join blocks to a group. Raises ElementError
+    for a group without inertia.
     """
     forest = LinkForest(len(names))
     for link in links:
@@ -246,9 +247,9 @@ def groups_of(
 def loose_parts(
     links: Sequence[tuple[int, int]], anchored: set[int], count: int
 ) -> list[list[int]]:
-    """Return the parts of the mechanism without a block in `anchored`.
+    """Return the connected parts of the mechanism that contain no block of `anchored`.
 
-    `links` are pairs of blocks that any element ties.
+    `links`: pairs of blocks that a link of any kind connects. `count`: number of blocks.
     """
     neighbours: list[list[int]] = [[] for _ in range(count)]
     for a, b in links:

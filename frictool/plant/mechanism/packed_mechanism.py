@@ -1,4 +1,4 @@
-"""A mechanism as flat arrays for kernels, in SI; one coordinate q per block (angle or distance).
+"""Mechanism as flat arrays for kernels, in SI; each block has one coordinate q (angle or distance).
 
     m_i q_i'' = sum of the efforts of links, friction, stops and sources on block i   (2.1)-(2.2)
 
@@ -131,7 +131,7 @@ class PackedDrives(NamedTuple):
 
 
 class PackedMechanism(NamedTuple):
-    """The whole mechanism as arrays.
+    """Whole mechanism as arrays.
 
     inertia (n,): kg m2 | kg. scale (n,): typical speed of each block [rad/s | m/s], to which
     tolerances are relative.

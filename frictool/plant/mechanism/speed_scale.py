@@ -1,4 +1,4 @@
-"""Typical speed of each block, to which the tolerances of a simulation are relative."""
+"""Typical speed of each block; the tolerances of a simulation are relative to it."""
 
 from __future__ import annotations
 
@@ -25,12 +25,13 @@ def speed_scale(
     known: tuple[int, float] | None,
     names: Sequence[str],
 ) -> Vector:
-    """Return the typical speeds (n,) [rad/s | m/s].
+    """Return the typical speeds (n,) [rad/s | m/s] of the blocks.
 
-    ratios: (a, b, q_b/q_a) of every link. pushed: (block, largest effort). known: a block and its
-    top speed. Each connected part of the mechanism has one speed: the top speed if it is known,
-    else the speed that the largest effort reaches within RISE_S. The ratios of the links convert it
-    to the speeds of the blocks. Raises ElementError if the speeds of tied blocks differ too much.
+    ratios: (a, b, q_b/q_a) of every link. pushed: (block, largest effort) of every source. known:
+    one block and its top speed. In each connected part of the mechanism one block determines the
+    speeds: by its top speed if known, else by the speed that the largest effort reaches within
+    RISE_S. The link ratios then give the speeds of the other blocks. Raises ElementError if these
+    speeds differ too much.
     """
     count = len(inertia)
     neighbours: list[list[tuple[int, float]]] = [[] for _ in range(count)]
@@ -81,7 +82,7 @@ def _reached(
 
 
 def check_speeds(ratios: dict[int, float], root: int, names: Sequence[str]) -> None:
-    """Raise ElementError if the ratio of two tied blocks' speeds is outside the limits."""
+    """Raise ElementError if a block's speed relative to that of `root` is outside the limits."""
     for block, ratio in ratios.items():
         if not SLOWEST <= abs(ratio) <= FASTEST:
             finding = f"links give it {abs(ratio):g} times the speed of {names[root]}"
