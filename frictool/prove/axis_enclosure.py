@@ -239,13 +239,19 @@ def _slipped(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[
         if not bounds.moves and bounds.slowest < 0.0:
             guess = min(guess, 0.9 * phase.speed.low / -bounds.slowest)
         elif bounds.moves:
-            guess = min(guess, 0.9 * room / (bounds.farthest / step))
+            guess = min(guess, _fitting_step(phase.speed.high, bounds.fastest, 0.9 * room))
         step = max(guess, EVENT)
     if bounds.moves:
         return _met(state, command, p, left)
     if bounds.fastest < 0.0:
         return _stopped(state, command, p, left, bounds.fastest)
     raise Ambiguous("an acceleration without a sign at a stop")
+
+
+def _fitting_step(speed: float, fastest: float, length: float) -> float:
+    """Return the step whose bound of the distance, (speed + fastest step) step, is `length`."""
+    rise = max(0.0, fastest)
+    return 2.0 * length / (speed + math.sqrt(speed * speed + 4.0 * rise * length) + 1e-300)
 
 
 @dataclass(frozen=True, slots=True)

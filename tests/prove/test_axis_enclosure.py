@@ -11,8 +11,8 @@ import pytest
 from frictool.adapters.axis_model import axis_of
 from frictool.engine.axis_motion import advance
 from frictool.plant import axis as ax
-from frictool.prove.axis_enclosure import AT_REST, Ambiguous, advanced, plant_box
-from frictool.prove.interval import RoundedInterval, decay, point
+from frictool.prove.axis_enclosure import AT_REST, Ambiguous, AxisSet, advanced, plant_box
+from frictool.prove.interval import ZERO, RoundedInterval, decay, point
 from studies.rigs.clutch_model import clutch_model
 
 SEED = 20261127
@@ -92,3 +92,23 @@ def test_no_run_of_the_engine_leaves_the_enclosure() -> None:
     assert undecided <= 3
     assert stops > 20
     assert contacts > 10
+
+
+@pytest.mark.parametrize("room", [1e-5, 1e-6, 1e-7])
+@pytest.mark.parametrize("speed", [1e-4, 5e-3])
+def test_an_axis_that_creeps_to_its_contact_is_enclosed(room: float, speed: float) -> None:
+    """The drive accelerates it so much that it would pass the contact many times in one sample."""
+    plant = axis_of(clutch_model(), inertia=1.11e-5, viscous=0.0, coulomb=0.018).checked()
+    p, box = plant.as_array(), plant_box(plant, PERIOD)
+    gap = 0.5 * plant.backlash - room
+    drive, command = (plant.backlash_coulomb + plant.offset) / plant.constant, 5.0
+    state = ax.rest(30.0, drive)
+    state[ax.VELOCITY], state[ax.GAP] = speed, gap
+    bounds = AxisSet(ZERO, point(speed), point(drive), point(gap), 1)
+    assert advance(state, command, p, PERIOD) == 0
+    bounds = advanced(bounds, command, box, PERIOD)
+    assert bounds.edge == 1
+    moved = state[ax.POSITION] - 30.0
+    assert bounds.moved.low - ENGINE <= moved <= bounds.moved.high + ENGINE
+    assert bounds.speed.low - ENGINE <= state[ax.VELOCITY] <= bounds.speed.high + ENGINE
+    assert bounds.speed.width < 1e-3 * state[ax.VELOCITY]
