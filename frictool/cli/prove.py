@@ -11,6 +11,7 @@ from frictool.cli.common_options import existing, json_option, output_option
 from frictool.cli.console_output import print_json, say
 from frictool.cli.output_files import check_targets, command_line, save_text
 from frictool.cli.progress import progress
+from frictool.cli.workers_options import cores_option
 
 if TYPE_CHECKING:
     from frictool.documents.controller import Number
@@ -54,6 +55,7 @@ controller or the scenario contains something that the proof does not cover.
     help="Number format of the controller.",
 )
 @output_option(required=False, help="Proof to write (proof.yaml).")
+@cores_option
 @json_option
 @click.pass_context
 def command(
@@ -64,6 +66,7 @@ def command(
     spec: Path,
     number: Number,
     output: Path | None,
+    cores: int | None,
     as_json: bool,
 ) -> None:
     inputs = [controller, model, scenario, spec]
@@ -98,8 +101,8 @@ def command(
         },
     )
     names = DocumentNames(str(model), str(controller), str(scenario))
-    with progress("plants and starts") as show:
-        proof = prove_step(test, provenance_of_command(words, inputs), names, show)
+    with progress("plants") as show:
+        proof = prove_step(test, provenance_of_command(words, inputs), names, show, cores)
     if output is not None:
         save_text(output, to_yaml(proof), inputs)
     if as_json:

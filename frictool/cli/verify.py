@@ -87,7 +87,7 @@ def _verify_proof(ctx: click.Context, proof: Proof, as_json: bool) -> None:
     from frictool.verify.recheck import recheck
 
     recheck(proof.controller)
-    with progress("starts") as show:
+    with progress("plants") as show:
         again = prove_again(proof, show)
     differing = differences(proof, again)
     if as_json:

@@ -9,6 +9,12 @@ import click
 
 F = TypeVar("F", bound=Callable[..., object])
 
+cores_option = click.option(
+    "--cores",
+    type=click.IntRange(1),
+    help="Number of processes that share the work. [default: number of cores]",
+)
+
 
 def workers_options(function: F) -> F:
     """Add the parameters `cores` (int or None) and `cluster` (address or None) to a command."""
@@ -20,12 +26,7 @@ def workers_options(function: F) -> F:
             "tls://HOST:PORT."
         ),
     )
-    cores = click.option(
-        "--cores",
-        type=click.IntRange(1),
-        help="Number of processes that share the work. [default: number of cores]",
-    )
-    return cores(cluster(function))
+    return cores_option(cluster(function))
 
 
 def refuse_both(cores: int | None, cluster: str | None) -> None:

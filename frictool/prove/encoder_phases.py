@@ -11,7 +11,7 @@ OVERLAP, so that they cover every start.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -90,9 +90,7 @@ class _Branch:
     read: bool = True  # the count of `sample` is decided
 
 
-def phase_runs(
-    loop: LoopOfPlant, progress: Callable[[float], None] = lambda _: None
-) -> Iterator[PhaseRun]:
+def phase_runs(loop: LoopOfPlant) -> Iterator[PhaseRun]:
     """Yield the runs from all starts in the count of `loop.start`, in order of the starts."""
     step = loop.encoder_step
     count = math.floor(loop.start / step)
@@ -109,7 +107,6 @@ def phase_runs(
     made = 0
     while stack:
         branch = stack.pop()
-        progress((branch.low - low) / (high - low))
         if made >= MOST_RUNS:
             yield _ended(branch, f"more than {MOST_RUNS} runs")
             continue

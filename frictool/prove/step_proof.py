@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from typing import Literal
 
 import msgspec
@@ -49,6 +50,7 @@ from frictool.simulate.document_agreement import DOCUMENTS, DocumentNames, check
 from frictool.simulate.reference import parts_of
 from frictool.simulate.rig import rig_of
 from frictool.typing import Vector
+from frictool.workers.job_sharing import share
 
 NOMINAL = "nominal"
 NOT_COVERED = "prove does not compute it"
@@ -71,10 +73,12 @@ def prove_step(
     provenance: Provenance,
     names: DocumentNames = DOCUMENTS,
     progress: Callable[[float], None] = lambda _: None,
+    cores: int | None = None,
 ) -> Proof:
     """Prove the requirements of a step test for each of its plants and every start of the count.
 
-    The plants are those of `variants` of the scenario.
+    The plants are those of `variants` of the scenario. `cores` processes share them, by default
+    one for each core; the proof is the same for any number.
 
     Raises
     ------
@@ -85,15 +89,12 @@ def prove_step(
     """
     check_agreement(rig_of(test.model.bench, test.model), test.controller, test.scenario, names)
     plants = variants_of(test.model, test.scenario, names.model)
-    outcomes: list[tuple[ProvedRequirement, ...]] = []
-    total, open_share = 0, 0.0
-    for index, plant in enumerate(plants):
-        loop = loop_of(test, plant)
-        runs = list(phase_runs(loop, _part_of(progress, index, len(plants))))
-        share = sum(one.high - one.low for one in runs if one.reason) / loop.encoder_step
-        open_share = max(open_share, min(1.0, share))
-        total += len(runs)
-        outcomes.append(tuple(_requirements(test, loop, plant, runs)))
+    outcomes: dict[int, PlantOutcome] = {}
+    for index, outcome in share(partial(_prove_plant, test), plants, cores=cores):
+        outcomes[index] = outcome
+        progress(len(outcomes) / len(plants))
+    ordered = [outcomes[index] for index in range(len(plants))]
+    loop = loop_of(test, plants[0])
     step = loop.encoder_step
     count = math.floor(loop.start / step)
     proof = Proof(
@@ -103,9 +104,9 @@ def prove_step(
         number=test.number,
         plants=tuple(plant.name or NOMINAL for plant in plants),
         starts=(count * step, (count + 1) * step),
-        runs=total,
-        open_share=open_share,
-        requirements=tuple(map(_merged, zip(*outcomes, strict=True))),
+        runs=sum(one.runs for one in ordered),
+        open_share=max(one.open_share for one in ordered),
+        requirements=tuple(map(_merged, zip(*(one.requirements for one in ordered), strict=True))),
         model=test.model,
         controller=test.controller,
         scenario=test.scenario,
@@ -115,8 +116,21 @@ def prove_step(
     return msgspec.structs.replace(proof, digest=proof_digest(proof))
 
 
-def _part_of(progress: Callable[[float], None], index: int, count: int) -> Callable[[float], None]:
-    return lambda part: progress((index + part) / count)
+@dataclass(frozen=True)
+class PlantOutcome:
+    """Result for one plant; open_share: share of its starts of which nothing is claimed."""
+
+    requirements: tuple[ProvedRequirement, ...]
+    runs: int
+    open_share: float
+
+
+def _prove_plant(test: ProofRequest, plant: AxisVariant) -> PlantOutcome:
+    loop = loop_of(test, plant)
+    runs = list(phase_runs(loop))
+    share_left = sum(one.high - one.low for one in runs if one.reason) / loop.encoder_step
+    requirements = tuple(_requirements(test, loop, plant, runs))
+    return PlantOutcome(requirements, len(runs), min(1.0, share_left))
 
 
 def _merged(outcomes: tuple[ProvedRequirement, ...]) -> ProvedRequirement:

@@ -211,10 +211,12 @@ def test_no_edit_of_a_proof_passes() -> None:
     assert seen > 500
 
 
-def test_every_vertex_is_judged() -> None:
+def test_every_vertex_is_judged_alike_by_any_number_of_processes() -> None:
     test = _step_test(certified("speed"), 0.05)
     scenario = msgspec.structs.replace(test.scenario, variants="vertices")
-    proof = prove_step(ProofRequest(test.model, test.controller, scenario, test.spec), HERE)
+    request = ProofRequest(test.model, test.controller, scenario, test.spec)
+    proof = prove_step(request, HERE, cores=1)
+    assert prove_step(request, HERE, cores=2) == proof
     assert proof.plants[:2] == ("nominal", "v01")
     assert len(proof.plants) == 17
     assert proof.runs > 17
