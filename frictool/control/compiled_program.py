@@ -50,18 +50,20 @@ OUTPUT, LEFT, LEFT_NOW, HOLD, USED, GUARD_ROWS = (
 
 
 class CompiledProgram(NamedTuple):
-    """A program as arrays, ready to run.
+    """Arrays of a program, with which the kernels run its samples.
 
-    `real`, `single` and `word` change at every sample: two axes need two copies (`copy_program`).
+    `real`, `single` and `word` change at every sample. Two axes with the same controller therefore
+    need two copies (`copy_program`).
 
     code (n, 5), terms (t, 3), formats (n, 6): columns as in control/operation_codes.py. writes
     (w, 2): the index of a state and the index of its next value. starts (s,): indices of the states
-    that start at the position. ports (11,), with -1 for a node that the program does not have:
+    that `start_at` sets to the measured position. ports (11,) are indices of nodes, or -1 for a
+    node that the program does not have:
 
     - 0 to 2: indices of the inputs `PORTS`
     - 3: index of the output
-    - 4 to 6: indices of the guard's `holds_left`, of its next value and of its constant
-    - 7 to 9: indices of the inputs behind the guard
+    - 4 to 6: indices of the guard's state `holds_left`, its next value and its constant hold time
+    - 7 to 9: indices of the inputs after the guard has replaced invalid ones
     - 10: number of rows of `code` that belong to the guard
     """
 
@@ -78,7 +80,7 @@ class CompiledProgram(NamedTuple):
 
 
 def compile_program(program: Program, *, single: bool = False) -> CompiledProgram:
-    """Return the program in double, or in float if `single`, at rest at the position 0."""
+    """Return the program in float64, or float32 if `single`, at rest at the position 0."""
     values = np.zeros(len(program.nodes) + len(program.updates))
     code: list[list[int]] = []
     terms: list[tuple[int, int, int]] = []
@@ -132,7 +134,7 @@ def ports(program: Program) -> IntVector:
 
 @kernel
 def copy_program(machine: CompiledProgram) -> CompiledProgram:
-    """Return a copy that shares the operations and has its own values."""
+    """Return a copy with separate values; both copies share the arrays of operations."""
     return CompiledProgram(
         machine.number,
         machine.code,
@@ -148,10 +150,10 @@ def copy_program(machine: CompiledProgram) -> CompiledProgram:
 
 
 def hold(machine: CompiledProgram, index: int, value: float) -> None:
-    """Set the state at index `index` to a value [SI], in double or float only.
+    """Set the state at `index` to a value [SI] in a program in double or float.
 
-    The state is one that the caller updates, such as a scheduled parameter. A value that is not
-    finite is ignored.
+    Only states without an update in the program may be set, such as scheduled parameters. NaN and
+    infinity are ignored.
     """
     if math.isfinite(value):
         (machine.single if machine.number == FLOAT else machine.real)[index] = value
@@ -159,9 +161,9 @@ def hold(machine: CompiledProgram, index: int, value: float) -> None:
 
 @kernel
 def start_at(machine: CompiledProgram, position: float) -> None:
-    """Set a new program to rest at `position` [rad | m], with the prefilter settled there.
+    """Set a new program to rest at `position` [rad | m], with a settled prefilter.
 
-    A position that is not finite is a fault.
+    A position that is not finite sets the fault.
     """
     if not math.isfinite(np.float32(position) if machine.number == FLOAT else position):
         position = 0.0
@@ -192,11 +194,11 @@ def start_at(machine: CompiledProgram, position: float) -> None:
 def control_step(
     machine: CompiledProgram, reference: float, position: float, velocity: float
 ) -> float:
-    """Return the drive [A | V] for a reference, a position [rad | m] and a velocity [per s].
+    """Run one sample of a controller in place and return the drive [A | V].
 
-    Position and velocity are measured; the velocity is used only if the controller has that input.
-    An input that is not finite is invalid (control/measurement_guard.py). The program moves to the
-    next sample, in place.
+    reference and position [rad | m] and velocity [rad/s | m/s] are the inputs; position and
+    velocity are measured. The velocity is used only if the controller has that input. An input that
+    is not finite is invalid (control/measurement_guard.py).
     """
     ports = machine.ports
     if machine.number == FIXED:
@@ -225,7 +227,7 @@ def control_step(
 
 @kernel
 def read(machine: CompiledProgram, index: int) -> float:
-    """Return the value at an index in SI, for example at `program.states[name].index`."""
+    """Return the value of the node at an index in SI, such as `program.states[name].index`."""
     if machine.number == FIXED:
         return to_real(machine.formats[index], machine.word[index])
     if machine.number == FLOAT:
@@ -271,9 +273,10 @@ def _first_row(v: Values | IntVector, ports: IntVector, valid: bool) -> int:
 
 @bare_kernel
 def run_values(code: Rows, terms: Rows, writes: Rows, v: Values, first: int = 0) -> None:
-    """Run one sample on values v of one type, from row `first` of `code` on.
+    """Run the operations of one sample on the values v, from row `first` of `code` to the end.
 
-    Every operation rounds to the type of v. The states are updated after the last operation.
+    v is float64 or float32; every operation rounds to its type. The states are updated after the
+    last operation.
     """
     for k in range(first, code.shape[0]):
         operation = code[k, 0]

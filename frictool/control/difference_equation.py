@@ -10,8 +10,8 @@ held while the drive is released (5.2.2). With `conditional` it is also held at 
 drive is limited and the input would move it further. At rest every other state is set to 0.
 
 Property: the state obeys x+ = (a - l c) x + (b - l d) e + l (limited u) for any u. If a - l c is
-stable, sums of its impulse responses bound every state. Fixed point takes its scaling from these
-bounds.
+stable, sums of the absolute impulse responses from e and from the limited u bound every state.
+These bounds determine the scaling of fixed point.
 """
 
 from __future__ import annotations
@@ -43,13 +43,13 @@ class DifferenceEquation:
 
     @property
     def integrators(self) -> list[int]:
-        """Indices of the integrator states: their row of `a` equals the identity matrix's row."""
+        """Return the indices of the states whose row of `a` is a row of the identity."""
         return [i for i, row in enumerate(self.a) if row[i] == 1.0 and np.count_nonzero(row) == 1]
 
 
 @dataclass(frozen=True)
 class CoefficientNodes:
-    """The coefficients as nodes: constants, or sums over the corners of a schedule."""
+    """Nodes of the coefficients: constants, or weighted sums over the corners of a schedule."""
 
     a: list[list[ProgramNode]]
     b: list[ProgramNode]
@@ -61,7 +61,7 @@ class CoefficientNodes:
 def coefficients(
     program: Program, equation: DifferenceEquation, prefix: str = ""
 ) -> CoefficientNodes:
-    """Return the coefficients as constants of the program, with `prefix` before their names."""
+    """Add the coefficients as constants named `prefix` + name, and return their nodes."""
     n = len(equation.b)
 
     def row(name: str, values: Matrix) -> list[ProgramNode]:
@@ -85,7 +85,7 @@ def coefficients(
 def output(
     program: Program, k: CoefficientNodes, entering: ProgramNode, bounds: Matrix
 ) -> ProgramNode:
-    """Return u before its limit; `bounds` (n,) are the bounds of the states."""
+    """Write u = d e + c x and return its node; `bounds` (n,) are the bounds of the states."""
     program.block("linear controller: u = d e + c x")
     x = [program.state(f"x[{i}]", -float(bound), float(bound)) for i, bound in enumerate(bounds)]
     terms = _present([k.d, *k.c], [entering, *x])
@@ -101,10 +101,10 @@ def advance(
     hold: ProgramNode | None,
     resting: ProgramNode | None,
 ) -> None:
-    """Write the update of x.
+    """Write the update of the state x.
 
-    excess = limited drive - drive. `hold` is true while the states `integrators` keep their values,
-    `resting` while the other states are 0.
+    `excess` is limited drive - drive. While `hold` is true, the states `integrators` keep their
+    values. While `resting` is true, all other states are set to 0.
     """
     program.block("its states: next x = b e + l excess + a x")
     n = len(k.b)
@@ -135,12 +135,12 @@ def _present(
 def state_bounds(
     equation: DifferenceEquation, entering: float, drive: float, conditional: bool
 ) -> Matrix:
-    """Return bounds of |x| (n,) for |e| <= entering and |drive| <= drive; inf without a bound.
+    """Return the bounds (n,) of |x| for |e| <= entering and |limited u| <= drive; inf if unbounded.
 
-    With `conditional`, the bound of a held integrator follows from the drive's limit and the other
-    states. This holds for a single integrator that moves the drive in the direction of e (c b >= 0)
-    and moves no other state. The bounds do not cover a drive that is released or to which something
-    is added before its limit; in these cases a fixed-point word saturates.
+    With `conditional`, an integrator is held at the drive's limit, and its bound follows from that
+    limit and the other states. This requires a single integrator that moves the drive in the
+    direction of e (c b >= 0) and no other state. The bounds do not cover a released drive, nor a
+    term added to the drive before its limit; in both cases a fixed-point word saturates.
     """
     n = len(equation.b)
     held_states = equation.integrators if conditional else []

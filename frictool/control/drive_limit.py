@@ -1,11 +1,11 @@
-"""The limit of the drive: symmetric, and narrower if the back-EMF leaves less current.
+"""The limit of the drive: a symmetric bound, and for a current the limit of the supply voltage.
 
     |u| <= bound,   |R i + K v| <= V   ->   (-V - K v)/R <= i <= (V - K v)/R
 
-The second condition applies to a current through a winding. K is the torque constant, equal to the
-back-EMF constant in SI units; v is the measured speed, whose lag is also a lag of this limit.
-Property: with the anti-windup of the difference equation the loop is linear again as soon as the
-drive leaves the limit.
+The second condition applies if the drive is the current of a winding: resistance R, supply voltage
+V, torque constant K (equal to the back-EMF constant in SI units), measured speed v. The lag of the
+measured speed delays this limit. Property: with the anti-windup of the difference equation the loop
+is linear again as soon as the drive leaves the limit.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ def bounds(
     winding: tuple[float, float, float] | None,
     speed: ProgramNode | None,
 ) -> tuple[ProgramNode, ProgramNode]:
-    """Return (low, high) of the drive [A | V].
+    """Return the nodes (low, high) of the limits of the drive [A | V].
 
-    winding: resistance [ohm], constant [N m/A] and voltage [V]; it needs a speed.
+    winding: resistance [ohm], torque constant [N m/A] and supply voltage [V]; requires `speed`.
     """
     high = program.constant(bound, "drive_limit")
     low = program.named("drive_low" if winding is None else "lowest", -high)
@@ -39,7 +39,7 @@ def bounds(
 def limit(
     program: Program, drive: ProgramNode, low: ProgramNode, high: ProgramNode
 ) -> tuple[ProgramNode, ProgramNode]:
-    """Return the drive within its bounds, and the bound that it met: -1, 0 (none) or +1."""
+    """Return the limited drive, and -1 if it is at `low`, +1 if it is at `high`, else 0."""
     program.block("limit of the drive")
     zero, one = program.constant(0.0), program.constant(1.0)
     above = program.named("above", drive > high)

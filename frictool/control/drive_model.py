@@ -1,6 +1,6 @@
-"""The mean effort of the drive until the next sample, as input of an observer in a controller.
+"""Mean torque or force of the drive until the next sample, for the observer of a controller.
 
-    the command acts after delay_samples;  tau i' = u - i,   i is the drive behind its loop's lag
+    tau i' = u - i         u: delayed command, i: current after the lag of its loop
     mean of i over the period = u + (i - u) (1 - exp(-T/tau)) tau/T          exact for a constant u
 
 Limit: the target does not measure the current. A current loop slower than tau, or a supply whose

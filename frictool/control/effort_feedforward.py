@@ -1,17 +1,18 @@
-"""Feedforward: the drive that moves the modelled axis along its reference, added before the limit.
+"""Feedforward: the drive that moves the model of the axis along its reference.
 
     u = J a + sigma_v v + F_c sign(v)        in units of the drive, within its limit
 
-    sign(v)   +1 or -1 from |v| > on; kept until |v| < off or v has turned; 0 there
+    sign(v)   becomes +1 or -1 if |v| > on; becomes 0 if |v| < off or v changes its sign
 
-The two speeds are a hysteresis around zero: a reference that creeps or rests asks for no Coulomb
-friction, and its noise does not switch the drive to and fro.
+The two speeds form a hysteresis around zero: a reference that creeps or rests causes no Coulomb
+term, and noise of the reference does not switch that term on and off. The feedforward is added to
+the drive before the limit.
 
-v and a are means over the sample in which the drive acts. A prefilter or a profile with the
-position f and the speed v at each sample moves by T/2 (v[k-1] + v[k]) between f[k-1] and f[k]; the
-acceleration is (v[k] - v[k-1])/T. The drive computed from it acts after the delay of the target, so
-that the loop compares the position with f, 1 + delay samples before (`delayed`). Property: without
-friction that differs from the model, the feedback sees no error.
+v and a are means over the sample in which the drive acts. A prefilter or a profile has the position
+f and the speed v at each sample, with f[k] - f[k-1] = T/2 (v[k-1] + v[k]); its mean acceleration is
+(v[k] - v[k-1])/T. The drive computed from them acts after the delay of the target. The loop
+therefore compares the measured position with f[k - 1 - delay samples] (`delayed`). Property: if the
+axis equals the model, the position error is 0.
 
 Feedforward and profile are outside the feedback loop: no margin depends on them.
 """
@@ -25,9 +26,11 @@ from frictool.control.program import Program, ProgramNode
 
 
 class FeedforwardGains(NamedTuple):
-    """Drive per unit of acceleration and of speed, and the drive of the Coulomb friction.
+    """Gains of the feedforward, in units of the drive [A | V].
 
-    `on`, `off`: speeds [per s] at which the Coulomb friction is switched; off < on.
+    inertia: drive per rad/s^2 | m/s^2. viscous: drive per rad/s | m/s. coulomb: drive that balances
+    the Coulomb friction. on, off: speeds [rad/s | m/s] above and below which the Coulomb term is
+    switched on and off; off < on.
     """
 
     inertia: float
@@ -40,9 +43,10 @@ class FeedforwardGains(NamedTuple):
 def sample_motion(
     program: Program, speed: ProgramNode, period: float
 ) -> tuple[ProgramNode, ProgramNode]:
-    """Return mean speed and acceleration over the sample that ends with `speed`.
+    """Return mean speed and mean acceleration of the reference over the last period.
 
-    `speed` is that of a prefilter or a profile, whose state is `filtered_speed_before`.
+    `speed` is the present speed of the prefilter or profile; its state `filtered_speed_before`
+    holds the speed one sample ago.
     """
     program.block("motion of the filtered reference over one sample")
     before = program.states["filtered_speed_before"]
@@ -51,7 +55,7 @@ def sample_motion(
 
 
 def delayed(program: Program, samples: float) -> ProgramNode:
-    """Return the filtered reference as it was `samples` >= 1 samples ago, between two if needed."""
+    """Return the filtered reference `samples` >= 1 samples ago, interpolated if fractional."""
     program.block("filtered reference at the time at which the feedforward has moved the axis")
     whole = math.floor(samples)
     part = samples - whole
@@ -74,7 +78,7 @@ def feedforward(
     gains: FeedforwardGains,
     most: float,
 ) -> ProgramNode:
-    """Return the drive [A | V] for a mean speed and acceleration, at most `most`."""
+    """Return the feedforward drive [A | V] for a mean speed and acceleration; |drive| <= `most`."""
     program.block("feedforward of inertia and friction; the Coulomb friction with hysteresis")
     zero, one = program.constant(0.0), program.constant(1.0)
     on, off = program.constant(gains.on, "switch_on_speed"), gains.off

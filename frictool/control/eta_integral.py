@@ -1,4 +1,4 @@
-"""Input of a speed controller: eta = integral(omega_c) - position, held at the drive's limit.
+"""Input of a speed controller: eta = integral(omega_c) - position, omega_c the speed reference.
 
 Both integrals advance by their differences, so that no number grows with the distance travelled. If
 the last drive was limited and eta would move further into that limit, eta is held
@@ -19,7 +19,7 @@ def next_eta(
     resting: ProgramNode | None,
     bound: float,
 ) -> ProgramNode:
-    """Return eta [rad | m] at this sample; it restarts at 0 after a rest.
+    """Return eta [rad | m] at this sample; after a sample with `resting`, it is 0.
 
     increment: T omega_c, reference speed over one sample. motion: change of the position since the
     last sample. limited: -1 or +1 if the last drive was at its lower or upper limit, else 0.

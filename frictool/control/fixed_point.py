@@ -1,14 +1,14 @@
-"""A program in fixed point: a fraction for every value, and the proof that nothing overflows.
+"""Scaling of a program in fixed point, and the proof that no operation overflows.
 
     intervals of inputs and states ──▶ interval of every value ──▶ its fraction, and the shifts of
     its operation ──▶ intervals of the words, checked
 
-Values are 32-bit words; products and sums are formed in 64 bits. A program runs in q31: its
-coefficients have 31 bits and a sign, each with its own fraction. Only coefficients exist in q15.
-A state saturates at the interval that its block states; the intervals therefore hold at every
-sample if they hold at one. The overflow proof does not rely on real numbers. It repeats every
-operation on the words at both ends of its operands' intervals, in integers of any size. Each
-intermediate result must fit.
+The fraction of a value is its number of fractional bits. Values are 32-bit words; products and sums
+are formed in 64 bits. A program runs in q31: its coefficients have 31 bits and a sign, each with a
+separate fraction. Only coefficients can be rounded to q15. A state saturates at the interval that
+its block states; the intervals therefore hold at every sample if they hold at one. The overflow
+proof uses integers of any size, not real numbers. It repeats every operation on the words at both
+ends of its operands' intervals. Each intermediate result must fit.
 """
 
 from __future__ import annotations
@@ -31,12 +31,12 @@ Words = tuple[int, int]
 
 
 class FixedPointOverflow(ValueError):
-    """A value without a finite interval, or an operation that would overflow."""
+    """Error: a value has no finite interval, or an operation would overflow."""
 
 
 @dataclass(frozen=True)
 class FixedProgram:
-    """Shifts, fractions and words of a program, by index of the node, as in `CompiledProgram`.
+    """Shifts, fractions and words of a program in fixed point; index: number of the node.
 
     shifts: shifts (a, b, result) of an operation, to the right if positive. term_shifts: shift of
     each term of a dot. write_shift: shift of each state's update. constants: word of each constant.
@@ -55,7 +55,7 @@ class FixedProgram:
 
 
 def round_coefficient(value: float, bits: int) -> float:
-    """Return a coefficient rounded to the nearest word of `bits` bits with its own fraction."""
+    """Return the value that is stored for a coefficient of `bits` bits (`coefficient`)."""
     word, fraction = coefficient(value, bits)
     return math.ldexp(word, -fraction)
 
@@ -74,12 +74,12 @@ def coefficient(value: float, bits: int) -> tuple[int, int]:
 
 
 def fixed_program(program: Program, bits: int = BITS["q31"]) -> FixedProgram:
-    """Scale a program; raise FixedPointOverflow with the value's name if that is not possible."""
+    """Return the scaling of a program; raise FixedPointOverflow with the name of the value."""
     return _Scaling(program, bits).done()
 
 
 def fixed_machine(scaled: FixedProgram) -> CompiledProgram:
-    """Return the program as the simulation runs it."""
+    """Return the scaled program as arrays for the kernels, at rest at the position 0."""
     program = scaled.program
     plain = compile_program(scaled.program)
     writes = plain.writes

@@ -34,7 +34,7 @@ def shift_rounded(value: int, shift: int) -> int:
 
 @kernel
 def whole_root(value: int) -> int:
-    """Return the largest integer whose square is at most `value` >= 0, computed bit by bit."""
+    """Return the integer square root of `value` >= 0, rounded down."""
     root = 0
     bit = 1 << 62
     while bit > value:
@@ -51,7 +51,7 @@ def whole_root(value: int) -> int:
 
 @kernel
 def from_real(form: IntVector, value: float) -> int:
-    """Return the word of a value: nearest, halves to even, saturated; INVALID if not finite."""
+    """Return the saturated word nearest to a value, halves to even; INVALID for NaN, inf."""
     if not math.isfinite(value):
         return INVALID
     scaled = math.ldexp(value, form[op.FRACTION])
@@ -72,7 +72,7 @@ def to_real(form: IntVector, word: int) -> float:
 def run_words(
     code: Rows, terms: Rows, writes: Rows, formats: IntVector, w: IntVector, first: int
 ) -> None:
-    """Run one sample on words: control/compiled_program.py `run_values` in integers."""
+    """Run the operations of one sample on the words w; `run_values` in integers."""
     for k in range(first, code.shape[0]):
         operation = code[k, 0]
         d = code[k, 1]

@@ -5,11 +5,12 @@
     observer   F' = L (K u - J v' - F)           in state form q = F + L J v,  q' = L (K u - F),
                                                  by Euler's method
 
-This is the baseline that 5.1 argues against. It needs the sign of v near v = 0, which a coarse
-encoder cannot provide. If the model has too much friction, the axis moves without a command. At
-rest the observer integrates the effort, so that the axis breaks away, overshoots and hunts (5.1).
-docs/theory/control.md compares its figures with those of the laws that use friction. Rule: L below
-the bandwidth of the measured speed, v_s above the speed of one count per sample.
+Section 5.1 of the thesis argues against friction compensation; it serves as a baseline. The model
+needs the sign of v near v = 0, which a coarse encoder cannot provide. If the model has too much
+friction, the axis moves without a command. At rest the observer integrates the effort, so that the
+axis breaks away, overshoots and hunts (5.1). docs/theory/control.md compares this compensation with
+the laws that use friction. Rule: L below the bandwidth of the measured speed, v_s above the speed
+of one encoder count per sample.
 """
 
 from __future__ import annotations
@@ -23,7 +24,10 @@ REACH = 64.0  # bound of the observer's state in drive limits; includes the term
 def model_compensation(
     program: Program, speed: ProgramNode, coulomb: float, viscous: float, smoothing: float
 ) -> ProgramNode:
-    """Return the drive [A | V] for the friction at a speed; `coulomb`, `viscous` in drive units."""
+    """Return the drive [A | V] that balances the modelled friction at a speed.
+
+    `coulomb` and `viscous` are divided by the torque or force constant of the drive.
+    """
     program.block("friction compensation from the model")
     dry = program.constant(coulomb, "coulomb_drive") * saturating(
         program, program.constant(1.0 / smoothing, "per_smoothing_speed") * speed
@@ -34,10 +38,11 @@ def model_compensation(
 def observer_compensation(
     program: Program, speed: ProgramNode, bandwidth: float, inertia: float, gain: float, most: float
 ) -> tuple[ProgramNode, ProgramNode]:
-    """Return the drive [A | V] that is added, and the estimated friction in the same unit.
+    """Return the drive [A | V] to add, and the estimated friction in the same unit.
 
-    inertia: drive per unit of acceleration. gain: part of the estimated friction that is added.
-    most: largest friction, as a drive. `observe` updates the state once the drive is known.
+    bandwidth: L [rad/s]. inertia: drive per unit of acceleration. gain: fraction of the estimated
+    friction that is compensated. most: bound of the estimated friction [A | V]. `observe` writes
+    the update of the observer's state.
     """
     program.block("friction compensation from a disturbance observer")
     carried = program.constant(bandwidth * inertia, "observer_inertia") * speed
@@ -54,6 +59,6 @@ def observer_compensation(
 def observe(
     program: Program, drive: ProgramNode, estimate: ProgramNode, bandwidth: float, period: float
 ) -> None:
-    """Write the observer's update from the applied drive and the estimated friction `estimate`."""
+    """Write the observer's next state from the applied drive and the estimated friction."""
     step = program.constant(bandwidth * period, "observer_step")
     program.update("observed", program.states["observed"] + step * (drive - estimate))

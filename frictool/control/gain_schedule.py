@@ -1,10 +1,10 @@
-"""Scheduled coefficients: the corners' matrices, summed with weights (5.46), (5.64).
+"""Scheduled coefficients: a weighted sum of the matrices at the corners, (5.46), (5.64).
 
     alpha_i = product over the parameters of (distance to the end opposite to corner i)/(width)
 
-The caller sets the parameters when it has new values: a temperature for the constant, the friction
-of an observer. A value outside its interval counts as the nearer end. The weights are not negative
-and their sum is 1, to rounding.
+The parameters are states that the caller sets, such as the torque constant from a temperature, or
+the friction from an observer. A value outside its interval is replaced by the nearer end. The
+weights alpha_i are not negative, and their sum is 1 up to rounding.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from frictool.control.program import Program, ProgramNode
 def corner_weights(
     program: Program, names: Sequence[str], corners: Sequence[Mapping[str, float]]
 ) -> list[ProgramNode]:
-    """Return alpha_i, one per corner, from states named after the parameters.
+    """Return the weights alpha_i, one per corner; a state for each parameter holds its value.
 
     Each state starts in the middle of its interval.
     """
@@ -53,7 +53,7 @@ def corner_weights(
 def weighted_coefficients(
     program: Program, equations: Sequence[DifferenceEquation], weights: list[ProgramNode]
 ) -> CoefficientNodes:
-    """Return the coefficients of the weighted sum; those equal in every corner stay constants."""
+    """Return the weighted coefficients; those that are equal in all corners are constants."""
     program.block("coefficients for these weights")
     each = [
         coefficients(program, equation, f"corner{index}_")

@@ -1,20 +1,20 @@
-"""Profile from the position of the last sample to the target, with bounded jerk.
+"""Point-to-point profile with bounded speed, acceleration and jerk, computed sample by sample.
 
     w  = d - T/2 v                     distance d to the target, less half a sample at speed v
     v* = sign(w) |w|/T                 |w| <= a T^2/2          braking law, |v*| <= speed
-       = sign(w) (sqrt(2 a |w|) - a T/2)
+       = sign(w) (sqrt(2 a |w|) - a T/2)   else, |v*| <= speed
     v+ = v* within v - a T ... v + a T,     d+ = d - T/2 (v + v+)
     p  = r - d+,   f = mean of p over N samples                smoothing
 
-The braking law is the largest speed from which the axis can stop at its target, if the speed
-changes by at most a T per sample. Along the root, v+ = v - a T; the straight line ends the motion
-in two samples. A sample within END of a T and a T^2 of the target ends at the target exactly. The
-target may change at any sample, also in motion. No move takes more than three samples longer than
-the time-optimal trapezoid and its mean (`duration`).
+The braking law v*(w) is the largest speed from which the axis can stop at its target if the speed
+changes by at most a T per sample. On its square root, v+ = v - a T; on its straight line, two
+samples end the motion. If |d+| <= END a T^2 and |v+| <= END a T, both are set to 0. The target may
+change at any sample, also in motion. A move takes at most three samples longer than `duration`, the
+time of the time-optimal trapezoid plus that of the mean.
 
-The mean over N samples limits the jerk of the trapezoidal speed to 2 a/(N T), and delays the end by
-N - 1 samples. The program averages speeds, and not positions: speeds are exactly 0 at rest, so that
-f = r at the end to the last bit. Sources: Zanasi, Lo Bianco, Tonielli, Automatica 36 (2000) 439-448
+The mean over N samples limits the jerk to 2 a/(N T) and delays the end by N - 1 samples. The
+program averages speeds instead of positions: speeds are exactly 0 at rest, so that f = r holds
+exactly at the end. Sources: Zanasi, Lo Bianco, Tonielli, Automatica 36 (2000) 439-448
 (discrete-time filter in closed loop); Biagiotti, Melchiorri, Control Eng. Practice 20 (2012)
 1385-1399 (cascade with a moving average).
 """
@@ -30,9 +30,9 @@ END = 1.0 / 256.0  # part of a T and a T^2 below which a speed and a distance co
 
 
 class ProfileLimits(NamedTuple):
-    """Limits of a profile.
+    """Limits of a profile: speed [rad/s | m/s], acceleration [rad/s^2 | m/s^2].
 
-    speed [per s], acceleration [per s^2], and the samples of the moving average, at least 2.
+    smoothing_samples: number N of samples of the moving average, at least 2.
     """
 
     speed: float
@@ -40,14 +40,14 @@ class ProfileLimits(NamedTuple):
     smoothing_samples: int
 
     def jerk(self, period: float) -> float:
-        """Return the largest jerk [per s^3] at a sample period [s]."""
+        """Return the largest jerk [rad/s^3 | m/s^3] at a sample period [s]."""
         return 2.0 * self.acceleration / (self.smoothing_samples * period)
 
 
 def profile(
     program: Program, reference: ProgramNode, limits: ProfileLimits, period: float
 ) -> tuple[ProgramNode, ProgramNode]:
-    """Return the profile's position [rad | m] and its speed [per s] at this sample."""
+    """Return the profile's position [rad | m] and its speed [rad/s | m/s] at this sample."""
     program.block("profile: the speed from which the target can still be reached by braking")
     top = limits.speed
     per_sample = limits.acceleration * period
@@ -131,7 +131,7 @@ def _smoothed(
 
 
 def duration(distance: float, limits: ProfileLimits, period: float) -> float:
-    """Return the least time [s] of a trapezoidal speed over `distance`, plus that of the mean."""
+    """Return the time [s] of the time-optimal trapezoid over `distance`, plus N - 1 samples."""
     top, most = limits.speed, limits.acceleration
     accelerated = top * top / most
     moved = abs(distance)

@@ -3,15 +3,15 @@
     energy   | |e| - J v^2/(2 F') | < delta_e,  F' = F_c + F_cv (5.40)
     error    |e| < delta_e, the cut-off that 5.2.1 argues against
 
-With `energy` the drive is released if friction alone, real and virtual, stops the axis at the
-target. The released effort is -F_cv tanh(v/v_r) (5.41). The branches of (5.41) are exchanged here:
-as printed, the brake acts outside the band and the axis never starts. The integrator is frozen
-while the drive is released (5.2.2); the rest of the controller continues to follow the error.
+With `energy` the drive is released if real and virtual friction alone stop the axis within delta_e
+of the target. The released effort is -F_cv tanh(v/v_r) (5.41). The branches of (5.41) are exchanged
+here: as printed, the brake acts outside the band and the axis never starts. The integrator is
+frozen while the drive is released (5.2.2); the other states of the controller are updated as usual.
 
-Property (proposition 5.2.1, with its reservation): if F' is the friction that acts, the axis ends
-at rest with a drive of 0. The derivative (5.12) has no definite sign: boundedness and
-rest hold, but not a Lyapunov decrease. Rule: delta_e at least one encoder step, and above |e|
-dF'/F' of the moves that occur; v_r some encoder steps per filter time, 0.01 m/s on the mass of
+Property (proposition 5.2.1): if F' equals the true friction, the axis ends at rest with a drive of
+0. The derivative (5.12) has no definite sign: boundedness and rest hold, but not a Lyapunov
+decrease. Rule: delta_e at least one encoder step, and above |e| dF'/F' for the largest error dF' of
+the friction; v_r some encoder steps per time constant of the speed filter, 0.01 m/s on the mass of
 table 5.1.
 """
 
@@ -29,9 +29,9 @@ def energy_released(
     inertia: float,
     friction: float,
 ) -> ProgramNode:
-    """Return the condition (5.7): friction alone stops the axis at the target.
+    """Return the condition (5.7), | |e| - J v^2/(2 F') | < band.
 
-    friction [N m | N], inertia [kg m2 | kg]; band: tolerance of the stop [rad | m].
+    friction: F' [N m | N]. inertia: J [kg m2 | kg]. band: delta_e [rad | m].
     """
     program.block("limit-cycle limiter (5.7): friction alone ends at the target")
     path = program.named(

@@ -1,12 +1,12 @@
-"""Program as straight-line machine code: the operations of one sample, without an interpreter.
+"""Compilation of a program to straight-line machine code for one sample.
 
     CompiledProgram ──structure: operations and indices──▶ LLVM ──▶ function pointer
                     ──coefficients and states: `real`────────────▶ memory of each call
 
 The code does the operations of `run_values` in the same order, each rounded to float64, so that
-drive and states are equal bit by bit. Coefficients are read from memory: two programs that differ
-in their coefficients only have one code. Compiling takes some hundredths of a second, which about a
-hundred runs of a thousand samples save.
+drive and states are equal bit by bit. Coefficients are read from memory: programs that differ only
+in their coefficients share one code. Compilation takes some hundredths of a second; it pays after
+about a hundred runs of a thousand samples.
 """
 
 from __future__ import annotations
@@ -52,9 +52,10 @@ class MachineCode(NamedTuple):
 
 
 class ProgramStructure(NamedTuple):
-    """Operations and indices of a program, without its coefficients; columns as in CompiledProgram.
+    """Operations and indices of a program, without its coefficients.
 
-    `inputs`: index of each input of PORTS, or -1. `output`: index of the returned value.
+    The columns are those of CompiledProgram. `inputs`: index of each input of PORTS, or -1.
+    `output`: index of the value that the code returns.
     """
 
     code: tuple[tuple[int, ...], ...]
@@ -67,8 +68,8 @@ class ProgramStructure(NamedTuple):
 def machine_code(program: CompiledProgram, output: int | None = None) -> MachineCode | None:
     """Return the code of a program in double; None for other formats and without a compiler.
 
-    The code returns the drive, or the value at the index `output`; a state has the value before
-    the sample updates it.
+    The code returns the value at the index `output`, by default the drive. If `output` is a state,
+    the code returns its value before the update.
     """
     if program.number != DOUBLE or settings.DISABLE_JIT:
         return None

@@ -1,13 +1,14 @@
-"""Guard of the inputs: no NaN or infinity ever reaches a state of the controller.
+"""Guard of the inputs: it keeps NaN and infinity out of the states of the controller.
 
     valid sample     the inputs as they are
     invalid sample   each invalid input keeps its last valid value, for at most `hold_samples`
                      samples in a row
-    one more         fault: the drive is 0 until the controller restarts at a valid position
+    later            fault: the drive is 0 until the controller restarts at a valid position
 
-`holds_left` counts the samples that may still be held; it is -1 in the fault. A valid sample before
-the fault resets it. In fixed point one word stands for every value that is not finite (`INVALID` of
-control/fixed_point_kernel.py). A start at an invalid position is a fault at once.
+The state `holds_left` is the number of invalid samples that may still follow; it is -1 in the
+fault. A valid sample before the fault resets it to `hold_samples`. In fixed point one word stands
+for every value that is not finite (`INVALID` of control/fixed_point_kernel.py). A start at an
+invalid position is a fault at once.
 """
 
 from __future__ import annotations

@@ -11,12 +11,12 @@ from frictool.control.program import ProgramNode
 
 
 class ObserverNodes(NamedTuple):
-    """Estimates at this sample, before its effort is known.
+    """Nodes of an observer's estimates at a sample, which are independent of its drive.
 
-    position [rad | m], velocity [per s]. friction [N m | N]: dry friction with the sign of the
-    velocity, which it opposes; 0 while the observer takes the axis for stuck, since friction is
-    then not observed. wear: ratio of friction to the model's [1], or increase of friction
-    [N m | N]; None if the observer does not estimate wear.
+    position [rad | m], velocity [rad/s | m/s]. friction [N m | N]: dry friction with the sign of
+    the velocity; 0 while the estimated mode is stuck, because friction is then not observable.
+    wear: friction divided by that of the model [1], or increase of friction [N m | N]; None if the
+    observer does not estimate wear.
     """
 
     position: ProgramNode

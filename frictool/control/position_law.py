@@ -7,13 +7,14 @@
 
 Braked by friction alone, J omega' = -F_c, an axis that follows the square root arrives at e = 0
 with speed 0 (5.5). With virtual friction k = sqrt(2 (F_c + F_cv)/J) (5.42): the axis is faster, and
-the drive has to brake with F_cv. The text has 0 inside the band (5.19). Here the law is also
-followed inside, until the prefilter has settled and the band acts. It is linear there, since the
-infinite slope of the root at zero would turn each encoder count into a jump of the speed reference.
+the drive has to brake with F_cv. In the thesis omega_c is 0 inside the band (5.19). Here omega_c
+also follows the law inside the band, until the prefilter has settled and the band releases the
+drive (control/target_band.py). The law is linear inside the band, since the infinite slope of the
+root at zero would turn each encoder count into a jump of omega_c.
 
 Property (proposition 5.2.2): with an infinitely fast speed loop the error decreases outside the
-band and ends within it. With a finite bandwidth only simulation can show this; the slope
-k/sqrt(band) must stay well below the bandwidth. Rule: k from the lowest friction
+band and ends within the band. With a finite bandwidth only simulation can show this; the slope
+k/sqrt(band) must stay well below the bandwidth of the speed loop. Rule: k from the lowest friction
 (the lower end of the map); the band at least some encoder steps.
 """
 
@@ -27,7 +28,7 @@ from frictool.control.program import Program, ProgramNode
 def square_root_law(
     program: Program, error: ProgramNode, gain: float, band: ProgramNode
 ) -> ProgramNode:
-    """Return omega_c [per s] for a position error [rad | m]; the law is odd and continuous."""
+    """Return omega_c [rad/s | m/s] for a position error [rad | m]; odd and continuous."""
     program.block(
         "square-root law (5.19): the speed from which friction alone stops the axis at its "
         "target; linear inside the band"
@@ -41,6 +42,6 @@ def square_root_law(
 
 
 def proportional_law(program: Program, error: ProgramNode, gain: float) -> ProgramNode:
-    """Return omega_c [per s] for a position error [rad | m]."""
+    """Return omega_c [rad/s | m/s] for a position error [rad | m]."""
     program.block("proportional position law")
     return program.named("wanted_speed", program.constant(gain, "law_gain") * error)

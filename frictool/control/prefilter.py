@@ -2,9 +2,9 @@
 
     f' = v,   v' = w0^2 (r - f) - 2 m w0 v        f filtered reference, v its speed, r reference
 
-The state form is sampled: the trapezoidal rule with h = T/2 solves both lines for the new sample. v
-is the exact derivative of f for that rule, f[k] - f[k-1] = h (v[k] + v[k-1]), so that blocks may
-use it to detect that f has settled. If f = r and v = 0, no bit changes.
+The trapezoidal rule with h = T/2, applied to both equations, gives f and v at the new sample. Hence
+f[k] - f[k-1] = h (v[k] + v[k-1]) holds exactly, and v = 0 shows that f has settled. If f = r and v
+= 0, no bit changes.
 
 Properties: unit gain, delay 2 m/w0, overshoot exp(-pi m/sqrt(1 - m^2)) (1.5 % at m = 0.8). Rule
 (5.4.3.2): w0 = 6/(specified response time) and m = 0.8; the bandwidth of the loop should be higher.
@@ -42,7 +42,7 @@ def prefilter(
     damping: float,
     period: float,
 ) -> tuple[ProgramNode, ProgramNode]:
-    """Return the filtered reference [rad | m] and its speed [per s] at this sample."""
+    """Return the filtered reference [rad | m] and its speed [rad/s | m/s] at this sample."""
     program.block("prefilter of the reference (5.69), sampled by Tustin in state form")
     h, p, q = prefilter_coefficients(natural_frequency, damping, period)
     low, high, top = bounds(reference.low, reference.high, natural_frequency, damping, period)
@@ -66,9 +66,9 @@ def prefilter(
 def bounds(
     low: float, high: float, natural_frequency: float, damping: float, period: float
 ) -> tuple[float, float, float]:
-    """Return (low, high) of the filtered reference and the largest |speed|.
+    """Return (low, high) of the filtered reference [rad | m] and its largest |speed| [rad/s | m/s].
 
-    The bounds hold for any reference that stays within `low` and `high`.
+    The bounds hold for every reference within [low, high].
     """
     if not (math.isfinite(low) and math.isfinite(high)):
         return -math.inf, math.inf, math.inf

@@ -1,4 +1,4 @@
-"""The operations of a controller or observer at every sample: one list, simulated and exported.
+"""The list of operations of a controller or observer, which is simulated and exported.
 
     block files ──write into──▶ Program ──▶ compiled_program.py  double and float, simulated
                                         ──▶ fixed_point.py       q31 and q15, with the interval of
@@ -10,9 +10,9 @@ A value is the result of one operation (`ProgramNode`). Every operation runs at 
 `select` chooses between results instead of branching, so that each sample takes the same time.
 Nothing is reordered or contracted: results agree bit by bit wherever the arithmetic is IEEE.
 
-A state holds a value from one sample to the next. `update` sets its next value; the caller sets a
-state without an update (a scheduled parameter). `low` and `high` bound a state or an input: fixed
-point takes its scaling from them, and saturates there.
+A state keeps a value from one sample to the next. `Program.update` defines its next value; a state
+without an update, such as a scheduled parameter, is set by the caller. `low` and `high` bound a
+state or an input; they determine the scaling of fixed point, which saturates there.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ LOGICAL = frozenset({"lt", "le", "and", "or", "not", "valid"})
 class ProgramNode:
     """One value: the result of an operation on `args`.
 
-    The `args` of a `dot` are the coefficients, then as many values.
+    The `args` of a `dot` are n coefficients followed by n values.
     """
 
     program: Program = field(repr=False, compare=False)
@@ -77,7 +77,7 @@ class ProgramNode:
 
     @property
     def is_logical(self) -> bool:
-        """True if the value is logical; a selection between two logical values is logical, too."""
+        """Return True for a logical value: a comparison, or a selection between logical values."""
         return self.op in LOGICAL or (self.op == "select" and self.args[1].is_logical)
 
 
@@ -130,7 +130,7 @@ class Program:
         return made
 
     def block(self, comment: str) -> None:
-        """Start a block of operations with a one-line `comment` for the exported code."""
+        """Set a one-line comment that the exported code shows before the next operation."""
         self._comment = comment
 
     def named(self, name: str, node: ProgramNode) -> ProgramNode:
@@ -139,7 +139,7 @@ class Program:
         return node
 
     def constant(self, value: float, name: str = "") -> ProgramNode:
-        """Return a coefficient; one without a name (0, 1, 2) is a plain number in the C code."""
+        """Return the node of a coefficient; without a name it is a literal number in the C code."""
         key = (name, float(value))
         if key not in self._constants:
             self._constants[key] = self.node("constant", value=float(value))
@@ -153,9 +153,9 @@ class Program:
         return self.inputs[name]
 
     def state(self, name: str, low: float, high: float, start: float | str = 0.0) -> ProgramNode:
-        """Return a state: its value after the last sample.
+        """Add a state and return the node of its value at the start of a sample.
 
-        At the first sample it is `start`: a number, or the name of an input.
+        start: value at the first sample, a number or the name of an input.
         """
         made = self.node(
             "state", value=0.0 if isinstance(start, str) else start, low=low, high=high
@@ -170,10 +170,7 @@ class Program:
         self.updates[self.states[name].index] = value
 
     def last(self, name: str, value: ProgramNode, start: float | str) -> ProgramNode:
-        """Return the state that holds the last `value`, within its bounds.
-
-        The state is created once per name.
-        """
+        """Return a state that holds `value` of the last sample; it is created once per name."""
         state = self.states.get(f"{name}_before")
         if state is None:
             state = self.state(f"{name}_before", value.low, value.high, start)
@@ -184,8 +181,7 @@ class Program:
         """Return a node that is true if an input is a finite number."""
         if one.op != "input":
             raise ValueError(
-                f"found {one.op}; allowed: an input, whose value is known to be a number once "
-                "it is past the guard"
+                f"found {one.op}; allowed: an input, because only inputs can be NaN or infinite"
             )
         return self.node("valid", one)
 
@@ -208,7 +204,7 @@ class Program:
         return self.node("select", condition, then, otherwise)
 
     def polynomial(self, x: ProgramNode, coefficients: Sequence[ProgramNode]) -> ProgramNode:
-        """Return the polynomial at x by Horner's rule; lowest power first."""
+        """Return the value of a polynomial at x by Horner's rule; lowest power first."""
         total = coefficients[-1]
         for coefficient in reversed(coefficients[:-1]):
             total = total * x + coefficient
@@ -217,7 +213,7 @@ class Program:
     def dot(
         self, coefficients: Sequence[ProgramNode], values: Sequence[ProgramNode]
     ) -> ProgramNode:
-        """Return the sum of products, from left to right; raise ValueError if there is none."""
+        """Return the sum of coefficients[i] values[i]; raise ValueError if there is no product."""
         if not coefficients or len(coefficients) != len(values):
             raise ValueError(
                 f"dot of {len(coefficients)} coefficients and {len(values)} values; allowed: "

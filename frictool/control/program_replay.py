@@ -16,11 +16,11 @@ def record_along(
     others: IntVector,
     values: Vector,
 ) -> None:
-    """Run a program in double, in place, over `samples` (n, i), one column per index in `inputs`.
+    """Run a program in double, in place, and write values of its nodes to `values` (n, s + o).
 
-    The results go to `values` (n, s + o). The columns of the states (s,) hold their values before
-    the sample updates them; the columns of the other indices (o,) hold the values that the sample
-    computes.
+    samples (n, i): inputs of the program, whose indices are `inputs` (i,). The first s columns of
+    `values` are the nodes `states` (s,) before each sample, the other columns the nodes `others`
+    (o,) after the operations of the sample.
     """
     for k in range(samples.shape[0]):
         for column in range(inputs.shape[0]):
@@ -41,10 +41,10 @@ def value_along(
     velocity: Vector,
     values: Vector,
 ) -> None:
-    """Write one value of a controller at each sample to `values` (n,) [SI].
+    """Run a controller in place and write the value of one node to `values` (n,) [SI].
 
-    index: index of the value in the program, which may have any number format. reference, position,
-    velocity (n,): inputs of the controller.
+    index: index of the node. reference, position, velocity (n,): inputs of the controller. The
+    program may have any number format.
     """
     for k in range(reference.shape[0]):
         control_step(machine, reference[k], position[k], velocity[k])

@@ -2,9 +2,9 @@
 
     s(x) = t - 4/27 t^3,   t = x limited to +-3/2        slope 1 at 0; s = 1 and slope 0 from 3/2 on
 
-It consists of products and sums only, so that simulation and target agree; tanh of different
-libraries differs in the last bits. It exceeds tanh by at most 0.113 of the final value (test),
-which is within the uncertainty of v_r.
+s consists of products and sums only, so that simulation and target agree exactly; tanh of different
+libraries differs in the last bits. s exceeds tanh by at most 0.113, an error within the uncertainty
+of v_r.
 """
 
 from __future__ import annotations

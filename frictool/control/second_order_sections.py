@@ -4,9 +4,9 @@
 
 The y of one section is the e of the next. Anti-windup adds a gain times (limited drive - drive) to
 every state, as in control/difference_equation.py. A chain of sections has no separate integrator
-state to hold; a controller that must hold one (limiter, conditional integration) uses the state
-space. Property: the coefficients are close to those of the poles themselves, so that rounding a
-coefficient moves one pair of poles only.
+state; a controller that must hold its integrator (limiter, conditional integration) uses
+state-space form. Property: each coefficient belongs to one pair of poles, so that rounding a
+coefficient moves this pair only.
 """
 
 from __future__ import annotations
@@ -43,9 +43,9 @@ def chain_state_space(sections: Chain) -> tuple[Matrix, Matrix, Matrix, float]:
 def output(
     program: Program, sections: Chain, entering: ProgramNode, bounds: Matrix
 ) -> tuple[ProgramNode, list[tuple[ProgramNode, ProgramNode]]]:
-    """Return u before its limit, and the input and output of each section.
+    """Write the m sections; return u before its limit, and the input and output of each section.
 
-    `bounds` (2 m,) are the bounds of the states.
+    `bounds` (2 m,) are the bounds of the states s1, s2.
     """
     program.block("linear controller: second-order sections, transposed direct form II")
     passed = []
@@ -68,9 +68,10 @@ def advance(
     excess: ProgramNode,
     resting: ProgramNode | None,
 ) -> None:
-    """Write the update of the states.
+    """Write the update of the states s1, s2 of the m sections.
 
-    gains (2 m,) multiply excess = limited drive - drive. While `resting` is true all states are 0.
+    `excess` is limited drive - drive; `gains` (2 m,) are its anti-windup gains. While `resting` is
+    true, all states are set to 0.
     """
     program.block("states of the sections")
     for k, ((_, b1, b2, _, a1, a2), (entered, left)) in enumerate(

@@ -1,11 +1,11 @@
-"""The speed that other blocks use: the encoder's difference through a low-pass (5.70).
+"""The measured speed: difference quotient of the encoder through a low-pass filter (5.70).
 
     order 1   v = w u/(s + w)                              u = (y[k] - y[k-1])/T
     order 2   v = u/(s^2/w^2 + 2 s/w + 1), two equal poles      (5.70) is s y through this filter
 
-The filter is sampled by Tustin. Properties: a lag of T/2 + 1/w (order 1) or T/2 + 2/w (order 2);
-one encoder count is a peak of step/T, which the filter reduces to about w step. Rule (5.4.3.2): w
-ten times that of the prefilter. The lag belongs to the loop that is verified.
+The filter is sampled by Tustin. Properties: the lag is T/2 + 1/w (order 1) or T/2 + 2/w (order 2).
+One encoder count is a peak of (encoder step)/T, which the filter reduces to about w (encoder step).
+Rule (5.4.3.2): w is ten times w0 of the prefilter. The verification of the loop contains this lag.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ def first_order(bandwidth: float, period: float) -> tuple[float, float]:
 def velocity(
     program: Program, motion: ProgramNode, period: float, bandwidth: float, order: int
 ) -> ProgramNode:
-    """Return the speed [per s] from `motion`, the difference of two positions.
+    """Return the speed [rad/s | m/s] from `motion`, the difference of two successive positions.
 
-    With the bandwidth 0 it is the difference quotient.
+    With the bandwidth 0 there is no filter.
     """
     program.block(
         "measured speed: the encoder's difference"

@@ -1,4 +1,4 @@
-"""Supervision of a controller: the entry points of the exported C, with the simulation's program.
+"""Supervision of a controller: the commands of the exported C, executed on the simulated program.
 
 ==========  =================================================  =====================================
 command     effect from the next sample on                     ends with
@@ -11,8 +11,8 @@ command     effect from the next sample on                     ends with
             following the reference
 ==========  =================================================  =====================================
 
-`enable` and `reset` at an invalid position set the fault, as a start there does. While the axis is
-held, an invalid reference does not matter, since it is not used.
+`enable` and `reset` at an invalid position set the fault, as a start there does. After `hold` the
+reference is not used and may be invalid.
 """
 
 from __future__ import annotations
@@ -39,7 +39,8 @@ CommandName = Literal["disable", "enable", "hold", "follow", "fault", "reset"]
 class SupervisedProgram:
     """A controller's program that obeys commands between samples.
 
-    `program` has the names of the values, `new` is the program in its number format, not started.
+    `program`: operations with names. `new`: the same program as arrays in its number format, before
+    its start.
     """
 
     def __init__(self, program: Program, new: CompiledProgram) -> None:
@@ -70,7 +71,7 @@ class SupervisedProgram:
             self.holding = name == "hold"
 
     def step(self, reference: float, position: float, velocity: float) -> float:
-        """Return the drive [A | V] at one sample."""
+        """Run one sample and return the drive [A | V]."""
         if self.disabled:
             return 0.0
         if self.holding:

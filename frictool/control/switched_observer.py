@@ -9,14 +9,14 @@
     alpha' = alpha + L3 e                    slipping, within [alpha_min, alpha_max]
            = alpha                           stuck
 
-theta, omega and alpha are the estimates at one sample; the mode is chosen from them. F has the sign
-of omega, which is definite in every mode except 0. While stuck, alpha is frozen, since (6.14)
-treats its estimate as a measurement.
+y is the measured position; theta, omega and alpha are the estimates of position, speed and wear at
+one sample, which determine the mode. F has the sign of omega, which is definite in every mode
+except 0. While stuck, alpha is frozen, since (6.14) treats its estimate as a measurement.
 
 Limit: the certificate of (6.6) takes the mode as known. It does not cover the samples in which
 plant and observer are in different modes. Rule: Sigma some encoder steps per sample period. With a
-coarse encoder, speeds below such a Sigma occur over most of the travel, and these two observers do
-not work (docs/theory/observers.md has figures).
+coarse encoder, the speed is below such a Sigma during most of the travel, and both observers fail
+(figures: docs/theory/observers.md).
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ STATES = ("estimated_position", "estimated_velocity", "estimated_wear")
 
 @dataclass(frozen=True)
 class SlipMode:
-    """Cell of a direction, up to the position `high` [rad | m].
+    """Interval of position in one direction of motion, up to the position `high` [rad | m].
 
     friction: f_m [N m | N]. gains: L1 [1], L2 [1/s], L3 [wear per rad | m].
     """
@@ -46,13 +46,13 @@ class SlipMode:
 class SwitchedParameters:
     """Parameters of the switched observer, in SI.
 
-    inertia [kg m2 | kg], switch_speed Sigma [per s]. forward, backward: cells in order of position;
-    the first and the last also hold beyond the travel. stuck: (L1, L2) of mode 0. kept: factor a of
-    omega in A_0. additive: True if wear is an increase of friction, False if it is a factor. curves
-    (forward, backward): polynomials of f over `travel`, lowest power first, used instead of the
-    cells' friction if `additive`. viscous [N m s/rad | N s/m]: the model's, 0 in the thesis.
-    offset [N m | N]: effort against a positive drive, 0 in the thesis. top_speed: bound of the
-    estimated speed. wear: (alpha_min, alpha_max).
+    inertia [kg m2 | kg], switch_speed Sigma [rad/s | m/s]. forward, backward: cells in order of
+    position; the first and the last also apply beyond the travel. stuck: (L1, L2) of mode 0. kept:
+    factor a of omega in mode 0. additive: True if wear is an increase of friction, False if it is a
+    factor. curves (forward, backward): polynomials f of the position over `travel`, rising powers,
+    used instead of the cells' friction if `additive`. viscous: viscous friction [N m s/rad | N
+    s/m], 0 in the thesis. offset [N m | N]: constant effort against a positive drive, 0 in the
+    thesis. top_speed: bound of the estimated speed. wear: (alpha_min, alpha_max).
     """
 
     period: float
@@ -82,9 +82,9 @@ class ActiveModeNodes:
 def write_prediction(
     program: Program, position: ProgramNode, facts: SwitchedParameters
 ) -> tuple[ObserverNodes, ActiveModeNodes]:
-    """Return the estimates and the mode before the effort of this sample is known.
+    """Write the states of the observer; return the estimates and the active mode at this sample.
 
-    The states start at the measured position, at rest, without wear.
+    The observer starts at the measured position, at rest, without wear.
     """
     program.block("switched observer: its mode from the estimate, the mode's gains and friction")
     top = facts.top_speed
@@ -124,8 +124,8 @@ def write_correction(
     chosen: ActiveModeNodes,
     facts: SwitchedParameters,
 ) -> None:
-    """Write the update of the states to the next sample."""
-    program.block("switched observer: the mode's model to the next sample, put right by its gains")
+    """Write the prediction and correction of the states for the next sample."""
+    program.block("switched observer: prediction by the model of the mode, correction by its gains")
     theta, omega, wear = (program.states[name] for name in STATES)
     error = program.named("innovation", position - theta)
     one = program.constant(1.0)

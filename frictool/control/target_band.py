@@ -1,4 +1,4 @@
-"""The band around the target, inside which the drive ends at zero (5.2.2, 5.2.3).
+"""The band of position around the target, in which the drive is released (5.2.2, 5.2.3).
 
 ====  =====  ==================================================================
 code  mode   action
@@ -9,15 +9,15 @@ code  mode   action
 ====  =====  ==================================================================
 
 A limit cycle cannot start while the drive is 0. The band acts if |e| <= band and the prefilter has
-settled, |f'| < settled_speed. With the error alone the drive would be cut in the middle of a move
+settled, |f'| < settled_speed. Without the second condition, the drive would be cut during a move
 whenever the axis follows the filtered reference closely. `cut` enters REST at once; `brake` first
 brings the measured speed below `rest_speed`. The mode is RUN again when the error leaves the band
 or the prefilter moves.
 
 Property: boundedness and rest; the decrease of (5.12) has no definite sign and does not prove
 stability. Rule: a band above two encoder steps and above the distance in which friction stops the
-axis from the speed at which the band acts. With `cut` and a small band, the axis hunts at low
-friction.
+axis from its speed at the time at which the band begins to act. With `cut` and a small band, the
+axis hunts at low friction.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ def is_settled(
     reference_speed: ProgramNode | None,
     settled_speed: float | None,
 ) -> ProgramNode:
-    """Return the condition |e| <= band and |reference speed| < `settled_speed` [per s].
+    """Return the condition |e| <= band and |reference speed| < `settled_speed` [rad/s | m/s].
 
-    The second condition applies if both values are provided.
+    The second condition is left out if either of its values is None.
     """
     inside = abs(error) <= band
     if reference_speed is None or settled_speed is None:

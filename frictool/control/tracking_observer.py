@@ -1,21 +1,21 @@
-"""An observer for a coarse encoder, corrected only if its estimate leaves the encoder's cell.
+"""An observer for a coarse encoder: it is corrected only if its estimate leaves the encoder's cell.
 
-    m    = y - x,  minus its part within +-cell/2        y: measured, the lower edge of a count
+    m    = y - x with a dead zone of +-cell/2            y: measured, the lower edge of a count
                                                          x: estimate in encoder readings
     x^   = x + L1 m        v^ = v + L2 m        d^ = d + L3 m while the axis moves
     v+   = v^ + T/J (e - offset - viscous v^ - dry friction + d^)
            0 if this effort cannot move the axis: Coulomb friction by an implicit step
     x+   = x^ + T (v^ + v+)/2
 
-Within the cell there is no evidence of an error, so that nothing is corrected: between two counts
-the speed is that of the model, and 0 at rest. The dry friction is that of the map at x^; inside the
-backlash it is that of the motor without load. The gap follows (4.45). The disturbance d [N m | N]
-is an effort missing in the model, added to the drive. At rest, d is at most the effort that holds
-the axis against a drive beyond the breakaway.
+Within the cell the encoder shows no error, so that nothing is corrected: between two counts the
+model determines the speed, which is 0 at rest. The dry friction is that of the friction map at x^;
+while the backlash is open, it is that of the motor without load. The backlash follows (4.45). The
+disturbance d [N m | N] is the effort that the model lacks, added to the drive. At rest, |d| is
+limited to the effort that just holds the axis against a drive beyond the breakaway.
 
 Property: in slip, while m is outside the cell, the error is linear with three poles at exp(-w T)
-(observe/design/tracking.py). A cell of 0 gives the usual linear observer. A cell of a whole step is
-too wide, since the motion then stays at the edges of the cell (docs/theory/velocity.md).
+(observe/design/tracking.py). With cell = 0 the observer is linear. A cell of one encoder step is
+too wide, since the estimate then stays at the edges of the cell (docs/theory/velocity.md).
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ class TrackingParameters:
     gains: L1 [1], L2 [1/s], L3 [N m/rad | N/m]. cell, step: widths of the innovation's dead zone
     and of an encoder step [rad | m]. forward, backward: friction [N m | N] as a polynomial of the
     position over `travel`, lowest power first. breakaway: ratio of friction at rest to friction in
-    slip. knees: (speed, increase of the viscous slope above it). backlash, loose: width of the gap
-    [rad | m], and friction inside it. top_speed, most_effort: bounds of the speed and the
-    disturbance.
+    slip. knees: (speed, increase of the viscous coefficient above that speed). backlash: width of
+    the gap [rad | m]. loose: friction while the gap is open. top_speed, most_effort: bounds of the
+    speed and the disturbance.
     """
 
     period: float
@@ -66,9 +66,10 @@ class TrackingParameters:
 
 @dataclass(frozen=True)
 class TrackingNodes:
-    """Corrected estimates at a sample.
+    """Nodes of the corrected estimates at a sample.
 
-    position: in encoder readings. friction: (forward, backward). still: true at rest.
+    position [rad | m]: in encoder readings. friction: dry friction (forward, backward). still: true
+    at rest.
     """
 
     position: ProgramNode
@@ -82,11 +83,11 @@ class TrackingNodes:
 def write_prediction(
     program: Program, position: ProgramNode, facts: TrackingParameters
 ) -> tuple[ObserverNodes, TrackingNodes]:
-    """Return the estimates once the position is measured, before this sample's effort is known.
+    """Write the states and their correction by the measured position; return the estimates.
 
-    The states start at the measured position, at rest, in the middle of the backlash.
+    The observer starts at the measured position, at rest, in the middle of the backlash.
     """
-    program.block("tracking observer: what the position misses the encoder's cell by")
+    program.block("tracking observer: distance of the measured position from the encoder's cell")
     zero = program.constant(0.0)
     top = facts.top_speed
     most = facts.most_effort
@@ -135,7 +136,7 @@ def write_prediction(
 def write_update(
     program: Program, effort: ProgramNode, tracked: TrackingNodes, facts: TrackingParameters
 ) -> None:
-    """Write the update of the states under an effort [N m | N] that acts until the next sample."""
+    """Write the prediction to the next sample for an effort [N m | N] that acts until then."""
     program.block("tracking observer: the model to the next sample")
     zero = program.constant(0.0)
     v = tracked.velocity
