@@ -1,6 +1,6 @@
 """Coulomb friction with sign(v) smoothed to tanh(v/v_r) (2.4.2.1).
 
-This approximation creeps under any effort.
+With this approximation a body creeps under any effort.
 """
 
 from __future__ import annotations

@@ -4,8 +4,8 @@
     alpha = 0 if |z| < z_ba or z opposes v; half a sine up to 1 at z_max = F_s/sigma_0,
             then 1                                                             (2.45)-(2.46)
 
-z_ba must be below z_max. Table 3.1 prints 0.009 m instead of 0.009 mm; with 0.009 m nothing would
-ever slide.
+z_ba must be below z_max. Table 3.1 prints z_ba = 0.009 m instead of 0.009 mm; with 0.009 m the body
+would never slide.
 """
 
 from __future__ import annotations
@@ -57,14 +57,14 @@ def rate(z: Vector, v: float, p: Vector, out: Vector) -> int:
 
 @dataclass(frozen=True)
 class ElastoPlasticLaw(Law):
-    """The law with its relation between parameters, which the bounds of each do not express."""
+    """The elasto-plastic law, with a check of z_ba against z_max in `pack`."""
 
     def pack(
         self, values: Mapping[str, float], axis: Axis = "linear", tail: Vector | None = None
     ) -> Vector:
-        """Return p as `Law.pack` does.
+        """Return the parameter array p, as `Law.pack` does.
 
-        Raises ValueError also if z_ba is not below z_max = F_s/sigma_0.
+        Also raises ValueError if z_ba is not below z_max = F_s/sigma_0.
         """
         p = super().pack(values, axis, tail)
         yielded = p[BREAKAWAY] / p[SIGMA_0]

@@ -9,9 +9,10 @@ The state is z = [z], the presliding displacement. The code corrects three point
 
 - (3.12) and (3.13) exchange k1 and k2; (3.17) and (3.32) have them as above.
 - (3.13) and (3.32) print x = x_{1->0} + z. Here x_{1->0} is x - z at the switch, so that x is
-  continuous at the capture. A driver that integrates x' = v does the same.
-- (3.34) has no condition on v. A body that springs back while u rises past F_s would then leave
-  the contact at the wrong limit and be captured at once (3.27).
+  continuous at the capture. A driver that integrates x' = v has the same result.
+- (3.34) has no condition on v. A body that moves back while u rises past F_s would then start to
+slip
+  at the wrong limit and be captured at once (3.27).
 """
 
 from __future__ import annotations
@@ -52,7 +53,7 @@ def presliding_damping(p: Vector) -> float:
 
 @kernel
 def mode_after(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
-    """Return the next mode (3.34); a body leaves the contact only outwards."""
+    """Return the next mode (3.34); slip starts only if v has the sign of z, or is 0."""
     if mode == SLIPPING:
         return STUCK if is_captured(v, u, p) else SLIPPING
     broken = (z[0] >= p[LIMIT] and u > p[BREAKAWAY] and v >= 0.0) or (
@@ -63,10 +64,10 @@ def mode_after(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
 
 @kernel
 def enter(mode: int, v: float, u: float, z: Vector, p: Vector) -> int:
-    """Set z to its limit in the direction of motion, |z| = z_max (3.33).
+    """Set z to +z_max or -z_max for a new mode (3.33); return a status code.
 
-    The motion has the direction of u at the start of slip, and of v at the start of stick. In
-    stick, z is unchanged if v = 0. Returns a status code.
+    The sign is that of u at the start of slip, and that of v at the start of stick. If a body with
+    v = 0 sticks, z is unchanged.
     """
     if mode == SLIPPING:
         z[0] = math.copysign(p[LIMIT], u)

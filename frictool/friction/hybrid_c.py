@@ -4,7 +4,7 @@
 
 The state is [z, memory of friction/reversal_memory.py]. (3.37) prints no damping; the stuck body
 would then ring, since small loops hardly dissipate. k2 is that of version B (3.35). Slip saturates
-the operator, which forgets all reversals.
+the operator and deletes all reversals from its memory.
 """
 
 from __future__ import annotations

@@ -8,9 +8,9 @@ mode  name      motion
 ====  ========  ==========================================================================
 
 C_{1->0} is (u < F_c and 0 < v < Sigma) or (u > -F_c and -Sigma < v < 0), (3.2), valid for Sigma > 3
-v_s. At v = 0 the body slips in the direction of the effort that broke the contact. If F_c or F_s
-differ by direction, the driver passes the parameters p of one direction: the direction of the
-velocity in slip, the direction of the effort at rest.
+v_s. At v = 0 the body slips in the direction of the effort. If F_c or F_s differ by direction, the
+driver passes the parameters p of one direction: that of the velocity in slip, that of the effort at
+rest.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def sliding_force(v: float, u: float, p: Vector) -> float:
 
 @kernel
 def no_memory(mode: int, z: Vector, p: Vector) -> int:
-    """Return OK: `commit` of a version without memory."""
+    """Return OK without a change; the kernel `commit` of a version without memory."""
     return OK
 
 

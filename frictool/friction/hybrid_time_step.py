@@ -51,9 +51,9 @@ def _positive(owner: HybridBench | HybridSettings, may_be_zero: tuple[str, ...])
 def violations(
     law: Law, bench: HybridBench, settings: HybridSettings, axis: Axis = "linear"
 ) -> list[str]:
-    """Return the inequalities that the settings violate, one line each with its numbers.
+    """Return one line with the numbers for each inequality that the settings violate.
 
-    The list is empty for a law that is no hybrid version. Raises ValueError if a value is not
+    The list is empty for laws other than the hybrid versions. Raises ValueError if a value is not
     finite or out of range.
     """
     if CAPTURE_VELOCITY not in law.parameters:

@@ -1,7 +1,7 @@
-"""Karnopp's law (2.35)-(2.36): SVC with a velocity band in which the position stands still.
+"""Karnopp's law (2.35)-(2.36): a velocity band in which the position stands still.
 
-SVC is static, viscous and Coulomb friction (friction/svc.py). Inside the band m
-v' = u - sticking_force(u): the momentum is still integrated, but v_m = 0 stops the position, so
+The friction is that of friction/svc.py: static, viscous and Coulomb. Inside the band m v' = u -
+sticking_force(u): the velocity v is still integrated, but the rate v_m of the position is 0, so
 that the body does not drift. Outside, m v' = u - F_c sign(v) - sigma_0 v; (2.36) prints + sigma_0
 v, which would drive the body.
 """

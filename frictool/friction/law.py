@@ -32,19 +32,19 @@ SlipTerm = Literal["coulomb", "stribeck", "viscous"]
 
 
 def curved_slip(p: Vector) -> tuple[float, float]:
-    """Return the scales of a slip force that is nowhere known to be a straight line."""
+    """Return `Law.slip_scales` (inf, 1) of a slip force that is not a straight line over speed."""
     return math.inf, 1.0
 
 
 def straight_slip(p: Vector) -> tuple[float, float]:
-    """Return the scales of a slip force that is a straight line at any speed."""
+    """Return `Law.slip_scales` (0, 1) of a slip force that is a straight line at all speeds."""
     return 0.0, 1.0
 
 
 class StaticKernels(NamedTuple):
     """Kernels of a law in which friction is a function of velocity.
 
-    `direction` is +1 or -1; the mode of the driver fixes it.
+    `direction` is +1 or -1, the direction of the motion.
     """
 
     slip_force: Kernel  # (v, direction, p) -> force [N | N m]
@@ -68,7 +68,7 @@ class DynamicKernels(NamedTuple):
 class HybridKernels(NamedTuple):
     """Kernels of a law with two modes (friction/hybrid_kernels.py).
 
-    They take the effort u [N | N m] as well as the velocity v.
+    The kernels depend on the effort u [N | N m] and the velocity v [m/s | rad/s].
     """
 
     mode_after: Kernel  # (mode, v, u, z, p) -> mode
@@ -85,16 +85,16 @@ class Law:
     """A friction law: its name, its parameters and its kernels.
 
     title: name for users.
-    equations: equation numbers of the thesis; empty for a law that is not in it.
+    equations: numbers of the law's equations in the thesis; empty for other laws.
     approximation: True for a regularised law, which never sticks.
-    slip_terms: terms of the slip force in `frictool equations`; without them the law appears there
-        by its name.
+    slip_terms: terms of the slip force in `frictool equations`; if empty, the equations show the
+        name of the law.
     slip_scales: function of a static law that returns two speeds [m/s | rad/s] from p. Above the
-        first, the slip force is the line p[0] + viscous |v|; tolerances are relative to the second.
-    tail: function that returns the values after the fixed parameters in p from the values of a
-        friction.yaml or an empty mapping; None if p holds the fixed parameters only.
-    tail_parameters: function that returns the number of parameters to identify in a tail from the
-        size of the tail.
+        first, the slip force is the line p[0] + viscous |v|; the second is the scale of tolerances.
+    tail: function that takes the values of a friction.yaml, or an empty mapping, and returns the
+        entries of p after the fixed parameters; None if there are none.
+    tail_parameters: function that takes the size of the tail and returns the number of its
+        parameters to identify.
     """
 
     name: str
@@ -142,7 +142,7 @@ class Law:
         self._check_order(fixed, axis)
         if self.tail is None:
             if tail is not None:
-                raise ValueError(f"{self.name} takes no table, only parameters")
+                raise ValueError(f"{self.name} has parameters only and takes no table")
             return fixed
         table = self.tail({}) if tail is None else np.asarray(tail, dtype=np.float64)
         if table.ndim != 1 or not np.all(np.isfinite(table)):
@@ -153,7 +153,7 @@ class Law:
         return np.concatenate([fixed, table])
 
     def changed(self, p: Vector, values: Mapping[str, float], axis: Axis = "linear") -> Vector:
-        """Return a copy of p in which these parameters have new SI values.
+        """Return a copy of p with new SI values for the parameters in `values`.
 
         Raises ValueError as `pack` does.
         """

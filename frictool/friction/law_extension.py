@@ -1,11 +1,11 @@
-"""Extensions of any law: levels by direction, position and time at rest; speed regimes; a film.
+"""Extensions of a friction law: dependence on direction, position and time at rest, and others.
 
     F_c(x, direction)    = F_c(direction) position factor(x, direction)             (4.41)-(4.44)
     F_s(x, direction, t) = F_s(direction) position factor(x, direction) dwell factor(t)   3.4.2.3
     F                    = F_law(film velocity) + sigma_v (v - film velocity) + knee force(v)
 
-Before a driver calls a kernel of the law, it writes the present levels into the parameter array;
-the kernels themselves do not change. The driver adds the force of the speed regimes
+Before a driver calls a kernel of the law, it writes the present F_c and F_s into the parameter
+array p; the kernels remain the same. The driver adds the knee force of the speed regimes
 (friction/speed_regimes.py) and computes the velocity of the film between the surfaces
 (friction/lubricant_film.py).
 """
@@ -36,10 +36,11 @@ BACKWARD_START, KNEES_START, COEFFICIENTS = range(9, 12)
 
 
 class PackedExtension(NamedTuple):
-    """An extension of a law as arrays for the kernels.
+    """Arrays of a law's extension for the kernels.
 
-    `forward` and `backward` are the parameter arrays p of the law for each direction. `table` is
-    empty if there is no extension; its indices are constants of this module.
+    `forward` and `backward` are the parameter arrays p of the law for each direction. `table` (n,)
+    holds the values of the extension at the indices BREAKAWAY_INDEX to COEFFICIENTS of this module,
+    and is empty without an extension.
     """
 
     forward: Vector
@@ -49,15 +50,15 @@ class PackedExtension(NamedTuple):
 
 @dataclass(frozen=True)
 class FrictionExtension:
-    """Extension of a friction law, in SI; the default values change nothing.
+    """Parameters of an extension in SI; the default values leave the law unchanged.
 
     backward_values: parameters of the law that differ in the negative direction. forward, backward:
     coefficients of the position factors, lowest power first, over travel = (low, high) [m | rad],
-    as returned by `position_polynomial.normalised_coefficients`. fresh: breakaway just after a
-    stop, relative to the one after a long rest, in (0, 1]. rise_time: time tau of
+    as returned by `position_polynomial.normalised_coefficients`. fresh: breakaway just after a stop
+    divided by the breakaway after a long rest, in (0, 1]. rise_time: time tau of
     friction/rising_breakaway.py [s]. regimes: (knee, slope) pairs of friction/speed_regimes.py.
-    lag, delay: lag or pure delay of the film velocity [s]. boundary: speed below which no film
-    forms [m/s | rad/s].
+    lag, delay: time constant or pure delay of the film velocity [s]. boundary: speed below which no
+    film forms [m/s | rad/s].
     """
 
     backward_values: Mapping[str, float] = field(default_factory=dict)
@@ -73,13 +74,14 @@ class FrictionExtension:
 
     @property
     def plain(self) -> bool:
-        """True if the extension changes nothing."""
+        """Return True if the extension leaves the law unchanged."""
         return self == NO_EXTENSION
 
     def pack(self, law: Law, p: Vector, axis: Axis = "linear") -> PackedExtension:
         """Return the arrays for the kernels; p is the result of `law.pack(...)`.
 
-        A one-line ValueError reports a value out of range or a part that this law does not support.
+        Raises ValueError if a value is out of range, or if the law does not support a part of the
+        extension.
         """
         self._check_numbers()
         self._check_law(law)
@@ -201,9 +203,10 @@ def levels(
     dwell: float,
     out: Vector,
 ) -> float:
-    """Write the law's parameters at x [m | rad], in `direction`, after `dwell` [s] at rest, to out.
+    """Write the law's parameters at position x [m | rad] and `dwell` [s] at rest to `out`.
 
-    Returns the factor of the breakaway: position factor times dwell factor.
+    `forward`, `backward`, `table`: arrays of a PackedExtension. Returns position factor times dwell
+    factor, the factor of the breakaway.
     """
     first = COEFFICIENTS
     second = int(table[BACKWARD_START])
@@ -226,6 +229,6 @@ def pack_plain_law(p: Vector) -> PackedExtension:
 
 @kernel
 def regime_table(table: Vector) -> Vector:
-    """Return the speed regimes of a table in the layout of friction/speed_regimes.py."""
+    """Return the array [knee_1, slope_1, ...] of friction/speed_regimes.py from a table."""
     regimes: Vector = table[int(table[KNEES_START]) :]
     return regimes

@@ -1,4 +1,4 @@
-"""The table of friction laws: a new law needs a file, a row in this table and a test."""
+"""Table of all friction laws. A new law needs a file, a row in this table, and a test."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Types of the kernels of each kind of law, in the order of the records in friction/law.py."""
+"""Types of the kernels of each kind of law, in the order of the fields in friction/law.py."""
 
 from __future__ import annotations
 

@@ -4,7 +4,7 @@
 
 (2.49) prints a without sign(v); z would then grow without bound for v < 0. In [8] and [9], g has
 the sign of the velocity, as here. The state is [z, z at the last accepted step, deflections of the
-elements]; within a step the bank is evaluated from the last accepted z.
+elements at that step]; within a step, F_h is computed from these deflections.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def presliding_rate(hysteresis: float, v: float, p: Vector) -> float:
 
 @kernel
 def hysteresis_force(z: Vector, p: Vector) -> float:
-    """Return F_h [N | N m] at z."""
+    """Return F_h [N | N m] of a state z (2 + N,)."""
     return bank_force(z[DEFLECTIONS:], z[Z] - z[ACCEPTED], p[FIXED:], p[BREAKAWAY], p[LIMIT])
 
 

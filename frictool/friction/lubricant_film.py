@@ -1,4 +1,4 @@
-"""The lubricant film between velocity and friction: frictional memory and lubrication regimes.
+"""The lubricant film between the surfaces: frictional memory and lubrication regimes.
 
 The film has a velocity w (3.4.2.3). The dry part of a law is evaluated at w, the viscous part at
 the velocity v of the body:
@@ -33,9 +33,9 @@ STATIC, BOUNDARY, PARTIAL, FULL = 1, 2, 3, 4
 
 @kernel
 def film_force(at_film: float, v: float, film: float, viscous: float) -> float:
-    """Return the friction [N | N m] of a body with velocity v on a film with velocity `film`.
+    """Return F = `at_film` + sigma_v (v - film), the friction [N | N m] at velocity v.
 
-    `at_film` is the force of the friction law at the film's velocity, `viscous` its sigma_v.
+    at_film: F_law(film) [N | N m]. film: film velocity w. viscous: sigma_v.
     """
     return at_film + viscous * (v - film)
 
@@ -53,7 +53,7 @@ def boundary_film(v: float, boundary: float) -> float:
 def lagged_film(film: float, v_start: float, v_end: float, lag: float, step: float) -> float:
     """Return the film velocity after `step` [s] in which v changes linearly from v_start to v_end.
 
-    This is the exact response of a first-order lag [s].
+    This is the exact response of w' = (v - w)/lag, lag in s.
     """
     if lag == 0.0:
         return v_end
@@ -63,9 +63,9 @@ def lagged_film(film: float, v_start: float, v_end: float, lag: float, step: flo
 
 @kernel
 def delayed_film(history: Vector, v: float) -> float:
-    """Return the velocity n samples ago as the film velocity, and store v in history (n + 1,).
+    """Return the velocity n samples ago as the film velocity, and store v in `history` (n + 1,).
 
-    history is [index of the oldest velocity, the last n velocities]; with n = 0 there is no delay.
+    history is [index of the oldest velocity, last n velocities]. With n = 0, v is returned.
     """
     count = history.shape[0] - 1
     if count == 0:
@@ -106,7 +106,7 @@ def full_film_velocity(p: Vector) -> float:
 
 @kernel
 def regime(v: float, boundary: float, p: Vector) -> int:
-    """Return the lubrication regime (STATIC to FULL) at velocity v, as in the module's table.
+    """Return the lubrication regime, STATIC to FULL, at velocity v (table of this module).
 
     `boundary` is v_b, the speed below which no film forms. p holds the parameters of Stribeck's
     curve.

@@ -18,7 +18,7 @@ from frictool.typing import Vector
 def masing_force(memory: Vector, z: float, breakaway: float, limit: float) -> float:
     """Return the force [N | N m] after a monotonic movement to z [m | rad].
 
-    The memory is not changed.
+    breakaway, limit: F_s and z_max. The memory is not changed.
     """
     virgin, start, start_force = branch_start(memory, z)
     if virgin:

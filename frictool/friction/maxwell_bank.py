@@ -5,7 +5,7 @@
 The deflection delta_i follows the body and stops at +-d_i z_max (annex A, [9]). The tail is [d_1 ..
 d_N, w_1 .. w_N]: yield displacements d in units of z_max and slip forces w in units of F_s; the sum
 of all w is 1. The bank is the Masing hysteresis of its own piecewise linear virgin curve. Its
-memory of N deflections cannot overflow, unlike a list of reversals, but is less precise.
+memory of N deflections cannot overflow, unlike a list of reversals, but its curve is less precise.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ ELEMENTS = 10
 
 
 def bank_tail(displacements: Vector, forces: Vector) -> Vector:
-    """Return the elements (2 N,) whose virgin curve runs through (0, 0) and N points, in any units.
+    """Return the elements (2 N,) whose virgin curve passes through (0, 0) and N points.
 
-    `displacements` and `forces` have shape (N,). Raises ValueError if the displacements do not
-    increase from 0, or if the curve is not increasing and concave up to its last point.
+    `displacements` and `forces` (N,) are in any units. Raises ValueError if the displacements do
+    not increase from 0, or if the curve is not increasing and concave up to its last point.
     """
     z = np.concatenate([[0.0], np.asarray(displacements, dtype=np.float64)])
     f = np.concatenate([[0.0], np.asarray(forces, dtype=np.float64)])
@@ -42,7 +42,7 @@ def bank_tail(displacements: Vector, forces: Vector) -> Vector:
     if slopes[0] <= 0.0 or np.any(slopes < 0.0) or np.any(stiffness < -1e-12 * slopes[0]):
         steps = ", ".join(f"{slope:g}" for slope in slopes[:-1])
         raise ValueError(
-            f"slopes of the virgin curve are {steps}; allowed: none negative, and falling "
+            f"slopes of the virgin curve are {steps}; allowed: no negative slopes, and falling "
             "from point to point"
         )
     weights = np.maximum(stiffness, 0.0) * z[1:]

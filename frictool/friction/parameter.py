@@ -1,4 +1,4 @@
-"""Parameters of friction laws: type with unit and bounds, and parameters that several laws share.
+"""Parameters of friction laws, with unit and bounds; some are shared by several laws.
 
 All values are in SI. Friction is a force on a linear axis and a torque on a rotary one.
 """
@@ -26,8 +26,8 @@ class LawParameter:
     the minimum itself is not allowed. `at_least`: name of another parameter that is a lower bound
     of this one. `letters`: symbol in text and in LaTeX; by default the name. `simulation_only`:
     True if the parameter belongs to the simulation and is not identified. `comparison_value`:
-    function that returns the value for `frictool compare` from the values of a friction.yaml; by
-    default, the value with the parameter's name, else `default`.
+    function that takes the values of a friction.yaml and returns the value of this parameter for
+    `frictool compare`; by default, the value of the same name, or `default`.
     """
 
     name: str

@@ -2,9 +2,9 @@
 
     C_s(x, direction) = b_n x^n + .. + b_0          C_r = (mean C_r/mean C_s) C_s
 
-A law keeps its mean values; the polynomial, divided by its mean, is a factor of F_c and F_s.
-Outside the travel the factor keeps its value at the nearer end, since a cubic fitted on 0..63 rad
-says nothing beyond. Coefficients are in order of rising powers.
+The parameters F_c and F_s of a law are means over the travel; the polynomial divided by its mean is
+their factor. Outside the travel the factor keeps its value at the nearer end, since a polynomial
+fitted within the travel is not valid beyond. Coefficients are in order of rising powers.
 """
 
 from __future__ import annotations
@@ -64,9 +64,9 @@ def normalise(coefficients: Vector, low: float, high: float) -> tuple[Vector, fl
 def normalised_coefficients(
     coefficients: tuple[float, ...], low: float, high: float
 ) -> tuple[float, ...]:
-    """Return the coefficients of `normalise`, cached: all plant samples of a model share one map.
+    """Return the coefficients that `normalise` returns, from a cache.
 
-    Raises ValueError as `normalise` does.
+    All sampled plants of a model have the same polynomial. Raises ValueError as `normalise` does.
     """
     return tuple(map(float, normalise(np.array(coefficients), low, high)[0]))
 
@@ -90,5 +90,5 @@ def mean_over(
 
 @lru_cache(maxsize=64)
 def least_factor(coefficients: tuple[float, ...], low: float, high: float) -> tuple[float, float]:
-    """Return the position of the least factor in [low, high] and its value there, cached."""
+    """Return the position and the value of the least factor in [low, high], from a cache."""
     return minimum(normalised_coefficients(coefficients, low, high), low, high)

@@ -2,8 +2,8 @@
 
 A centred cycle of amplitude a runs from a down to -a and back. Its descending branch gives
 E(a, beta) = (F(a) - F(beta))/2 for every beta in [-a, a]. Since the hysteresis is odd,
-E(alpha, -a) = E(a, -alpha) gives the rest. n/2 cycles with amplitudes on the grid's nodes fill the
-triangle of n x n cells; 3.7.1 has n = 20 and 10 cycles.
+E(alpha, -a) = E(a, -alpha) gives the rest. n/2 cycles whose amplitudes are nodes of the grid
+determine the triangle of n x n cells; section 3.7.1 has n = 20 and 10 cycles.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ PLACED = 1e-6  # relative tolerance of a cycle's ends
 def everett_tail(cycles: Sequence[tuple[Vector, Vector]]) -> Vector:
     """Return the table of friction/preisach.py, shape ((n+1)^2,) with n = 2 len(cycles).
 
-    `cycles` holds one descending branch per amplitude k z_max/len(cycles), k = 1, 2 ..: (positions
-    falling from a to -a, forces), in any units. Forces are interpolated between positions. Raises
-    ValueError if a branch does not cover its amplitude.
+    `cycles` holds one descending branch for each amplitude a = k z_max/len(cycles), k = 1, 2 ..:
+    (positions falling from a to -a, forces), in any units. Forces are interpolated between
+    positions. Raises ValueError if a branch does not cover its amplitude.
     """
     count = len(cycles)
     if count == 0:
@@ -66,7 +66,7 @@ def _checked(positions: Vector, forces: Vector) -> tuple[Vector, Vector]:
         or np.any(np.diff(z) >= 0.0)
     ):
         raise ValueError(
-            "a descending branch needs as many finite forces as positions, and positions that fall"
+            "a descending branch needs one finite force for each position, and positions that fall"
         )
     return z, f
 
@@ -106,9 +106,9 @@ def cell_count(size: int) -> int:
 
 
 def cell_weights(table: Vector) -> NDArray[np.float64]:
-    """Return the integral of mu over each cell (figure 3.9), shape (n, n), row alpha, column beta.
+    """Return the integral of mu over each cell (figure 3.9), shape (n, n).
 
-    The weights sum to 1; the diagonal holds the elastic part.
+    Rows are alpha, columns beta. The sum of all weights is 1; the diagonal holds the elastic part.
     """
     nodes = round(float(np.sqrt(table.size)))
     e = np.tril(table.reshape(nodes, nodes))

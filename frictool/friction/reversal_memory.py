@@ -1,4 +1,4 @@
-"""The memory of a hysteresis with wiping-out: the reversals that still count (annex A, figure 1).
+"""The memory of a hysteresis: its reversals that are not wiped out (annex A, figure 1).
 
     memory = [z, F, count, forgotten, z_1, F_1, z_2, F_2, ...]
 
@@ -14,11 +14,11 @@ hysteresis starts virgin at z = 0, F = 0 and follows these rules:
 The result depends on the sequence of positions only: the operator is rate independent, and larger
 movements wipe out smaller ones. The annex calls the memory a FIFO; it is a stack.
 
-The memory overflows if more reversals are nested than it holds, as in a slow ringing. Then a pair
-of neighbouring reversals is removed: the pair whose positions differ least from the positions of
-the adjacent reversals. `forgotten` counts the removed pairs. The force does not change at once.
-When a loop later closes on the branch of a removed pair, the force is wrong by the difference
-between the neighbours.
+If more reversals are nested than the memory holds, as in a slow ringing, a pair of neighbouring
+reversals is removed: the pair whose positions differ least from the positions of the adjacent
+reversals. `forgotten` counts the removed pairs. The present force does not change. When a loop
+later closes on the branch of a removed pair, the force has an error of the difference between the
+neighbours.
 """
 
 from __future__ import annotations
@@ -44,10 +44,10 @@ def new_memory(depth: int) -> Vector:
 
 @kernel
 def surviving(memory: Vector, z: float) -> tuple[int, bool]:
-    """Return the number of stored reversals that remain after a movement to z, and a flag.
+    """Return (count of the stored reversals that remain after a movement to z, is_reversal).
 
-    The movement is monotonic. The flag is True if the present position becomes one more reversal.
-    The memory is not changed: a solver may try any z before `remember` accepts one.
+    The movement is monotonic. is_reversal is True if the present position becomes a new reversal.
+    The memory is not changed, so that a solver may try any z before it calls `remember`.
     """
     here = memory[POSITION]
     count = int(memory[COUNT])

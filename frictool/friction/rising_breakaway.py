@@ -2,8 +2,9 @@
 
     F_s(t) = F_s (1 - (1 - fresh) tau/(tau + t))
 
-The breakaway rises from fresh F_s just after a stop to F_s after a long rest. The thesis does not
-specify the function; this is the hyperbola of Armstrong's seven-parameter law [1].
+t is the time at rest; the breakaway rises from fresh F_s at t = 0 to F_s after a long rest. The
+thesis does not specify the function F_s(t); this is the hyperbola of Armstrong's seven-parameter
+law [1].
 """
 
 from __future__ import annotations

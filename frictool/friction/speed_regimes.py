@@ -23,10 +23,10 @@ def knee_force(v: float, regimes: Vector) -> float:
 
 @kernel
 def regime_force(speed: float, regimes: Vector, passed: int) -> float:
-    """Return the additional friction [N | N m] at a speed >= 0 with `passed` knees below it.
+    """Return the additional friction [N | N m] of the first `passed` regimes at a speed >= 0.
 
-    With a fixed `passed` the force is smooth, so that a driver can hold the regime between two
-    knees.
+    With a constant `passed` the force is a smooth function of speed, as an integrator needs it
+    between two knees.
     """
     total = 0.0
     for i in range(0, 2 * passed, 2):
@@ -64,7 +64,7 @@ def regimes_from(points: list[tuple[float, float]]) -> Vector:
         total += slope
         if not np.isfinite([knee, slope]).all() or knee <= last or total < 0.0:
             raise ValueError(
-                f"speed regime at {knee:g} of slope {slope:g}; allowed: rising knees > 0, and "
+                f"speed regime at {knee:g} with slope {slope:g}; allowed: rising knees > 0, and "
                 "slopes whose sum is >= 0"
             )
         last = knee

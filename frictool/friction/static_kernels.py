@@ -1,6 +1,7 @@
 """Kernels that static laws share: force at rest, breakaway, and velocity band of rest.
 
-At rest F = u, limited to [-F_s(-), F_s(+)]: first lines of (2.30)-(2.35).
+At rest F is the effort u limited to [-F_s(-), F_s(+)], the breakaway of each direction: first lines
+of (2.30)-(2.35).
 """
 
 from __future__ import annotations
@@ -20,13 +21,13 @@ def sticking_force(effort: float, forward: float, backward: float) -> float:
 
 @kernel
 def coulomb_breakaway(direction: float, p: Vector) -> float:
-    """Return the breakaway of a law with F_s = F_c."""
+    """Return the breakaway p[0] = F_c of a law without a separate F_s."""
     return float(p[0])
 
 
 @kernel
 def breakaway_level(direction: float, p: Vector) -> float:
-    """Return the breakaway F_s, the second parameter of the laws that have one."""
+    """Return the breakaway p[1] = F_s."""
     return float(p[1])
 
 

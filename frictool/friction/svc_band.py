@@ -1,6 +1,6 @@
 """Static, viscous and Coulomb friction with a velocity band (2.32): speeds up to dv count as rest.
 
-Inside the band the body drifts at up to dv.
+Within the band the body sticks, but its position still drifts at up to dv.
 """
 
 from __future__ import annotations

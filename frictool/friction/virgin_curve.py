@@ -2,8 +2,8 @@
 
     f(z) = F_s (1 - (1 - z/z_max)^2)    for 0 <= z <= z_max,  F_s beyond,  f(-z) = -f(z)
 
-(Annex A, rule I; figure 3.8.) The curve is concave, so that the hysteresis that it generates
-dissipates in every movement (annex A: y'' <= 0).
+Source: annex A, rule I; figure 3.8. The curve is concave, and the hysteresis generated from it
+therefore dissipates in every movement (annex A: y'' <= 0).
 """
 
 from __future__ import annotations
