@@ -1,8 +1,8 @@
 """Projected bounded-real inequalities of a set of plants with common Lyapunov blocks R and S.
 
-R and S are the two blocks of the Lyapunov matrix (X, Y in (5.61)), gamma is the bound on the norm
-from w to z, and N_R, N_S are bases of the null spaces of [B2' D12'] and [C2 D21]. A controller
-exists for every plant if and only if (Gahinet and Apkarian, 1994)
+R and S are the two blocks of the Lyapunov matrix (X and Y in (5.61)). gamma bounds the norm from w
+to z. N_R and N_S are bases of the null spaces of [B2' D12'] and [C2 D21]. A controller exists for
+every plant if and only if (Gahinet and Apkarian, 1994)
 
     [N_R 0]' [ L(R)   M(R)'            B1       ] [N_R 0]
     [0   I]  [ M(R)   Q(R) - gamma I   D11      ] [0   I] < 0
@@ -11,12 +11,12 @@ exists for every plant if and only if (Gahinet and Apkarian, 1994)
     continuous:  L = A R + R A'    M = C1 R       Q = 0
     discrete:    L = A R A' - R    M = C1 R A'    Q = C1 R C1'
 
-and its dual in S hold, and [R I; I S] >= 0. With P = [A; C1] and E = [I; 0], the upper left corner
-is P R E' + E R P' in continuous time and P R P' - E R E' in discrete time. The two domains differ
-only in the signs of three products.
+and its dual in S hold, and [R I; I S] >= 0. With P = [A; C1] and E = [I; 0], the terms in R of the
+upper left corner are P R E' + E R P' in continuous time and P R P' - E R E' in discrete time.
 
-The solver gets a smaller problem: a Schur complement removes the last block row, and everything is
-divided by gamma. With R' = R/gamma, S' = S/gamma, d = 1/gamma and m >= d^2, maximise d subject to
+The solver gets a smaller problem: a Schur complement removes the last block row, and the
+inequalities are divided by gamma. With R' = R/gamma, S' = S/gamma, d = 1/gamma and m >= d^2,
+maximise d subject to
 
     N_R' [ L(R')   M(R')'    ] N_R + m N_R' [B1; D11] [B1; D11]' N_R < 0,
          [ M(R')   Q(R') - I ]
@@ -44,7 +44,7 @@ ROUNDING = 1e-14
 class ProjectedInequality:
     """Projected inequality of one plant: fixed + gamma level - p v e' - e v p' > 0, v = R or S.
 
-    In discrete time the products are -p v p' + e v e'.
+    In discrete time it is fixed + gamma level - p v p' + e v e' > 0.
     """
 
     p: Matrix
@@ -59,7 +59,7 @@ class ProjectedInequality:
     ) -> ProjectedInequality:
         """Return the inequality of x' = a x + b w, z = c x + d w.
 
-        `null` is a basis of the directions that the controller does not affect.
+        The columns of `null` are a basis of N_R or N_S.
         """
         n = len(a)
         n_z = len(c)
@@ -89,13 +89,14 @@ class ProjectedInequality:
 
     @property
     def columns(self) -> Matrix:
-        """Coefficient matrices of the entries of v, as upper triangles, one column per entry."""
+        """Return the coefficient matrix of each entry of v, its upper triangle in a column."""
         return _columns(self.p, self.e, self.disc)
 
     def reduced(self, n_w: int) -> tuple[Matrix, Matrix, Matrix]:
-        """Return `fixed`, `columns` of F and `entering` of the inequality divided by gamma.
+        """Return (fixed, columns, entering) of the smaller inequality.
 
-        Its Schur complement in the last `n_w` rows is fixed + F(v/gamma) - entering/gamma^2.
+        It is fixed + F(v/gamma) - entering/gamma^2 > 0, the Schur complement in the last `n_w` rows
+        divided by gamma. `columns` are the coefficient matrices of F.
         """
         k = len(self.p) - n_w
         side = self.fixed[:k, k:]
@@ -126,9 +127,9 @@ def _products(left: Matrix, right: Matrix, rows: Indices, pairs: Indices) -> Mat
 
 
 class BoundedRealInequalities:
-    """All inequalities in one set of coordinates.
+    """Inequalities of all plants, which must have the same state coordinates.
 
-    Decision vectors begin with the upper triangles of R' and S'.
+    Decision vectors begin with the upper triangles of R' = R/gamma and S' = S/gamma.
     """
 
     def __init__(self, plants: Sequence[GeneralisedPlant]) -> None:
@@ -157,19 +158,19 @@ class BoundedRealInequalities:
 
     @cached_property
     def reduced(self) -> list[tuple[int, tuple[Matrix, Matrix, Matrix]]]:
-        """Reduced inequalities with the first index of R' or S' in the decision vector."""
+        """Return pairs: first index of R' or S' in the decision vector, and reduced inequality."""
         return [(0, side.reduced(self.n_w)) for side in self.sides_r] + [
             (self.half, side.reduced(self.n_z)) for side in self.sides_s
         ]
 
     def blocks(self, x: Vector, gamma: float) -> tuple[Matrix, Matrix]:
-        """Return R and S of a decision vector."""
+        """Return R and S from a decision vector."""
         return gamma * symmetric(x[: self.half], self.n), gamma * symmetric(
             x[self.half : 2 * self.half], self.n
         )
 
     def free(self) -> list[AffineConstraint]:
-        """Return the inequalities with gamma free; the decision vector is (R', S', d, m)."""
+        """Return the inequalities with unknown gamma; the decision vector is (R', S', d, m)."""
         count = 2 * self.half + 2
         inequalities = [self._coupling(count, None)]
         for start, (fixed, coefficients, entering) in self.reduced:
@@ -182,9 +183,10 @@ class BoundedRealInequalities:
         return [*inequalities, AffineConstraint(np.diag([0.0, 1.0]), cone)]
 
     def at(self, gamma: float, b: float | None, margin: float) -> list[AffineConstraint]:
-        """Return the inequalities at one gamma, with a margin, and [R bI; bI S] >= 0.
+        """Return the inequalities for a given gamma, and [R bI; bI S] >= 0.
 
-        The decision vector is (R', S'), or (R', S', b/gamma) if b is None.
+        Every smallest eigenvalue must be at least `margin`. The decision vector is (R', S'), or
+        (R', S', b/gamma) if b is None.
         """
         count = 2 * self.half + (b is None)
         inequalities = [self._coupling(count, None if b is None else b / gamma)]
@@ -211,7 +213,7 @@ class BoundedRealInequalities:
         return AffineConstraint(np.zeros((2 * n, 2 * n)) if b is None else b * side, columns)
 
     def hold(self, r: Matrix, s: Matrix, gamma: float) -> bool:
-        """Return True if every inequality holds strictly, evaluated from the plants."""
+        """Return True if every inequality (in its unreduced form) holds strictly."""
         n = self.n
         matrices = [side.at(r, gamma) for side in self.sides_r] + [
             side.at(s, gamma) for side in self.sides_s

@@ -1,16 +1,16 @@
-"""Upper bound of the worst norm (5.53) of a family of loops whose parameters move at any speed.
+"""Upper bound of the worst norm (5.53) of loops whose parameters vary at any speed.
 
-    x' = A x + B w,  z = C x + D w    in the hull of the family's loops
+    x' = A x + B w,  z = C x + D w    (A, B, C, D) in the convex hull of the loops
 
-One Lyapunov matrix P for the bounded-real inequality of every loop proves the bound for their hull
-(Boyd et al., 1994). In discrete time a Schur complement keeps A' P A linear:
+If one Lyapunov matrix P solves the bounded-real inequalities of all loops, it proves the bound for
+their hull (Boyd et al., 1994). In discrete time a Schur complement keeps A' P A linear:
 
     [-P  A'P  0  C'; P A  -P  P B  0; 0  B'P  -gamma  D'; C  0  D  -gamma] < 0.
 
-Samples of a continuous plant are only nearly multi-affine in its parameters. For sampled loops the
-bound is therefore that of the interpolation between the corners. The solver's gamma is not used:
-for given P the smallest gamma of each inequality is the largest eigenvalue of a matrix in closed
-form (Schur complement), computed here.
+A sampled plant depends only approximately multi-affinely on the parameters of the continuous plant.
+For sampled loops the bound therefore covers the interpolation between the corners. The solver's
+gamma is not used: for the computed P, the smallest gamma of each inequality is the largest
+eigenvalue of a matrix (Schur complement).
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ PASSES = 3  # balancing passes, each in coordinates in which the last P is the u
 
 
 def common_bound(loops: Sequence[Lti]) -> float:
-    """Return a bound of |z|/|w| for motion at any speed in the hull of `loops`.
+    """Return a bound of |z|/|w| (L2 norms) for any variation in time within the hull of `loops`.
 
     The loops have the same states, inputs, outputs and domain. The bound is infinite if a loop is
     unstable or no Lyapunov matrix was found. P is computed in balanced states and, in continuous
-    time, in the loops' time unit: in SI units the decrease of x' P x would be lost in rounding.
+    time, in a time unit of the loops: in SI units the decrease of x' P x would be lost in rounding.
     """
     best = np.inf
     if any(not loop.stable for loop in loops):

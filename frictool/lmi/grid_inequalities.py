@@ -10,11 +10,11 @@
 
 The inequalities hold at every r of the grid and at every corner of the rates, with X' = sum r_j'
 dX/dr_j (Wu, 1995; Apkarian and Adams, 1998). (5.62) prints + for both derivatives. The sign of X'
-is minus, because X is a block of an inverse; with symmetric rates the conditions are the same.
-In discrete time the derivative is a step: A X(r) A' - X(r + step), A' Y(r + step) A - Y(r).
+is minus, because X is a block of an inverse; with symmetric rates the conditions are the same. In
+discrete time the terms are A X(r) A' - X(r + step) and A' Y(r + step) A - Y(r).
 
-The solver gets the smaller form of lmi/bounded_real.py: without the last block row (Schur), and in
-X/gamma, Y/gamma, which the code calls X' and Y'.
+The solver gets the smaller form of lmi/bounded_real.py: without the last block row (Schur
+complement), and with unknowns X/gamma and Y/gamma. Docstrings below call these X' and Y'.
 """
 
 from __future__ import annotations
@@ -36,14 +36,17 @@ Values = tuple[float, ...]
 
 @dataclass(frozen=True)
 class ParameterBasis:
-    """Basis of X or Y in the parameters `on`: 1 (degree 0), r_j (degree 1), r_i r_j (degree 2)."""
+    """Basis functions of X(r) or Y(r): 1, r_j from degree 1 on, r_i r_j from degree 2 on.
+
+    on: indices of the parameters that occur in the basis.
+    """
 
     degree: int
     on: tuple[int, ...]
 
     @property
     def terms(self) -> tuple[tuple[int, ...], ...]:
-        """Monomials up to the degree; each is the tuple of its parameters' indices."""
+        """Return the monomials up to the degree, each as the tuple of its parameters' indices."""
         return tuple(
             term
             for d in range(self.degree + 1)
@@ -51,7 +54,7 @@ class ParameterBasis:
         )
 
     def at(self, values: Sequence[float]) -> Vector:
-        """Return the basis functions (terms,) at one r."""
+        """Return the values (terms,) of the basis functions at r = values."""
         return np.array(
             [np.prod([values[j] for j in term]) for term in self.terms], dtype=np.float64
         )
@@ -77,9 +80,9 @@ class GridPlants:
 
 
 class GridInequalities:
-    """All inequalities on the grid.
+    """Inequalities at all points of the grid.
 
-    Decision vectors begin with the upper triangles of the terms of X'; the terms of Y' follow.
+    Decision vectors begin with the upper triangles of the coefficients of X'; those of Y' follow.
     """
 
     def __init__(
@@ -113,11 +116,11 @@ class GridInequalities:
 
     @property
     def unknowns(self) -> int:
-        """Number of unknowns of X' and Y'."""
+        """Return the number of unknown coefficients of X' and Y'."""
         return sum(self.sizes)
 
     def blocks(self, x: Vector, gamma: float) -> tuple[Matrix, Matrix]:
-        """Return the terms (terms, n, n) of X and of Y."""
+        """Return the coefficients (terms, n, n) of X and of Y from a decision vector."""
         first = x[: self.sizes[0]]
         second = x[self.sizes[0] : self.unknowns]
         return gamma * symmetric(first.reshape(-1, self.half), self.n), gamma * symmetric(
@@ -125,7 +128,7 @@ class GridInequalities:
         )
 
     def free(self) -> list[AffineConstraint]:
-        """Return the inequalities with gamma free; the decision vector is (X', Y', d, m).
+        """Return the inequalities with unknown gamma; the decision vector is (X', Y', d, m).
 
         d = 1/gamma and m >= d^2.
         """
@@ -141,9 +144,10 @@ class GridInequalities:
         return [*inequalities, AffineConstraint(np.diag([0.0, 1.0]), cone)]
 
     def at(self, gamma: float, b: float | None, margin: float) -> list[AffineConstraint]:
-        """Return the inequalities at one gamma, with a margin, and [X bI; bI Y] >= 0.
+        """Return the inequalities for a given gamma, and [X bI; bI Y] >= 0.
 
-        The decision vector is (X', Y'), or (X', Y', b/gamma) if b is None.
+        Every smallest eigenvalue must be at least `margin`. The decision vector is (X', Y'), or
+        (X', Y', b/gamma) if b is None.
         """
         count = self.unknowns + (b is None)
         inequalities = self.coupling(count, None if b is None else b / gamma)
@@ -156,9 +160,9 @@ class GridInequalities:
         return inequalities
 
     def reduced(self) -> Iterator[tuple[Matrix, Matrix, Matrix]]:
-        """Yield `fixed`, `columns` of F and `entering` of each inequality.
+        """Yield (fixed, columns, entering) of the inequality of each grid point, plant and motion.
 
-        The inequality of a cell, plant and motion is fixed + F(X', Y') - entering/gamma^2 > 0.
+        It is fixed + F(X', Y') - entering/gamma^2 > 0; `columns` are the coefficients of F.
         """
         for cell, sides in zip(self.cells, self.sides, strict=True):
             for block in (0, 1):
@@ -177,12 +181,12 @@ class GridInequalities:
                         yield fixed, columns, entering
 
     def weights(self, block: int, values: Values) -> list[tuple[Vector, Vector]]:
-        """Return the weights of the basis terms of X (block 0) or Y (block 1), per distinct motion.
+        """Return the basis functions of X (block 0) or Y (block 1) for each distinct motion.
 
-        Each entry is a pair (w1, w2) of weights. The sum of the terms with w1 is the matrix that is
-        multiplied by matrices of the plant. The sum with w2 is the matrix v in the term e v e'. In
-        continuous time, v is the derivative of X, or minus the derivative of Y. In discrete time,
-        w1 and w2 belong to the two ends of a step.
+        Each entry is a pair (w1, w2) of weights of the coefficients. The sum with w1 is the matrix
+        that is multiplied by matrices of the plant. The sum with w2 is the matrix v in the term e v
+        e'. In continuous time, v is the derivative of X, or minus the derivative of Y. In discrete
+        time, w1 and w2 belong to the two ends of a step.
         """
         basis = self.bases[block]
         pairs = []
@@ -197,7 +201,7 @@ class GridInequalities:
         return list(unique.values())
 
     def coupling(self, count: int, b: float | None) -> list[AffineConstraint]:
-        """Return [X' bI; bI Y'] at every cell; if b is None, b is the entry after X' and Y'."""
+        """Return [X' bI; bI Y'] at every grid point; b None stands for the unknown after Y'."""
         n, (i, j) = self.n, upper_triangle(2 * self.n)
         side = np.block([[np.zeros((n, n)), np.eye(n)], [np.eye(n), np.zeros((n, n))]])
         inequalities = []
@@ -216,10 +220,10 @@ class GridInequalities:
         return inequalities
 
     def margins(self, x: Matrix, y: Matrix, gamma: float) -> Vector:
-        """Return the smallest relative eigenvalue of the inequalities of each cell (cells,).
+        """Return the smallest relative eigenvalue (points,) of the inequalities at each grid point.
 
-        An eigenvalue is relative to the largest of its matrix. The values are positive if all
-        inequalities hold. They are computed without a solver.
+        Each eigenvalue is divided by the largest one of its matrix. All values are positive if all
+        inequalities hold.
         """
         smallest = []
         for cell, sides in zip(self.cells, self.sides, strict=True):

@@ -1,17 +1,17 @@
 """Explicit controllers scheduled by r, independent of the rates of r, for constant X and Y(r).
 
 With M = I and N(r) = I - Y(r) X in (5.63), the map from the closed loop's inequality to (5.62) is
-constant. The motion then enters only as Y' in M22 (Apkarian and Adams, 1998: practically valid).
-Take any D with |D11 + D12 D D21| < gamma, and let W be the lower right block of (5.62), V = -W^-1,
-E = [0; D12], F = [D21'; 0]:
+constant. The rates of r then occur only as Y' in M22; Apkarian and Adams (1998) call such
+controllers practically valid. D is any matrix with |D11 + D12 D D21| < gamma. W is the lower right
+block of (5.62), V = -W^-1, E = [0; D12], F = [D21'; 0]:
 
     A^ = -A' - C2' D' B2' + L2' W^-1 L1        makes the Schur complement of M21 zero; two
-                                               inequalities with one unknown each remain
-    C^ = -(E' V E + e I)^-1 (B2' + E' V L1)    minimises the first
-    B^' = -(F' V F + e I)^-1 (C2 + F' V L2)    minimises the second, for every rate
+                                               inequalities remain, one in C^ and one in B^
+    C^ = -(E' V E + e I)^-1 (B2' + E' V L1)    minimises the left side of the first
+    B^' = -(F' V F + e I)^-1 (C2 + F' V L2)    minimises that of the second, for every rate
 
-e > 0 is a small weight for D12 or D21 without full rank. The largest e for which both inequalities
-hold at every point is used: a smaller one only makes the controller faster.
+e > 0 is a small weight, needed if D12 or D21 has no full rank. The code uses the largest e for
+which both inequalities hold at every point: a smaller e only makes the controller faster.
 """
 
 from __future__ import annotations
@@ -41,9 +41,9 @@ def scheduled_controllers(
 ) -> tuple[Lti, ...]:
     """Return one controller for each point and its plant.
 
-    With them the loop keeps `solution.gamma` while r moves within the rates. Needs continuous time
-    and an X of degree 0, else raises ValueError. Raises NoSolutionError if the inequalities admit
-    no controller to working precision at some point.
+    The scheduled loop has a norm of at most `solution.gamma` while r varies within the rates.
+    Raises ValueError for sampled plants and for an X of degree above 0. Raises NoSolutionError if,
+    to working precision, the inequalities admit no controller at some point.
     """
     if solution.frame.disc or solution.bases[0].degree:
         raise ValueError("scheduled controllers need continuous time and an X of degree 0")
@@ -56,7 +56,7 @@ def scheduled_controllers(
         if all(cell.holds(small) for cell in cells):
             return tuple(solution.frame.back(cell.controller(small), 0.0) for cell in cells)
     raise NoSolutionError(
-        "no scheduled controller keeps the bound at every point to working precision; raise "
+        "no scheduled controller meets the bound at every point to working precision; raise "
         "`recentring`"
     )
 
@@ -138,9 +138,9 @@ class _ScheduledPlant:
 
 
 def lyapunov(solution: GriddedSolution, values: Values) -> Matrix:
-    """Return P(r) of the loop of plant and scheduled controller, in the original states.
+    """Return the Lyapunov matrix P(r) of the loop with a scheduled controller, in its states.
 
-    [X I; I 0] P = [I Y; 0 N'].
+    P solves [X I; I 0] P = [I Y; 0 N'].
     """
     back = scipy.linalg.block_diag(np.linalg.inv(solution.t), np.eye(len(solution.t)))
     return np.asarray(back.T @ _balanced(solution, values) @ back)
@@ -161,9 +161,9 @@ def certified_gamma(
 ) -> float:
     """Return the gamma that P(r) proves at r = `values` for one controller; inf if none.
 
-    The proof covers every corner of the rates. The controller must have the coordinates of the
-    scheduled controllers. An example is a barycentric sum of these (5.64), which the synthesis
-    alone does not cover.
+    The proof covers every corner of the rates. The controller must have the state coordinates of
+    the scheduled controllers. It may be a barycentric sum of these (5.64), for which the synthesis
+    alone guarantees nothing.
     """
     states = scipy.linalg.block_diag(solution.t, np.eye(controller.order))
     loop = plant.closed(controller).transformed(states)

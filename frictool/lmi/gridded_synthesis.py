@@ -1,13 +1,14 @@
 """H-infinity synthesis with parameter-dependent Lyapunov matrices on a refined grid.
 
-X(r) and Y(r) of (5.62) are constant, affine or quadratic in r, with each r_j in [-1, 1] and of
-bounded speed (lmi/grid_inequalities.py). Unbounded speeds with constant X, Y give theorem 5.3.1; a
+X(r) and Y(r) of (5.62) are constant, affine or quadratic in r. Each r_j is in [-1, 1] and varies at
+a bounded rate (lmi/grid_inequalities.py). Unbounded rates with constant X, Y give theorem 5.3.1; a
 single r gives an LTI problem.
 
 A grid proves nothing between its points. After each solution the inequalities are evaluated on a
 finer grid with an offset, and the points at which they fail join the grid. This is evidence, not a
-proof for every r; the norm of a frozen controller is computed from its own loops. Several plants at
-one r (vertices of parameters on which X and Y do not depend) are covered with their hull.
+proof for every r; the norm with a frozen controller is computed from the closed loops. One r may
+have several plants (vertices of parameters on which X and Y do not depend); their convex hull is
+then covered.
 """
 
 from __future__ import annotations
@@ -58,9 +59,9 @@ INSIDE = 0.75
 class GridSchedule:
     """Dependence of X and Y on the parameters.
 
-    `rates` (r,) bound the speeds in half-widths per s, per sample for sampled plants; X and Y do
-    not depend on a parameter with an infinite rate. `degrees` of X and Y are 0 to 2. `points` is
-    the number of points of the first grid along each parameter.
+    rates: bound of |dr_j/dt| for each parameter, in 1/s (for sampled plants, per sample); X and Y
+    do not depend on a parameter with an infinite rate. degrees: those of X and Y, 0 to 2. points:
+    number of points of the first grid along each parameter.
     """
 
     rates: tuple[float, ...]
@@ -70,12 +71,12 @@ class GridSchedule:
 
 @dataclass(frozen=True)
 class GriddedSolution:
-    """Coefficients of X and Y in their bases, in the variable `frame` and states x = t x_balanced.
+    """Coefficients of X(r) and Y(r) in their bases, for plants in the variable `frame`.
 
-    X and Y solve the inequalities at `gamma`, which is at least `optimum`. `motions` are the
-    corners of the rates (steps in discrete time) in the frame's unit of time. `points` is the final
-    grid; `checked` counts all points at which the inequalities were evaluated, including the finer
-    grid.
+    The states are x = t x_balanced. X and Y solve the inequalities at `gamma`, which is at least
+    `optimum`. motions: corners of the rates (steps in discrete time) in the frame's unit of time.
+    points: final grid. checked: number of points at which the inequalities were evaluated,
+    including the finer grid.
     """
 
     x: Matrix
@@ -90,9 +91,9 @@ class GriddedSolution:
     checked: int
 
     def frozen(self, plant: GeneralisedPlant, values: Sequence[float]) -> Lti:
-        """Return the central controller of a plant at r, which keeps gamma there.
+        """Return the central controller of `plant` at r = values; its loop has a norm below gamma.
 
-        Raises NoSolutionError if X and Y do not admit one to working precision.
+        Raises NoSolutionError if X and Y do not admit a controller to working precision.
         """
         x, y = (
             np.tensordot(basis.at(values), v, 1)
@@ -108,12 +109,12 @@ class GriddedSolution:
 
 
 def minimise(family: Family, schedule: GridSchedule, recentring: float) -> GriddedSolution:
-    """Return X and Y recentred at `recentring` times the smallest gamma on the grid.
+    """Return X and Y that solve the inequalities at `recentring` times the smallest gamma.
 
-    At that gamma X and Y also satisfy the inequalities at the checked points between the grid's
-    points. `family` maps values (r,) in [-1, 1] to plants of one domain. Raises NoSolutionError if
-    the inequalities are infeasible, if the solver's result violates them, or if they still fail
-    between the points after ROUNDS refinements.
+    The smallest gamma is that of the grid. X and Y also satisfy the inequalities at the points of
+    the finer grid. `family` maps values r_j in [-1, 1] to plants, all continuous or all sampled.
+    Raises NoSolutionError if the inequalities are infeasible, if the solver's result violates them,
+    or if they still fail between the points after ROUNDS refinements.
     """
     try:
         return _GridSearch(family, schedule, recentring).solution()
@@ -182,7 +183,7 @@ class _GridSearch:
                 )
             self.grid += failing[:JOINING]
         raise NoSolutionError(
-            f"the inequalities hold on the grid and fail between its points after {ROUNDS} "
+            f"the inequalities hold on the grid but fail between its points after {ROUNDS} "
             f"refinements (gamma {gamma * self.level:.4g}); "
             "raise `recentring`, take a lower degree or slower parameters"
         )
@@ -224,7 +225,7 @@ class _GridSearch:
             ):
                 return *problem.blocks(x, inner), optimum
         raise NoSolutionError(
-            "the matrix inequalities do not hold where the solver stopped (gamma "
+            "the solver's result violates the matrix inequalities (gamma "
             f"{gamma * self.level:.4g}); "
             "raise `recentring` or relax the weights"
         )

@@ -6,13 +6,14 @@
                           cover their barycentric sums (5.64)
 
 The plants are in continuous or discrete time. The solver's result is reliable only for a
-well-conditioned problem, whatever status it reports. Therefore the problem is solved several times,
-in coordinates in which R and S are equal and diagonal and gamma is near one. It is then recentred:
-at a gamma somewhat above the optimum, first the smallest R and S are computed, then those with the
-largest distance of [R I; I S] from singular. The controller then has bounded coefficients.
+well-conditioned problem, whatever status the solver reports. Therefore the problem is solved
+several times, in coordinates in which R and S are equal and diagonal and gamma is near one.
+Recentring follows: at a gamma somewhat above the optimum, first the smallest R and S are computed,
+then the R and S for which [R I; I S] is farthest from singular. The coefficients of the controller
+are then bounded.
 
-One plant needs no solver: two Riccati equations give gamma, R and S (riccati_synthesis.py). R and S
-are used if they satisfy the inequalities; otherwise the solver is used.
+For one plant, two Riccati equations give gamma, R and S (riccati_synthesis.py). If R and S violate
+the inequalities, the solver is used.
 """
 
 from __future__ import annotations
@@ -72,10 +73,10 @@ TRACE_SLACK = 1.5  # limit of trace(R + S) in the recentring, relative to the sm
 
 @dataclass(frozen=True)
 class LyapunovPair:
-    """R and S in the coordinates x = t x_balanced, with the optimum and the recentred gamma.
+    """Lyapunov blocks R and S in the state coordinates x = t x_balanced.
 
-    R and S solve the inequalities at `gamma`, which is at least `optimum`, for plants in the
-    variable `frame`. Without a pole region they also solve the inequalities in s or z.
+    R and S solve the inequalities at `gamma`, for plants in the variable `frame`; without a pole
+    region also for plants in s or z. `optimum` is the smallest gamma.
     """
 
     r: Matrix
@@ -89,11 +90,11 @@ class LyapunovPair:
 def minimise(
     plants: Sequence[GeneralisedPlant], recentring: float, pole_region: PoleRegion | None = None
 ) -> LyapunovPair:
-    """Return (R, S) recentred at `recentring` times the smallest gamma over all plants.
+    """Return R and S that solve the inequalities at `recentring` times the smallest gamma.
 
-    The plants are of one domain. Raises NoSolutionError if a pole cannot be moved into the region
-    of stability (or the `pole_region`), if the inequalities are infeasible, or if the solver's
-    result violates them. Raises ValueError if B2, C2, D12 or D21 vary.
+    The plants are all continuous or all sampled. Raises NoSolutionError if a pole cannot be moved
+    into the region of stability (or the `pole_region`), if the inequalities are infeasible, or if
+    the solver's result violates them. Raises ValueError if B2, C2, D12 or D21 vary.
     """
     try:
         return _minimise(plants, recentring, pole_region)
@@ -131,7 +132,7 @@ def _minimise(
         level = before = optimum * level
         t = t @ _next(problem.blocks(smallest, inner), (r, s))
     raise NoSolutionError(
-        "the matrix inequalities do not hold where the solver stopped (gamma "
+        "the solver's result violates the matrix inequalities (gamma "
         f"{recentring * before:.4g}); "
         "raise `recentring` or relax the weights"
     )
@@ -168,11 +169,11 @@ def _by_riccati(
 def controller(plant: GeneralisedPlant, lyapunov: LyapunovPair, ease: float = 1.0) -> Lti:
     """Return the central controller of one plant; its loop has a norm of at most `lyapunov.gamma`.
 
-    With `ease` > 1 it is the central controller at `ease` times that gamma, and the inequalities
-    guarantee only this larger norm. The controller is then slower; its norm is often still below
-    `lyapunov.gamma`, but this must be verified. A frozen controller must be verified in any case.
-    Raises NoSolutionError if (R, S) do not admit a controller to working precision, ValueError if
-    `ease` is below 1.
+    With `ease` > 1 it is the central controller at `ease` times that gamma. The inequalities then
+    guarantee only this larger norm. The controller is slower, and the norm of its loop is often
+    still below `lyapunov.gamma`, but this must be verified. A frozen controller must always be
+    verified. Raises NoSolutionError if (R, S) do not admit a controller to working precision,
+    ValueError if `ease` is below 1.
     """
     if not ease >= 1.0:
         raise ValueError(f"ease is {ease:g}; it is a factor on gamma, 1 or more")
@@ -191,7 +192,8 @@ def vertex_controllers(
 ) -> tuple[Lti, ...]:
     """Return a controller for each plant, in common coordinates.
 
-    Sums of these controllers with the plants' weights (5.46) keep `ease` times gamma (5.64).
+    Any convex combination of the plants (5.46) and the same combination of these controllers form a
+    loop with a norm of at most `ease` times gamma (5.64).
     """
     return tuple(controller(plant, lyapunov, ease) for plant in plants)
 

@@ -1,10 +1,10 @@
-"""Optimal design of an experiment: shares of its duration, as a convex program.
+"""Optimal shares of the duration of a test for several experiments, from a convex program.
 
     minimise    max_i  e_i' (sum x_k R_k)^-1 e_i / limit_i
     subject to  sum x_k = 1,  x_k >= 0,  sum x_k cost_k <= 0
 
-(Pukelsheim 2006, chapter 6; Boyd and Vandenberghe 2004, 7.5). R_k is the information that
-experiment k gives per second. The program is stated with cvxpy and solved by clarabel.
+(Pukelsheim 2006, chapter 6; Boyd and Vandenberghe 2004, 7.5). x_k is the share of experiment k, R_k
+its information matrix per second. The program is stated with cvxpy and solved by clarabel.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ SINGULAR = 1e12  # condition number above which the information of all experimen
 
 
 def optimal_shares(rate: Matrix, limit: Vector, cost: Vector) -> Vector | None:
-    """Return the shares of the duration with the least worst ratio of variance to limit.
+    """Return the shares x_k that minimise the largest ratio of a variance to its limit.
 
     Parameters
     ----------
@@ -29,8 +29,8 @@ def optimal_shares(rate: Matrix, limit: Vector, cost: Vector) -> Vector | None:
     limit
         Largest variance of each parameter, (p,); inf if a parameter has no limit.
     cost
-        Cost of each experiment per second, (k,); the mean cost must be at most 0. Values of -inf
-        are no constraint.
+        Cost of each experiment per second, (k,); the mean cost must be at most 0. With a value of
+        -inf there is no constraint.
 
     Returns
     -------

@@ -1,16 +1,17 @@
 """Explicit controller of a plant for given (R, S), by Parrott's lemma.
 
-It makes a second optimisation of (5.62)-(5.63) unnecessary. With P = [S, -G; -G, G], G = S - R^-1,
-the bounded-real lemma in discrete time becomes |Phi + U K V| < 1, in which K contains the
+It replaces the optimisation of the controller in (5.62)-(5.63). With P = [S, -G; -G, G], G = S -
+R^-1, the bounded-real lemma in discrete time becomes |Phi + U K V| < 1, in which K contains the
 controller's matrices. That is Parrott's problem, whose central solution is explicit (Davis, Kahan
 and Weinberger, 1982).
 
-A continuous plant is first mapped to the unit disc (Cayley): the same P solves both bounded-real
-inequalities. D12 = 0 or D21 = 0 need no special case; only a singular [R I; I S] can fail.
+A continuous plant is first mapped to the unit disc (Cayley transform): the same P solves both
+bounded-real inequalities. D12 = 0 and D21 = 0 are allowed; the formula fails only for a singular [R
+I; I S].
 
-P depends on (R, S) alone, so the controllers of all vertices are in common coordinates. The same
-inequalities cover any barycentric sum of them (5.64), because they are affine in plant and
-controller together for constant B2, C2, D12 and D21.
+P depends on (R, S) alone, so that the controllers of all vertices have the same state coordinates.
+For constant B2, C2, D12 and D21 the inequalities are affine in plant and controller together. They
+therefore hold for any barycentric sum of these controllers (5.64).
 """
 
 from __future__ import annotations
@@ -114,9 +115,9 @@ def _discrete(
 
 
 def parrott(phi: Matrix, u: Matrix, v: Matrix) -> Matrix:
-    """Return the central K with |phi + u K v| < 1; raise NoSolutionError if there is none.
+    """Return the central solution K of |phi + u K v| < 1; raise NoSolutionError if there is none.
 
-    u has full column rank and v full row rank.
+    u must have full column rank and v full row rank.
     """
     q_u, r_u = np.linalg.qr(u, mode="complete")
     q_v, r_v = np.linalg.qr(v.T, mode="complete")
@@ -129,7 +130,7 @@ def parrott(phi: Matrix, u: Matrix, v: Matrix) -> Matrix:
     reach = max(np.linalg.norm(np.vstack([b, a]), 2), np.linalg.norm(np.hstack([c, a]), 2))
     if reach >= 1.0:
         raise NoSolutionError(
-            f"no controller for the Lyapunov matrix found (norm {reach:.6g} >= 1); raise "
+            f"no controller exists for the computed Lyapunov matrix (norm {reach:.6g} >= 1); raise "
             "`recentring` or relax the weights"
         )
     completed = -b @ np.linalg.solve(np.eye(a.shape[1]) - a.T @ a, a.T @ c)

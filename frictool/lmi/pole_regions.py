@@ -1,4 +1,4 @@
-"""Variable of the Laplace or z transform in which a synthesis is solved: p = scale (s - shift).
+"""Complex variable p = scale (s - shift) in which a synthesis is solved, for regions of poles.
 
     continuous            p = s T              Re p < 0      T scales fast modes to about one
     discrete              p = z                abs(p) < 1
@@ -36,7 +36,8 @@ class PoleHalfPlane:
 class PoleDisc:
     """Region abs(s - centre) < radius of closed-loop poles.
 
-    It lies in the left half-plane [rad/s], or for sampled plants in the unit disc.
+    The disc lies in the left half-plane (centre and radius in rad/s) or, for sampled plants, in the
+    unit disc.
     """
 
     centre: float
@@ -48,14 +49,14 @@ PoleRegion = PoleHalfPlane | PoleDisc
 
 @dataclass(frozen=True)
 class TransformVariable:
-    """Variable p = scale (s - shift); stable means abs(p) < 1 (`disc`) or Re p < 0."""
+    """Variable p = scale (s - shift); the region is abs(p) < 1 if `disc`, else Re p < 0."""
 
     shift: float
     scale: float
     disc: bool
 
     def plant(self, plant: GeneralisedPlant) -> GeneralisedPlant:
-        """Return the plant in p; a period of 1 marks the disc."""
+        """Return the plant as a function of p; its period is 1 for a disc, else 0."""
         root = np.sqrt(self.scale)
         return replace(
             plant,
@@ -81,9 +82,10 @@ class TransformVariable:
 
 
 def frame(plants: Sequence[GeneralisedPlant], region: PoleRegion | None) -> TransformVariable:
-    """Return the variable of a synthesis.
+    """Return the variable p in which the region of poles is the unit disc or a half-plane.
 
-    Raises ValueError if the region is not within the region of stability.
+    Without `region` the poles must only be stable. Raises ValueError if the region contains
+    unstable poles.
     """
     sampled = plants[0].period > 0.0
     if isinstance(region, PoleDisc):
@@ -109,9 +111,9 @@ def frame(plants: Sequence[GeneralisedPlant], region: PoleRegion | None) -> Tran
 
 
 def refuse_fixed_modes(framed: Sequence[GeneralisedPlant], frame: TransformVariable) -> None:
-    """Raise NoSolutionError if feedback cannot move a pole that lies outside the region.
+    """Raise NoSolutionError if a pole lies outside the region and feedback cannot move it.
 
-    An example is a weight's own pole. `framed` are the plants in p, with states of similar size.
+    An example is the pole of a weight. `framed` are the plants in p, with states of similar size.
     """
     for plant in framed:
         identity = np.eye(len(plant.a))
@@ -128,7 +130,7 @@ def refuse_fixed_modes(framed: Sequence[GeneralisedPlant], frame: TransformVaria
                 values = np.linalg.svd(side, compute_uv=False)
                 if values[-1] <= UNREACHED * values[0]:
                     raise NoSolutionError(
-                        f"the pole at {pole if pole.imag else pole.real:.4g} is not {what}, and "
-                        "not within the region requested for the closed loop: no controller "
-                        "exists; give the weights stable poles within that region, or widen it"
+                        f"the pole at {pole if pole.imag else pole.real:.4g} is not {what} and is "
+                        "outside the requested region: no controller exists; give the weights "
+                        "stable poles within the region, or widen it"
                     )

@@ -1,25 +1,25 @@
 """Switched-observer gains with the least noise amplification for a given bound of the model error.
 
 The optimum of (6.6) is flat. Since (6.6) contains no noise, its gains correct the error within one
-or two samples, and then amplify the noise of a coarse encoder. Here the gains minimise nu
+or two samples and therefore amplify the noise of a coarse encoder. Here the gains minimise nu
 subject to
 
     |z| <= factor gamma* |Delta|    gamma*: the smallest gamma with the requested decay
-    |z| <= nu |w|                   y = C_i x + n_i w, so that -L_i n_i w enters the error
+    |z| <= nu |w|                   y = C_i x + n_i w: noise w, which enters the error as -L_i n_i w
 
-with the same P_i. For every allowed switch (i, j), a slack G_i replaces the factor P_i of (6.6),
-with V_i = G_i' L_i. In the noise inequality -V_i n_i replaces G_i' Q_i:
+    with the same P_i in both. For every allowed switch (i, j), a slack G_i replaces the factor P_i
+    of (6.6), with V_i = G_i' L_i. In the noise inequality -V_i n_i replaces G_i' Q_i:
 
     [lambda^2 P_i - C-bar_i' C-bar_i   0           A_i' G_i - C_i' V_i']
     [ *                                gamma^2 I   Q_i' G_i            ]  >  0
     [ *                                *           G_i + G_i' - P_j    ]
 
-(J. Daafouz, P. Riedinger, C. Iung, IEEE TAC 47, 2002). With G_i = P_i the inequality is (6.6), and
-lemma 6.2.1 requires P_j < 2 P_i for every switch. If alpha acts in opposite directions in two
-successive modes, that requirement excludes a fast alpha.
+(J. Daafouz, P. Riedinger, C. Iung, IEEE TAC 47, 2002). With G_i = P_i the inequality is (6.6), in
+which lemma 6.2.1 requires P_j < 2 P_i for every switch. If the wear alpha acts in opposite
+directions in two successive modes, that requirement excludes a fast estimate of alpha.
 
-gamma* is the solver's value. The bound of `factor` times gamma* is checked by (6.9) with the
-computed gains and P_i, and so is nu.
+gamma* is a result of the solver. `factor` times gamma* and nu are checked by (6.9) with the
+computed gains and P_i.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ INSIDE, FASTER = (
 
 @dataclass(frozen=True)
 class QuietGains:
-    """Gains with their proof, and the smallest noise gain nu that is proved for them."""
+    """Gains with the P_i that prove their gamma, and the smallest nu that these P_i prove."""
 
     gains: SwitchedGains
     noise_gain: float
@@ -71,11 +71,10 @@ def quiet_gains(
 ) -> QuietGains:
     """Return the gains for `modes` and the allowed `switches`; `noise` has n_i (m,) of each mode.
 
-    `apart` (n, m) marks, per mode, the gains that may differ from 0. Such a mask must be equal for
-    all states of a block, and a block's states must be consecutive, so that the mask also holds
-    after a triangular change of states. Raises NoSolutionError if a mode is not detectable, or if
-    no gains are proved within `factor` times the smallest gamma. Raises ValueError for a decay
-    outside (0, 1] or a factor of at most 1.
+    `apart` (n, m) marks for a mode the gains that may differ from 0. States with the same mask must
+    be consecutive, so that the mask also holds after a triangular change of states. Raises
+    NoSolutionError if a mode is not detectable, or if no gains are proved within `factor` times the
+    smallest gamma. Raises ValueError for a decay outside (0, 1] or a factor of at most 1.
     """
     if not 0.0 < decay <= 1.0 or not factor > 1.0:
         raise ValueError(
@@ -101,16 +100,16 @@ def quiet_gains(
         t = t @ np.linalg.inv(scipy.linalg.cholesky(np.mean(list(gains.p.values()), axis=0)))
     if best is None:
         raise NoSolutionError(
-            f"found no gains with a proved decay of {decay:g} per sample and at most {factor:g} "
+            f"no gains were proved with a decay of {decay:g} per sample and at most {factor:g} "
             "times the smallest gamma; choose a decay nearer to 1, or a larger factor"
         )
     return best
 
 
 class _QuietProblem:
-    """Inequalities in one set of states.
+    """Inequalities in one set of state coordinates.
 
-    The unknowns are P_i, G_i, V_i of each mode, then the square that is minimised.
+    The unknowns are P_i, G_i, V_i of each mode, then gamma^2 or nu^2, which is minimised.
     """
 
     def __init__(

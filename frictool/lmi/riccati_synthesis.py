@@ -5,13 +5,14 @@ of (Glover and Doyle, 1988)
 
     A' X + X A + C1' C1 - (C1' D1 + X B) V^-1 (D1' C1 + B' X) = 0
 
-and Y that of the dual equation. A controller with a norm below gamma exists if and only if both
-exist, X >= 0, Y >= 0 and the spectral radius of X Y is below gamma^2, for D12 of full column rank,
-D21 of full row rank and no zero on the imaginary axis. A sampled plant is first mapped by
-s = (z - 1)/(z + 1), which changes neither X and Y nor the norm.
+and Y that of the dual equation. Let D12 have full column rank and D21 full row rank, without zeros
+on the imaginary axis. A controller with a norm below gamma then exists if and only if X and Y
+exist, X >= 0, Y >= 0 and the spectral radius of X Y is below gamma^2. A sampled plant is first
+mapped by s = (z - 1)/(z + 1), which changes neither X and Y nor the norm.
 
-R = gamma X^-1 and S = gamma Y^-1 solve the inequalities of bounded_real.py with equality. With
-additional outputs and disturbances of size `strict` on every state they solve them strictly.
+R = gamma X^-1 and S = gamma Y^-1 solve the inequalities of bounded_real.py with equality. If every
+state gets an additional output and an additional disturbance of gain `strict`, R and S solve the
+inequalities strictly.
 """
 
 from __future__ import annotations
@@ -32,9 +33,9 @@ FIRST, FACTOR, LARGEST = 1.0, 4.0, 1e6  # levels that are tried until one is fea
 
 
 def smallest_gamma(plant: GeneralisedPlant) -> float | None:
-    """Return the smallest gamma, at most PRECISION too large.
+    """Return the smallest gamma; the result is at most a fraction PRECISION too large.
 
-    The result is None if the equations do not apply.
+    It is None if the plant does not meet the conditions of the equations.
     """
     continuous = _continuous(plant)
     if not _regular(continuous):
@@ -70,9 +71,9 @@ def smallest_gamma(plant: GeneralisedPlant) -> float | None:
 def lyapunov_blocks(
     plant: GeneralisedPlant, gamma: float, strict: float
 ) -> tuple[Matrix, Matrix] | None:
-    """Return R and S of the inequalities at `gamma`; None if there are none.
+    """Return R and S that solve the inequalities at `gamma`; None if there are none.
 
-    `strict` > 0 is the gain of the outputs and disturbances that are added to every state.
+    `strict` > 0 is the gain of the output and the disturbance that are added to every state.
     """
     continuous = _continuous(plant)
     n = len(plant.a)

@@ -1,8 +1,8 @@
 """Semidefinite programs for Clarabel: minimise c'x subject to F_j(x) = F_j0 + sum x_k F_jk >= 0.
 
-A constraint has one of two forms: a fixed matrix with the upper triangles of the coefficients, or a
-function of many decision vectors at once. The function is affine, so its values at zero and at the
-unit vectors give the first form exactly.
+A constraint has one of two forms: F_j0 with the upper triangles of all F_jk, or an affine function
+that takes an array of decision vectors. The values of the function at zero and at the unit vectors
+give the first form exactly.
 """
 
 from __future__ import annotations
@@ -39,9 +39,10 @@ class AffineConstraint:
 
 @dataclass(frozen=True)
 class SdpSolution:
-    """Decision vector of a solution.
+    """Decision vector `x` that a solver returned.
 
-    `holds` is the result of an independent check of the constraints; `status` is for information.
+    holds: True if x satisfies the constraints in a check without the solver. status: text of the
+    solver, for information.
     """
 
     x: Vector
@@ -79,7 +80,7 @@ def assemble(constraint: Affine, count: int) -> AffineConstraint:
 def solve(
     objective: Vector, constraints: Sequence[Affine | AffineConstraint], *, iterations: int = 200
 ) -> SdpSolution:
-    """Minimise objective @ x with every constraint positive semidefinite."""
+    """Return the x that minimises objective @ x, with all constraints positive semidefinite."""
     import clarabel
 
     count = objective.shape[0]

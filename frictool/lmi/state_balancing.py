@@ -14,7 +14,7 @@ SMALLEST = 1e-12  # smallest eigenvalue of R and S that balancing uses, relative
 
 
 def even_out(plants: Sequence[GeneralisedPlant], sweeps: int = 20) -> Matrix:
-    """Return a diagonal t that equalises the gains into and out of each state of all plants."""
+    """Return a diagonal t for which the gains into and out of each state x/t are of equal size."""
     return osborne([_whole(p) for p in plants], len(plants[0].a), sweeps)
 
 

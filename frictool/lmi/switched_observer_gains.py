@@ -1,24 +1,24 @@
 """Gains of a switched observer that bound the effect of the model error on its estimate.
 
-The bound is theorem 6.2.1, for mode i at k and mode j at k+1, (i, j) an allowed switch:
+Theorem 6.2.1 gives the bound. The error e in mode i at sample k follows
 
     e(k+1) = (A_i - L_i C_i) e(k) + Q_i Delta(k),    z(k) = C-bar_i e(k)        (6.5)
 
-With P_i > 0 and V_i = L_i' P_i, for every allowed (i, j), and the requested decay lambda (1 for
-none, as (6.6) is printed)
+The inequalities for every allowed switch from mode i at k to mode j at k+1 are, with P_i > 0, V_i =
+L_i' P_i and the requested decay lambda (in the printed (6.6), lambda = 1):
 
     [-lambda^2 P_i + C-bar_i' C-bar_i   0            A_i' P_i - C_i' V_i]
     [ *                                 -gamma^2 I   Q_i' P_i           ]  <  0    (6.6)
     [ *                                 *            P_j - 2 P_i        ]
 
-Then e' P e decays by lambda^2 per sample if Delta = 0, for any allowed switches, and |z| <= gamma
-|Delta|. The gains are L_i = P_i^-1 V_i' (the thesis prints V' P^-1 and V > 0, but V is neither
-symmetric nor square).
+For any allowed switches, e' P e is then multiplied by at most lambda^2 per sample if Delta = 0, and
+|z| <= gamma |Delta|. The gains are L_i = P_i^-1 V_i'. The thesis prints V' P^-1 and V > 0, but V is
+neither symmetric nor square.
 
-The solver's result is checked. With the computed gains and P_i, the smallest gamma of (6.9), which
-(6.6) implies, is the largest eigenvalue of a matrix in closed form; a result without this proof is
-rejected. States are scaled so that their coupling is of order one, then so that the mean P of the
-previous pass is the unit matrix.
+The solver's result is checked. (6.6) implies (6.9). With the computed gains and P_i, the smallest
+gamma of (6.9) is the largest eigenvalue of a matrix; a result without this proof is rejected. The
+states are scaled so that their coupling is of order one, and in each later pass so that the mean of
+the previous P_i is the unit matrix.
 """
 
 from __future__ import annotations
@@ -45,10 +45,9 @@ UNSEEN = 1e-9
 
 @dataclass(frozen=True)
 class ObserverMode:
-    """Mode of the observed system.
+    """Matrices of one mode i in (6.5).
 
-    `a` (n, n); `c` (m, n) of the measurement; `q` (n, w), input of the model error; `weight` (p,
-    n), C-bar of (6.5).
+    a: A_i (n, n). c: C_i (m, n). q: Q_i (n, w). weight: C-bar_i (p, n).
     """
 
     a: Matrix
@@ -57,17 +56,17 @@ class ObserverMode:
     weight: Matrix
 
     def in_states(self, t: Matrix) -> ObserverMode:
-        """Return the mode in states x, with old states t x."""
+        """Return the mode in new states x, where the present states are t x."""
         back = np.asarray(np.linalg.inv(t))
         return ObserverMode(back @ self.a @ t, self.c @ t, back @ self.q, self.weight @ t)
 
 
 @dataclass(frozen=True)
 class SwitchedGains:
-    """Gains L_i (n, m) per mode and the `gamma` that they prove with `p` by (6.9).
+    """Gains L_i (n, m) of each mode, and the `gamma` that (6.9) proves for them with `p`.
 
-    `decay` is lambda; `smallest_gamma` is the smallest gamma of (6.6) without a decay. `p` has P_i
-    in states x = t x_p; in SI units the decrease of e' P e would be lost in rounding.
+    decay: lambda. smallest_gamma: smallest gamma of (6.6) without a decay. p: P_i in states x_p
+    with x = t x_p; in SI units the decrease of e' P e would be lost in rounding.
     """
 
     gains: dict[int, Matrix]
@@ -78,7 +77,7 @@ class SwitchedGains:
     t: Matrix
 
     def value(self, mode: int, error: Matrix) -> NDArray[np.float64]:
-        """Return e' P_i e of errors (..., n)."""
+        """Return e' P_i e for errors e (..., n) in mode i."""
         x = np.linalg.solve(self.t, error[..., None])[..., 0]
         return np.asarray(np.einsum("...i,ij,...j->...", x, self.p[mode], x))
 
@@ -88,12 +87,12 @@ def switched_gains(
 ) -> SwitchedGains:
     """Return gains for `modes` and the allowed `switches` (i, j).
 
-    A switch (i, i) means that the mode may last. Raises NoSolutionError if a mode's (A_i, C_i) is
-    not detectable, or if the inequalities have no solution that passes the check. Raises ValueError
-    for a decay outside (0, 1].
+    With a switch (i, i), mode i may last for several samples. Raises NoSolutionError if a mode's
+    (A_i, C_i) is not detectable, or if the inequalities have no solution that passes the check.
+    Raises ValueError for a decay outside (0, 1].
     """
     if not 0.0 < decay <= 1.0:
-        raise ValueError(f"a decay of {decay:g} a sample; allowed: above 0 and at most 1")
+        raise ValueError(f"a decay of {decay:g} per sample; allowed: above 0 and at most 1")
     t = state_units(modes)
     for index, mode in modes.items():
         refuse_undetectable(index, mode.in_states(t))
@@ -160,7 +159,7 @@ def proved_gamma(
 
 
 def refuse_undetectable(index: int, mode: ObserverMode) -> None:
-    """Raise NoSolutionError if an undamped motion of the mode is not observable (Hautus test)."""
+    """Raise NoSolutionError if a pole of the mode with |z| >= 1 is not observable (Hautus test)."""
     identity = np.eye(len(mode.a))
     for pole in np.linalg.eigvals(mode.a).astype(np.complex128):
         if abs(pole) < 1.0 - UNSEEN:
@@ -177,9 +176,9 @@ def refuse_undetectable(index: int, mode: ObserverMode) -> None:
 
 
 class _SwitchedProblem:
-    """Inequalities (6.6) in one set of states.
+    """Inequalities (6.6) in one set of state coordinates.
 
-    The unknowns are P_i and V_i of each mode, then gamma^2, or the margin at a given gamma.
+    The unknowns are P_i and V_i of each mode, then gamma^2 or, for a given gamma, the margin.
     """
 
     def __init__(
@@ -281,10 +280,11 @@ class _SwitchedProblem:
 def place_among_unknowns(
     local: AffineConstraint, count: int, before: tuple[int, int], after: tuple[int, int] | None
 ) -> AffineConstraint:
-    """Return the inequality of one switch in all `count` unknowns, gamma^2 last.
+    """Return the inequality of one switch as a constraint on all `count` unknowns.
 
-    `before` and `after` give the first index and the number of the unknowns of the mode before and
-    the mode after the switch. `local` has the unknowns in this order, then gamma^2.
+    `local` is the inequality in the unknowns of the mode before the switch, of the mode after it,
+    and gamma^2, in this order. `before` and `after` are (first index, number) of the unknowns of
+    these modes; gamma^2 is the last unknown.
     """
     columns = np.zeros((len(local.columns), count))
     columns[:, before[0] : before[0] + before[1]] = local.columns[:, : before[1]]
@@ -314,9 +314,9 @@ def _nothing(decay: float, t: Matrix) -> SwitchedGains:
 
 
 def state_units(modes: Mapping[int, ObserverMode]) -> Matrix:
-    """Return units of the states in which the couplings in A are of order one.
+    """Return a diagonal scaling of the states for which the couplings in A are of order one.
 
-    They are a least-squares fit of logarithms over all modes.
+    It is a least-squares fit of logarithms over all modes.
     """
     coupling = np.max(
         [np.abs(mode.a - np.diag(np.diag(mode.a))) for mode in modes.values()], axis=0
@@ -338,13 +338,12 @@ def state_units(modes: Mapping[int, ObserverMode]) -> Matrix:
 def _unsolved(decay: float, without: float) -> str:
     if not np.isfinite(without):
         return (
-            "no gains satisfy the inequalities for these modes and "
-            "switches: allow fewer switches, or fewer and "
-            "wider intervals, or weights that are less far apart"
+            "no gains satisfy the inequalities for these modes and switches: allow fewer switches, "
+            "choose fewer and wider intervals, or weights of similar size"
         )
     return (
-        f"no gains satisfy the inequalities with a decay of {decay:.6g} per sample; without a "
-        f"decay some do (gamma {without:.4g}): choose a --decay nearer to 1"
+        f"no gains satisfy the inequalities with a decay of {decay:.6g} per sample, but some do "
+        f"without a decay (gamma {without:.4g}): choose a --decay nearer to 1"
     )
 
 
