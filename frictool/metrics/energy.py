@@ -12,8 +12,8 @@ def energy(time: Vector, drive: Vector, energy_window: float) -> float | str:
     """Return the mean square of the drive (n,) [A^2 | V^2] over the first `energy_window` [s].
 
     The result is (T_e/t_int) sum i^2 with sample period T_e and t_int = `energy_window`, from the
-    step on. Each sample holds until the next one, so that an uneven sample rate does not matter. If
-    the hold is shorter than the window, the result is the reason as text.
+    step on. For uneven samples, T_e is the time to the next sample. If the hold is shorter than the
+    window, the result is a reason as text.
     """
     period = median(np.diff(time))
     if float(time[-1] - time[0]) + 1.5 * period < energy_window:

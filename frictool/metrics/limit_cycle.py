@@ -1,14 +1,14 @@
 """Limit cycle: an oscillation that continues while the reference is held (5.2.1).
 
-With dry friction the integrator may wait for seconds before the axis jumps, so that a hold of one
-second may show no motion of an existing limit cycle. The first third of the hold is ignored, since
-it contains the response to the step. A turn counts if the axis returns by more than one sensor step
-and by more than the noise from peak to peak. A resting axis may flicker by one sensor step.
+With dry friction the axis may rest for seconds while the integrator builds up the breakaway, so
+that a hold of one second may show no motion of an existing limit cycle. The first third of the hold
+is ignored, since it contains the response to the step. A turn is counted if the axis moves back by
+more than one sensor step and by more than the peak-to-peak noise.
 
     sustained      at least two turns; the last swings are at least 0.8 of the first; the time since
                    the last turn is at most twice the longest time between two turns
-    at rest        no motion above that threshold; or the last third of the hold is still, for more
-                   than twice the longest time between two turns
+    at rest        no motion above that threshold; or no motion in the last third of the hold, and
+                   this third is longer than twice the longest time between two turns
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ class LimitCycle:
     """Result of the limit-cycle test of one hold.
 
     amplitude: half the peak-to-peak value over the last period [rad or m]; 0 without a limit cycle,
-    None if the hold does not decide. period: mean time between turns of one side [s]. reason: why
-    the hold does not decide.
+    None if the hold does not show whether there is one. period: mean time between turns in the same
+    direction [s]. reason: reason for an amplitude of None.
     """
 
     amplitude: float | None

@@ -1,11 +1,11 @@
 """Bounds of the load's position behind a backlash, computed from the motor's position.
 
-|motor - load| <= backlash/2, and inside the gap the load stays at rest (2.2.4, (4.45)). The load
-position is therefore the play operator of the motor position. The operator increases with the motor
-position and with the unknown initial position in the gap. It changes by no more than these
-positions change. The ends of the intervals of both positions therefore bound the load position. A
-stroke longer than the backlash carries the load along. After such a stroke, only the sensor's step
-and the interval of the backlash separate the bounds.
+|motor - load| <= backlash/2, and while the backlash is open the load stays at rest (2.2.4, (4.45)).
+The load position is therefore the play operator of the motor position. The operator increases with
+the motor position and with the unknown initial position in the backlash. The ends of the intervals
+of both positions therefore give bounds of the load position. A stroke longer than the backlash
+moves the load. After such a stroke, the distance of the bounds comes only from the sensor's step
+and the interval of the backlash.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from frictool.typing import Vector
 def load_bounds(position: Vector, backlash: float, unsure: float) -> tuple[Vector, Vector]:
     """Return the lowest and highest load position (n,) [rad or m] for motor positions (n,).
 
-    backlash: full width [rad or m]. unsure [rad or m]: largest error of a position plus half the
-    uncertainty of the backlash's width.
+    backlash: full width [rad or m]. unsure [rad or m]: largest error of a motor position plus half
+    the largest error of the backlash.
     """
     half = 0.5 * backlash
     low = _play(position, half, float(position[0]) - half)

@@ -1,7 +1,7 @@
 """Number of oscillations before the axis stands still; thesis 5.4.1 allows one.
 
-Two reversals count as one oscillation. An overshoot with its return is one oscillation (one
-reversal, or two with the undershoot that follows); three or four reversals are two.
+Two reversals are one oscillation; an odd number is rounded up. An overshoot (one reversal) with or
+without a following undershoot (a second reversal) is therefore one oscillation.
 """
 
 from __future__ import annotations

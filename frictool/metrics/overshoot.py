@@ -12,7 +12,8 @@ def overshoot_percent(
 ) -> float:
     """Return the overshoot of `position` (n,) in % of the step's amplitude; 0 if there is none.
 
-    An excess of at most one sensor step counts as none, since the sensor rounds by as much.
+    An overshoot of at most one sensor step counts as 0, since it may come from the sensor's
+    rounding.
     """
     amplitude = target - origin
     excess = float(((position - target) * np.sign(amplitude)).max())

@@ -1,13 +1,13 @@
 """Holds of the reference, and the steps that begin them.
 
-A *hold* is a run of at least 20 samples of constant reference. A *step* is a hold that follows
-another one at once, or with at most three samples between them (a resampled reference). It starts
-at the first sample at which the reference has left the previous hold.
+A *hold* is a run of at least 20 samples of constant reference. A hold begins with a *step* if it
+follows another hold with at most three samples between them (a resampled reference). The step
+starts at the first sample at which the reference has left the previous hold.
 
-A test may begin with its step. The record's first hold counts as a step from the initial position
-if the axis then moves at least half of the distance to the reference. A jump of at most one sensor
-step is not a step. A replayed encoder turns slow motion into such jumps, and no sensor could show
-the response of the axis. A smooth reference has neither holds nor steps.
+The record may begin with a step. Its first hold is then a step from the initial position, if the
+axis moves at least half of the distance to the reference. A jump of at most one sensor step is not
+a step: a reference replayed from an encoder contains such jumps during slow motion, and the sensor
+could not show a response. A smooth reference has neither holds nor steps.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ TRANSITION_SAMPLES = 3  # most samples between two holds of a step
 
 @dataclass(frozen=True)
 class Hold:
-    """Hold: the samples start <= k < stop, in which the reference is `target` [rad or m].
+    """Hold: samples start <= k < stop with the constant reference `target` [rad or m].
 
-    origin: reference before the step [rad or m]; None if no step leads to the hold.
+    origin: reference before the step [rad or m]; None if the hold does not begin with a step.
     """
 
     start: int
@@ -43,8 +43,8 @@ class Hold:
 def find_holds(reference: Vector, position: Vector, resolution: float = 0.0) -> tuple[Hold, ...]:
     """Return the holds of `reference` (n,) in order of time.
 
-    `position` (n,) decides if the first hold is a step. `resolution` is the sensor's step [rad or
-    m], 0 if unknown.
+    `position` (n,) shows whether the first hold begins with a step. `resolution` is the sensor's
+    step [rad or m], 0 if unknown.
     """
     if reference.size < MIN_SAMPLES:
         return ()

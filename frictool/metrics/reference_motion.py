@@ -1,7 +1,7 @@
-"""Motions of a reference: the parts in which it moves by more than a step.
+"""Motions of a reference, in which it changes over more samples than a step.
 
-A *motion* is a maximal run of samples in which the reference changes, with pauses of fewer than 20
-samples. A change within at most three samples is a step, not a motion: no axis can follow it.
+A *motion* is a maximal run of samples in which the reference changes; it may contain pauses of
+fewer than 20 samples. A change within at most three samples is a step, which no axis can follow.
 """
 
 from __future__ import annotations
@@ -13,15 +13,15 @@ from frictool.typing import IntVector, Vector
 
 
 def changed_samples(reference: Vector) -> IntVector:
-    """Return the samples of a reference (n,) after which it changes by more than rounding."""
+    """Return the indices k with |reference[k + 1] - reference[k]| above rounding errors."""
     return np.flatnonzero(np.abs(np.diff(reference)) > 1e-9 * float(np.ptp(reference)))
 
 
 def find_motions(reference: Vector) -> tuple[tuple[int, int], ...]:
     """Return the motions of `reference` (n,) in order of time.
 
-    Each motion is (start, stop): `start` is the last sample before it, `stop` the first sample at
-    which the reference is at rest again, or n - 1 if the record ends in the motion.
+    Each motion is (start, stop): `start` is the last sample before the motion, `stop` the first
+    sample at which the reference is at rest again, or n - 1 if the record ends during the motion.
     """
     changes = changed_samples(reference)
     if not changes.size:

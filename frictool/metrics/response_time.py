@@ -13,18 +13,18 @@ ZONE = 0.05  # half width of the zone, relative to the step's amplitude
 
 
 def zone_half_width(origin: float, target: float, resolution: float) -> float:
-    """Return 5 % of the step [rad or m], at least the sensor's step."""
+    """Return the half width of the 95 % zone [rad or m]: 5 % of the step or one sensor step."""
     return max(ZONE * abs(target - origin), resolution)
 
 
 def response_time_95(
     time: Vector, position: Vector, origin: float, target: float, resolution: float = 0.0
 ) -> float:
-    """Return the time [s] after which `position` stays within 5 % of the step at its final value.
+    """Return the time [s] after which `position` stays within 5 % of the step of its final value.
 
     `time` and `position` (n,) are the samples of the hold, from the step on. The result is infinite
-    if the position still leaves the zone in the last tenth of the hold, or stops short of half of
-    the step.
+    if the position leaves this zone in the last tenth of the hold, or if it moves by less than half
+    of the step.
     """
     final = final_value(position)
     if abs(target - final) > 0.5 * abs(target - origin):

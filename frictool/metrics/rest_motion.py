@@ -19,6 +19,6 @@ def late_samples(time: Vector, after: float) -> slice | None:
 def peak_to_peak(rest_position: Vector) -> float:
     """Return the peak-to-peak value of the position (n,) [rad or m].
 
-    A resting axis may flicker by one sensor step, which still counts as rest.
+    For a resting axis it may be one sensor step.
     """
     return float(np.ptp(rest_position))

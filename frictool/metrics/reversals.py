@@ -1,7 +1,8 @@
 """Reversals of the motion after a step.
 
-A *reversal* is a turn of the motion after the position has first entered the 95 % zone. After the
-turn the position must move back by more than two sensor steps and more than 1 % of the step.
+A *reversal* is a change of the direction of motion after the position has first entered the 95 %
+zone. After the turn the position must move back by more than two sensor steps and more than 1 % of
+the step.
 """
 
 from __future__ import annotations
@@ -19,10 +20,10 @@ LEAST_SENSOR_STEPS = 2.0  # least return of a reversal, in sensor steps
 
 
 def turning_points(position: Vector, threshold: float, direction: float = 0.0) -> list[int]:
-    """Return the samples at which `position` (n,) turns and then returns by more than `threshold`.
+    """Return the indices of turns after which `position` (n,) moves back by more than `threshold`.
 
-    threshold [rad or m]. direction: 1 or -1 if the initial direction of motion is known; with 0 the
-    first motion beyond the threshold defines it.
+    threshold [rad or m]. direction: initial direction of motion, 1 or -1; with 0 it is that of the
+    first motion by more than the threshold.
     """
     increments = position[1:] - position[:-1]
     moving = increments.nonzero()[0]

@@ -15,7 +15,7 @@ NEAR_LIMIT = 0.01  # relative tolerance of a measured drive, for its lag and gai
 def commanded_saturation(time: Vector, command: Vector, limit: float) -> float:
     """Return the time [s] for which |command| (n,) [A | V] is at its `limit`.
 
-    Each sample holds until the next one. `time`: (n,) [s].
+    The command is constant between two samples. `time`: (n,) [s].
     """
     return _total(time, command, limit * (1.0 - AT_LIMIT))
 
@@ -36,7 +36,7 @@ def saturation_time(
     drive_limit: float,
     drive_noise: float,
 ) -> float:
-    """Return the time [s] at the limit, of the command or, if it is None, of the measured drive."""
+    """Return the time [s] at the limit of `command` or, if that is None, of `measured`."""
     if command is not None:
         return commanded_saturation(time, command, drive_limit)
     assert measured is not None

@@ -30,9 +30,9 @@ def settling_after_profile(
     Returns
     -------
     float or str
-        Time from the end of a motion to the first sample from which the error stays within the
-        band until the reference changes again; infinite if the last sample before that is outside.
-        A reason if no motion is followed by a rest of 20 samples.
+        Time from the end of a motion to the first sample from which the error stays within the band
+        until the reference changes again; infinite if the error is outside the band then. A reason
+        as text if no motion is followed by a rest of 20 samples.
     """
     changes = np.append(changed_samples(tracked), tracked.size - 1)
     band = max(settling_band, resolution) * (1.0 + 1e-9)

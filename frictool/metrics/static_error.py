@@ -9,6 +9,6 @@ from frictool.typing import Vector
 def static_error(position: Vector, target: float) -> float:
     """Return |reference - final position| [rad or m] of a hold (n,).
 
-    The sign does not count: offsets left and right of the reference are treated alike.
+    The final position is the mean over the end of the hold (final_value.py).
     """
     return abs(target - final_value(position))

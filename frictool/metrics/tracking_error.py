@@ -1,4 +1,4 @@
-"""Tracking error: distance of the position from the reference, or from the profile towards it."""
+"""Tracking error: distance of the position from the tracked signal, reference or profile."""
 
 from __future__ import annotations
 

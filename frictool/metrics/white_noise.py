@@ -1,4 +1,4 @@
-"""White noise of a measured drive and its share in the largest value."""
+"""White noise of a measured drive, and its contribution to the largest value."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ MARGIN = 2.0
 def noise_deviation(signal: Vector) -> float:
     """Return the standard deviation of the white noise on `signal` (n,); 0 for n < 3.
 
-    The estimate is the median of |second difference|/(0.6745 sqrt 6). A signal that is smooth from
-    sample to sample, or quantised and still, does not change the estimate.
+    The estimate is the median of |second difference|/(0.6745 sqrt 6). A component that is smooth
+    from sample to sample, or constant and quantised, does not change the estimate.
     """
     if signal.size < 3:
         return 0.0

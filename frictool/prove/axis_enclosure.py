@@ -1,17 +1,17 @@
 """Enclosure of the motion of one axis over a sample: stick, breakaway, slip, contact, stop.
 
-All quantities are intervals; the direction of the motion is always known. In the direction s of a
-slip, with w = s v >= 0 and a held command u,
+All quantities are intervals; the direction of the motion is always known. In a slip in direction s,
+with w = s v >= 0 and a constant command u,
 
     drive i' = (u - i)/lag,        w' = s (K i - offset)/J - viscous w/J - friction/J
 
-is linear. Its Taylor series is summed with interval coefficients, and the remainder is bounded
-by `_tail`. The motion since the start does not depend on the start, since no law depends on the
-position: the same enclosure holds for every encoder phase.
+is linear. Its Taylor series is summed with interval coefficients, and `_tail` bounds the remainder.
+The displacement since the start does not depend on the initial position, since no law depends on
+the position: the same enclosure holds for every position within an encoder count.
 
-An event is approached by steps that are proved free of events, until it lies within EVENT seconds.
-There it is enclosed: everything that may happen in that time is inside the bounds. A case that
-stays open raises `Ambiguous`; nothing is then claimed.
+Steps that are proved free of events approach the next event, until it lies within EVENT seconds.
+The bounds over these EVENT seconds contain every possible motion. If the enclosure cannot decide
+which event follows, it raises `Ambiguous`, and nothing is claimed.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ MOST_STEPS = 400  # steps of one sample
 
 
 class Ambiguous(Exception):
-    """The enclosure cannot decide what the axis does."""
+    """Error: the enclosure cannot decide whether the axis sticks, slips or touches."""
 
 
 @dataclass(frozen=True)
 class PlantBox:
-    """Parameters of an axis as intervals, SI; names as in plant/axis.py.
+    """Parameters of an axis as intervals in SI units, with the names of plant/axis.py.
 
-    lag and period, the sample period [s], are one double each.
+    lag [s] and the sample period [s] are plain numbers.
     """
 
     inertia: RoundedInterval
@@ -77,8 +77,9 @@ def plant_box(axis: AxisParameters, period: float) -> PlantBox:
 class AxisSet:
     """Set of axis states.
 
-    moved: motion since the start [rad | m]. direction: sign of the motion, 0 at rest. edge: edge of
-    the backlash at which the motor carries the load, 0 inside. gap: position inside the backlash.
+    moved: displacement since the start [rad | m]. direction: sign of the speed, 0 at rest. edge: +1
+    or -1 at the edge of the backlash at which the motor moves the load, 0 inside. gap: position
+    inside the backlash [rad | m].
     """
 
     moved: RoundedInterval
@@ -93,7 +94,7 @@ AT_REST = AxisSet(ZERO, ZERO, ZERO, ZERO)
 
 
 def advanced(state: AxisSet, command: float, p: PlantBox, duration: float) -> AxisSet:
-    """Return the set after `duration` [s] under a held command [A | V]."""
+    """Return the set of states after `duration` [s] under a constant command [A | V]."""
     command = min(max(command, -p.drive_limit), p.drive_limit)
     if p.lag == 0.0:
         state = replace(state, drive=point(command))
@@ -256,7 +257,7 @@ def _fitting_step(speed: float, fastest: float, length: float) -> float:
 
 @dataclass(frozen=True, slots=True)
 class _Phase:
-    """Slip in its direction: w' = settled + excess e^(-rate t) - alpha w."""
+    """Coefficients of a slip in its direction: w' = settled + excess e^(-rate t) - alpha w."""
 
     speed: RoundedInterval
     settled: RoundedInterval

@@ -1,11 +1,11 @@
-"""Every run of one plant from all starts within an encoder count.
+"""All runs of one plant from the initial positions (starts) within an encoder count.
 
-The controller reads the position as a count. Between two starts whose counts agree at all samples
-it does exactly the same, so that its program runs with numbers, in its number format, and not with
-sets. The axis moves by the same distance from both starts (axis_enclosure.py). The starts are
-therefore divided at the instants at which a count differs: with a start phi and a motion X(k), the
-count at sample k changes at phi = n step - X(k). The divisions overlap by the width of X and by
-OVERLAP, so that they cover every start.
+The controller reads the position as a count. If the counts from two starts agree at all samples,
+the commands are identical; its program therefore runs with numbers in its number format instead of
+sets. The axis moves by the same distance from both starts (axis_enclosure.py). The range of starts
+is divided wherever a count differs: with the start phi and the displacement X(k) at sample k, the
+count changes at phi = n step - X(k). The parts overlap by the width of X and by OVERLAP, so that
+they cover every start.
 """
 
 from __future__ import annotations
@@ -44,9 +44,10 @@ DRIVE_SLACK = 1e-9  # relative distance of the drive from the breakaway while th
 class LoopOfPlant:
     """Sampled loop of one plant and one number format.
 
-    running: the program, not started. reference (n,): one value per sample. start: position at rest
-    [rad | m]; every start in its encoder count is considered. travel: end stops, which no proved
-    run meets.
+    running: the controller's program before its start. reference (n,): one value per sample [rad |
+    m]. start: initial position [rad | m]; the proof covers every initial position with the same
+    encoder count. travel: positions of the end stops [rad | m]; a run that may reach one is not
+    proved.
     """
 
     plant: PlantBox
@@ -62,9 +63,9 @@ class LoopOfPlant:
 class PhaseRun:
     """Runs from the starts [low, high], with the same reading and command at every sample.
 
-    position, command (n,): what the controller reads, and its commands. rests: True if the axis
-    stands still at the end. reason: why nothing is claimed of these starts; then the samples are
-    those before the open case.
+    position (n,): readings of the encoder. command (n,): commands of the controller. rests: True if
+    the axis is at rest at the end. reason: reason why nothing is proved for these starts, or empty;
+    the arrays then end before the sample that is not decided.
     """
 
     low: float
@@ -91,7 +92,7 @@ class _Branch:
 
 
 def phase_runs(loop: LoopOfPlant) -> Iterator[PhaseRun]:
-    """Yield the runs from all starts in the count of `loop.start`, in order of the starts."""
+    """Yield the runs from all starts with the encoder count of `loop.start`, in rising order."""
     step = loop.encoder_step
     count = math.floor(loop.start / step)
     low, high = count * step, (count + 1) * step

@@ -1,7 +1,8 @@
 """Intervals of doubles with outward rounding.
 
-A sum or product of doubles is within half a unit in the last place of its real value (IEEE 754,
-rounding to nearest), so that the next double on each side encloses it.
+A rounded sum or product of doubles differs from the real value by at most half a unit in the last
+place (IEEE 754, rounding to nearest). The next doubles on both sides therefore enclose the real
+value.
 """
 
 from __future__ import annotations
@@ -13,7 +14,7 @@ from math import inf, nextafter
 
 @dataclass(slots=True, unsafe_hash=True)  # a frozen one takes twice the time to make
 class RoundedInterval:
-    """Closed interval [low, high] of real numbers; never changed."""
+    """Closed interval [low, high] of real numbers (immutable)."""
 
     low: float
     high: float
@@ -57,12 +58,12 @@ class RoundedInterval:
 
     @property
     def width(self) -> float:
-        """Upper bound of the width."""
+        """Return an upper bound of the width."""
         return nextafter(self.high - self.low, inf)
 
     @property
     def magnitude(self) -> float:
-        """Largest absolute value."""
+        """Return the largest absolute value."""
         return max(abs(self.low), abs(self.high))
 
     def hull(self, other: RoundedInterval) -> RoundedInterval:
@@ -70,7 +71,7 @@ class RoundedInterval:
         return RoundedInterval(min(self.low, other.low), max(self.high, other.high))
 
     def clipped(self, low: float, high: float) -> RoundedInterval:
-        """Return the values of the interval after a limit to [low, high]."""
+        """Return the interval of min(max(x, low), high) for x in this interval."""
         return RoundedInterval(min(max(self.low, low), high), min(max(self.high, low), high))
 
 
@@ -83,7 +84,7 @@ def point(value: float) -> RoundedInterval:
 
 
 def decay(rate_time: RoundedInterval) -> RoundedInterval:
-    """Return e^-x for x >= 0, from the alternating Taylor series of a halved argument."""
+    """Return an enclosure of e^-x for an interval x >= 0, from a Taylor series."""
     halvings = 0
     x = rate_time
     while x.high > 0.5:
@@ -103,5 +104,5 @@ def decay(rate_time: RoundedInterval) -> RoundedInterval:
 
 
 def is_finite(*values: RoundedInterval) -> bool:
-    """Return True if all ends are finite."""
+    """Return True if both ends of every interval are finite."""
     return all(math.isfinite(one.low) and math.isfinite(one.high) for one in values)

@@ -14,13 +14,13 @@ STATES = {"proved": "PROVED", "refuted": "REFUTED", "undecided": "UNDECIDED"}
 
 
 def verdict_of(proof: Proof) -> str:
-    """Return `refuted`, `undecided` or `proved`, the worst state of all requirements."""
+    """Return the worst state of all requirements: `refuted`, `undecided` or `proved`."""
     states = {one.state for one in proof.requirements}
     return "refuted" if "refuted" in states else "proved" if states == {"proved"} else "undecided"
 
 
 def json_view(proof: Proof, differing: tuple[str, ...] | None) -> dict[str, Any]:
-    """Return a proof as JSON values; `differing`: keys that a second proof does not confirm."""
+    """Return a proof as JSON values; `differing`: keys for which a repeated proof differs."""
     return {
         "name": proof.name,
         "verdict": verdict_of(proof),
@@ -69,9 +69,12 @@ def _plants(proof: Proof) -> str:
 
 
 def confirmation(again: Proof, differing: tuple[str, ...]) -> list[str]:
-    """Return a proof that was made again as lines of text, with the keys that it contradicts."""
+    """Return text lines for a repeated proof, with the keys in which the stored proof differs."""
     if not differing:
-        return [*lines(again), "proved again from the documents of the file: all as stored"]
+        return [
+            *lines(again),
+            "proved again from the documents in the file: all results are confirmed",
+        ]
     return [*lines(again), f"not confirmed: the file differs in {', '.join(differing)}"]
 
 

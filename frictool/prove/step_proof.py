@@ -1,9 +1,9 @@
 """Proof of a step test: all runs of each plant from one encoder count, and their metrics.
 
-Readings and commands of a run are numbers (encoder_phases.py), so that the metrics of a verdict are
-computed from them as `report` computes them from a log. A requirement is proved if every start is
-in a run that meets it. It is refuted only by a start that the event-exact engine plays with the
-same result.
+Readings and commands of a run are numbers (encoder_phases.py). The metrics are computed from them
+as `report` computes them from a log. A requirement is proved if every start belongs to a run that
+meets the requirement. It is refuted only if a simulation with the event-exact engine violates it
+from a start, too.
 """
 
 from __future__ import annotations
@@ -75,10 +75,10 @@ def prove_step(
     progress: Callable[[float], None] = lambda _: None,
     cores: int | None = None,
 ) -> Proof:
-    """Prove the requirements of a step test for each of its plants and every start of the count.
+    """Prove the requirements of a step test for every start within an encoder count.
 
-    The plants are those of `variants` of the scenario. `cores` processes share them, by default
-    one for each core; the proof is the same for any number.
+    The plants are the nominal one and those of the scenario's `variants`. `cores` processes share
+    the plants, by default one process for each core; their number does not change the proof.
 
     Raises
     ------
@@ -143,9 +143,9 @@ def _merged(outcomes: tuple[ProvedRequirement, ...]) -> ProvedRequirement:
 
 
 def differences(proof: Proof, again: Proof) -> tuple[str, ...]:
-    """Return the keys of a proof that differ from those of the proof made again.
+    """Return the keys in which a stored proof differs from a repeated proof.
 
-    Blocks of the controller that were changed after its verification are listed, too.
+    The list also contains blocks of the controller that were changed after its verification.
     """
     stored, computed = (msgspec.to_builtins(one) for one in (proof, again))
     keys = [key for key in computed if stored.get(key) != computed[key] and key != "digest"]
@@ -155,13 +155,13 @@ def differences(proof: Proof, again: Proof) -> tuple[str, ...]:
 
 
 def prove_again(proof: Proof, progress: Callable[[float], None] = lambda _: None) -> Proof:
-    """Return the proof made again from the documents in it."""
+    """Repeat a proof from the documents that it contains."""
     test = ProofRequest(proof.model, proof.controller, proof.scenario, proof.spec, proof.number)
     return prove_step(test, proof.provenance, progress=progress)
 
 
 def loop_of(test: ProofRequest, plant: AxisVariant) -> LoopOfPlant:
-    """Return the sampled loop of a plant; raise NoSolutionError if it is not covered."""
+    """Return the sampled loop of a plant; raise NoSolutionError if the proof does not cover it."""
     _refuse_uncovered(test)
     axis = plant.axis.checked()
     controller, scenario = test.controller, test.scenario
@@ -255,7 +255,7 @@ def _judged(
         played = _played(test, loop, plant, start, metric)
         if isinstance(played, float) and played > bound:
             return ProvedRequirement(key, "refuted", bound, shown, start=start)
-        reason = "a run that may violate it is narrower than its bounds"
+        reason = "the bounds of a run violate it, but not the simulated run from the same start"
         return ProvedRequirement(key, "undecided", bound, shown, reason=reason)
     missing = next((value for _, value in values if isinstance(value, str)), "")
     reason = missing or next((one.reason for one in runs if one.reason), "")
@@ -281,7 +281,9 @@ def _margin(controller: Controller, bound: float) -> ProvedRequirement:
         if one.modulus_margin is not None
     ]
     if margins and max(margins) >= bound:
-        reason = "by the certificate, for every plant of the box; frictool verify proves it again"
+        reason = (
+            "by the certificate, for every plant of the box; frictool verify repeats this proof"
+        )
         return ProvedRequirement("modulus_margin", "proved", bound, max(margins), reason=reason)
     reason = "the certificate of the controller has no bound that suffices"
     return ProvedRequirement("modulus_margin", "undecided", bound, reason=reason)

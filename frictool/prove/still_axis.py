@@ -18,9 +18,9 @@ def still_samples(
 ) -> int:
     """Run the controller from sample `first` on, as long as its command cannot move the axis.
 
-    bounds (2,): lowest and highest drive at which the axis stays at rest. The commands (n,) are
-    written in place. Returns the sample of the first command outside the bounds, which is written
-    too, or n.
+    bounds (2,): lowest and highest drive at which the axis stays at rest. The commands are written
+    to `commands` (n,). Returns the index of the first command outside the bounds, which is also
+    written, or n.
     """
     for k in range(first, reference.shape[0]):
         commands[k] = control_step(machine, reference[k], position, 0.0)

@@ -1,4 +1,4 @@
-"""Verdict of logs against a specification, and its views as page, text and data."""
+"""Verdict on logs: comparison with a specification, and views as page, text and data."""
 
 from typing import TYPE_CHECKING
 

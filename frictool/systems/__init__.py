@@ -1,4 +1,4 @@
-"""Conversion between frictool's documents and systems of python-control and scipy."""
+"""Conversion of frictool's documents to and from linear systems of python-control and scipy."""
 
 from typing import TYPE_CHECKING
 

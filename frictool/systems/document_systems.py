@@ -2,8 +2,8 @@
 
     eta ──▶ controller ──▶ drive ──▶ delay ──▶ axis ──▶ position
 
-The loop gain L is the transfer from eta to the position. The axis has viscous friction only, as in
-the verified loops (verify/feedback_loops.py).
+The loop gain L is the transfer from eta, the input of the controller, to the position. The axis has
+viscous friction only, as in the verified loops (verify/feedback_loops.py).
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ def as_linear_system(system: Lti | Model | Controller) -> Lti:
 
 
 def controller_system(controller: Controller) -> Lti:
-    """Return the linear controller as it runs on the target, sampled.
+    """Return the sampled linear system of a controller, as it runs on the target.
 
     Parameters
     ----------
@@ -104,12 +104,12 @@ def plant_system(
 def loop_system(controller: Controller, vertex: str) -> Lti:
     """Return the loop gain L(z) from eta to the position at one vertex, with the bench's delay.
 
-    The loop is closed by -1; 1/max |1/(1 + L)| is the modulus margin of the vertex.
+    The feedback is negative: 1/max |1/(1 + L)| is the modulus margin of the vertex.
 
     Parameters
     ----------
     controller : Controller
-        Controller document whose linear controller takes eta.
+        Controller document with a linear controller whose input is eta.
     vertex : str
         Name of a vertex of its verification.
 
@@ -121,8 +121,8 @@ def loop_system(controller: Controller, vertex: str) -> Lti:
     Raises
     ------
     FrictoolError
-        If the vertex does not exist, the linear controller takes a speed, or `controller` is not a
-        controller document.
+        If the vertex does not exist, the input of the linear controller is a speed, or `controller`
+        is not a controller document.
     """
     _require(controller, Controller)
     if controller.linear.input != "eta":
@@ -160,7 +160,7 @@ def _rates(document: Model | Controller, vertex: str | None) -> AxisRates:
     if isinstance(document, Model):
         if vertex is not None:
             raise FrictoolError(
-                f"{document.name}: a model has no vertex {vertex!r}; those are of a controller"
+                f"{document.name}: a model has no vertex {vertex!r}; only a controller has vertices"
             )
         today = document.parameters
         point = PlantPoint(

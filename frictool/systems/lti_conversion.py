@@ -21,7 +21,7 @@ SAME_PERIOD = 1e-9  # relative tolerance of equal sample periods
 
 
 def as_lti(system: Any, period: float) -> Lti:
-    """Return a system of one input and one output as an `Lti` at a sample period.
+    """Return a system with one input and one output as an `Lti` with a sample period.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ def _space(
     )
     if len(above) > len(below):
         raise FrictoolError(
-            "the system is improper: its numerator is of a higher order than its "
+            "the system is improper: the order of its numerator exceeds that of its "
             "denominator; filter its derivative"
         )
     a, b, c, d = scipy.signal.tf2ss(above if len(above) else [0.0], below)
