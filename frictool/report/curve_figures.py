@@ -1,6 +1,6 @@
 """Curves over the whole log: position, velocity, drive and phase plane.
 
-Variants are overlaid, with the nominal stream on top.
+Streams of variants are drawn first, the nominal stream on top of them.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ def draw(
 ) -> None:
     """Draw one curve: strong for a nominal stream, faint for a variant, red for the worst stream.
 
-    `over_time`: True if the abscissa is time, which allows a simpler decimation.
+    over_time: True if the abscissa is time; the decimation is then simpler.
     """
     kept = (
         drawn_indices(abscissa, ordinate)
@@ -75,12 +75,12 @@ def draw(
 
 
 def nominal_last(evidence: list[StreamEvidence]) -> list[StreamEvidence]:
-    """Return the streams in the order of drawing, the nominal and the worst one on top."""
+    """Return the streams in the order of drawing: variants, nominal streams, the worst stream."""
     return sorted(evidence, key=lambda item: item.drawing_order)
 
 
 def draw_references(axes: Axes, evidence: Sequence[StreamEvidence]) -> None:
-    """Draw the reference of each nominal stream, or else of the first stream with a reference."""
+    """Draw the references of the nominal streams; if they have none, the first other reference."""
     with_reference = [item for item in evidence if item.has("reference")]
     for item in [i for i in with_reference if i.nominal] or with_reference[:1]:
         reference = item.plotted("reference")
@@ -259,7 +259,7 @@ def _velocity(moving: list[tuple[StreamEvidence, tuple[Vector, str]]], unit: str
 
 
 def _used(used: list[tuple[StreamEvidence, Vector, Vector]], unit: str) -> PageFigure:
-    caption = "Speed that the controller used, minus the true speed of the simulation."
+    caption = "Speed estimate of the controller, minus the true speed of the simulation."
     label = "error of the speed that the controller used"
     return _over_time(
         "speed used",

@@ -27,10 +27,7 @@ def _undecided(spec: Spec, evidence: JudgedStreams) -> str:
 
 
 def judge_peak(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
-    """Judge the peak of the command and of the measured drive minus its noise floor.
-
-    The larger of the two counts.
-    """
+    """Judge the larger of the command's peak and the measured peak minus its noise floor."""
     measured = f"of the measured {spec.drive}, less its noise floor"
     peaks: list[JudgedValue] = []
     for item, _ in evidence:
@@ -72,7 +69,7 @@ def judge_saturation(
 def judge_rest(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
     """Judge motion and drive at rest.
 
-    The value is the drive; the motion is in `details`.
+    The requirement's value is the drive; its `details` contain the motion.
     """
     after = spec.rest.after_s
     undecided = largest_value(spec, REQUIREMENTS["rest"], [], "")

@@ -1,4 +1,4 @@
-"""Evidence of the logs' streams for the verdict: position, reference, drive and holds.
+"""Evidence for the verdict: position, reference, drive and other data of each stream of the logs.
 
 Log(s) ──streams──▶ StreamEvidence ──holds──▶ HoldMetrics ──worst──▶ Requirement
 """
@@ -38,7 +38,7 @@ class StreamEvidence:
     """Stream of a log with everything that its judgement needs.
 
     `resolution`: step of the position sensor [rad | m], 0 if unknown. `gaps`: reason for each
-    missing signal. `load`: lowest and highest mechanical position behind the backlash, (n,) each;
+    missing signal. `load`: lowest and highest position of the load behind the backlash, (n,) each;
     the same array twice if the log contains this position. `drive_limit`: limit of the drive [A |
     V].
 
@@ -47,9 +47,9 @@ class StreamEvidence:
     plant. A measured log may contain several streams of one rig.
 
     `modulus_margin`: modulus margin of the controller's loop with the stream's plant, None if
-    unknown. `margin_gap`: reason why the margin is unknown. `beyond`: difference between the rig
-    and the rig for which the controller was verified, or empty. `worst`: True for the stream with
-    the worst value of a requirement, which figures show in red.
+    unknown. `margin_gap`: reason why the margin is unknown. `beyond`: text with the differences
+    between the stream's rig and the rig of the controller's verification, or empty. `worst`: True
+    for the stream with the worst value of a requirement, which figures show in red.
     """
 
     source: str
@@ -88,12 +88,12 @@ class StreamEvidence:
 
     @property
     def drive(self) -> Vector | None:
-        """Return the measured drive, or the command if none was measured."""
+        """Return the measured drive (n,), or the command if the log has no measured drive."""
         return self.measured if self.measured is not None else self.command
 
     @property
     def load_is_bounded(self) -> bool:
-        """Return True if only bounds of the mechanical position are known."""
+        """Return True if only bounds of the load's position are known."""
         return self.load is not None and self.load[0] is not self.load[1]
 
     @cached_property
@@ -108,7 +108,7 @@ class StreamEvidence:
 
     @cached_property
     def has_backlash(self) -> bool:
-        """Return True if the mechanical position is known and differs from the sensor's."""
+        """Return True if the load's position is known and differs from that of the sensor."""
         if self.load is None or not self.has("position"):
             return False
         apart = float(np.max(np.abs(self.load[1] - self.stream.signals["position"]), initial=0.0))
@@ -132,18 +132,18 @@ class StreamEvidence:
 
     @property
     def name(self) -> str:
-        """Return the log's name and the stream's topic, by which messages name the evidence."""
+        """Return the log's name and the stream's topic, for messages."""
         return f"{self.source} {self.stream.topic}"
 
 
 def gather_evidence(
     spec: Spec, logs: Sequence[Log], rig: RigFacts = UNKNOWN, loop: JudgedLoop | None = None
 ) -> list[StreamEvidence]:
-    """Return the evidence of every axis of every log, in order.
+    """Return the evidence of every axis of every log, in the order of the logs.
 
-    `rig`: facts that no log contains, and the step of the sensor for logs whose positions do not
-    show the step. `loop`: loop of the controller, for the margins. Raises LogError if a log has no
-    stream or an empty one, or if a position is not in the unit of the specification's kind of axis.
+    `rig`: facts of the bench, such as backlash and sensor step. `loop`: loop of the controller, for
+    the margins. Raises LogError if a log has no stream or an empty one, or if a position is not in
+    the unit of the specification's kind of axis.
     """
     gathered: list[StreamEvidence] = []
     for log, label in zip(logs, log_labels(logs), strict=True):
@@ -170,7 +170,7 @@ def log_labels(logs: Sequence[Log]) -> list[str]:
 
 
 class AboutStream(NamedTuple):
-    """Fields of StreamEvidence that do not follow from the stream's signals."""
+    """Fields of StreamEvidence that are not computed from the stream's signals."""
 
     label: str
     nominal: bool

@@ -37,10 +37,10 @@ STYLE: dict[str, Any] = {
 
 
 def drawing(name: str) -> AbstractContextManager[None]:
-    """Return the context of settings in which the figure `name` is drawn and rendered."""
+    """Return a context manager with the matplotlib settings for the figure `name`."""
     return svg.drawing(name, STYLE)
 
 
 def new_figure(rows: int = 1, height: float = HEIGHT) -> tuple[Figure, list[Axes]]:
-    """Return a figure with `rows` axes over a common abscissa, the first the tallest."""
+    """Return a figure with `rows` axes over a common abscissa; the first axes are the tallest."""
     return svg.panels((WIDTH, height), MARGINS, rows, ratios=[1.6, *[1.0] * (rows - 1)], space=0.16)

@@ -1,6 +1,7 @@
 """Metrics of each hold of a stream, and of the whole stream.
 
-Each metric of documents/metric_table.py is in `values`, in `bounds`, or in `missing` with a reason.
+HoldMetrics contains each metric of documents/metric_table.py in `values`, in `bounds`, or with a
+reason in `missing`.
 """
 
 from __future__ import annotations
@@ -34,7 +35,7 @@ class HoldMetrics:
 
     @property
     def is_step(self) -> bool:
-        """Return True if a step led to this hold."""
+        """Return True if the hold begins with a step."""
         return self.hold.origin is not None
 
 
@@ -70,9 +71,9 @@ def measure_holds(
 
 
 def stream_metrics(spec: Spec, evidence: StreamEvidence) -> tuple[dict[str, float], dict[str, str]]:
-    """Return the values of STREAM_METRICS in SI, and reasons for missing ones, by name.
+    """Return the values of STREAM_METRICS in SI units, and the reasons for missing ones, by name.
 
-    A smooth reference, which has no holds, has no other metrics.
+    A stream with a smooth reference has no other metrics, because it has no holds.
     """
     values: dict[str, float] = {}
     missing: dict[str, str] = {}

@@ -26,7 +26,7 @@ RECORDED = "the plant of a recorded axis is not known"
 
 
 class JudgedLoop:
-    """Margins of one controller with the plants that logs describe.
+    """Loop of one controller with the plants that simulated logs describe.
 
     `bench`: bench of recorded logs; None if it is the controller's bench.
     """
@@ -42,7 +42,7 @@ class JudgedLoop:
         self._beyond: dict[tuple[tuple[str, str], ...], str] = {}
 
     def margin(self, log: Log, topic: str) -> tuple[float | None, str]:
-        """Return (modulus margin with the plant of a stream, ""), or (None, reason).
+        """Return the pair (modulus margin with a stream's plant, empty text) or (None, reason).
 
         The margin of an unstable loop is 0.
         """
@@ -52,7 +52,7 @@ class JudgedLoop:
         return self.margin_of(plant, unstated_words(log))
 
     def margin_of(self, plant: LoggedPlant | None, unstated: str = "") -> tuple[float | None, str]:
-        """Return (modulus margin with a simulated plant, ""), or (None, reason).
+        """Return the pair (modulus margin with a simulated plant, empty text) or (None, reason).
 
         `unstated`: reason why the rig of the plant is not known, or empty.
         """
@@ -61,9 +61,9 @@ class JudgedLoop:
         return (None, unstated) if unstated else (self._margins(plant), "")
 
     def beyond(self, log: Log) -> str:
-        """Return how a log's rig differs from the rig for which the controller was verified.
+        """Return the differences between a log's rig and the rig of the controller's verification.
 
-        The text is empty if the rigs do not differ, or if nothing is known about the log's rig.
+        The text is empty without a difference, or if the log's rig is unknown.
         """
         if not _simulated(log):
             return self._bench
@@ -75,9 +75,9 @@ class JudgedLoop:
         return self._beyond[key]
 
     def played_beyond(self, log: Log) -> str:
-        """Return which simulated plant parameters lie outside the controller's verification.
+        """Return the simulated plant parameters outside the intervals of the verification, or ''.
 
-        The text is empty if no parameter does. Such values come from `given` or from a drift.
+        Such values come from `given` in a scenario, or from a drift.
         """
         texts = log.metadata.get(RECORD, {}).values() if _simulated(log) else ()
         plants = [plant for plant in map(LoggedPlant.of_text, texts) if plant is not None]
@@ -100,7 +100,7 @@ def _simulated(log: Log) -> bool:
 
 
 def unstated_words(log: Log) -> str:
-    """Return which numbers of rig and model a simulated log lacks; empty if it has all.
+    """Return a message on the data of rig and model that a simulated log lacks; '' if it has all.
 
     The message names the command that writes the log again.
     """

@@ -1,4 +1,4 @@
-"""Statement of how each requirement's outcome is known: measured, simulated, computed or proved."""
+"""Source of each requirement's outcome: measured, simulated, computed or proved."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ def with_knowledge(
     controller: Controller | None,
     proof: Proof | None,
 ) -> Requirement:
-    """Return the requirement with `known`.
+    """Return the requirement with its field `known`, which states the source of the outcome.
 
-    A proof counts if it proves the requirement with a value within the limit.
+    A proof is named if it proves the requirement with a value within the limit.
     """
     if requirement.key == "modulus_margin":
         return replace(requirement, known=_margin(requirement, controller))

@@ -14,7 +14,7 @@ from frictool.report.figure_style import LIMIT, LOG_COLOURS, drawing, new_figure
 def margin_figure(spec: Spec, controller: Controller) -> PageFigure | None:
     """Return a chart with one bar per vertex, in the controller's order; None without vertices.
 
-    A bar is red if the vertex is unstable or below the required margin.
+    A bar is red if the vertex is unstable or has less than the required margin.
     """
     vertices = controller.verified.vertices
     if not vertices:
@@ -45,5 +45,5 @@ def margin_figure(spec: Spec, controller: Controller) -> PageFigure | None:
     return PageFigure(
         "Modulus margin at the vertices",
         svg,
-        f"Dashed: the specified margin, {specified:g}. An unstable vertex has none.",
+        f"Dashed: the specified margin, {specified:g}. An unstable vertex has no margin.",
     )

@@ -21,9 +21,9 @@ UNSTABLE = "the sampled loop is unstable there"
 def judge_margin(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
     """Judge the smallest margin of all streams.
 
-    The requirement is broken if any plant or any vertex of the controller breaks it. It is
-    undecided if the plant of a simulated stream is unknown, or if the controller was not verified
-    for the plant or its rig.
+    The requirement is not met if the margin with any plant or any vertex of the controller is too
+    small. It is undecided if the plant of a simulated stream is unknown, or if the controller was
+    not verified for the plant or its rig.
     """
     limit = spec.modulus_margin
     undecided = Requirement("modulus_margin", "modulus_margin", None, limit, "", None, ">=")

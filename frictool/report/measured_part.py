@@ -1,4 +1,4 @@
-"""Samples of a stream, or of one hold, and the metrics that are computed from them."""
+"""Part of a stream (a hold, or the whole stream), and the metrics computed from its samples."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from frictool.metrics.rest_motion import late_samples
 from frictool.report.evidence import StreamEvidence
 from frictool.report.plotted_velocity import used_velocity
 
-NO_STEP = "no step leads to this hold"
+NO_STEP = "this hold does not begin with a step"
 MetricResult = float | tuple[float, float] | str
 _MetricParts = tuple[
     Sequence[Callable[[Any], str]], Callable[..., MetricResult], Sequence[Callable[[Any], Any]]
@@ -41,17 +41,17 @@ class MeasuredPart:
         return self.of(self.evidence.stream.signals[name])
 
     def late(self, signal: Any) -> Any:
-        """Return the samples of a signal (n,) from `rest.after_s` after the start of the hold."""
+        """Return the samples of a signal (n,) from `rest.after_s` after the hold's start on."""
         return None if signal is None else self.of(signal)[self.rest]
 
     @cached_property
     def rest(self) -> slice | None:
-        """Samples of the hold from `rest.after_s` on; None if there are too few."""
+        """Return the samples of the hold later than `rest.after_s`; None if there are too few."""
         return late_samples(self.of(self.evidence.stream.time), self.spec.rest.after_s)
 
     @cached_property
     def cycle(self) -> LimitCycle:
-        """Result of the limit-cycle test of the hold."""
+        """Return the result of the limit-cycle test of the hold."""
         time = self.of(self.evidence.stream.time)
         return limit_cycle(time, self.signal("position"), self.evidence.resolution)
 
@@ -143,7 +143,7 @@ NEEDS: dict[str, Callable[[MeasuredPart], str]] = {
 
 
 def measure(metric: Metric, part: MeasuredPart) -> MetricResult:
-    """Return a metric's value in SI (a ratio in %), or its two bounds, or why it has neither."""
+    """Return a metric's value in SI (a ratio in %), or its two bounds, or a reason as text."""
     needs, function, arguments = _parts_of(metric)
     for reason_of in needs:
         if reason := reason_of(part):
@@ -161,9 +161,9 @@ def _parts_of(metric: Metric) -> _MetricParts:
 
 @cache
 def function_of(metric: Metric) -> tuple[Callable[..., Any], tuple[str, ...]]:
-    """Return a metric's function of `frictool/metrics/` with the names of its parameters.
+    """Return the function that computes a metric, and the names of its parameters.
 
-    Raises ValueError if a need, the module, the function or a parameter is unknown.
+    Raises ValueError if the module, the function or a parameter is unknown.
     """
     check_known(metric.name, "need", metric.needs, NEEDS)
     module, _, name = metric.compute.partition(".")

@@ -1,4 +1,4 @@
-"""Velocity for plots: logged, or a readable difference of the position sensor."""
+"""Velocity for plots: logged, or the difference of the position over several samples."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ MOST_SAMPLES = 40
 
 
 def shown_velocity(stream: Stream, resolution: float) -> tuple[Vector, str] | None:
-    """Return the velocity (n,) [rad/s | m/s] and its source; None without velocity and position.
+    """Return the velocity (n,) [rad/s | m/s] and a text on its source; None if there is none.
 
     `resolution`: step of the position sensor [rad | m].
     """
@@ -35,12 +35,14 @@ def shown_velocity(stream: Stream, resolution: float) -> tuple[Vector, str] | No
 
 
 def used_velocity(stream: Stream, simulated: bool) -> tuple[Vector, Vector] | str:
-    """Return the controller's speed estimate and the true speed (n,), or why one is missing."""
+    """Return (controller's speed estimate (n,), true speed (n,)), or a reason as text."""
     if not simulated:
         return "only a simulated log knows the true velocity"
     missing = [name for name in ("velocity_estimated", "velocity") if name not in stream.signals]
     if missing:
-        return f"the log has no {missing[0]}: its controller uses no speed, or a sensor measures it"
+        return (
+            f"the log has no {missing[0]}: its controller uses no speed, or measures it by a sensor"
+        )
     return stream.signals["velocity_estimated"], stream.signals["velocity"]
 
 

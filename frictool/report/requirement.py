@@ -44,10 +44,10 @@ class ValueLocation:
 
 @dataclass(frozen=True)
 class Requirement:
-    """One key of the specification with its outcome.
+    """Requirement: one key of the specification with its outcome.
 
     `met` is None if the requirement is undecided. `value` is None without a finite value. `known`
-    says how the outcome is known: measured, simulated, computed or proved; empty if undecided.
+    states the source of the outcome: measured, simulated, computed or proved; empty if undecided.
     """
 
     name: str
@@ -89,7 +89,7 @@ class Requirement:
 
     @property
     def remark(self) -> str:
-        """Return location and reason as text; empty without both."""
+        """Return location and reason as text; empty if there is neither."""
         return "; ".join(part for part in (str(self.where or ""), self.reason) if part)
 
     def _quantity(self, value: float) -> str:
@@ -107,7 +107,7 @@ class Requirement:
 
 @dataclass(frozen=True)
 class ReportRequest:
-    """Logs to judge, and the documents by which they are judged.
+    """Request for a verdict: the logs to judge, and the documents.
 
     `bench`: bench of recorded logs; None if it is the controller's bench. `proof`: proof of a step
     test of the controller.
@@ -122,9 +122,9 @@ class ReportRequest:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Verdict(ResultView):
-    """Requirements in the specification's order, and the evidence with hold metrics.
+    """Verdict on logs: requirements in the specification's order, and evidence with hold metrics.
 
-    `meets`: for each stream, True if it by itself meets every requirement. `remarks`: warnings.
+    `meets`: for each stream, True if its values meet every requirement. `remarks`: warnings.
     """
 
     request: ReportRequest
@@ -153,7 +153,7 @@ class Verdict(ResultView):
     def state(self) -> State:
         """Return the state: `fail`, `undecided` or `pass`.
 
-        The state is `fail` if a requirement is broken, else `undecided` if a requirement is
+        The state is `fail` if a requirement is not met, else `undecided` if a requirement is
         undecided or the verdict has no requirement, else `pass`.
         """
         if any(r.met is False for r in self.requirements):
@@ -168,8 +168,8 @@ class Verdict(ResultView):
     def acceptable(self, allow_undecided: bool) -> bool:
         """Return True if the verdict is `pass`.
 
-        With `allow_undecided`, also return True if no requirement is broken and at least one is
-        met.
+        With `allow_undecided`, also return True if at least one requirement is met and the others
+        are undecided.
         """
         return self.passed or (
             allow_undecided and self.state == "undecided" and any(r.met for r in self.requirements)
@@ -194,7 +194,7 @@ class Verdict(ResultView):
 
     @property
     def headline(self) -> str:
-        """Return the verdict in one sentence, which begins with the state."""
+        """Return the verdict as one sentence that begins with the state."""
         if all(r.met is None for r in self.requirements):
             return "UNDECIDED: the logs decide none of the requirements"
         met, broken, undecided = (

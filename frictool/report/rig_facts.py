@@ -1,4 +1,4 @@
-"""Facts of a log's rig that its judgement needs."""
+"""Data of a log's rig that the verdict needs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from frictool.verify.rig_facts import RECORD, facts_of_text
 
 @dataclass(frozen=True)
 class RigFacts:
-    """Facts from a bench, as far as one is known.
+    """Data of a bench, or unknown values without a bench.
 
     `resolution`: step of the sensor [rad | m], 0 if unknown. `drive_limit`: limit of the drive [A |
     V]. `backlash`: full width [rad | m]. `backlash_unsure`: largest deviation of the width in
@@ -28,7 +28,7 @@ class RigFacts:
 
     @staticmethod
     def of(bench: Bench | None) -> RigFacts:
-        """Return the facts of a bench; unknown ones if it is None."""
+        """Return the data of a bench; unknown values if it is None."""
         if bench is None:
             return RigFacts()
         backlash = bench.mechanics.backlash
@@ -41,14 +41,11 @@ class RigFacts:
         return RigFacts(bench.encoder.resolution, bench.actuator.limit.value, width, unsure, True)
 
     def played(self, log: Log) -> RigFacts:
-        """Return the facts with those of a log's simulation, as `simulated` does."""
+        """Return the data changed by the simulation of a log, as `simulated` does."""
         return self.simulated(facts_of_text(log.metadata.get(RECORD, {})))
 
     def simulated(self, facts: Mapping[str, float]) -> RigFacts:
-        """Return the facts with the encoder step and the drive limit of a simulation.
-
-        Of the limits of bench and simulation, the lower one applies.
-        """
+        """Return the data with a simulation's encoder step and the lower of both drive limits."""
         limits = [
             limit
             for limit in (self.drive_limit, facts.get("drive_limit"))

@@ -31,7 +31,7 @@ BEYOND_SETTLING = 1.6  # shown duration relative to the slowest response
 
 
 def step_views(spec: Spec, judged: Judged) -> list[PageFigure]:
-    """Return one figure for each of the first twelve steps, with all streams that contain it."""
+    """Return one figure for each of the first twelve steps, with the streams that contain it."""
     return [
         _view(spec, plays, f"step-{index}")
         for index, plays in enumerate(same_steps(judged)[:MOST_STEPS], 1)
@@ -39,7 +39,7 @@ def step_views(spec: Spec, judged: Judged) -> list[PageFigure]:
 
 
 def step_key(judged: Judged, where: ValueLocation) -> str | None:
-    """Return the key of the figure of a step, or None if no figure shows it."""
+    """Return the key of the figure that shows the step at a location, or None."""
     wanted = (where.log, where.stream, where.step)
     for index, plays in enumerate(same_steps(judged)[:MOST_STEPS], 1):
         shown = [(item.source, item.stream.topic, measured.number) for item, measured in plays]
@@ -51,8 +51,8 @@ def step_key(judged: Judged, where: ValueLocation) -> str | None:
 def same_steps(judged: Judged) -> list[list[tuple[StreamEvidence, HoldMetrics]]]:
     """Return the steps of all streams, grouped by initial and final reference (5.32, 5.33).
 
-    The time of a step does not matter. If a sequence contains a step twice, its first occurrence is
-    grouped with the first occurrences of the other streams.
+    If a stream contains a step several times, the first occurrences of all streams form a group,
+    the second ones another group, and so on, at whatever time they occur.
     """
     groups: list[list[tuple[StreamEvidence, HoldMetrics]]] = []
     for evidence, holds in judged:
@@ -84,10 +84,10 @@ def _same(one: HoldMetrics, other: HoldMetrics) -> bool:
 
 
 def window(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> float:
-    """Return the duration [s] for which the step is shown.
+    """Return the duration [s] of the figure of a step.
 
-    This exceeds the slowest response and the allowed response time, if the hold is that long. A
-    step that never settles is shown completely.
+    It exceeds the slowest response and the allowed response time, up to the end of the hold. A step
+    that never settles is shown completely.
     """
     longest_hold = max(float(e.stream.time[m.hold.stop - 1]) - m.start_s for e, m in plays)
     responses = [m.values.get("response_time_95", math.inf) for _, m in plays]
@@ -214,5 +214,5 @@ def _caption(spec: Spec, plays: list[tuple[StreamEvidence, HoldMetrics]]) -> str
     if spec.response_time_95_s is not None:
         marks.append("grey dots: response time allowed")
     if any(evidence.has_backlash and evidence.load_is_bounded for evidence, _ in plays):
-        marks.append("load: between the bounds that the position and the backlash leave")
+        marks.append("load: between its bounds, computed from the position and the backlash")
     return f"{caption}{'; '.join(marks).capitalize()}."

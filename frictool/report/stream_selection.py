@@ -11,7 +11,7 @@ MOST_SHOWN = 40
 
 
 def worst_requirement(verdict: Verdict) -> Requirement | None:
-    """Return the requirement that a stream breaks by most, or else keeps by least; None without."""
+    """Return the requirement with the least margin to its limit at one stream; None if none has."""
     located = [r for r in verdict.requirements if r.where is not None and r.where.log is not None]
     return max(located, key=_severity, default=None)
 
@@ -39,10 +39,11 @@ def _with_worst(verdict: Verdict) -> JudgedStreams:
 
 
 def select_streams(verdict: Verdict) -> JudgedStreams:
-    """Return the streams to draw and to list, in order: all, or at most forty, the worst marked.
+    """Return the streams that a page shows, at most forty, in the order of the evidence.
 
-    The forty contain the nominal streams, the worst ones and those that fail. The remaining places
-    go to other streams, spread evenly. The judgement and `--json` always cover all streams.
+    Of more than forty streams, it returns the nominal ones, the worst one of each requirement and
+    the failing ones, then other streams at even distances. The worst stream is marked. The verdict
+    and `--json` always cover all streams.
     """
     streams = _with_worst(verdict)
     if len(streams) <= MOST_SHOWN:

@@ -20,7 +20,7 @@ MOST_ROWS = 400
 
 
 def hold_tables(spec: Spec, streams: JudgedStreams) -> list[TextTable]:
-    """Return the tables of motion, and of drive and load, for the first four hundred holds.
+    """Return two tables, one of motion and one of drive and load, for the first 400 holds.
 
     Columns without any value are left out.
     """
@@ -70,9 +70,9 @@ def _hold(evidence: StreamEvidence, measured: HoldMetrics) -> tuple[str, ...]:
 
 
 def cell(measured: HoldMetrics, name: str) -> str:
-    """Return a metric of a hold as text.
+    """Return a metric of a hold as text: its value or both bounds.
 
-    The text is the value, both bounds, `never` for an infinite value, or a dash for a missing one.
+    An infinite value is `never`; a missing value is a dash.
     """
     if name in measured.bounds:
         return " to ".join(dict.fromkeys(number(bound) for bound in measured.bounds[name]))
@@ -84,7 +84,7 @@ def _shown(value: float | None) -> str:
 
 
 def stream_table(spec: Spec, streams: JudgedStreams) -> TextTable:
-    """Return the table of whole streams: sampling and stream metrics."""
+    """Return the table with one row per stream: sampling and stream metrics."""
     heads = (
         "Stream",
         "samples",
@@ -111,9 +111,9 @@ def stream_table(spec: Spec, streams: JudgedStreams) -> TextTable:
 
 
 def side_by_side(spec: Spec, verdict: Verdict) -> list[TextTable]:
-    """Return the worst value of each metric in each log (table 5.3).
+    """Return tables with the worst value of each metric in each log (as in table 5.3).
 
-    One table covers the nominal streams, and one all streams. The list is empty for a single log.
+    One table covers the nominal streams, one all streams. The list is empty for a single log.
     """
     sources = tuple(dict.fromkeys(evidence.source for evidence, _ in verdict.evidence))
     if len(sources) < 2:

@@ -1,4 +1,4 @@
-"""Judges of the tracking error: only streams with a moving reference count."""
+"""Judges of the tracking error of streams whose reference moves."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ NO_MOTION = "the reference does not move, or moves by steps only, which no axis 
 
 
 def judge_tracking(key: str) -> Judge:
-    """Return the judge of the tracking error that the specification's `key` limits.
+    """Return the function that judges the tracking error limited by the specification's `key`.
 
-    A stream counts if its reference, or the profile towards it, moves other than by steps.
+    It judges the streams whose reference or profile moves, not only in steps.
     """
     metric = REQUIREMENTS[key]
 

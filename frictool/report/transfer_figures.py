@@ -1,4 +1,4 @@
-"""Transfers of every vertex against their templates (thesis figures 5.13 to 5.16)."""
+"""Frequency responses of every vertex with their templates (thesis figures 5.13 to 5.16)."""
 
 from __future__ import annotations
 
@@ -26,9 +26,9 @@ TEMPLATES: dict[Name, str] = {"error": "γ/|W₂|", "drive": "γ/W₃", "disturb
 
 
 def transfer_views(controller: Controller, curves: VertexTransfers) -> list[PageFigure]:
-    """Return one figure for each transfer, with a curve for each vertex.
+    """Return one figure for each transfer function, with a curve for each vertex.
 
-    The curve of the worst vertex is strong, and the template is dashed.
+    The curve of the worst vertex is thick, and the template is dashed.
     """
     return [_view(controller, curves, transfer) for transfer in curves.transfers]
 
@@ -103,7 +103,7 @@ def _caption(controller: Controller, curves: VertexTransfers, transfer: VertexTr
         before = " Without the prefilter." if controller.prefilter is not None else ""
         return f"{vertices}; largest {number(peak)} at vertex {curves.vertices[at]}.{before}"
     if transfer.worst is None or transfer.template is None:
-        return f"{vertices}; no template: its weight is 0 or not in the document."
+        return f"{vertices}; no template, because its weight is 0 or not in the document."
     worst = transfer.worst
     share = (
         f"{100.0 * worst.ratio:.3g} % of it at vertex {worst.vertex}, "

@@ -1,4 +1,4 @@
-"""Verdict of logs against a specification: the worst value over all steps of all streams."""
+"""Computation of a verdict on logs from the worst values over all steps of all streams."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def judge(
     controller: Controller | None = None,
     bench: Bench | None = None,
 ) -> Verdict:
-    """Judge logs by a specification.
+    """Judge logs by the requirements of a specification.
 
     Parameters
     ----------
@@ -61,12 +61,12 @@ def judge(
     Returns
     -------
     Verdict
-        One requirement for each key of the specification, in its order, with the evidence.
+        One requirement for each key of the specification, in the same order, with the evidence.
 
     Raises
     ------
     LogError
-        If a log has no stream or no samples, or is of another kind of axis.
+        If a log has no stream or no samples, or belongs to the other kind of axis.
     FrictoolError
         If `logs` is empty.
     """
@@ -114,9 +114,9 @@ def _loop(controller: Controller, bench: Bench | None) -> JudgedLoop:
 
 
 class RunJudge:
-    """Judge of simulated runs of one controller, each by itself, prepared once.
+    """Judge of the simulated runs of one controller; each run gets a verdict.
 
-    The modulus margin is evaluated with the plant of the run only, not with the controller's
+    The modulus margin is evaluated only with the plant of the run, not with the controller's
     vertices. `records`: metadata with the rig and the intervals of the simulated plant, as the log
     of a simulation has them.
     """

@@ -17,11 +17,11 @@ from frictool.report.requirement import Requirement, ValueLocation
 
 JudgedStreams = tuple[tuple[StreamEvidence, tuple[HoldMetrics, ...]], ...]
 Judge = Callable[[Spec, JudgedStreams, Controller | None], Requirement]
-NEVER = "does not settle within the hold, or stops short of half of the step"
+NEVER = "does not settle within the hold, or moves by less than half of the step"
 
 
 class JudgedValue(NamedTuple):
-    """Value of a stream, or of one of its holds, with a remark for the verdict."""
+    """Value of a metric at a stream, or at one of its holds, with a remark."""
 
     value: float
     item: StreamEvidence
@@ -30,7 +30,7 @@ class JudgedValue(NamedTuple):
 
 
 def limit_of(spec: Spec, key: str) -> float:
-    """Return the limit that the specification's key sets, in SI."""
+    """Return the limit of the specification's `key` in SI."""
     limit = getattr(spec, key)
     if isinstance(limit, float):
         return float(limit)
@@ -49,9 +49,9 @@ def location_of(item: StreamEvidence, hold: HoldMetrics | None = None) -> ValueL
 def largest_value(
     spec: Spec, metric: Metric, judged: list[JudgedValue], undecided: str
 ) -> Requirement:
-    """Return the requirement on the largest of the judged values.
+    """Return the requirement with the largest of the judged values.
 
-    `undecided`: reason if there are no values. An infinite value breaks the requirement.
+    `undecided`: reason if there are no values. With an infinite value the requirement is not met.
     """
     limit = limit_of(spec, metric.key)
     unit = metric.unit(spec)
@@ -70,9 +70,9 @@ def largest_value(
 def worst_hold(
     spec: Spec, metric: Metric, evidence: JudgedStreams, *, with_reasons: bool = True
 ) -> Requirement:
-    """Return the requirement on the largest value of a hold metric.
+    """Return the requirement with the largest value of a hold metric.
 
-    `with_reasons`: True if a decided requirement also names the holds without a value.
+    `with_reasons`: True if the requirement also states why holds have no value.
     """
     name = metric.name
     reason = "; ".join(reasons(metric.name, evidence))
@@ -86,7 +86,7 @@ def worst_hold(
 
 
 def worst_stream(spec: Spec, metric: Metric, evidence: JudgedStreams) -> Requirement:
-    """Return the requirement on the largest value of a stream metric."""
+    """Return the requirement with the largest value of a stream metric."""
     judged, missing = [], []
     for item, _ in evidence:
         value = measure(metric, MeasuredPart(spec, item))
@@ -102,7 +102,7 @@ def worst_stream(spec: Spec, metric: Metric, evidence: JudgedStreams) -> Require
 
 
 def reasons(metric: str, evidence: JudgedStreams) -> Iterator[str]:
-    """Yield why streams or holds lack a metric, each reason once with its first location."""
+    """Yield each reason why streams or holds lack a metric, with its first location."""
     needed = ("position", "reference", "step" if "step" in HOLD_METRICS[metric].needs else "hold")
     said: set[str] = set()
     for item, holds in evidence:
@@ -116,11 +116,11 @@ def reasons(metric: str, evidence: JudgedStreams) -> Iterator[str]:
 
 
 def judge_cycle(spec: Spec, evidence: JudgedStreams, controller: Controller | None) -> Requirement:
-    """Judge the largest limit cycle; holds that are too short to show one are not named."""
+    """Judge the largest limit cycle, without the holds that are too short to show one."""
     return worst_hold(spec, REQUIREMENTS["limit_cycle"], evidence, with_reasons=False)
 
 
 def judge_of(metric: Metric) -> Judge:
-    """Return the judge that compares the worst hold, or the worst stream, with the limit."""
+    """Return the function that judges the worst hold or stream of a metric against the limit."""
     worst = {"hold": worst_hold, "stream": worst_stream}[metric.scope]
     return lambda spec, evidence, controller: worst(spec, metric, evidence)

@@ -99,7 +99,7 @@ def test_json_tells_a_response_that_never_comes_as_null_with_the_reason() -> Non
         1
     ]
     assert hold["response_time_95"] is None
-    assert "stops short of half" in hold["missing"]["response_time_95"]
+    assert "less than half" in hold["missing"]["response_time_95"]
     assert hold["static_error"] == pytest.approx(26.0)
 
 
