@@ -1,4 +1,4 @@
-"""Equations of a mechanism, derived from its description, with their dimensions checked."""
+"""Equations of motion of a mechanism, derived from its description, with a check of dimensions."""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,4 @@
-"""Condition: a statement that is no equation, such as a law that has only a name."""
+"""Conditions: statements that are not equations, such as limits or inequalities."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from frictool.equations.expression import Term
 
 @dataclass(frozen=True)
 class Condition:
-    """Sentence with the LaTeX of its formula; the dimension check covers `terms`, all in `unit`."""
+    """Condition as a sentence and as LaTeX; all its `terms` must have the unit `unit`."""
 
     text: str
     latex: str

@@ -31,8 +31,8 @@ ROUNDING = 1e-12  # relative tolerance: degrees, ratios and teeth are multiplied
 class Derivation:
     """Derived equations of a mechanism.
 
-    sections: (title, lines), in the order of a textbook. checked: number of terms with a checked
-    dimension. directions: driving directions of the links. notes: of the assembly.
+    sections: (title, lines) of each section. checked: number of terms whose dimension was checked.
+    directions: driving directions of the links. notes: remarks of the assembly.
     """
 
     name: str

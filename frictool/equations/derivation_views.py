@@ -14,7 +14,7 @@ WIDTH = 118  # characters of a line
 
 
 def as_text(derivation: Derivation, explain: bool = False) -> str:
-    """Return sections of equations with units, then the parameters.
+    """Return text: sections of equations with units, then the parameters.
 
     `explain` adds the numbers of the equations in the thesis.
     """
@@ -112,7 +112,7 @@ def _escaped(text: str) -> str:
 
 
 def as_data(derivation: Derivation) -> dict[str, Any]:
-    """Return the derivation as data: every term with its element."""
+    """Return the derivation as JSON values; every term names its element."""
     return {
         "name": derivation.name,
         "sections": [

@@ -1,7 +1,7 @@
-"""Dimension check: all terms of a sum must have the same dimension, by the document's units.
+"""Dimension check: all terms of a sum must have the same dimension.
 
-The unit registry multiplies the units of each term's symbols. A radian is dimensionless: a torque
-per radian times an angle is a torque.
+The dimension of a term is the product of the units of its symbols. A radian is dimensionless: a
+torque per radian times an angle is a torque.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ from frictool.plant.mechanism.element_error import ElementError
 
 
 def check_equation(equation: Equation) -> int:
-    """Check an equation; return the number of terms.
+    """Check the dimensions of an equation; return the number of its terms.
 
-    Raises ElementError with the element's key for the first term of another dimension.
+    Raises ElementError with the element's key at the first term that has another dimension.
     """
     of = Term(((equation.of, 1),))
     return check_sum(
@@ -28,7 +28,7 @@ def check_equation(equation: Equation) -> int:
 
 
 def check_sum(terms: list[Term], unit: str, within: Equation | None = None) -> int:
-    """Check that all terms of a sum have the dimension of `unit`; return their number."""
+    """Check that all terms of a sum have the dimension of `unit`; return the number of terms."""
     wanted = dimension_of(unit)
     for term in terms:
         measured = dimension(term)
@@ -44,7 +44,7 @@ def check_sum(terms: list[Term], unit: str, within: Equation | None = None) -> i
 
 
 def dimension(term: Term) -> Any:
-    """Return the powers of the base dimensions of a term."""
+    """Return the exponent of each base dimension of a term."""
     out = dimension_of("")
     for atom, power in term.factors:
         out = out * _of_atom(atom) ** power

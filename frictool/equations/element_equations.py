@@ -1,6 +1,7 @@
 """Equations of elements other than transmitting links.
 
-They are springs, cams (2.23), frictions (section 2.3 of the thesis), end stops and sources.
+These elements are springs, cams (2.23), frictions (section 2.3 of the thesis), end stops and
+sources.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ SIGNS = {"low": r"\geq", "high": r"\leq"}  # relation of the effort of each end 
 class ElementEquations:
     """Equations of one element.
 
-    efforts: (block, effort in its positive direction). dry: for each friction that can stick, its
-    block, its effort among `efforts`, and the largest effort at rest.
+    efforts: (block, effort in its positive direction). dry: for each friction that can stick: its
+    block, its effort (also in `efforts`), and the largest effort at rest.
     """
 
     efforts: tuple[tuple[str, Term], ...] = ()
@@ -34,9 +35,10 @@ class ElementEquations:
 
 
 def spring(name: str, element: Spring, notation: Notation, start: float) -> ElementEquations:
-    """Return F = k e + d e' + F0, or F = curve(e) + d e', which pulls the first end back.
+    """Return the equations of a spring: F = k e + d e' + F0, or F = curve(e) + d e'.
 
-    start: q_a - q_b at the start [rad | m]. If the document has no `free`, e is 0 at the start.
+    F pulls the first end back. start: q_a - q_b at the start [rad | m]. If the document has no
+    `free`, e is 0 at the start.
     """
     key = f"links.{name}"
     first, second = element.between
@@ -90,7 +92,7 @@ def spring(name: str, element: Spring, notation: Notation, start: float) -> Elem
 
 
 def cam(name: str, element: Cam, notation: Notation) -> ElementEquations:
-    """Return F(x) tan(alpha(x)) on the block and the friction mu F(x): (2.23), sign of (2.28)."""
+    """Return the equations of a cam: F(x) tan(alpha(x)) and friction mu F(x), (2.23), (2.28)."""
     key = f"links.{name}"
     block = element.on
     position = notation.position(block)
@@ -121,7 +123,7 @@ def cam(name: str, element: Cam, notation: Notation) -> ElementEquations:
 
 
 def friction(name: str, element: FrictionOf, notation: Notation) -> ElementEquations:
-    """Return -F on the block, with F by its friction law."""
+    """Return the equations of a friction: the effort -F on the block, F by its friction law."""
     key = f"links.{name}"
     block = element.on
     kind = notation.kinds[block]
@@ -150,7 +152,7 @@ def friction(name: str, element: FrictionOf, notation: Notation) -> ElementEquat
 
 
 def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
-    """Return N on the block at rigid ends, or -k s - d s' beyond compliant ones."""
+    """Return the equations of an end stop: N at rigid ends, -k s - d s' beyond compliant ones."""
     key = f"links.{name}"
     block = element.on
     kind = notation.kinds[block]
@@ -217,7 +219,7 @@ def stop(name: str, element: Stop, notation: Notation) -> ElementEquations:
 
 
 def source(name: str, element: Source, notation: Notation) -> ElementEquations:
-    """Return the effort of a source: constant times current or voltage, or an effort."""
+    """Return the equations of a source: constant times current or voltage, or an effort."""
     key = f"sources.{name}"
     block = element.on
     kind = notation.kinds[block]

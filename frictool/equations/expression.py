@@ -1,4 +1,4 @@
-"""Sums of signed products of symbols, of which the equations of a mechanism are made.
+"""Algebraic expressions of the equations: sums of signed products of symbols.
 
 Atom      symbol in text and LaTeX, with its unit; a parameter also has a value
 Term      sign * product of atoms to integer powers, with the key of its element
@@ -13,10 +13,10 @@ from dataclasses import dataclass, field, replace
 
 @dataclass(frozen=True)
 class Atom:
-    """Symbol.
+    """Symbol of an equation, as text and LaTeX.
 
-    unit: SI unit. value: value of a parameter in SI. made: terms of the sum that the symbol stands
-    for, if any.
+    unit: SI unit. value: value of a parameter in SI. made: terms of a sum, if the symbol is an
+    abbreviation of it.
     """
 
     text: str
@@ -28,7 +28,7 @@ class Atom:
 
 @dataclass(frozen=True)
 class Term:
-    """Product sign * atom^power * ...; 1 without factors. element: key in the document."""
+    """Product sign * atom^power * ...; 1 without factors. element: element's key in the document."""
 
     factors: tuple[tuple[Atom, int], ...] = ()
     sign: int = 1
@@ -37,7 +37,7 @@ class Term:
     def times(self, other: Term) -> Term:
         """Return the product with common factors cancelled.
 
-        The product takes its element from `other`, or from this term if `other` has none.
+        The element of the product is that of `other` or, if `other` has none, that of this term.
         """
         powers: dict[Atom, int] = {}
         for atom, power in (*self.factors, *other.factors):
@@ -46,7 +46,7 @@ class Term:
         return Term(kept, self.sign * other.sign, other.element or self.element)
 
     def inverse(self) -> Term:
-        """Return the term with all powers negated."""
+        """Return 1/term."""
         return replace(self, factors=tuple((atom, -power) for atom, power in self.factors))
 
     def negative(self) -> Term:
@@ -54,12 +54,12 @@ class Term:
         return replace(self, sign=-self.sign)
 
     def of(self, element: str) -> Term:
-        """Return the term, attributed to `element` instead of its present element."""
+        """Return the term with `element` as its element."""
         return replace(self, element=element)
 
     @property
     def number(self) -> float:
-        """Product of the sign and of all atoms with values."""
+        """Return the product of the sign and of all atoms that have values."""
         product = float(self.sign)
         for atom, power in self.factors:
             product *= 1.0 if atom.value is None else atom.value**power
@@ -67,12 +67,12 @@ class Term:
 
     @property
     def rest(self) -> Term:
-        """Product of the atoms without values."""
+        """Return the product of the atoms that have no value."""
         return Term(tuple((atom, power) for atom, power in self.factors if atom.value is None))
 
     @property
     def text(self) -> str:
-        """Text without the sign."""
+        """Return the text without the sign."""
         above = (
             " ".join(_power(atom.text, power) for atom, power in self.factors if power > 0) or "1"
         )
@@ -87,7 +87,7 @@ class Term:
 
     @property
     def latex(self) -> str:
-        """LaTeX without the sign."""
+        """Return the LaTeX without the sign."""
         above = (
             r"\,".join(
                 _power(atom.latex, power, "^{%d}") for atom, power in self.factors if power > 0
@@ -104,8 +104,8 @@ class Term:
 class Equation:
     """Equation (sum of `coefficients`) `of` = sum of `right`.
 
-    unit: unit of every term. when: condition under which the equation holds. source: number of the
-    equation in the thesis.
+    unit: unit of every term. when: condition for the equation. source: number of the equation in
+    the thesis.
     """
 
     coefficients: tuple[Term, ...]
@@ -118,7 +118,7 @@ class Equation:
 
     @property
     def text(self) -> str:
-        """Equation as text."""
+        """Return the equation as text."""
         many = len(self.coefficients) > 1
         factor = (
             f"({sum_text(self.coefficients)}) "
@@ -131,7 +131,7 @@ class Equation:
 
     @property
     def latex(self) -> str:
-        """Equation in LaTeX."""
+        """Return the equation in LaTeX."""
         many = len(self.coefficients) > 1
         inner = sum_latex(self.coefficients)
         factor = (
@@ -145,7 +145,7 @@ class Equation:
 
     @property
     def numbers(self) -> str:
-        """Equation with the parameters' values; terms with the same symbols are added."""
+        """Return the equation with the parameters' values; terms with equal symbols are added."""
         factor = _valued(self.coefficients)
         whole = "" if factor == "1" else f"({factor}) " if " " in factor else f"{factor} "
         return f"{whole}{self.of.text} = {_valued(self.right)}"

@@ -1,9 +1,9 @@
-"""Free bodies (2.1)-(2.2), and one equation per rigid tree without its constraint forces.
+"""Equations of free bodies (2.1)-(2.2), and of trees of rigid links without constraint forces.
 
-The elimination goes from the leaves of the tree of rigid links to its root. Let the child have
-M q'' = f. If it is the second end of its link, lambda = M q'' - f acts on it, and -p lambda on
-the first end. The inertia of the first end thus grows by p ratio M and its effort by p f. If the
-child is the first end, the second end's inertia grows by M/(p ratio) and its effort by f/p.
+The constraint forces lambda are eliminated from the leaves of a tree to its root. A child with M
+q'' = f at the second end of its link, q_b = ratio q_a, needs lambda = M q'' - f, and -p lambda acts
+on the first end (link_ratios.py). At the first end, p ratio M is added to the inertia and p f to
+the effort. If the child is at the first end, M/(p ratio) and f/p are added at the second end.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ Efforts = Mapping[str, Sequence[Term]]
 def free_body(
     block: str, efforts: Efforts, links: Sequence[LinkEquations], notation: Notation
 ) -> Equation:
-    """Return m q'' = sum of the efforts on the block, with the forces of rigid links."""
+    """Return the equation m q'' = sum of all efforts on a block, including those of rigid links."""
     right = [*efforts[block]]
     for link in links:
         if link.b == block:
@@ -41,7 +41,7 @@ def free_body(
 
 
 class RigidTree:
-    """Blocks tied by the rigid `links` without backlash, seen from `root`."""
+    """Tree of blocks connected by rigid `links`, with the block `root` as its root."""
 
     def __init__(self, root: str, links: Sequence[LinkEquations], notation: Notation) -> None:
         self.root, self.links, self.notation = root, links, notation
@@ -60,7 +60,7 @@ class RigidTree:
         )
 
     def gathered(self, efforts: Efforts) -> list[Term]:
-        """Return the efforts on all blocks, reflected to the root."""
+        """Return the efforts on all blocks of the tree, reflected to the root."""
         return self._gathered(efforts, extra=False)
 
     def _walk(self) -> Iterator[tuple[str, Term, Term]]:
@@ -109,10 +109,11 @@ def rest_condition(
     bears: Efforts,
     notation: Notation,
 ) -> Condition | None:
-    """Return the condition under which a tree stays at rest; None if nothing sticks.
+    """Return the condition for a tree to stay at rest; None if it has no dry friction.
 
-    The sum of the tree's efforts without dry friction must be within the limits of frictions and
-    lossy links. At rest the factor p of a lossy link may lie anywhere between its two values.
+    The sum of the tree's efforts without dry friction must be within the limits of the dry
+    frictions and lossy links. At rest the factor p of a lossy link may have any value between those
+    of both directions of power.
     """
     threads = {
         link.a: _modulus(link.passed.additional)

@@ -1,4 +1,4 @@
-"""Friction laws as sums of terms, or by name if they have no closed form."""
+"""Terms of friction laws; a law without a closed form is one term with its name."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from frictool.friction.law_registry import LAWS
 
 
 def friction_terms(name: str, element: FrictionOf, notation: Notation) -> list[Term]:
-    """Return the terms of F in slip, which opposes the motion.
+    """Return the terms of the friction F in slip; F opposes the motion.
 
-    A law without `slip_terms` is one term: its name with the speed and its parameters.
+    A law without `slip_terms` is one term: its name as a function of speed and parameters.
     """
     symbols = _symbols(name, element, notation)
     speed = notation.speed(element.on)
@@ -58,10 +58,7 @@ def _fall(symbols: dict[str, Term], speed: Term) -> Term:
 
 
 def dry_level(name: str, element: FrictionOf, notation: Notation) -> Term | None:
-    """Return the largest friction at rest.
-
-    None for a law that never sticks, or one whose sticking depends on a state.
-    """
+    """Return the largest friction at rest; None if it is 0 or depends on a state."""
     law = LAWS[element.law]
     if law.approximation or law.kind == "dynamic":
         return None

@@ -28,9 +28,11 @@ SOFT_SOURCES = {"gear": "(2.5)", "belt": "(2.6)"}
 class LinkEquations:
     """Equations of one link.
 
-    force: lambda, the effort on b. passed: transfer of lambda to a. rigid: True if the link is a
-    constraint (with backlash, while a flank touches). play: half of the backlash at b. relations:
-    equations of positions and speeds. effort: equations of lambda. modes: conditions of backlash.
+    The link connects the blocks a (first end) and b (second end). force: effort lambda on b.
+    passed: transfer of lambda to a. rigid: True if the link is a constraint (with backlash: while a
+    flank touches). play: half of the backlash at b [rad | m]. relations: equations of positions and
+    speeds. effort: equations of lambda. modes: conditions for free motion and contact in the
+    backlash.
     """
 
     name: str
@@ -46,7 +48,7 @@ class LinkEquations:
     modes: tuple[Condition, ...]
 
     def on_first(self) -> list[Term]:
-        """Return the efforts on a."""
+        """Return the efforts of the link on the block a."""
         key = f"links.{self.name}"
         back = self.passed.factor.times(self.force).negative().of(key)
         return (

@@ -1,4 +1,4 @@
-"""Ratio of a link as a formula, and the transfer of effort from its second to its first end.
+"""Ratio of a link as a formula, and transfer of the effort from its second to its first end.
 
 q_b = ratio q_a        effort lambda on b, -p lambda on a        p = ratio without losses
 p = ratio/eta for power from a to b (lambda v_b > 0), ratio eta_back for power from b to a
@@ -20,10 +20,10 @@ LOSS_SOURCES = {"gear": "(2.3)", "rack": "(2.20)", "screw": "(2.12)"}
 
 @dataclass(frozen=True)
 class EffortTransfer:
-    """Transfer of effort to the first end.
+    """Transfer of the effort lambda at the second end b to the first end a.
 
-    factor: p. additional: W, a second effort on end a (screw of (2.12)). equations: equations
-    of p and W. reason: sentence about the driving directions (2.1.6).
+    factor: p. additional: W, an additional effort on a (screw of (2.12)). equations: equations of p
+    and W. reason: sentence about the driving directions (2.1.6).
     """
 
     factor: Term
@@ -33,9 +33,9 @@ class EffortTransfer:
 
 
 def ratio_of(name: str, link: Transmitting, notation: Notation) -> tuple[Term, Term]:
-    """Return the signed ratio, and the distance along the link's compliance per unit of q_b.
+    """Return the signed ratio q_b/q_a, and the deflection of the compliance per unit of q_b.
 
-    That distance is a belt's radius, else 1.
+    The second value is the radius of a belt's pulley; for other links it is 1.
     """
     key = f"links.{name}"
     match link:
@@ -110,7 +110,7 @@ def _tangent(name: str, link: Screw, notation: Notation, sign: str) -> Term:
 def effort_transfer(
     name: str, link: Transmitting, notation: Notation, ratio: Term, force: Term
 ) -> EffortTransfer:
-    """Return the effort at the first end for `force`, the effort lambda at the second."""
+    """Return the transfer of `force`, the effort lambda at the second end, to the first end."""
     efficiency: float | None = getattr(link, "efficiency", None)
     if isinstance(link, Screw) and link.friction_coefficient is not None:
         if link.friction_form == "thesis":

@@ -1,4 +1,4 @@
-"""Equations of a mechanism in one call, as `frictool equations` derives them."""
+"""Function that derives the equations of a mechanism, as `frictool equations` does."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ from frictool.runtime.object_view import ResultView
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Equations(ResultView):
-    """Equations of a mechanism, with three views.
+    """Equations of a mechanism as text, LaTeX and data.
 
-    derivation: sections of equations, parameters with their values, and notes.
-    explain: text and LaTeX contain the numbers of the equations in the thesis.
+    derivation: sections of equations, parameters with their values, and notes. explain: True if
+    text and LaTeX contain the numbers of the equations in the thesis.
     """
 
     derivation: Derivation
@@ -27,17 +27,17 @@ class Equations(ResultView):
 
     @property
     def text(self) -> str:
-        """Text with the unit of each equation."""
+        """Return the equations as text, with the unit of each equation."""
         return as_text(self.derivation, self.explain)
 
     @property
     def latex(self) -> str:
-        """LaTeX fragment for amsmath."""
+        """Return the equations as a LaTeX fragment for amsmath."""
         return as_latex(self.derivation, self.explain)
 
     @property
     def data(self) -> dict[str, Any]:
-        """Data of `--json`: every term with its element."""
+        """Return the data of `--json`; every term names its element."""
         return as_data(self.derivation)
 
 
@@ -61,7 +61,7 @@ def equations(mechanism: Mechanism, *, name: str = "mechanism", explain: bool = 
     Raises
     ------
     DocumentError
-        the mechanism is wrong; the message has the key of the element
+        the document is wrong; the message contains the key of the element
     """
     try:
         return Equations(derive(mechanism, assemble(mechanism)), explain)
