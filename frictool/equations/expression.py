@@ -28,7 +28,7 @@ class Atom:
 
 @dataclass(frozen=True)
 class Term:
-    """Product sign * atom^power * ...; 1 without factors. element: element's key in the document."""
+    """Product sign * atom^power * ...; 1 without factors. element: key of the element."""
 
     factors: tuple[tuple[Atom, int], ...] = ()
     sign: int = 1

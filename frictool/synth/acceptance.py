@@ -1,8 +1,8 @@
 """Acceptance test that every controller candidate must pass before it becomes a document.
 
-The sampled loop is rebuilt in physical units from the stored coefficients, at the bench's period
-and delay, at every vertex; then again with rounded coefficients. The figures that a synthesis
-method claims are not trusted.
+At every vertex, the sampled loop is rebuilt in physical units from the stored coefficients, with
+the bench's period and delay. The rounded coefficients are checked in the same way. No figure of the
+synthesis method is used.
 """
 
 from __future__ import annotations
@@ -39,12 +39,12 @@ def accept(
     linear: stored.LinearController,
     around: SurroundingBlocks,
 ) -> stored.Verified:
-    """Return the verified figures of the loops that `linear` closes with the surrounding blocks.
+    """Return the verified figures of the loops with `linear` and the surrounding blocks.
 
-    Raises NoSolutionError (exit 4), naming the vertex and its figure, if a loop is unstable with
-    the bench's delay, or with 1 sample on a bench without delay. Raises it also if a loop misses
-    the specified modulus margin at the bench's delay, if rounded coefficients break a claim, or if
-    the controller requests too much drive after one encoder count.
+    Raises NoSolutionError (exit 4) if a loop is unstable with the bench's delay (1 sample for a
+    bench without delay), or if its modulus margin is below the specified one. Also raises it if
+    rounded coefficients violate the margin or the norm, or if the controller requests too much
+    drive after one encoder count. The message names the vertex.
     """
     loops = linear_loops(problem, linear, around)
     required = problem.spec.modulus_margin or 0.0
@@ -90,11 +90,11 @@ def accept(
 
 
 def resonant(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> ResonantCheck | None:
-    """Check the loops on the plant with the model's resonances; return None if it has none.
+    """Check the loops with the resonances of the model; return their worst margin.
 
-    The result is the worst margin at the bench's delay. Raises NoSolutionError if a loop is
-    unstable with the bench's delay, or with 1 sample on a bench without delay, or misses the
-    specified margin.
+    The result is None if the model has no resonances. Raises NoSolutionError if a loop is unstable
+    with the bench's delay (1 sample for a bench without delay), or if its margin is below the
+    specified one.
     """
     resonances = problem.model.resonances
     if resonances is None:
@@ -111,7 +111,7 @@ def resonant(problem: SynthesisProblem, loops: tuple[FeedbackLoop, ...]) -> Reso
 def linear_loops(
     problem: SynthesisProblem, linear: stored.LinearController, around: SurroundingBlocks
 ) -> LinearLoops:
-    """Return the loops that `linear` and the surrounding blocks close at the vertices."""
+    """Return the closed loops with `linear` and the surrounding blocks, one per vertex."""
     return LinearLoops(
         structure=problem.design.structure,
         domain=problem.design.domain,
@@ -149,7 +149,7 @@ def _required(problem: SynthesisProblem) -> tuple[int, ...]:
 
 
 def unstable_earlier(vertices: tuple[stored.Vertex, ...], delay: int) -> str:
-    """Return a note on the loops that are unstable with less than the bench's delay, or ""."""
+    """Return a note if loops are unstable with less than the bench's delay, else ""."""
     found = [
         (check.spectral_radius, check.delay_samples, vertex.name)
         for vertex in vertices

@@ -1,6 +1,6 @@
-"""Method `auto`: a search by play, which a caller above this package conducts.
+"""Method `auto`: a search by simulation, which campaign/automatic_design.py conducts.
 
-`campaign/automatic_design.py` searches a design with another method, which is then synthesised.
+The search returns a design with another method, which is then synthesised.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 
 def auto(problem: SynthesisProblem) -> ControllerCandidate:
-    """Raise NoSolutionError: this method solves no problem by itself."""
+    """Raise NoSolutionError, because a caller must first replace this method by another."""
     raise NoSolutionError(
-        f"{problem.design.name}: method auto searches a design by play, as frictool synth does; "
-        "synthesise the design that it finds"
+        f"{problem.design.name}: method auto is a search by simulation, which frictool synth "
+        f"conducts; synthesise the design that it finds"
     )

@@ -1,8 +1,9 @@
 """Certificate of a loop: the smallest bounds that verify/zero_exclusion.py proves for a box.
 
-The search starts SLACK above the worst norm at the corners of the box. A proof that fails names a
-plant, whose norm raises the worst norm seen, and the slack is doubled. After a proof with a larger
-slack, the search returns to SLACK, as long as it can lower the bound.
+The first bound is a fraction SLACK above the worst norm at the corners of the box. If a proof
+fails, it returns a plant; the worst norm is updated with the norm of that plant, and the slack is
+doubled. After a proof with a larger slack, the search returns to SLACK, as long as this lowers the
+bound.
 """
 
 from __future__ import annotations
@@ -33,12 +34,11 @@ MOST_SLACK = 1e6  # above it no plant is believed to have an unstable loop
 
 
 def certify(loop: CertificateLoop, box: Box) -> tuple[Certificate, tuple[ProvedBound, ...]]:
-    """Return the certificate of the loop's quantities (norm, largest sensitivity) over the box.
+    """Return the certificate of a loop's norm and largest sensitivity over the box.
 
-    The second result has its proved bounds with their numbers of cells. A bound that could not be
-    proved is replaced by the reason. Raises NoSolutionError if a plant of the box has an unstable
-    loop. The work is limited by the number of cells, not by time, so that the same inputs give the
-    same certificate.
+    The second result contains the proved bounds with their numbers of cells, or the reason why a
+    bound is not proved. Raises NoSolutionError if the loop is unstable for a plant of the box. The
+    number of cells is limited, not the time, so that the same inputs give the same certificate.
     """
     found = {of: _proved(quantity_loops(loop, of), box, of) for of in loop.quantities}
     proved = tuple(bound for bound in found.values() if isinstance(bound, ProvedBound))
@@ -55,7 +55,7 @@ def certify(loop: CertificateLoop, box: Box) -> tuple[Certificate, tuple[ProvedB
 
 
 def certified_weights(weights: PlantWeights) -> CertifiedWeights:
-    """Return the weights of a design in the form that a certificate stores."""
+    """Return the weights of a design as a certificate stores them."""
 
     def stored(weight: FirstOrderWeight) -> Filter:
         return Filter(

@@ -1,9 +1,10 @@
-"""Scheduled controller: an interpolation of the corner controllers over the plant's parameters.
+"""Scheduled controller: interpolation of the controllers at the corners over the parameters.
 
 The weights of the corners are those of (5.46), (5.64). If the plants are affine in the parameters
-(vertices: first_order, continuous time), the inequalities cover the interpolated controller. With
-exact vertices or sampled plants they cover it only approximately. The interpolated controller is
-therefore verified as it runs, at the corners and at plants between them.
+(vertices: first_order, continuous time), the inequalities also hold for the interpolated
+controller. With exact vertices or sampled plants they hold only approximately. The interpolated
+controller is therefore verified as it runs on the target, at the corners and at plants between
+them.
 """
 
 from __future__ import annotations
@@ -20,14 +21,14 @@ from frictool.verify.scheduled_loop import scheduled_figures
 
 
 def verified_schedule(problem: SynthesisProblem, candidate: ControllerCandidate) -> stored.Schedule:
-    """Return the stored schedule of a candidate after verification.
+    """Verify the scheduled controller of a candidate and return it as it is stored.
 
-    Raises NoSolutionError if the controller of a corner is unstable by itself, or if a loop is
-    unstable or misses the specified margin.
+    Raises NoSolutionError if the controller of a corner is unstable, or if a loop is unstable or
+    its margin below the specified one.
     """
     if candidate.over is None:
         raise NoSolutionError(
-            f"method {problem.design.method} found no controllers to be scheduled"
+            f"method {problem.design.method} computed no controllers to be scheduled"
         )
     corners, names = candidate.over.vertices, candidate.over.scheduled
     for corner, k in zip(corners, candidate.scheduled, strict=True):

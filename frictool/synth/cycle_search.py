@@ -1,4 +1,4 @@
-"""Limit cycle of a controller without a band, found by simulation of the nominal plant (5.2.1)."""
+"""Search for a limit cycle of a controller without a band, by simulation (5.2.1)."""
 
 from __future__ import annotations
 
@@ -22,9 +22,9 @@ ROTARY_STEP, LINEAR_STEP = 10.0, 0.1  # length of the step without a travel [rad
 
 
 def find_cycle(model: Model, controller: Controller) -> Cycle | None:
-    """Return the cycle in which the nominal axis ends after a step from rest; None without one.
+    """Return the limit cycle of the nominal axis after a step from rest; None if none is found.
 
-    The simulation shows that a cycle exists; it cannot show that there is none.
+    The simulation can show that a cycle exists, but not that there is none.
     """
     axis = axis_of(model).as_array()
     travel = model.bench.mechanics.travel

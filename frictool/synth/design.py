@@ -42,8 +42,8 @@ from frictool.verify.rest_proof import prove_rest
 from frictool.verify.zero_exclusion import ProvedBound
 
 WHOLE = (
-    "bounds and certificate are of the speed loop; "
-    "the proportional law around it is verified at the vertices and at plants between them"
+    "bounds and certificate hold for the speed loop; the proportional law around it is verified at "
+    "the vertices and at plants between them"
 )
 NOT_VARYING = "no bound was found for parameters that vary at any speed"
 MEASURED = {"position": "position reference", "speed_cascade": "integral(speed reference)"}
@@ -51,11 +51,10 @@ MEASURED = {"position": "position reference", "speed_cascade": "integral(speed r
 
 @dataclass(frozen=True, eq=False, repr=False)
 class SynthesisResult(ResultView):
-    """Verified controller document with the information that a report prints next to it.
+    """Verified controller document, with information for the output of `synth`.
 
-    `derived` lists the values that were derived because the design leaves them out, `trade` is the
-    result of `relax: auto` (None without it), `notes` are sentences for the user, and `proved` are
-    the bounds of the certificate.
+    derived: values that the design leaves out, as they were derived. trade: result of `relax: auto`
+    (None without it). notes: sentences for the user. proved: bounds of the certificate.
     """
 
     controller: stored.Controller
@@ -67,10 +66,10 @@ class SynthesisResult(ResultView):
 
 @dataclass(frozen=True)
 class ProofScope:
-    """Options of the proof beyond the vertices.
+    """Options of the verification between the vertices.
 
-    `vertices_only` leaves out the search inside the box and the certificate. `varying` adds a bound
-    for parameters that vary arbitrarily fast.
+    vertices_only: True leaves out the search inside the box and the certificate. varying: True adds
+    a bound for parameters that vary arbitrarily fast.
     """
 
     vertices_only: bool = False
@@ -80,7 +79,7 @@ class ProofScope:
 def design_controller(
     model: Model, spec: Spec, design: Design, provenance: Provenance
 ) -> stored.Controller:
-    """Return a controller document verified at the vertices (see `synthesise_verified`)."""
+    """Return the controller document of `synthesise_verified`, verified at the vertices only."""
     return synthesise_verified(
         model, spec, design, provenance, scope=ProofScope(vertices_only=True)
     ).controller
@@ -97,10 +96,10 @@ def synthesise_verified(
 ) -> SynthesisResult:
     """Design a controller and verify it.
 
-    `scope` selects the computations beyond the vertices. `progress` is called with the name of each
-    step. Raises NoSolutionError (exit 4) if the method finds no
-    controller, if its controller fails the verification (the message names the vertex and its
-    figure), or if the drive cannot hold the model's load.
+    `scope` selects the verification between the vertices. `progress` is called with the name of
+    each step. Raises NoSolutionError (exit 4) if the method finds no controller, if the
+    verification fails (the message names the vertex and its figure), or if the drive cannot hold
+    the load of the model.
     """
     disturbance(model)  # refuses loads that these structures cannot handle
     possible = check_feasible(model, spec, design)
@@ -160,7 +159,7 @@ def _with_resonances(posed: SynthesisProblem, controller: stored.Controller) -> 
 def running_linear(
     posed: SynthesisProblem, candidate: ControllerCandidate
 ) -> stored.LinearController:
-    """Return the candidate's stored forms, with the form that runs and its anti-windup selected."""
+    """Return the stored forms of the candidate, with the form that the target runs."""
     linear = stored_forms(candidate.controller)
     design = posed.design
     if design.speed_input:
@@ -226,10 +225,7 @@ def _with_rest(
 
 
 def problem(model: Model, spec: Spec, design: Design) -> SynthesisProblem:
-    """Return the design's problem on the model's polytope, before any weight is relaxed.
-
-    Weights that the design leaves out are derived.
-    """
+    """Return the synthesis problem on the model's polytope, with derived weights, not relaxed."""
     return _posed(model, spec, design)[0]
 
 
@@ -264,7 +260,7 @@ def controller_document(
     composed: SurroundingBlocks,
     provenance: Provenance,
 ) -> stored.Controller:
-    """Return the controller document of a problem and its parts."""
+    """Return the controller document made from a problem and its results."""
     design = posed.design
     bench = posed.model.bench
     return stored.Controller(
@@ -296,7 +292,7 @@ def controller_document(
 
 
 def sign_convention(design: Design) -> str:
-    """Return the sentence that defines signals, signs and coefficients of a controller document."""
+    """Return the text that defines signals, signs and coefficients of a controller document."""
     entering = "eta"
     measured = f"{MEASURED[design.structure]} - position"
     if design.speed_input:

@@ -1,7 +1,7 @@
-"""Import of a controller that was designed elsewhere, stored and verified like a designed one.
+"""Import of a controller that was designed with another tool; it is verified and stored.
 
-The checks are those of acceptance.py. No norm is required; the weights serve only to state the
-norm.
+The checks are those of acceptance.py. No bound of the norm is required; the weights only define the
+stated norm.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ EXTERNAL = SynthesisMethod(
 
 @dataclass(frozen=True)
 class _ExternalProblem(SynthesisProblem):
-    """Problem of an existing controller; its advice is to change the controller, not weights."""
+    """Synthesis problem of an existing controller; its advice is to change that controller."""
 
     @property
     def method(self) -> SynthesisMethod:
@@ -59,7 +59,7 @@ def external_controller(
     prefilter: PrefilterDesign | None = None,
     weights: Weights | None = None,
 ) -> Controller:
-    """Convert `system` to a controller document, verified at the vertices of the model's intervals.
+    """Convert a linear system to a controller document, and verify it at the model's vertices.
 
     The loops are checked with a delay of 0 samples, 1 sample and the bench's delay. A continuous
     system is discretised by Tustin's method at the bench's period. The system may have one
@@ -79,7 +79,7 @@ def external_controller(
     position_law, prefilter : PositionLawDesign, PrefilterDesign, optional
         Blocks around the controller.
     weights : Weights, optional
-        Weights for the stated norm; derived from `spec` if left out.
+        Weights of the stated norm; by default derived from `spec`.
 
     Returns
     -------
@@ -89,7 +89,7 @@ def external_controller(
     Raises
     ------
     FrictoolError
-        If `system` cannot be read as such an LTI system.
+        If `system` is no such LTI system.
     NoSolutionError
         If a loop is unstable or misses the specified modulus margin.
     """

@@ -1,22 +1,22 @@
-"""Check, before the design, for requirements that no controller can reach on this bench.
+"""Check before the design: requirements that no controller can meet on this bench.
 
 Bands are compared with the encoder and the specification, times with the drive's limit. The
-shortest time of a step is that of plant/time_optimal.py: the drive at its limit towards the target,
-then at its limit against it, with its lag and the bench's delay. The most favourable reading of the
-specification counts, so that no controller can reach less: the axis stops short of the target by
+shortest time of a step is that of plant/time_optimal.py: the drive accelerates at its limit and
+then brakes at its limit, with its lag and the bench's delay. Every assumption is the most
+favourable one, so that no controller can be faster: the axis stops short of the target by
 static_error, the encoder reads one count in favour of the zone, and the step begins inside the open
 backlash. Load, the voltage of the winding and resonances are neglected. For the rise time, the axis
 need not stop and the drive has no lag.
 
-A search plays steps of a known length. Their response takes longer than the drive alone, because
-the drive follows the speed loop: `loop_allowance` is the time constant of that loop on the plant
-with the smallest gain. The loop has the dead time of delay, lag and filter of the speed, and the
-specified modulus margin on the plant with the largest gain.
+A search simulates steps of a known length. Their response takes longer than that of the drive
+alone, because the speed loop has a lag: `loop_allowance` is its time constant on the plant with the
+smallest gain. The loop has the dead time of delay, drive and speed filter. On the plant with the
+largest gain, it has the specified modulus margin.
 
 A specification does not state the length of its steps. The drive must be able to make the shortest
-step to which the specification can apply (else exit 4). The length of this step is 20 times
-static_error (at least 20 encoder counts), but at most the travel. A note names the length above
-which steps are not possible in the specified time.
+step to which the specification can apply (else exit 4). Its length is 20 times static_error (at
+least 20 encoder counts), but at most the travel. A note states the longest step that is possible in
+the specified time.
 """
 
 from __future__ import annotations
@@ -53,17 +53,17 @@ ShortestTime = Callable[[DrivenAxis, float], float]  # of a step with a length [
 
 
 class SlowestStep(NamedTuple):
-    """Shortest time [s] of a step on the slowest plant of the model's polytope."""
+    """Shortest time [s] of a step on the slowest plant of the model's polytope, and that plant."""
 
     time: float
     plant: PlantPoint
 
 
 def check_feasible(model: Model, spec: Spec, design: Design) -> tuple[str, ...]:
-    """Return notes on specified times that the drive can reach in short steps only.
+    """Return notes on specified times that the drive can meet in short steps only.
 
     Raises FrictoolError if a band contradicts the encoder or the specification, NoSolutionError if
-    the drive cannot reach a time.
+    the drive cannot meet a time.
     """
     _check_bands(model, spec, design)
     notes = []
@@ -78,9 +78,9 @@ def check_feasible(model: Model, spec: Spec, design: Design) -> tuple[str, ...]:
 
 
 def check_played_step(model: Model, spec: Spec, length: float, dead_time: float) -> None:
-    """Raise NoSolutionError if a step of a search cannot have the specified response time.
+    """Raise NoSolutionError if no step of a search can have the specified response time.
 
-    `length` is that of the longest step [rad | m], `dead_time` that of the speed loop with its
+    length: length of the longest step [rad | m]. dead_time: dead time of the speed loop with its
     fastest filter [s].
     """
     required = spec.response_time_95_s
@@ -176,9 +176,10 @@ def _rise(axis: DrivenAxis, length: float) -> float:
 
 
 def slowest_step(model: Model, least: ShortestTime, length: float) -> SlowestStep:
-    """Return the slowest vertex of the model's polytope for a step of a length [rad | m].
+    """Return the vertex of the model's polytope with the longest time for a step.
 
-    The drive can move every vertex, since synth/load_disturbance.py raises an error otherwise.
+    least: function that returns the shortest time [s] of a plant for a length. length: length of
+    the step [rad | m]. The drive must be able to move every vertex (synth/load_disturbance.py).
     """
     times = [
         SlowestStep(least(_opened(model, vertex), length), vertex)
@@ -209,7 +210,7 @@ def _check_time(
     if required < slowest.time:
         raise NoSolutionError(
             f"{key}: found {required:.4g} s; the drive needs at least {slowest.time:.4g} s for "
-            f"{shortest:.4g} {unit}, the shortest step that it can mean "
+            f"{shortest:.4g} {unit}, the shortest step of such a specification "
             f"({_described(slowest.plant, model)}); raise it or actuator.limit"
         ).at("spec", key)
     travel = model.bench.mechanics.travel
@@ -220,8 +221,8 @@ def _check_time(
         return []
     longest = _longest_step(model, least, required, (shortest, travel.high - travel.low))
     return [
-        f"{key} of {required:.4g} s: for steps longer than {longest:.4g} {unit} no controller "
-        "reaches it; the whole travel takes at least "
+        f"{key} of {required:.4g} s: no controller meets it for steps above {longest:.4g} {unit}; "
+        "the whole travel takes at least "
         f"{whole.time:.4g} s ({_described(whole.plant, model)})"
     ]
 

@@ -1,9 +1,9 @@
 """Method `lft`: H-infinity synthesis for the centre plant with a real uncertainty channel.
 
-The uncertain parameters form the channel with |Delta| < 1, annex (20)-(23), figure 5. A gamma of at
-most 1 for the whole plant, including the channel, satisfies the small-gain condition for all
-uncertain parameters at once (plant/uncertainty_channel.py). The controller is verified at every
-corner of the parameter box.
+The uncertain parameters form a channel Delta with |Delta| < 1, annex (20)-(23), figure 5. If gamma
+is at most 1 for the plant with this channel, the small-gain condition holds for all uncertain
+parameters together (plant/uncertainty_channel.py). The controller is verified at every corner of
+the parameter box.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 
 def lft(problem: SynthesisProblem) -> ControllerCandidate:
-    """Return the candidate for the centre plant with its uncertainty channel.
+    """Return the controller candidate for the centre plant with its uncertainty channel.
 
     Raises NoSolutionError if the inequalities have no solution, or if the norm of the loop exceeds
     their gamma.

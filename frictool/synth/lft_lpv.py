@@ -1,9 +1,9 @@
-"""Method `lft_lpv`: scheduled parameters as a polytope, the others as an uncertainty channel.
+"""Method `lft_lpv`: a polytope of the scheduled parameters, an uncertainty channel for the others.
 
-Each vertex of the polytope has its own channel, annex (28)-(32). As in the annex, the friction
-regimes are scheduled if the design does not name other parameters. The controller that runs is
+Each vertex of the polytope has a separate channel, annex (28)-(32). As in the annex, the friction
+regimes are scheduled if the design does not name other parameters. The target runs one controller,
 frozen at the middle of the vertices: the two vertex controllers of the annex agree at frequencies
-below 1/T_s, so that one controller is enough (annex 5.2).
+below 1/T_s (annex 5.2).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Common steps of the methods by matrix inequalities: options of the design, numerical failures."""
+"""Common steps of the synthesis methods by matrix inequalities."""
 
 from __future__ import annotations
 
@@ -24,11 +24,12 @@ SLOW, EASY = (
 def solve_inequalities(
     problem: SynthesisProblem, plants: Sequence[GeneralisedPlant]
 ) -> tuple[LyapunovPair, tuple[Lti, ...]]:
-    """Return the Lyapunov matrices common to all plants and the controller of each plant.
+    """Return the Lyapunov matrices common to all plants, and the controller of each plant.
 
-    The returned gamma is `ease` of the design times the gamma of the inequalities, which the
-    controllers guarantee. All controllers have common coordinates. Raises NoSolutionError if there
-    is no solution or the arithmetic fails, FrictoolError if the pole region is impossible.
+    The returned gamma is the bound that the controllers guarantee: `ease` of the design times the
+    gamma of the inequalities. All controllers have the same state coordinates. Raises
+    NoSolutionError if there is no solution or the arithmetic fails, FrictoolError if the pole
+    region is impossible.
     """
     try:
         region = pole_region(problem.design.poles)
@@ -49,10 +50,10 @@ def solve_inequalities(
 
 
 def slow_weight(problem: SynthesisProblem) -> str:
-    """Return the advice for a W2 pole that is nearly an integrator, else an empty string.
+    """Return an advice if the pole of W2 is nearly an integrator, else an empty string.
 
-    No controller can move this pole, so the inequalities may have no solution. The advice is the
-    end of a sentence.
+    No controller can move this pole, so that the inequalities may have no solution. The advice is
+    the end of a sentence.
     """
     weight = problem.weights.error
     share = weight.pole * problem.period
@@ -67,7 +68,7 @@ def slow_weight(problem: SynthesisProblem) -> str:
 
 
 def pole_region(poles: Poles | None) -> PoleRegion | None:
-    """Return the design's pole region in the form of the inequalities."""
+    """Return the design's region of closed-loop poles in the form of lmi/pole_regions.py."""
     if poles is None:
         return None
     if poles.decay_rad_s is not None:

@@ -4,8 +4,8 @@
     gravity    |sine sin x + cosine cos x| <= its amplitude at any position
     ripple     |sine sin x + cosine cos x| <= its amplitude, x: phase of the ripple
 
-The plants of the polytope do not contain the load. A spring is an error, since it changes the plant
-and the loop is not designed for a stiffness.
+The plants of the polytope do not contain the load. A spring is an error, because the loop is not
+designed for the stiffness of the spring.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from frictool.errors import NoSolutionError
 
 @dataclass(frozen=True)
 class LoadDisturbance:
-    """Largest load terms and the actuator's effort at its limit, all in N m | N.
+    """Largest load terms and the actuator's effort at its limit [N m | N].
 
-    `breakaway` is the smallest breakaway friction, which can hold the axis at rest.
+    breakaway: smallest breakaway friction, which holds the axis at rest.
     """
 
     offset: float
@@ -33,14 +33,14 @@ class LoadDisturbance:
 
     @property
     def total(self) -> float:
-        """Sum of the load terms offset, gravity and ripple."""
+        """Return the sum of offset, gravity and ripple."""
         return self.offset + self.gravity + self.ripple
 
 
 def disturbance(model: Model) -> LoadDisturbance:
     """Return the largest load over the model's intervals.
 
-    Raises NoSolutionError if the load has a spring, or if load and Coulomb friction together may
+    Raises NoSolutionError if the load has a spring, or if the sum of load and Coulomb friction may
     exceed the actuator's effort.
     """
     load = model.laws.load if model.laws else None

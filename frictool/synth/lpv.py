@@ -1,8 +1,8 @@
 """Method `lpv`: common Lyapunov matrices over the polytope's vertices (theorem 5.3.1).
 
-The controller is frozen at one plant (5.64)-(5.65). The inequalities do not cover a frozen
-controller at the other vertices: it is accepted only after its sampled loop, rebuilt from the
-stored coefficients, was verified there.
+The controller is frozen at one plant (5.64)-(5.65). The inequalities guarantee nothing for a frozen
+controller at the other vertices. Its sampled loop is therefore rebuilt from the stored coefficients
+and verified there.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 
 def bound(problem: SynthesisProblem) -> float:
-    """Return the least gamma of the inequalities, without a controller; inf if they are infeasible.
+    """Return the smallest gamma of the inequalities; inf if they are infeasible.
 
-    The plants are the vertices and the centre.
+    The plants are the vertices and the centre. No controller is computed.
     """
     posed = problem.posed_with_constant_input()
     design = problem.design
@@ -37,7 +37,7 @@ def bound(problem: SynthesisProblem) -> float:
 
 
 def lpv(problem: SynthesisProblem) -> ControllerCandidate:
-    """Return the frozen candidate, with the controllers of the vertices.
+    """Return the candidate with the frozen controller and the controllers of the vertices.
 
     Raises NoSolutionError if the inequalities have no solution, or if the norm of a loop exceeds
     their gamma.

@@ -1,10 +1,10 @@
 """Method `lpv_grid`: X and Y of (5.62) as polynomials of the scheduled parameters, on a grid.
 
-The inequalities are checked between the grid points too. Method `lpv` has one X and one Y and
-therefore covers parameters that jump; method `lpv_grid` assumes constant or slow parameters and
-reaches a lower gamma. All plants on the grid are exact; no plant is linearised. Coulomb friction
-only scales an input: if it is scheduled, its largest value is used everywhere. The controller is
-frozen at one plant (5.3.4) and accepted after its loop was verified at every vertex.
+The inequalities are also checked between the grid points. Method `lpv` has one X and one Y, and
+therefore holds for parameters that jump. Method `lpv_grid` assumes constant or slowly varying
+parameters and reaches a lower gamma. All plants on the grid are exact; no plant is linearised.
+Coulomb friction only scales an input: if it is scheduled, its largest value is used everywhere. The
+controller is frozen at one plant (5.3.4), and its loop is verified at every vertex.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 
 def lpv_grid(problem: SynthesisProblem) -> ControllerCandidate:
-    """Return the frozen or scheduled candidate.
+    """Return the candidate with a frozen controller or scheduled controllers.
 
     Raises NoSolutionError if the inequalities have no solution, or if the norm of the loop exceeds
     their gamma. Raises FrictoolError for options that this method does not support (regimes, pole
@@ -111,8 +111,8 @@ def _sums(
         )
     if np.isinf(worst):
         return (
-            "interpolated controllers have no bound at some of the grid's points; "
-            "they are verified for constant plants only"
+            "interpolated controllers have no bound at some points of the grid; they are verified "
+            "for constant plants only"
         )
     return (
         f"interpolated controllers keep gamma {worst:.4g} at the grid's points, "

@@ -1,13 +1,14 @@
-"""Method `minimax`: constant controller of fixed order with the least worst norm at the vertices.
+"""Method `minimax`: the constant controller of fixed order whose worst norm is smallest.
 
-The inequalities of theorem 5.3.1 bound the norm of a scheduled controller only, and not of a
-controller frozen at one plant (5.3.4). This method minimises the verified norm itself, over the
-parameters of one constant controller (structured_controller.py).
+The inequalities of theorem 5.3.1 bound the norm with a scheduled controller only, and not with a
+controller frozen at one plant (5.3.4). This method minimises the largest norm over all vertices
+directly, over the parameters of one constant controller (structured_controller.py).
 
-The problem is not convex. The search improves seeded random controllers of the least order that can
-stabilise. It then extends the best ones by a pole and a zero that cancel, until they have the
-requested order. The extension does not change the controller, so the norm never rises with the
-order. The result is an upper bound of the optimum, and the notes say so.
+The problem is not convex. The search improves random controllers (from a seed) of the least order
+that can stabilise all vertices. It then adds a pole and a zero that cancel to the best controllers,
+and searches again, until they have the requested order. The added pole and zero do not change the
+controller, so that the norm never rises with the order. The result is an upper bound of the
+optimum.
 """
 
 from __future__ import annotations
@@ -42,11 +43,11 @@ CLEAR = 1.001
 
 
 def minimax(problem: SynthesisProblem, seed: int = 0) -> ControllerCandidate:
-    """Return the best controller of several descents; deterministic for a seed.
+    """Return the best controller of several descents; the same seed gives the same controller.
 
     Raises NoSolutionError if no start stabilises every vertex, or if the order is too low for the
-    structure. Raises it also if the best controller of a sampled design, with the bench's delay,
-    misses the specified modulus margin.
+    structure. In a sampled design, also raises it if the margin of the best controller with the
+    bench's delay is below the specified one.
     """
     design = problem.design
     period = problem.period if problem.sampled else 0.0
@@ -102,10 +103,10 @@ def search(
     seed: int = 0,
     progress: Progress = lambda _: None,
 ) -> DescentPoint:
-    """Return the best point for `structure` with modulus margins of at least `margin`.
+    """Return the parameters with the smallest worst norm and modulus margins of at least `margin`.
 
-    All `plants` have the same order. Raises NoSolutionError if no start stabilises every plant, or
-    if the margin is missed.
+    All `plants` must have the same order. Raises NoSolutionError if no start stabilises every
+    plant, or if no controller has the margin.
     """
     random = np.random.default_rng(seed)
     least = min(structure.order, 1 + structure.integrator + structure.rolls_off)
@@ -143,7 +144,7 @@ def search(
     best = descent.run(points[0].parameters, LAST_ROUNDS)
     if best.missed > 1e-4:
         raise NoSolutionError(
-            f"minimax: the best controller of order {structure.order} keeps a modulus margin of "
+            f"minimax: the best controller of order {structure.order} has a modulus margin of "
             f"{margin / (1.0 + best.missed):.3f} < "
             f"{margin:g} at the worst vertex; raise order, change pole_bound_rad_s, or lower "
             "weights.bandwidth_rad_s"

@@ -1,12 +1,12 @@
-"""Descent on the worst norm of several loops over the parameters of one structured controller.
+"""Minimisation of the worst norm of several loops over the parameters of one controller.
 
     minimise t   subject to   gain(plant, frequency) <= t   and   M |S(plant, frequency)| <= 1
 
 at finitely many frequencies is solved by sequential quadratic programming (scipy's SLSQP), within a
 box around the current parameters. Then the exact norm of every loop and its peak frequency are
-computed. The step is accepted only if every loop is stable and the exact worst norm has fallen;
-otherwise the box shrinks. The peak frequencies join the finite set, so that the maximum over the
-set becomes the exact norm.
+computed. The step is accepted only if every loop is stable and the exact worst norm is smaller;
+otherwise the box shrinks. The peak frequencies are added to the finite set, so that the maximum
+over the set converges to the exact norm.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ SETTLED = 1e-6  # relative improvement below which a descent has converged
 
 @dataclass(frozen=True)
 class DescentPoint:
-    """Parameters with their exact worst norm and the violation of the modulus margin.
+    """Parameters of the controller, their exact worst norm, and the violation of the margin.
 
-    `missed` is M max|S| - 1, or 0 if the margin holds.
+    missed: M max|S| - 1 for the required margin M, or 0 if that is negative.
     """
 
     parameters: Vector
@@ -44,7 +44,7 @@ class DescentPoint:
     missed: float
 
     def better_than(self, other: DescentPoint) -> bool:
-        """Compare the violation of the margin first, then the norm."""
+        """Return True if the violation of the margin is smaller or, if equal, the norm."""
         if max(self.missed, other.missed) > SETTLED:
             return self.missed < other.missed * (1.0 - SETTLED)
         return self.worst < other.worst * (1.0 - SETTLED)
@@ -53,7 +53,7 @@ class DescentPoint:
 class MinimaxDescent:
     """Descent for one controller structure over several plants.
 
-    `margin` is the modulus margin that every loop must keep, 0 for none.
+    margin: required modulus margin M of every loop, 0 for none.
     """
 
     def __init__(
@@ -80,18 +80,18 @@ class MinimaxDescent:
         self._sensitivities = [sensitivity_plant(plant) for plant in plants] if margin else []
 
     def on(self, structure: StructuredController) -> MinimaxDescent:
-        """Return a descent over the same plants for another structure of the same domain."""
+        """Return a descent for another structure with the same plants and the same domain."""
         return MinimaxDescent(structure, self.plants, float(self.grid[0]), self.margin)
 
     def coarse(self, parameters: Vector) -> float:
-        """Return an upper bound of the worst gain on the grid; inf if a loop is unstable."""
+        """Return an upper bound of the largest gain on the grid; inf if a loop is unstable."""
         if not all_stable(self.structure.system(parameters), self.plants):
             return np.inf
         k, _ = self.structure.response(parameters, self.structure.points(self.grid))
         return float(max(np.max(open_loop.bounds(k)) for open_loop in self.on_grid))
 
     def point(self, parameters: Vector) -> DescentPoint:
-        """Evaluate the exact norms at the parameters and remember their peak frequencies."""
+        """Evaluate the exact norms at the parameters and store their peak frequencies."""
         k = self.structure.system(parameters)
         if not all_stable(k, self.plants):
             return DescentPoint(parameters, np.inf, np.inf)
@@ -112,7 +112,7 @@ class MinimaxDescent:
         return max(value for value, _ in norms)
 
     def run(self, start: Vector, rounds: int) -> DescentPoint:
-        """Descend from stabilising parameters; the result is never worse than the start."""
+        """Improve stabilising parameters; the result is never worse than the start."""
         here = self.point(start)
         box = FIRST_BOX
         for _ in range(rounds):
@@ -173,9 +173,9 @@ class MinimaxDescent:
 
 @dataclass(frozen=True)
 class _FiniteSet:
-    """Gains and sensitivities in the constraints of a step.
+    """Gains and sensitivities at the finitely many frequencies of a step.
 
-    The frequencies are the remembered peaks and the grid's points whose value is near the worst.
+    The frequencies are the stored peaks and the points of the grid with a value near the maximum.
     """
 
     structure: StructuredController

@@ -1,11 +1,11 @@
-"""Order reduction of a controller by one state at a time; a check of the caller verifies each step.
+"""Order reduction of a controller by one state at a time, with a check of each step.
 
-Balanced truncation drops the states that the input reaches least and the output sees least. Its
-error is at most twice the sum of the dropped Hankel singular values (Enns 1984; Glover 1984), and
-it keeps the direct gain. Residualisation (singular perturbation) has the same bound and keeps the
-steady state instead. The bound limits the change of the controller, but not the change of the
-closed loop. Each reduced controller is therefore verified in the loop by the check that the caller
-passes, and a failed check raises NoSolutionError. An integrator is split off first and kept.
+Balanced truncation removes the states with the smallest Hankel singular values. Its error is at
+most twice the sum of these values (Enns 1984; Glover 1984), and the direct gain is unchanged.
+Residualisation (singular perturbation) has the same bound, but the steady state is unchanged
+instead. The bound applies to the controller, not to the closed loop. A function of the caller
+therefore checks the loop with each reduced controller, and raises NoSolutionError if it fails. An
+integrator is split off first and not reduced.
 """
 
 from __future__ import annotations
@@ -29,9 +29,9 @@ Kept = Literal[
 
 @dataclass(frozen=True)
 class ReducedController:
-    """Controller that passed the check.
+    """Reduced controller that passed the check.
 
-    `bound` limits the H-infinity norm of the difference between it and the original controller.
+    `bound` limits the H-infinity norm of its difference from the original controller.
     """
 
     controller: Lti
@@ -39,18 +39,18 @@ class ReducedController:
 
 
 def reduce_order(k: Lti, order: int, check: Check, kept: Kept = "high") -> list[ReducedController]:
-    """Return controllers of falling order, from one state less than `k` to `order`, all checked.
+    """Return checked controllers with falling order, from the order of `k` less 1 to `order`.
 
-    `check` is called with each reduced controller and raises NoSolutionError if it fails; the error
-    that is passed on names the order. Raises NoSolutionError also if `k` without its integrator is
+    `check` is called with each reduced controller and raises NoSolutionError if that fails; the
+    order is added to its message. Also raises NoSolutionError if `k` without its integrator is
     unstable, or if `order` is 0 and `k` has an integrator.
     """
     integrator, rest = split_integrator(k)
     integrators = 0 if integrator is None else 1
     if not rest.stable:
         raise NoSolutionError(
-            "order reduction: the controller is unstable; only the stable part of one can be "
-            "reduced"
+            "order reduction: the controller is unstable; allowed: a stable one, apart from one "
+            "integrator"
         )
     if order < integrators:
         raise NoSolutionError(
@@ -75,7 +75,7 @@ def truncated(k: Lti, order: int) -> Lti:
 
 
 def residualised(k: Lti, order: int) -> Lti:
-    """Return a balanced system reduced to `order` states; the others take their steady state."""
+    """Return a balanced system with `order` states; the other states have their steady state."""
     kept = slice(0, order)
     gone = slice(order, k.order)
     settled = (

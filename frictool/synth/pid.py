@@ -1,11 +1,11 @@
-"""Method `pid`: difference equation of a PI or PID controller with the design's gains.
+"""Method `pid`: difference equation of a PI or PID controller with the gains of the design.
 
     position         C(s) = K (1 + 1/(T_i s) + T_d s/(T_d s/a + 1)) on the position error (5.39)
     speed_cascade    C(s) = K (1 + 1/(T_i s)) on the speed error (5.2.3)
 
-The output of C is an effort; the drive is the effort over the actuator's constant. C is sampled as
-a zero-order-hold equivalent: the integral takes the error of sample k after the command of sample
-k, and the low-pass of the derivative (lag tau = T_d/a) moves towards this error by 1 - exp(-T/tau):
+The output of C is an effort; the drive is the effort divided by the actuator's constant. C is
+sampled as a zero-order-hold equivalent with sample period T. The integral and the derivative's
+low-pass (tau = T_d/a) take the error of sample k into account after the command of sample k:
 
     C(z) = K (1 + (T/T_i)/(z - 1) + (T_d/tau) (z - 1)/(z - exp(-T/tau)))
 """
@@ -22,7 +22,7 @@ from frictool.synth.synthesis_problem import ControllerCandidate, SynthesisProbl
 
 
 def pid(problem: SynthesisProblem) -> ControllerCandidate:
-    """Return the controller with the design's gains; it claims no norm."""
+    """Return the controller with the gains of the design, without a bound of the norm."""
     gains = problem.design.pid
     assert gains is not None  # guaranteed by the validation of the design
     quantity = gains.gain or gains.speed_gain
@@ -42,8 +42,8 @@ def pid(problem: SynthesisProblem) -> ControllerCandidate:
 def sampled_pid(gains: Pid, gain: float, period: float) -> Lti:
     """Return the zero-order-hold equivalent of (5.39).
 
-    Its states are the integral of the error and the low-pass. `gain` is K in drive per rad | m, or
-    per rad/s | m/s; `period` is in s.
+    Its states are the integral of the error and the low-pass. gain: K in drive per unit of the
+    error (rad | m, or rad/s | m/s). period: sample period [s].
     """
     poles = []
     entering = []

@@ -3,10 +3,10 @@
     R u = T r - S y    R = x R' monic with an integrator    A R + B S = P
     closed loop: y = B T/P r
 
-The variable x is s/w0 in continuous time and (z - 1)/(w0 T) at a period T. In both an integrator is
-a root at x = 0, and the coefficients have similar sizes; at 1 kHz the powers of z would nearly
-coincide. With deg A = n and deg R = m, R' has m - 1 unknown coefficients, S has n + 1, and P has n
-+ m. The solution is unique if A x and B have no common root.
+The variable x is s/w0 in continuous time and (z - 1)/(w0 T) at a period T. In both domains an
+integrator is a root at x = 0, and the coefficients have similar sizes; in powers of z, the
+equations would be ill-conditioned at 1 kHz. With deg A = n and deg R = m, R' has m - 1 unknown
+coefficients, S has n + 1, and P has n + m. The solution is unique if A x and B have no common root.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ class PlacementVariable:
     period: float = 0.0
 
     def pole(self, s: complex) -> complex:
-        """Return the value of x for the continuous pole s [rad/s].
+        """Return x for the continuous pole s [rad/s].
 
-        In discrete time, it is the value of x for the sampled pole exp(s T).
+        In discrete time, it is x for the sampled pole z = exp(s T).
         """
         return (
             complex(np.expm1(s * self.period) / (self.around * self.period))
@@ -44,13 +44,13 @@ class PlacementVariable:
 
     @property
     def step(self) -> float:
-        """Size of one unit of x, in rad/s or in z."""
+        """Return the change of s [rad/s], or of z, for a change of x by 1."""
         return self.around * self.period if self.period else self.around
 
     def polynomials(self, plant: Lti) -> tuple[Vector, Vector]:
         """Return A (monic, degree n) and B (degree below n) of a strictly proper SISO plant.
 
-        Coefficients are in x, the highest power first.
+        They are coefficients of the powers of x, the highest power first.
         """
         a = (plant.a - np.eye(plant.order)) / self.step if self.period else plant.a / self.step
         below = _characteristic(a)
@@ -94,7 +94,7 @@ def _characteristic(a: Vector) -> Vector:
 
 
 def polynomial(roots: Sequence[complex]) -> Vector:
-    """Return the monic polynomial of roots that are real or in conjugate pairs."""
+    """Return the monic polynomial with these roots, which are real or in conjugate pairs."""
     return np.asarray(np.real(np.poly(np.asarray(roots))))
 
 

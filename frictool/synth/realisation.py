@@ -1,8 +1,8 @@
 """Stored forms of a controller: balanced state space, inverse Tustin image, sections, anti-windup.
 
-An exact integrator (pole at z = 1) is a separate state whose coefficient 1 survives any rounding;
-it is also a separate section if the zeros allow it. The remaining controller is stable and
-balanced, so that rounding its coefficients changes it least.
+An exact integrator (pole at z = 1) is a separate state with the coefficient 1, which no rounding
+changes; it is also a separate section if the zeros allow it. The remaining controller is stable and
+balanced, which makes it insensitive to rounded coefficients.
 """
 
 from __future__ import annotations
@@ -31,16 +31,16 @@ INFINITE = 1e8  # zeros of larger modulus count as infinite
 def stored_forms(k: Lti) -> LinearController:
     """Return every stored form of the discrete controller `k`, which may have one integrator.
 
-    Raises NoSolutionError if the rest of the controller is unstable (it would diverge whenever the
-    loop is open: at the drive's limit, at rest), or if it has two integrators. Raises it also if
-    the sections do not reproduce the state space. This is checked on the unit circle to 1e-6 of the
-    peak; with an integrator, for (z - 1) K(z).
+    Raises NoSolutionError if the controller without its integrator is unstable (it would diverge
+    whenever the loop is open: at the drive's limit, at rest), or if it has two integrators. Also
+    raises it if the frequency responses of sections and state space differ by more than 1e-6 of the
+    peak; with an integrator, those of (z - 1) K(z).
     """
     integrator, rest = split_integrator(k)
     radius = spectral_radius(rest.a)
     if radius >= 1.0:
         raise NoSolutionError(
-            f"the controller found is itself unstable (a pole of modulus {radius:.6g}); raise "
+            f"the computed controller is unstable (a pole of modulus {radius:.6g}); raise "
             "weights.static_error or weights.command"
         )
     kept, _ = balanced_form(rest, NEGLIGIBLE)
@@ -66,9 +66,9 @@ def stored_forms(k: Lti) -> LinearController:
 
 
 def running_in_sections(linear: LinearController, period: float) -> LinearController:
-    """Return the same controller to be run as sections, with the anti-windup gains of their states.
+    """Return the controller in a form that runs as sections, with their anti-windup gains.
 
-    `period` is in s.
+    period: sample period [s].
     """
     chain = running_form(
         msgspec.structs.replace(linear, form="sos", sos_anti_windup=(0.0,) * (2 * len(linear.sos))),
@@ -81,7 +81,7 @@ def running_in_sections(linear: LinearController, period: float) -> LinearContro
 
 
 def split_integrator(k: Lti) -> tuple[Lti | None, Lti]:
-    """Return the integrator of `k` (None without one) and the rest.
+    """Return the integrator of `k` (None if `k` has none) and the other part, with the sum `k`.
 
     The integrator has one state with the exact pole z = 1 or s = 0, and no direct gain. Raises
     NoSolutionError if there is more than one.
@@ -95,7 +95,7 @@ def split_integrator(k: Lti) -> tuple[Lti | None, Lti]:
         return None, k
     if near.sum() > 1:
         raise NoSolutionError(
-            f"the controller found has {near.sum()} integrators; one is allowed: lower order"
+            f"the computed controller has {near.sum()} integrators; one is allowed: lower order"
         )
     slope, rest = split_pole(k, exact)
     if slope == 0.0:  # unreachable or unobservable
@@ -104,9 +104,9 @@ def split_integrator(k: Lti) -> tuple[Lti | None, Lti]:
 
 
 def split_pole(k: Lti, pole: float) -> tuple[float, Lti]:
-    """Return the residue of the simple real pole of `k` nearest to `pole`, and the rest of `k`.
+    """Return residue and rest of k = residue/(s - p) + rest.
 
-    k = residue/(s - pole) + rest.
+    p is the simple real pole of `k` nearest to `pole`.
     """
     _, scaling = scipy.linalg.matrix_balance(k.a, permute=False)
     # after balancing, null vectors are accurate relative to the size of each state
@@ -121,7 +121,7 @@ def split_pole(k: Lti, pole: float) -> tuple[float, Lti]:
 
 
 def first_order(pole: float, residue: float, period: float) -> Lti:
-    """Return residue/(s - pole) or residue/(z - pole), with equal input and output gains."""
+    """Return the system residue/(s - pole) or residue/(z - pole), with b and c of equal size."""
     size = np.sqrt(abs(residue))
     return Lti(
         np.array([[pole]]),
@@ -191,11 +191,11 @@ def _integrator_section(
 
 
 def anti_windup_gains(a: Matrix, b: Matrix, c: Matrix, d: Matrix) -> NDArray[np.float64]:
-    """Return l of x+ = a x + b eta + l (limited drive - drive), so that a - l c is stable and fast.
+    """Return gains l of x+ = a x + b eta + l (limited drive - drive) that make a - l c stable.
 
-    While the drive is limited, the state follows the limited drive (conditioned form). l is an
-    observer gain whose weights b b' and d^2 + (c b)^2 are the responses to one unit of eta, so that
-    no tuning parameter is needed.
+    While the drive is limited, the state follows the limited drive (conditioned form). l is a
+    Kalman observer gain for the covariances b b' and d^2 + (c b)^2, the squared responses to one
+    unit of eta; it has no tuning parameter.
     """
     if not len(a):
         return np.empty(0)

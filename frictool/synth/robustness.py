@@ -1,4 +1,4 @@
-"""Worst norm inside the parameter box, and a bound for parameters that vary with time."""
+"""Worst norm within the parameter box, and a bound for parameters that vary with time."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ from frictool.verify.loop_wording import plant_words
 def robustness(
     problem: SynthesisProblem, system: Lti, *, varying: bool = False
 ) -> stored.Robustness:
-    """Return the worst norm seen in the sampled loop that `system` closes.
+    """Return the largest norm of the sampled loop with `system` that a search of the box finds.
 
-    With `varying`, a bound for parameters that vary arbitrarily fast is computed too; the
-    certificate covers constant parameters only. Raises NoSolutionError if a plant inside the box is
-    unstable, or if its norm is more than 1 % above that of the vertices.
+    With `varying`, also return a bound for parameters that vary arbitrarily fast; the certificate
+    holds for constant parameters only. Raises NoSolutionError if the loop is unstable for a plant
+    of the box, or if the norm is more than 1 % above that of the vertices.
     """
     vertices, worst = worst_inside(system, problem.running, problem.box.vertices)
     if math.isinf(worst.norm):
@@ -54,10 +54,10 @@ def robustness(
 def sensitivity_inside(
     problem: SynthesisProblem, loops: Sequence[FeedbackLoop]
 ) -> stored.Robustness:
-    """Return the worst sensitivity in a scan of the box, for loops without a weighted norm.
+    """Return the largest sensitivity in a scan of the box, for loops without a weighted norm.
 
-    There is no upper bound. Raises NoSolutionError if a plant inside is unstable, or if its
-    sensitivity is more than 1 % above that of the vertices.
+    It is no upper bound. Raises NoSolutionError if a loop is unstable for a plant of the box, or if
+    its sensitivity is more than 1 % above that of the vertices.
     """
     vertices, inside, at = worst_sensitivity(
         loops, problem.lag, problem.delay, problem.box.vertices

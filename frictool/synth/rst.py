@@ -1,23 +1,22 @@
-"""Method `rst`: pole placement, the controller with which thesis 5.4.3.3 compares, of order 5.
+"""Method `rst`: pole placement of an RST controller, as in the comparison of thesis 5.4.3.3.
 
-It works with structure `position` only. The tuning rule searches three numbers and derives the
-rest:
+It works with structure `position` only. The tuning rule searches w, m and f and derives all poles:
 
 - dominant pair: natural frequency w and damping m; w >= 3/t95, so that a disturbance also decays
   within the response time
-- auxiliary poles: all others, real, at f w; faster ones reject a disturbance sooner and pass more
+- auxiliary poles: all others, real, at f w; a larger f rejects disturbances faster and amplifies
   noise
 - delay: one pole at z = 0 per sample, as in the plant
 
-The best w, m, f are chosen by these criteria, in this order: the nominal step response, prefilter
-included, is within 5 % in the specified time; the modulus margin at the worst vertex reaches the
-specified one; the nominal overshoot stays within the specified one; the margin is large. A
-comparison with this controller is therefore fair. The margin is not guaranteed: the poles are
-placed at the centre of the intervals, and the loop is verified at every vertex like any other.
+The best w, m, f are chosen by these criteria, in this order: the nominal step response with the
+prefilter is within 5 % in the specified time; the modulus margin at the worst vertex is at least
+the specified one; the nominal overshoot is at most the specified one; the margin is large. The
+margin is not guaranteed: the poles are placed at the centre of the intervals, and the loop is then
+verified at every vertex.
 
-T = S, with the prefilter (5.69) on the reference. T = P_aux/B(1) would cancel the auxiliary poles
-in the response to the reference, but would need a second filter on the target. With T = S the
-target runs drive = (S/R)(reference - position), the same code as for every other method.
+T = S, with the prefilter (5.69) on the reference: the target runs drive = (S/R)(reference -
+position), the same code as for every other method. T = P_aux/B(1) would cancel the auxiliary poles
+in the response to the reference, but would need a second filter on the target.
 """
 
 from __future__ import annotations
@@ -74,7 +73,7 @@ class PlacementTrial:
 
 
 def rst(problem: SynthesisProblem) -> ControllerCandidate:
-    """Return the best-tuned RST controller, which may miss the specification.
+    """Return the RST controller with the best w, m and f; it may violate the specification.
 
     Raises NoSolutionError if the order is below that of the plant, or if no tuning is stable at
     every vertex.
@@ -219,10 +218,7 @@ class _PlacementSearch:
             + ["overshoot"] * (over < 0.0)
         )
         return (
-            (
-                f"rst: no choice of its poles reaches the specified {', '.join(names)} in the "
-                "linear loop",
-            )
+            (f"rst: no choice of poles meets the specified {', '.join(names)} in the linear loop",)
             if names
             else ()
         )

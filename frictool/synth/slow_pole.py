@@ -1,9 +1,9 @@
 """Replacement of a controller's slowest pole by an integrator or by a stable pole.
 
-With an integrator (5.4.3.1) the static error vanishes. A stable pole repairs an optimal controller
-whose pole lies just outside the stability limit. At frequencies far above |p|, r/(s - p) behaves
-like r/s: the residue is kept, the pole is moved, and the loop is verified again. The usual slow
-pole is that of W2, which the weighted plant leaves in the controller.
+With an integrator (5.4.3.1) the static error vanishes. A stable pole is needed if the optimal
+controller has a slow pole just outside the stability limit. At frequencies far above |p|, r/(s - p)
+is close to r/s: the pole p is moved with unchanged residue r, and the loop is verified again. The
+usual slow pole is that of W2, which the controller inherits from the weighted plant.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ def with_integrator(k: Lti, bandwidth: float) -> Lti:
 
 
 def stabilise_slow_pole(k: Lti, bandwidth: float, pole: float) -> Lti:
-    """Return a stable controller; if only its slowest pole is unstable, move it to -`pole` [rad/s].
+    """Return the controller; an unstable slowest pole is moved to s = -`pole` [rad/s].
 
     Raises NoSolutionError if an unstable pole is not slow.
     """
@@ -44,7 +44,7 @@ def moved(k: Lti, bandwidth: float, to: float) -> Lti:
     rate = float(rates[slowest])
     if rate > SLOW * bandwidth or abs(pole.imag) > 1e-9 * max(1.0, abs(pole)):
         raise NoSolutionError(
-            f"the slowest pole of the controller found is {rate:.3g} rad/s from an integrator, "
+            f"the slowest pole of the computed controller is {rate:.3g} rad/s from an integrator, "
             "not below a tenth of the bandwidth "
             f"{bandwidth:.3g} rad/s: it cannot be moved; lower weights.static_error, or raise "
             "weights.command"

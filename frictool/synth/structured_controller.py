@@ -1,4 +1,4 @@
-"""Controller of fixed order with integrator, pole bound and roll-off for any parameter values.
+"""Parametrised controller of fixed order with integrator, bounded poles and optional roll-off.
 
                 n0 + n1 (s/w0) + ... + nr (s/w0)^r
  K(s) = k ---------------------------------------------------,   r = order, or order - 1
@@ -8,14 +8,14 @@
  w = b e^u,  m = m_lo^(1-y) m_hi^y        a pair, with m_hi = (b/w + w/b)/2 = cosh(u)
  parameters (u <= 0, ..., [u <= 0, 0 <= y <= 1], ..., n0 ... nr)
 
-A pair can take any two poles in the left half plane of modulus at most b and damping at least m_lo,
-real ones included. The limit w <= b keeps at least one pole of a real pair within b. The limit m <=
-m_hi keeps the polynomial nonnegative at -b, so that the other pole is within b too. Real poles can
-therefore become a complex pair, and the reverse, while the parameters change continuously.
+A pair represents any two poles in the left half plane with modulus at most b and damping at least
+m_lo, complex or real. With w <= b, at least one pole of a real pair is within b. With m <= m_hi the
+polynomial is nonnegative at -b, so that the other pole is within b too. Real poles can therefore
+become a complex pair, and the reverse, while the parameters change continuously.
 
 A sampled controller is the Tustin image of such a K, s = (2/T)(z - 1)/(z + 1); every sampled
 controller without a pole at z = -1 has this form. With b = 2/T no pole has a negative real part in
-z, so that the controller does not alternate from sample to sample. With roll-off its response is
+z, so that no mode of the controller alternates from sample to sample. With roll-off its response is
 zero at half the sampling frequency.
 """
 
@@ -36,10 +36,10 @@ _LOWEST = float(np.log(SLOWEST))
 
 @dataclass(frozen=True)
 class StructuredController:
-    """Structure of a controller; its methods take the parameters.
+    """Structure of a controller; its methods take the array of parameters.
 
-    `order` is at least 1; `bound` and `around` are b and w0 [rad/s]; `gain` is k [drive per rad or
-    m]; `period` [s] is 0 for continuous time.
+    order: at least 1. bound, around: b and w0 [rad/s]. gain: k [drive per rad | m]. period: T [s],
+    0 for continuous time.
     """
 
     order: int
@@ -52,21 +52,21 @@ class StructuredController:
 
     @property
     def free(self) -> int:
-        """Number of poles without the integrator."""
+        """Return the number of poles without the integrator."""
         return self.order - self.integrator
 
     @property
     def numerator(self) -> int:
-        """Number of coefficients n0 ... nr."""
+        """Return the number of coefficients n0 ... nr."""
         return self.order + 1 - self.rolls_off
 
     @property
     def size(self) -> int:
-        """Number of parameters."""
+        """Return the number of parameters."""
         return self.free + self.numerator
 
     def limits(self) -> tuple[Vector, Vector]:
-        """Return the bounds of the parameters (size,); the numerator's are infinite."""
+        """Return the bounds of the parameters (size,); those of the numerator are infinite."""
         low = np.full(self.size, -np.inf)
         high = np.zeros(self.size)
         low[: self.free] = _LOWEST
@@ -76,13 +76,13 @@ class StructuredController:
         return low, high
 
     def wider(self) -> StructuredController:
-        """Return the same structure with one order more."""
+        """Return the same structure with an order higher by 1."""
         return replace(self, order=self.order + 1)
 
     def grown(self, parameters: Vector, pole: float) -> Vector:
-        """Return the same controller as parameters of the `wider` structure.
+        """Return the parameters in the `wider` structure that give the same controller.
 
-        The added pole [rad/s] is cancelled by a zero.
+        A zero cancels the added pole at `pole` [rad/s].
         """
         above = np.polymul(parameters[self.free :][::-1], [self.around / pole, 1.0])[::-1]
         u = max(_LOWEST, min(0.0, float(np.log(pole / self.bound))))
@@ -96,7 +96,7 @@ class StructuredController:
         return np.concatenate([[middle, min(1.0, y)], parameters[1 : self.free], above])
 
     def points(self, frequencies: Vector) -> ComplexVector:
-        """Return the complex frequencies s of angular frequencies [rad/s] in the domain."""
+        """Return the values of s at angular frequencies [rad/s] in the controller's domain."""
         w = frequencies
         return np.asarray(
             1j * (2.0 / self.period * np.tan(0.5 * w * self.period) if self.period else w),
@@ -162,7 +162,7 @@ class StructuredController:
         return sections
 
     def system(self, parameters: Vector) -> Lti:
-        """Return the controller in its domain.
+        """Return the controller as a linear system in its domain.
 
         The integrator is a separate state with coefficient exactly 0, or exactly 1 if sampled.
         """
@@ -193,7 +193,7 @@ class StructuredController:
 
 
 def chain(above: Vector, factors: list[Vector], around: float) -> Lti:
-    """Return the proper N/(q1 q2 ... qm), polynomials in x = s/w0, as a chain of blocks.
+    """Return the system N/(q1 q2 ... qm), polynomials in x = s/w0, as a chain of blocks.
 
     The blocks are 1/qm, then 1/q(m-1) ... 1/q1, each with its own output coefficients. N = r1 + q1
     (r2 + q2 (r3 + ... + qm d)), so that N/D = r1/(q1 ... qm) + r2/(q2 ... qm) + ... + rm/qm + d.

@@ -1,4 +1,4 @@
-"""Blocks around the linear controller, with rules for the values that the design leaves out.
+"""Blocks around the linear controller, and rules for values that the design leaves out.
 
     position_law            gain of the square-root law: from friction and inertia of the model
                             band: the encoder's step (5.7)
@@ -9,8 +9,8 @@
                             time constant of 10 samples
     profile, feedforward    synth/tracking_blocks.py
     friction_compensation   levels of the model
-                            smoothing_speed: the speed that one encoder count causes in the
-                            filtered difference; no rule for a measured speed
+                            smoothing_speed: the peak that one encoder count causes in the filtered
+                            speed; no rule for a measured speed
 
 For the mass of table 5.1, v_r is 0.01 m/s; 5.2.5 prints 10 m/s, which hardly brakes.
 """
@@ -44,7 +44,7 @@ NOT_LINEAR = (
 
 @dataclass(frozen=True)
 class SurroundingBlocks:
-    """Stored blocks around the linear part of a controller, with derived values and notes."""
+    """Blocks around the linear part of a controller as stored, with derived values and notes."""
 
     velocity: stored.Velocity
     position_law: stored.PositionLaw | None
@@ -60,10 +60,9 @@ class SurroundingBlocks:
 def blocks(model: Model, design: Design, drive_peak: float = math.inf) -> SurroundingBlocks:
     """Return the blocks that the design requests.
 
-    drive_peak: largest drive that the specification allows [A | V].
-
-    Raises FrictoolError (exit 3) if neither the design nor a rule sets a value, NoSolutionError if
-    the model does not support a block.
+    drive_peak: largest drive that the specification allows [A | V]. Raises FrictoolError (exit 3)
+    if neither the design nor a rule gives a value, NoSolutionError if a block is impossible with
+    this model.
     """
     made = _BlockRules(model, design)
     return SurroundingBlocks(
@@ -190,13 +189,12 @@ class _BlockRules:
             raise FrictoolError(f"limiter.band: {finding}").at("design", "limiter.band")
         if energy and today.coulomb.value + virtual == 0.0:
             raise FrictoolError(
-                "limiter: condition energy needs friction to stop with, and the model's coulomb "
-                "is 0; give virtual_coulomb, or condition "
-                "error"
+                "limiter: condition energy needs friction, but the model's coulomb is 0; give "
+                "virtual_coulomb, or take condition error"
             ).at("design", "limiter.condition")
         self.notes.append(
-            f"limiter: {NOT_LINEAR}; it is known to be bounded and to come to rest, not to "
-            "decrease a Lyapunov function"
+            f"limiter: {NOT_LINEAR}; boundedness and rest are proved, the decrease of a Lyapunov "
+            f"function is not"
         )
         return stored.Limiter(
             condition=requested.condition,
@@ -224,8 +222,8 @@ class _BlockRules:
     def compensation(self, requested: FrictionCompensationDesign) -> stored.FrictionCompensation:
         today = self.model.parameters
         self.notes.append(
-            "friction compensation: it follows the reference, outside the loop: the margins hold "
-            "with it"
+            "friction compensation: it uses the reference only, so that the margins of the loop "
+            "hold with it"
             if requested.velocity == "reference"
             else f"friction compensation: {NOT_LINEAR}; it is known to cause limit cycles"
         )
@@ -262,7 +260,7 @@ class _BlockRules:
             "friction_compensation.smoothing_speed",
             value,
             self.unit("velocity"),
-            "what one encoder count shows of the speed",
+            "peak of the filtered speed after one encoder count",
         )
 
 

@@ -1,4 +1,4 @@
-"""Synthesis from documents in memory, the function behind `frictool synth`."""
+"""Synthesis from documents in memory: the function of `frictool synth`."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def synthesise(
 ) -> SynthesisResult:
     """Synthesise a controller for every plant within the intervals of model and bench.
 
-    The controller is verified as it will run.
+    The controller is verified in the form that the target runs.
 
     Parameters
     ----------
@@ -39,10 +39,10 @@ def synthesise(
     vertices_only : bool
         Skip the search inside the box and the certificate.
     varying : bool
-        Compute a bound for parameters that vary arbitrarily fast, too. The certificate holds for
-        every constant plant.
+        Also compute a bound for parameters that vary arbitrarily fast. The certificate holds for
+        constant parameters only.
     provenance : Provenance, optional
-        Origin to store; the record of this call if left out.
+        Origin to store; by default that of this call.
     progress : callable
         Called with the name of each step.
 
@@ -54,8 +54,8 @@ def synthesise(
     Raises
     ------
     NoSolutionError
-        If the method has no solution, the controller fails the verification, or nothing of the
-        model was identified (exit 4).
+        If the method has no solution, the verification fails, or no parameter of the model was
+        identified (exit 4).
     InputFileError
         If the documents are not for one kind of axis.
     """
@@ -69,10 +69,11 @@ def synthesise(
 
 
 def require_identified(model: Model) -> None:
-    """Raise NoSolutionError if the model has the bench's values only."""
+    """Raise NoSolutionError if all parameters of the model are values from the bench."""
     if model.bench_values_only is None:
         return
     raise NoSolutionError(
-        f"bench_values_only: nothing was identified for the model {model.name}; identify the axis "
+        f"bench_values_only: no parameter was identified for the model {model.name}; identify the "
+        f"axis "
         "from a log that gives its inertia or its friction"
     ).at("model", "bench_values_only")

@@ -35,9 +35,9 @@ from frictool.verify.speed_loop import check_loop, performance
 class SynthesisProblem:
     """Plants, weights and options of one design.
 
-    `period` [s] and `delay` [samples] come from the bench, `lag` [s] from the drive. `box` covers
+    `period` [s] and `delay` [samples] come from the bench, `lag` [s] from the drive. `box` contains
     every constant plant of the intervals; the controller is verified for this box. Each method
-    chooses which parameters it schedules.
+    chooses the parameters that it schedules.
     """
 
     box: Polytope
@@ -54,26 +54,26 @@ class SynthesisProblem:
 
     @property
     def controlled(self) -> Controlled:
-        """Quantity that the linear controller controls."""
+        """Return the quantity that the linear controller controls, position or speed."""
         return "position" if self.design.structure == "position" else "speed"
 
     @property
     def weighs(self) -> bool:
-        """True if the design claims a bound on the norm of the weighted loop.
+        """Return True if the design has a bound on the norm of the weighted loop.
 
-        A controller that takes the speed error instead of eta claims a bound on the norm of the
+        If the input of the controller is the speed error instead of eta, the bound is that of the
         sensitivity.
         """
         return not self.design.speed_input
 
     @property
     def method(self) -> SynthesisMethod:
-        """The record of the design's method."""
+        """Return the record of the design's method."""
         return METHODS[self.design.method]
 
     @property
     def sampled(self) -> bool:
-        """True for a design at the bench's period, False in continuous time."""
+        """Return True for a design at the bench's period, False for continuous time."""
         return self.design.domain == "discrete"
 
     def plant(
@@ -99,17 +99,17 @@ class SynthesisProblem:
 
     @property
     def bandwidth(self) -> float:
-        """z2 of W2 [rad/s]."""
+        """Return z2 of W2 [rad/s]."""
         return self.weights.error.zero
 
     def posed_with_constant_input(self) -> SynthesisProblem:
-        """Return the problem, changed so that all its plants have the same input matrix B2.
+        """Return a problem in which all plants have the same input matrix B2.
 
-        Synthesis inequalities over several plants require a common B2 (5.61). B2 is common if the
-        command enters each plant through the drive's lag or through a delay register. A sampled
-        plant without delay therefore gets a delay register, which later becomes part of the
-        controller (`with_register`). Raises NoSolutionError for a design in continuous time if the
-        drive has no lag.
+        The inequalities of several plants require a common B2 (5.61). B2 is common if the command
+        acts through the drive's lag or through a delay register. A sampled plant without delay
+        therefore gets a delay register, which later becomes part of the controller
+        (`with_register`). Raises NoSolutionError for a design in continuous time if the drive has
+        no lag.
         """
         if self.sampled:
             return replace(self, delay=max(self.delay, 1))
@@ -117,7 +117,7 @@ class SynthesisProblem:
             raise NoSolutionError(
                 f"method {self.design.method} in continuous time needs a drive with a time "
                 "constant (actuator.loop_time_constant_s is 0): "
-                "the command would enter every vertex differently; take domain: discrete"
+                "the vertices would have different input matrices; take domain: discrete"
             )
         return self
 
@@ -130,10 +130,10 @@ class SynthesisProblem:
         scheduled: Sequence[Lti] = (),
         over: Polytope | None = None,
     ) -> ControllerCandidate:
-        """Return the candidate of a controller designed with `posed_with_constant_input`.
+        """Return the candidate for a controller `k` designed with `posed_with_constant_input`.
 
         If necessary, its slowest pole is replaced by an integrator or by a stable pole. Its order
-        is reduced if the design requests that.
+        is reduced if the design requests a lower order.
         """
         remarks = list(notes)
         moved = (
@@ -171,9 +171,9 @@ class SynthesisProblem:
         )
 
     def check(self, k: Lti) -> None:
-        """Raise NoSolutionError at the first vertex whose sampled loop misses the specified margin.
+        """Raise NoSolutionError if the sampled loop of a vertex has less than the specified margin.
 
-        `k` may be in either domain.
+        `k` may be in continuous or discrete time.
         """
         running = self.discretised(k)
         required = self.spec.modulus_margin or 0.0
@@ -194,10 +194,10 @@ class SynthesisProblem:
 class ControllerCandidate:
     """Controller before its verification.
 
-    `controller` is at the bench's period, `designed` is the original in the design's domain.
-    `gamma` is the bound that was claimed for the method's own plants, None if the method has none;
-    `optimum` is the smallest bound of the search. `scheduled` has one controller at the bench's
-    period for each vertex of `over`, all in common coordinates (5.64).
+    controller: sampled at the bench's period. designed: the original in the design's domain. gamma:
+    bound of the norm that the method guarantees for its plants, None if it has none. optimum:
+    smallest bound of the search. scheduled: one controller at the bench's period for each vertex of
+    `over`, with common state coordinates (5.64).
     """
 
     controller: Lti
@@ -210,7 +210,7 @@ class ControllerCandidate:
 
 
 def check_claim(k: Lti, plant: GeneralisedPlant, gamma: float, where: str) -> float:
-    """Return the true norm of the loop with a method's own plant.
+    """Return the computed norm of the loop with a plant of the method.
 
     Raises NoSolutionError if the norm exceeds `gamma` by more than 1 %.
     """
@@ -225,7 +225,7 @@ def check_claim(k: Lti, plant: GeneralisedPlant, gamma: float, where: str) -> fl
 
 
 def with_register(k: Lti) -> Lti:
-    """Return the controller followed by one sample of delay."""
+    """Return the controller with one sample of delay at its output."""
     n = k.order
     a = np.block([[k.a, np.zeros((n, 1))], [k.c, np.zeros((1, 1))]])
     return Lti(a, np.vstack([k.b, k.d]), np.eye(n + 1)[n:], np.zeros((1, 1)), k.period)

@@ -1,4 +1,4 @@
-"""Profile and feedforward of a design, with rules for the values that it leaves out.
+"""Profile and feedforward of a design, and rules for values that the design leaves out.
 
 speed           the bench's top speed
 acceleration    (share K u_max - F_c - load - sigma_v speed)/J, the least of all vertices; u_max
@@ -33,7 +33,7 @@ OFF = 0.5  # of the switching speed
 
 
 def outside_notes(design: Design) -> tuple[str, ...]:
-    """Return the note that profile and feedforward change no verified figure; empty without one."""
+    """Return a note that profile and feedforward change no verified figure; empty without both."""
     blocks = [name for name in ("profile", "feedforward") if getattr(design, name) is not None]
     words = f"{' and '.join(blocks)}: outside the loop, so that no margin depends on it"
     return (f"{words}; simulate plays it",) if blocks else ()
@@ -42,10 +42,10 @@ def outside_notes(design: Design) -> tuple[str, ...]:
 def stored_profile(
     model: Model, requested: ProfileDesign, drive_peak: float, tell: Tell
 ) -> stored.Profile:
-    """Return the profile of a design.
+    """Return the profile of a design as it is stored.
 
-    `tell` records a derived value by name, value, unit and source, and returns it. Raises
-    FrictoolError (exit 3) without a speed or with a jerk that is too small, NoSolutionError if no
+    `tell` records a derived value by name, value, unit and source, and returns the value. Raises
+    FrictoolError (exit 3) if the speed is missing or the jerk too small, NoSolutionError if no
     effort is left for the acceleration.
     """
     units = {name: si_unit(name, model.axis) for name in ("velocity", "acceleration", "jerk")}
@@ -129,9 +129,9 @@ def _smoothing(model: Model, rise: float) -> tuple[int, str]:
 def stored_feedforward(
     model: Model, requested: FeedforwardDesign, tell: Tell
 ) -> stored.Feedforward:
-    """Return the feedforward of a design; `tell` as in `stored_profile`.
+    """Return the feedforward of a design as it is stored; `tell` as in `stored_profile`.
 
-    Raises FrictoolError (exit 3) if the filter alternates from sample to sample.
+    Raises FrictoolError (exit 3) if the bandwidth of the filter is at least 2/T.
     """
     period = model.bench.sample_period_s
     bandwidth = requested.filter_rad_s or 0.0

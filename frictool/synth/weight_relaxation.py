@@ -1,15 +1,15 @@
 """Weight relaxation (`relax: auto`): strictest feasible W1 (disturbance rejection) and W3 (effort).
 
-The weight on the command follows W3. The thesis moved W1 and W3 by hand, from (1, 1.26) with gamma
-20.9 to (0.1, 0.05) with gamma 1.15 (5.4.3.1). gamma does not fall when W1 rises. Therefore the
-largest W1 with gamma <= 1 is bracketed at each W3, which gives one point of the trade-off curve.
-The search inside a bracket assumes that gamma^2 minus its floor (at W1 = 0) is a power of W1, which
-is nearly true; it bisects if that fails.
+The weight on the command changes with W3. The thesis changes W1 and W3 by hand, from (1, 1.26) with
+gamma 20.9 to (0.1, 0.05) with gamma 1.15 (5.4.3.1). gamma does not fall when W1 rises. Therefore
+the largest W1 with gamma <= 1 is bracketed for each W3, which gives one point of the trade-off
+curve. Within a bracket the search assumes that gamma^2 minus its value at W1 = 0 is proportional to
+a power of W1, which is nearly true; otherwise it bisects.
 
-W3 is lowered only as long as that raises W1. The result is the point of the curve with the largest
-W3 whose W1 is within 10 % of the largest. At still lower W3, W1 falls again: the noise weight of
-one encoder count grows as W3 falls, until this noise alone reaches the limit of W2. Without noise
-the search ends at the W3 for which one count alone would reach that limit.
+W3 is lowered only as long as that raises W1. Among the points of the curve whose W1 is within 10 %
+of the largest, the result is that with the largest W3. At still lower W3, W1 falls again: the noise
+weight of one encoder count grows, until this noise alone reaches the limit of W2. If the design has
+no noise weight, the search ends at the W3 for which one count alone would reach that limit.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ SLOPE = 0.8  # slope of log gamma over log W1, assumed while only one point is k
 
 @dataclass(frozen=True)
 class TradePoint:
-    """Weights W1 (`disturbance`) and W3 (`drive`) with their gamma or verified norm."""
+    """Weights W1 (`disturbance`) and W3 (`drive`) with the gamma or verified norm `level`."""
 
     disturbance: float
     drive: float
@@ -47,7 +47,7 @@ class TradePoint:
 class Trade:
     """Chosen weights and the reason for them.
 
-    `curve` has the largest feasible W1 for each W3; `points` are all evaluations.
+    curve: points with the largest feasible W1 for each W3. points: all evaluated points.
     """
 
     weights: PlantWeights
@@ -66,11 +66,11 @@ def relax(
     *,
     progress: Callable[[str], None] = lambda _: None,
 ) -> Trade:
-    """Return the trade-off found by a search from the strictest weights `chosen`.
+    """Search relaxed weights, starting from the strictest weights `chosen`.
 
     `level` maps weights to gamma and may raise NoSolutionError. There are at most BUDGET
     evaluations; `progress` is called with the largest feasible W1 at each W3. Raises
-    NoSolutionError if no trade reaches `required`.
+    NoSolutionError if no weights have a gamma of at most `required`.
     """
     return _TradeSearch(chosen, level, required, progress).trade()
 
@@ -85,10 +85,10 @@ def relaxed_problem(
 ) -> tuple[SynthesisProblem, Trade]:
     """Return the problem with relaxed weights, and the trade.
 
-    `guide` returns the bound of a method, which the relaxation brings to `required`. The bound of
-    inequalities rises with W1, as the search requires; the true norm of a frozen controller does
-    not. The controller that runs is verified afterwards. If it fails, a constant controller
-    (minimax) with the same weights may pass.
+    `guide` returns the gamma of a method, which the relaxation lowers to `required`. The gamma of
+    inequalities rises with W1, as the search requires; the norm with a frozen controller may not.
+    The controller is verified afterwards. If that fails, a constant controller (minimax) with the
+    same weights may pass.
     """
 
     def level(weights: PlantWeights) -> float:
@@ -99,7 +99,7 @@ def relaxed_problem(
 
 
 class _TradeSearch:
-    """State of the search; `disturbance`, `effort`: logarithms of W1, W3 relative to the start."""
+    """State of the search; `disturbance`, `effort`: log of W1 and W3 relative to the start."""
 
     def __init__(
         self,

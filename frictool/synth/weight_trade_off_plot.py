@@ -25,7 +25,7 @@ def picture(trade: Trade, name: str) -> str:
 
 
 def figure(trade: Trade) -> Figure:
-    """Return the figure with two logarithmic axes; lines are darker for a stricter W3."""
+    """Return the figure with two logarithmic axes; a stricter W3 has a darker line."""
     drawn = Figure(figsize=(WIDTH, HEIGHT), layout="constrained")
     upper, lower = drawn.subplots(2, 1)
     _levels(upper, trade)

@@ -1,8 +1,8 @@
 """Weights of a design, and rules for missing weights; each derived value names its source.
 
 A is the amplitude of the reference for which the drive is sized: the travel (position) or the top
-speed (speed). The friction w in [-1, 1] and a reference of 1 rad | rad/s are inputs of equal size,
-so quantities that belong to the amplitude A are divided by A:
+speed (speed). The friction w in [-1, 1] and a reference of 1 rad | rad/s are inputs of equal size.
+Quantities for a reference of amplitude A are therefore divided by A:
 
     W2     z2 = 3/(M_mod t_95), twice that for the speed loop under a position law;
            M_mod and e_stat from the specification (5.56)-(5.57)
@@ -37,7 +37,7 @@ INNER = 2.0
 
 @dataclass(frozen=True)
 class DerivedValue:
-    """Value that the design left out, with its source."""
+    """Derived value for a key that the design leaves out, with its source."""
 
     name: str
     value: float
@@ -47,12 +47,11 @@ class DerivedValue:
 
 @dataclass(frozen=True)
 class ChosenWeights:
-    """Weights, the derived ones among them, and the rule by which they change with the effort.
+    """Weights of a design, and their change with the effort in `relax: auto`.
 
-    `noise_moves` is True if the noise was derived from A; it then grows as A falls.
-    `command_of_noise` is W_u W4 if the command's weight was derived. `least_effort` is the lower
-    limit of W3, as a fraction of the chosen W3: at the corresponding A one encoder count alone
-    reaches the limit of W2.
+    noise_moves: True if the noise weight was derived from A; it then grows as A falls.
+    command_of_noise: W_u W4 if the weight of the command was derived. least_effort: lower limit of
+    W3, as a fraction of the chosen W3, at which one encoder count alone reaches the limit of W2.
     """
 
     weights: PlantWeights
@@ -62,7 +61,7 @@ class ChosenWeights:
     least_effort: float = 1.0
 
     def relaxed(self, disturbance: float, effort: float) -> PlantWeights:
-        """Return the weights for W1 times `disturbance`, and W3 and A times `effort`.
+        """Return the weights with W1 multiplied by `disturbance`, and W3 and A by `effort`.
 
         Both factors are in (0, 1].
         """
@@ -268,9 +267,9 @@ class _WeightRules:
 
 
 def decade(level: float, frequency_hz: float) -> FirstOrderWeight:
-    """Return the low-pass of annex (25), (26), level (s/(20 pi f) + 1)/(s/(2 pi f) + 1).
+    """Return the low-pass level (s/(20 pi f) + 1)/(s/(2 pi f) + 1) of annex (25), (26).
 
-    Its gain falls by a factor of ten.
+    Its gain falls from `level` to a tenth of it. f is `frequency_hz` [Hz].
     """
     return FirstOrderWeight(level, 20.0 * math.pi * frequency_hz, 2.0 * math.pi * frequency_hz)
 

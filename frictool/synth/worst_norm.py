@@ -1,11 +1,11 @@
-"""Closed-loop gains of several plants as functions of one controller's response, with derivatives.
+"""Closed-loop gains of several plants as functions of a controller's frequency response.
 
     T = P11 + P12 K/(1 - P22 K) P21
     sigma = u^H T v        dsigma = Re(u^H P12 P21 v dK/(1 - P22 K)²)
 
-u and v are the first singular vectors. With one measurement and one control, K is a complex number
-per frequency, so thousands of responses are evaluated at once. The sensitivity S = 1/(1 - P22 K) is
-the special case P11 = P21 = 1 and P12 = P22.
+sigma is the largest singular value, u and v are its singular vectors. With one measurement and one
+control, K is a complex number at each frequency, so that thousands of responses are evaluated at
+once. The sensitivity S = 1/(1 - P22 K) is the special case P11 = P21 = 1 and P12 = P22.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ class OpenLoopResponses:
 
     @staticmethod
     def joined(parts: Sequence[OpenLoopResponses]) -> OpenLoopResponses:
-        """Return the concatenation of all parts."""
+        """Return the responses of all parts, joined along the frequencies."""
         return OpenLoopResponses(
             *(
                 np.concatenate([getattr(part, name) for part in parts])
@@ -59,26 +59,26 @@ class OpenLoopResponses:
         )
 
     def sensitivity(self) -> OpenLoopResponses:
-        """Return the open loop whose closed loop is S."""
+        """Return the open-loop responses for which the closed loop T is S."""
         one = np.ones_like(self.p22)
         return OpenLoopResponses(one[:, None, None], self.p22[:, None], one[:, None], self.p22)
 
     def gains(self, k: ComplexVector) -> Vector:
-        """Return the largest singular values (k,) of the closed loop."""
+        """Return the largest singular values (k,) of T for the controller's response K (k,)."""
         _, gram = self._gram(k)
         return np.asarray(np.sqrt(np.maximum(np.linalg.eigvalsh(gram)[:, -1], 0.0)))
 
     def bounds(self, k: ComplexVector) -> Vector:
-        """Return the Frobenius norms (k,): upper bounds of the gains that are much cheaper.
+        """Return the Frobenius norms (k,) of T, which are upper bounds of the gains.
 
-        They exceed the gains by at most sqrt(min(z, w)).
+        They are much cheaper and exceed the gains by a factor of at most sqrt(min(z, w)).
         """
         return np.asarray(np.linalg.norm(self._closed(k), "fro", axis=(1, 2)))
 
     def slopes(self, k: ComplexVector, derivatives: ComplexVector) -> Vector:
-        """Return the derivatives (k, n) of the gains by the controller's parameters.
+        """Return the derivatives (k, n) of the gains by the controller's n parameters.
 
-        `derivatives` (k, n) are those of the controller's response.
+        `derivatives` (k, n) are those of the controller's response K (k,).
         """
         closed, gram = self._gram(k)
         values, vectors = np.linalg.eigh(gram)
@@ -130,8 +130,8 @@ def true_norms(
 ) -> list[tuple[float, float]]:
     """Return the norm of each closed loop and its peak frequency [rad/s].
 
-    An unstable loop gives (inf, nan). `looks` has earlier peak frequencies of each plant; they
-    change the computing time only.
+    An unstable loop gives (inf, nan). `looks` contains earlier peak frequencies of each plant; they
+    only reduce the computing time.
     """
     hints = looks or [()] * len(plants)
     return [

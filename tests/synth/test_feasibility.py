@@ -70,7 +70,7 @@ def test_a_time_below_the_bound_has_no_solution_and_one_above_it_may(
     ):
         check_feasible(MODEL, spec, SPEED)
     (note,) = check_feasible(MODEL, msgspec.structs.replace(spec, **{key: 1.001 * bound}), SPEED)
-    assert "for steps longer than 40." in note
+    assert "for steps above 40." in note
     whole = slowest_step(MODEL, least, 63.0).time
     assert f"the whole travel takes at least {whole:.4g} s" in note
     assert check_feasible(MODEL, msgspec.structs.replace(spec, **{key: 2.0 * bound}), SPEED) == ()

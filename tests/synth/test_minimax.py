@@ -105,7 +105,7 @@ def test_a_modulus_margin_is_kept_at_a_price() -> None:
 
 def test_a_margin_out_of_reach_is_refused() -> None:
     """|S| is 1 at infinity, so that no loop keeps more than 1."""
-    with pytest.raises(NoSolutionError, match=r"keeps a modulus margin of 0\.\d+ < 1\.2"):
+    with pytest.raises(NoSolutionError, match=r"has a modulus margin of 0\.\d+ < 1\.2"):
         _found(1, margin=1.2, speed=True)
 
 

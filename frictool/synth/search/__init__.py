@@ -1,4 +1,4 @@
-"""Search for a design whose controller meets a specification when it is played.
+"""Search for a design whose controller meets a specification in simulation.
 
 model, spec ──design_scales.py──▶ DesignScales
 DesignScales, parameters ──candidate families──▶ Design ──candidate_controller.py──▶ Controller

@@ -1,4 +1,4 @@
-"""Controller document of a candidate, for play only: its figures are not verified."""
+"""Controller document of a candidate for simulation; its figures are not verified."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ UNVERIFIED = Provenance("candidate of a search", "0")
 
 
 class CandidateControllers:
-    """Controllers of candidates; call it with a design.
+    """Cached function that returns the controller of a candidate's design.
 
     The linear part is computed once for equal weights and gains. Raises FrictoolError if the method
     has no solution, or a block does not suit the model.

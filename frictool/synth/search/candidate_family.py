@@ -16,9 +16,9 @@ DIGITS = 4  # significant digits of every value of a design, so that its file is
 
 @dataclass(frozen=True)
 class SearchedParameter:
-    """Dimensionless parameter with its range, in which it is searched on a logarithmic scale.
+    """Dimensionless parameter with a range, which is searched on a logarithmic scale.
 
-    `starts`: values from which the search begins, one for each start of the family.
+    starts: initial values of the search, one for each start of the family.
     """
 
     name: str
@@ -29,7 +29,7 @@ class SearchedParameter:
 
 @dataclass(frozen=True)
 class CandidateFamily:
-    """Designs of one structure and method.
+    """Family of designs of one structure and method.
 
     Attributes
     ----------
@@ -40,7 +40,7 @@ class CandidateFamily:
     design : callable
         `design(scales, values)` returns the design of parameter values by name.
     candidates : int
-        Number of candidates that the search may play.
+        Largest number of candidates that the search simulates.
     """
 
     name: str
@@ -50,7 +50,7 @@ class CandidateFamily:
 
     @property
     def starts(self) -> list[Vector]:
-        """Starting points in the unit cube, each (d,)."""
+        """Return the starting points in the unit cube, each (d,)."""
         count = len(self.parameters[0].starts)
         return [
             np.array([_unit(one, one.starts[index]) for one in self.parameters])
@@ -58,7 +58,7 @@ class CandidateFamily:
         ]
 
     def values(self, unit: Vector) -> dict[str, float]:
-        """Return the parameters at a point (d,) of the unit cube by name."""
+        """Return the parameters by name at a point (d,) of the unit cube."""
         inside = np.clip(unit, 0.0, 1.0)
         return {
             one.name: float(one.low * (one.high / one.low) ** share)
@@ -67,7 +67,7 @@ class CandidateFamily:
 
 
 def rounded(value: float) -> float:
-    """Return a value with DIGITS significant digits."""
+    """Return a value rounded to DIGITS significant digits."""
     return float(f"{value:.{DIGITS}g}")
 
 

@@ -1,6 +1,7 @@
-"""PI cascade with the friction of the model added by the sign of the filtered reference's speed.
+"""PI cascade with friction compensation from the model, by the sign of the reference's speed.
 
-It suits friction that takes much of the drive, and a dead time that keeps the speed loop slow.
+It suits axes whose friction is a large part of the drive's limit, and whose dead time allows only a
+slow speed loop.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Scales of an actuator with which the parameters of a candidate are dimensionless.
+"""Scales of an actuator: a candidate's parameters, divided by them, are dimensionless.
 
 dead time     T (1 + delay) + lag                  half a period each from hold and difference
 loop gain     K/J, largest and smallest
@@ -33,13 +33,13 @@ class DesignScales:
     response, step : float
         Specified response time [s], and length of the longest step [rad | m].
     dead_time : float
-        Delay and lag of the loop without the filter of the speed [s].
+        Dead time of the loop without the speed filter [s]: delay and lag.
     gain : tuple of float
-        Smallest and largest effort per inertia of a unit of the drive.
+        Smallest and largest acceleration by a unit of the drive, K/J.
     braking : float
         Deceleration of the slowest plant with the drive at its limit [rad/s^2 | m/s^2].
     friction : float
-        Coulomb friction over inertia of the model [rad/s^2 | m/s^2].
+        Deceleration by Coulomb friction, F/J of the model [rad/s^2 | m/s^2].
     band : float
         Largest error at rest [rad | m].
     """
@@ -55,19 +55,19 @@ class DesignScales:
 
     @property
     def period(self) -> float:
-        """Sample period [s]."""
+        """Return the sample period [s]."""
         return self.bench.sample_period_s
 
     @property
     def count(self) -> float:
-        """Encoder step [rad | m]."""
+        """Return the encoder step [rad | m]."""
         return self.bench.encoder.resolution
 
 
 def design_scales(model: Model, spec: Spec, step: float, response: float) -> DesignScales:
     """Return the scales of a model and a specification.
 
-    `step` [rad | m] is the longest step of the test and `response` [s] the time that it may take.
+    `step` [rad | m] is the longest step of the test, `response` [s] its allowed response time.
     Raises NoSolutionError if the specified static error is less than an encoder step.
     """
     bench = model.bench

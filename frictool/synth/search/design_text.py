@@ -1,4 +1,4 @@
-"""Text of a design with a comment on each value, for a person who goes on from there."""
+"""Text of a design with a comment on each value, for engineers who change it by hand."""
 
 from __future__ import annotations
 
@@ -50,9 +50,9 @@ EFFECTS = {
 
 
 def design_text(design: Design, head: str) -> str:
-    """Return the text of a design, from which the reader makes the same design.
+    """Return the text of a design document with comments; reading it gives the same design.
 
-    `head`: comment above the document; it may have several lines.
+    head: comment above the document; it may have several lines.
     """
     lines = [f"# {line}" for line in head.splitlines()]
     return "\n".join([*lines, *_lines(drop_unset(msgspec.to_builtins(design)), ())]) + "\n"

@@ -7,8 +7,8 @@ The weights are those of the clutch's fast form (annex C), scaled by time, speed
     disturbance    0.03/v_s              noise             0.01 softness clip(q, 0.1, 1) step/50
     channel        0.03 F
 
-q is the encoder step over the step, relative to that of the clutch. Softness and bandwidth are
-powers of 2, so that few sets of inequalities are solved.
+q is the ratio of encoder step to step, divided by that ratio for the clutch. Softness and bandwidth
+are powers of 2, so that few sets of inequalities must be solved.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
     K     gain_product = omega_c (dead time + 1/filter), omega_c = K/J of the lightest plant
     T_i   integral_product = T_i omega_c of the heaviest plant
 
-The starts and ranges were found on 40 random actuators, which no test and no acceptance uses.
+Starts and ranges were chosen on 40 random actuators that no test uses.
 """
 
 from __future__ import annotations

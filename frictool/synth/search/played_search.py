@@ -1,13 +1,14 @@
-"""Search for the parameters of a family whose controller meets a specification when played.
+"""Search for the parameters of a family whose controller meets a specification in simulation.
 
-Each start is played first, then differential evolution (Storn and Price 1997, scipy) varies the
-parameters around the best one. The objective is the largest shortfall of all figures, with the
-reserve. A candidate is played on few plants first, and on all if it is promising; the plant on
-which it is worst joins the few. The search ends with the first candidate that passes the whole
-test with its reserve, passes on other plants without it, and is verified. If there is none, the
-search continues without the reserve from the best candidates. It then finds a controller that the
-search for a slightly easier specification would find with the reserve. The figures of a candidate
-are the worst of all tests in which it was played.
+To play a candidate means to simulate its controller. Each start is played first. Then differential
+evolution (Storn and Price 1997, scipy) varies the parameters around the best start. The objective
+is the largest shortfall of all requirements, where each requirement must be met with a reserve. A
+candidate is played on few plants first, and on all plants if it is promising; the plant with the
+worst result is added to the few. The search ends with the first candidate that passes the whole
+test with the reserve, passes on other plants without the reserve, and is verified. If there is
+none, the search continues without the reserve from the best candidates. It then finds a controller
+that the search for a slightly easier specification would find with the reserve. The figures of a
+candidate are the worst of all tests in which it was played.
 """
 
 from __future__ import annotations
@@ -51,7 +52,7 @@ NEAR = 0.1  # spread of the candidates without the reserve around the best one
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """Design with its point (d,) in the unit cube of the family, and the runs of each played test.
+    """Design with its point (d,) in the unit cube of the family, and its runs in each test.
 
     A candidate was played in at least one test.
     """
@@ -62,7 +63,7 @@ class Candidate:
 
     @property
     def metrics(self) -> Sequence[Any]:
-        """Return the requirements of the test that decides most of them."""
+        """Return the requirements of the test that decides the largest number of requirements."""
         return max((runs.metrics for runs in self.runs), key=len)
 
     @cached_property
@@ -74,7 +75,7 @@ class Candidate:
 
     @property
     def largest_missing(self) -> float:
-        """Return the largest of these shortfalls."""
+        """Return the largest shortfall of all requirements without the reserve."""
         return max(self.missing.values())
 
     def worst(self, metric: Any) -> float:
@@ -95,8 +96,8 @@ class FamilyOutcome:
     candidates : int
         Number of candidates played.
     best : Candidate or None
-        The candidate that passed, or the one with the smallest shortfall; None if no candidate
-        could be played.
+        The candidate that passed, else the candidate with the smallest shortfall; None if no
+        candidate could be played.
     passed, with_reserve : bool
         True if the best candidate meets every requirement, and meets it with the reserve.
     refusals : tuple of str
@@ -115,7 +116,7 @@ class FamilyOutcome:
 
 
 class _FoundError(Exception):
-    """A candidate passed everything."""
+    """Signal that a candidate passed all tests and was verified."""
 
     def __init__(self, candidate: Candidate) -> None:
         super().__init__()
@@ -123,7 +124,7 @@ class _FoundError(Exception):
 
 
 class _ExhaustedError(Exception):
-    """The number of candidates is reached."""
+    """Signal that the largest number of candidates was played."""
 
 
 @dataclass
@@ -137,7 +138,7 @@ class CandidateSearch:
     scales : DesignScales
         Scales of the actuator.
     tests : PlayedTests
-        Judges of rising cost.
+        Tests in the order of their cost.
     controller : callable
         `controller(design)` returns the controller to play; raises FrictoolError.
     verify : callable
@@ -161,7 +162,7 @@ class CandidateSearch:
         self.most = self.family.candidates
 
     def run(self, progress: Callable[[str], None]) -> FamilyOutcome:
-        """Return the outcome; the same inputs give the same outcome."""
+        """Search the family and return the outcome; the same inputs give the same outcome."""
         self.hard, self.progress = list(self.tests.hard), progress
         random = np.random.Generator(np.random.PCG64(SEED))
         progress(f"search: {self.family.name}")
@@ -174,7 +175,7 @@ class CandidateSearch:
         return self._outcome(found)
 
     def run_from(self, start: Vector, progress: Callable[[str], None]) -> FamilyOutcome:
-        """Return the outcome without the reserve near a point (d,) of the unit cube."""
+        """Search without the reserve near a point (d,) of the unit cube; return the outcome."""
         self.hard, self.progress = list(self.tests.hard), progress
         progress(f"search: {self.family.name}, from the design of an easier specification")
         self.reserve = 0.0

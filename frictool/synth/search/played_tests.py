@@ -1,4 +1,4 @@
-"""Judges that play a candidate, as a search uses them; the caller provides them."""
+"""Interfaces of the tests that simulate (play) a candidate; the caller implements them."""
 
 from __future__ import annotations
 
@@ -21,35 +21,35 @@ STANDSTILL, PER_ERROR = 2.0, 0.3
 
 
 class JudgedRuns(Protocol):
-    """Figures of one controller on p plants against r requirements."""
+    """Results of one controller with p plants for r requirements."""
 
     @property
     def metrics(self) -> Sequence[Any]:
-        """Requirements with their `key`, `name`, `limit`, `unit` and `relation`."""
+        """Return the requirements with their `key`, `name`, `limit`, `unit` and `relation`."""
 
     @property
     def plants(self) -> tuple[int, ...]:
-        """Indices of the plants."""
+        """Return the indices of the plants."""
 
     @property
     def values(self) -> Vector:
-        """Worst values (p, r) in SI."""
+        """Return the worst values (p, r) in SI."""
 
     @property
     def reserves(self) -> Vector:
-        """Relative distances (p, r) to the limits: negative beyond one, NaN if undecided."""
+        """Return the relative reserves (p, r): negative for a violation, NaN if undecided."""
 
     @property
     def met(self) -> Any:
-        """1 met, 0 broken, -1 undecided (p, r)."""
+        """Return (p, r): 1 if met, 0 if violated, -1 if undecided."""
 
     @property
     def failed(self) -> Mapping[int, str]:
-        """Plants that could not be simulated, with the reason."""
+        """Return the plants that could not be simulated, with the reason."""
 
 
 class CandidateJudge(Protocol):
-    """Player of a controller on all plants, or on those of `only`, by index."""
+    """Simulation of a controller with all plants, or with the plants of index `only`."""
 
     def __call__(self, controller: Controller, only: Sequence[int] | None = None) -> JudgedRuns:
         """Return the figures of a controller."""
@@ -57,13 +57,13 @@ class CandidateJudge(Protocol):
 
 @dataclass(frozen=True)
 class PlayedTests:
-    """Tests of rising cost: a candidate is played in the next only if it passes the one before.
+    """Tests of rising cost; only a candidate that passes a test is played in the next one.
 
-    `screen`: two short steps, played on some plants. `short`: all steps, without their holds, on
-    all plants. `whole`: the test that decides. `others`: short steps on other plants and from other
-    places, which a found design must pass without the reserve. `places`: short steps on the worst
-    plants of the whole test, from many places within a count, without the reserve. `hard`: plants
-    on which the search begins.
+    screen: two short steps with some plants. short: all steps, without their holds, with all
+    plants. whole: the complete test, which decides. others: short steps with other plants and from
+    other initial positions, which a found design must pass without the reserve. places: short steps
+    with the worst plants of the whole test, from many initial positions within a count, without the
+    reserve. hard: plants with which the search begins.
     """
 
     screen: CandidateJudge
@@ -74,17 +74,18 @@ class PlayedTests:
     hard: tuple[int, ...]
 
     def without_reserve(self, controller: Controller, whole: JudgedRuns) -> Iterator[JudgedRuns]:
-        """Yield the runs of the tests that follow the whole one, whose runs are `whole`."""
+        """Yield the runs of `others` and `places`; `whole` are the runs of the whole test."""
         for judge in self.others:
             yield judge(controller, None)
         yield from self.places(controller, whole)
 
 
 def shortfalls(runs: JudgedRuns, reserve: float = RESERVE) -> Vector:
-    """Return the distance (p, r) of each figure to its limit with the reserve; 0 or less if met.
+    """Return the shortfall (p, r) of each value to its limit with the reserve; 0 or less if met.
 
-    An undecided figure has no shortfall. Beyond 1 it grows with the logarithm. A response
-    that does not end is graded by the static error, so that a search can reduce it.
+    An undecided requirement has the shortfall 0. Above 1 the shortfall grows logarithmically. If a
+    response does not end, its shortfall follows from the static error, so that a search can reduce
+    it.
     """
     wanted = np.array([0.0 if one.key in EXACT else reserve for one in runs.metrics])
     reserves = np.array(runs.reserves, dtype=np.float64)
@@ -103,7 +104,7 @@ def shortfalls(runs: JudgedRuns, reserve: float = RESERVE) -> Vector:
 
 
 def shortfall(runs: JudgedRuns, reserve: float = RESERVE) -> float:
-    """Return the objective of a search: 0 or less if every figure has its reserve."""
+    """Return the largest shortfall, the objective of a search; 0 or less if all are met."""
     if runs.failed:
         return FAILED
     worst = shortfalls(runs, reserve).max(axis=0, initial=-1.0)

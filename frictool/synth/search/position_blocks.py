@@ -1,4 +1,4 @@
-"""Position law, prefilter and filter of the speed of a cascade, from dimensionless parameters.
+"""Position law, prefilter and speed filter of a cascade, from dimensionless parameters.
 
     law          k^2 = 2 braking_share braking         deceleration that the law requests
     band         band_share times the largest error at rest, at least one encoder step
@@ -7,7 +7,7 @@
     prefilter    prefilter_product/response
     velocity     velocity_product/dead time, at most MOST_FILTER of the sampling frequency
 
-A law with k^2 < 2F/J keeps the formula sqrt(F/J), whose factor is at least 1.
+A law with k^2 < 2F/J has the formula sqrt(F/J) with a factor of at least 1.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ PARAMETERS = (
 
 
 def position_law(scales: DesignScales, values: Mapping[str, float]) -> PositionLawDesign:
-    """Return the law with its band and brake.
+    """Return the position law with its band and brake.
 
-    It is proportional if the model has no Coulomb friction.
+    The law is proportional if the model has no Coulomb friction.
     """
     bench = scales.bench
     squared = 2.0 * values["braking_share"] * scales.braking
@@ -76,7 +76,7 @@ def prefilter(scales: DesignScales, values: Mapping[str, float]) -> PrefilterDes
 
 
 def fastest_filter(scales: DesignScales) -> float:
-    """Return the largest bandwidth of the filter of the speed [rad/s]."""
+    """Return the largest bandwidth of the speed filter [rad/s]."""
     return _filter(scales, next(one for one in PARAMETERS if one.name == "velocity_product").high)
 
 
@@ -85,6 +85,6 @@ def _filter(scales: DesignScales, product: float) -> float:
 
 
 def velocity(scales: DesignScales, values: Mapping[str, float]) -> VelocityDesign:
-    """Return the filter of the encoder's difference."""
+    """Return the speed filter of the encoder's difference."""
     bandwidth = _filter(scales, values["velocity_product"])
     return VelocityDesign(order=1, filter_rad_s=rounded(bandwidth))
