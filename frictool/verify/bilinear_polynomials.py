@@ -1,9 +1,9 @@
-"""Exact polynomials of a controller's stored coefficients, on the unit circle by a bilinear map.
+"""Exact polynomials of a controller's stored coefficients, mapped from the unit circle to a line.
 
     C(z) = N(z)/A(z),   z = (q + p)/(q - p):   C = sum n_j p^j q^(m - j) / sum a_j p^j q^(m - j)
 
-m is the number of states. A is the characteristic polynomial of the stored matrix, also of states
-that do not affect the output. All arithmetic is on integers and fractions.
+m is the number of states. A is the characteristic polynomial of the complete state matrix,
+including states that do not affect the output. All arithmetic uses integers and fractions.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ Polynomial = list[Fraction]  # of the lowest power first
 def of_state_space(controller: StateSpace) -> tuple[Polynomial, Polynomial]:
     """Return numerator and denominator in z, by the algorithm of Faddeev and Le Verrier.
 
-    A is multiplied by a power of two that makes its entries integers. Then the traces are
-    divisible, and no fraction occurs.
+    The state matrix is multiplied by a power of two that makes its entries integers. The divisions
+    of the algorithm then have no remainder.
     """
     n = len(controller.a)
     scale = _scale([value for row in controller.a for value in row])
@@ -49,7 +49,7 @@ def of_state_space(controller: StateSpace) -> tuple[Polynomial, Polynomial]:
 def of_sections(sections: Sequence[Sequence[float]]) -> tuple[Polynomial, Polynomial]:
     """Return numerator and denominator in z of second-order sections b0 b1 b2 1 a1 a2.
 
-    A section whose b2 and a2 are zero has one state, and none if b1 and a1 are zero too.
+    A section with b2 = a2 = 0 has one state; with b1 = a1 = 0 as well, it has none.
     """
     numerator, denominator = [Fraction(1)], [Fraction(1)]
     for section in sections:
@@ -98,7 +98,7 @@ def product(x: Polynomial, y: Polynomial) -> Polynomial:
 
 
 def total(x: Polynomial, y: Polynomial) -> Polynomial:
-    """Return the sum of two polynomials of one formal degree."""
+    """Return the sum of two polynomials of the same formal degree."""
     return [one + other for one, other in zip(x, y, strict=True)]
 
 

@@ -1,4 +1,4 @@
-"""Proof of the certificate in a controller document, for the loop of the stored coefficients."""
+"""Proof of a document's certificate for the loop with the stored coefficients."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from frictool.verify.zero_exclusion import ProvedBound, prove
 
 
 def certified_loop(controller: Controller, weights: CertifiedWeights) -> CertificateLoop:
-    """Return the loop as it runs, at the sample period with the bench's delay and drive lag.
+    """Return the sampled loop of a document, with the bench's delay and the lag of the drive.
 
-    Its coefficients are those of the stored form that runs. Raises NoSolutionError if the loop
-    feeds back the speed of an observer.
+    Its coefficients are those of the stored form that the target runs. Raises NoSolutionError if
+    the loop feeds back the speed estimate of an observer.
     """
     return CertificateLoop(
         controller=controller.linear.discrete,

@@ -1,6 +1,6 @@
-"""Closed loop of a certificate: its plant is that of generalised_plant.py, with stored numbers.
+"""Closed loop of a certificate: the generalised plant of generalised_plant.py in stored numbers.
 
-The sampled axis is that of linear_axis.py with the computational delay before it.
+The sampled axis is that of linear_axis.py, with the computational delay at its input.
 """
 
 from __future__ import annotations
@@ -21,8 +21,8 @@ SENSITIVITY = CertifiedWeights(
 class SpeedFeedback:
     """Feedback of the speed: drive = C(z) (F(z) m + position_gain eta), with eta = -position.
 
-    `velocity` defines the filter F and the speed -m, a difference of positions or a sensor's.
-    `position_gain` [1/s] is that of a proportional law around the speed loop, or 0.
+    velocity: filter F and source of the speed -m, the difference of positions or a sensor.
+    position_gain: gain [1/s] of a proportional law around the speed loop, or 0.
     """
 
     velocity: Velocity
@@ -31,7 +31,7 @@ class SpeedFeedback:
 
 @dataclass(frozen=True)
 class CertificateLoop:
-    """Data of the loop that are the same for every plant; `period` and `lag` in s.
+    """Data of a closed loop that are common to all plants; `period` and `lag` in s.
 
     `sections` replace the controller's matrices if the target runs sections. Each is b0 b1 b2 a0 a1
     a2 with a0 = 1, as stored. `speed` is None if eta is the controller's only input.
@@ -48,15 +48,15 @@ class CertificateLoop:
 
     @property
     def quantities(self) -> tuple[Quantity, ...]:
-        """Quantities that a certificate bounds; a loop of a speed has no weighted norm."""
+        """Return the quantities that a certificate bounds; a speed loop has no weighted norm."""
         return ("norm", "sensitivity") if self.speed is None else ("sensitivity",)
 
 
 def quantity_loops(loop: CertificateLoop, of: Quantity) -> tuple[CertificateLoop, ...]:
-    """Return the loops whose largest norm is the quantity `of`.
+    """Return the loops whose norms define a quantity; it is the largest of these norms.
 
-    For the sensitivity these are the unweighted position loop, from s to s - position, or the
-    unweighted speed loop and the loop that a proportional law closes around it.
+    For the sensitivity these are the unweighted position loop (from s to s - position), or the
+    unweighted speed loop and the outer loop with a proportional law.
     """
     if of == "norm":
         return (loop,)

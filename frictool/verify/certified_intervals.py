@@ -1,4 +1,4 @@
-"""Comparison of a plant and its rig with the plants and rig for which a controller was verified."""
+"""Comparison of a plant and its rig with those of a controller's verification."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ Interval = tuple[float, float]
 def differences(
     controller: Controller, facts: Mapping[str, float], ranges: Mapping[str, Interval]
 ) -> tuple[str, ...]:
-    """Return a phrase for each fact and parameter for which the controller was not verified.
+    """Return a phrase for each fact and parameter that the verification does not cover.
 
     verify/rig_facts.py defines the facts; the parameters are in SI units.
     """
@@ -33,12 +33,12 @@ def differences(
 
 
 def model_differences(controller: Controller, model: Model) -> tuple[str, ...]:
-    """Return the differences between `model` and the plant that the controller was verified for."""
+    """Return the differences between `model` and the controller's verification, as phrases."""
     return differences(controller, facts_of(model.bench, model), intervals(model))
 
 
 def bench_differences(controller: Controller, bench: Bench) -> tuple[str, ...]:
-    """Return the differences between `bench` and the bench that the controller was verified for."""
+    """Return the differences between `bench` and the controller's verification, as phrases."""
     ours = controller.bench.actuator.drive
     theirs = bench.actuator.drive
     if ours != theirs:
@@ -49,8 +49,8 @@ def bench_differences(controller: Controller, bench: Bench) -> tuple[str, ...]:
 def parameters_outside(controller: Controller, ranges: Mapping[str, Interval]) -> tuple[str, ...]:
     """Return a phrase for each parameter whose interval [SI] is not inside the controller's.
 
-    NaN counts as outside. An example of a phrase is `inertia 4.9e-06 to 1.53e-05
-    kg m^2, certified 1.11e-05 to 1.53e-05`.
+    An interval with NaN is outside. An example of a phrase is `inertia 4.9e-06 to 1.53e-05 kg m^2,
+    certified 1.11e-05 to 1.53e-05`.
     """
     known = controller.certificate is not None or bool(controller.verified.vertices)
     box = box_of(controller) if known else {}
@@ -69,9 +69,9 @@ def parameters_outside(controller: Controller, ranges: Mapping[str, Interval]) -
 
 
 def outside_message(controller: str, names: Iterable[str]) -> str:
-    """Return a warning about the parameters `names`, as a predicate without a subject.
+    """Return a warning about the phrases `names`, without the subject of the sentence.
 
-    The caller puts the subject before it: the model, the mechanism or the bench.
+    The caller adds the subject: the model, the mechanism or the bench.
     """
     return (
         f"is outside the range for which {controller} was verified, so that the verified margins "

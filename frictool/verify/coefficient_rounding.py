@@ -17,7 +17,7 @@ Held = Callable[[float], float]
 def coefficient_rounder(number: Number) -> Held:
     """Return the function that rounds one coefficient to a double, a float or a fixed-point word.
 
-    The word has its own binary point (control/fixed_point.py).
+    Each word has a separate binary point (control/fixed_point.py).
     """
     if number == "double":
         return float
@@ -30,7 +30,7 @@ def coefficient_rounder(number: Number) -> Held:
 def rounded_linear(linear: LinearController, number: Number) -> LinearController:
     """Return the controller with rounded matrices, sections and anti-windup gains.
 
-    The continuous form does not run and is unchanged.
+    The continuous form is unchanged, because the target does not run it.
     """
     hold = coefficient_rounder(number)
 

@@ -1,4 +1,4 @@
-"""Box of plants of a controller document: its certificate's box, or else its vertices' box."""
+"""Box of plants of a controller document: that of its certificate or of its vertices."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from frictool.verify.vertices import vertex_points
 def box_of(controller: Controller) -> dict[str, tuple[float, float]]:
     """Return the interval (low, high) of each parameter.
 
-    A document without certificate needs a vertex.
+    A document without a certificate must have a vertex.
     """
     if controller.certificate is None:
         return enclosing_box(vertex_points(controller))
@@ -23,12 +23,10 @@ def box_of(controller: Controller) -> dict[str, tuple[float, float]]:
 
 
 def check_box(controller: Controller) -> None:
-    """Check that the box holds every vertex of the document and the bench's intervals.
+    """Check that the box contains every vertex of the document and the bench's intervals.
 
-    Raises
-    ------
-    NoSolutionError
-        If the box leaves out a vertex or part of an interval, or if the document has no vertex.
+    Raises ------ NoSolutionError
+        If the box does not contain a vertex or a whole interval, or if the document has no vertex.
     """
     vertices = vertex_points(controller)
     holder = "the vertices" if controller.certificate is None else "the certificate's box"
@@ -52,7 +50,7 @@ def check_box(controller: Controller) -> None:
 def check_corners(controller: Controller) -> None:
     """Check that every corner of the certificate's box is a vertex of the document.
 
-    A document without certificate passes.
+    A document without a certificate passes.
 
     Raises
     ------

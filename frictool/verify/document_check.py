@@ -1,4 +1,4 @@
-"""Check of a controller document: every vertex's loop is rebuilt from the stored coefficients."""
+"""Check of a controller document: the loops at all vertices, rebuilt from stored coefficients."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ NOT_EVALUABLE = (
 def loop_checks(
     loops: Sequence[FeedbackLoop], point: PlantPoint, lag: float, delays: tuple[int, ...]
 ) -> tuple[DelayCheck, ...]:
-    """Return the worst figures of the sampled loops at one vertex, for each delay [samples]."""
+    """Return, for each delay [samples], the worst figures of the sampled loops at one vertex."""
     checks = []
     for delay_samples in delays:
         each = [check_feedback(loop, point.rates, lag, delay_samples) for loop in loops]
@@ -60,9 +60,9 @@ def check_feedback(
 def limiter_brake(
     limiter: Limiter | None, velocity: Velocity, constant: float, period: float
 ) -> tuple[FeedbackLoop, ...]:
-    """Return the loops that a limiter's virtual friction closes at rest; empty without one.
+    """Return the loops with a limiter's virtual friction at rest; empty without virtual friction.
 
-    `constant` is the effort per unit of drive.
+    constant: effort per unit of drive.
     """
     if limiter is None or limiter.virtual_coulomb == 0.0:
         return ()
@@ -72,13 +72,13 @@ def limiter_brake(
 
 
 def check_document(controller: Controller, *, margins: bool = False) -> None:
-    """Check a document from its coefficients; with `margins`, compare the stored margins too.
+    """Check a document from its coefficients; with `margins`, also compare the stored margins.
 
     Raises
     ------
     NoSolutionError
-        If the document contradicts its own bench, a loop at a vertex is unstable or misses the
-        specified margin, or the stored forms do not describe one controller.
+        If the document contradicts its bench, a loop at a vertex is unstable or has less than the
+        specified margin, or the stored forms do not describe the same controller.
     """
     _of_its_bench(controller)
     if controller.velocity.observer is not None:

@@ -1,4 +1,4 @@
-"""Exponentials of the sampled axis, enclosed in integers, as polynomials of the viscous rate.
+"""Enclosures of the sampled axis's exponentials: integer polynomials in the viscous rate.
 
 With sigma = s T and lambda = T/tau, the zero-order hold of linear_axis.py is
 
@@ -10,10 +10,9 @@ With sigma = s T and lambda = T/tau, the zero-order hold of linear_axis.py is
 
     e = h_0(0, lambda),  h_q = h_q(sigma, 0),  a = h_1(sigma, lambda),  b = h_2(sigma, lambda)
 
-and h_0 = 1 - sigma h_1. Each h_q is a sum of decaying exponentials whose weights are nonnegative
-and sum to at most one. Apart from the sign, the same holds for its derivatives. A Taylor polynomial
-about the middle of an interval therefore has a known remainder. No floating-point operation takes
-part.
+and h_0 = 1 - sigma h_1. Each h_q is a sum of decaying exponentials with nonnegative weights, whose
+sum is at most 1. Apart from the sign, the same holds for its derivatives. The remainder of a Taylor
+polynomial about the middle of an interval is therefore bounded. All operations use integers.
 """
 
 from __future__ import annotations
@@ -39,8 +38,8 @@ Series = Callable[[int, Fraction], tuple[Fraction, Fraction]]
 class HoldPolynomials:
     """Polynomials of h_1, h_2, a and b in sigma - `middle`, and bounds of their errors.
 
-    `coefficients` has the coefficients of each polynomial, of the lowest power first, and `errors`
-    one bound for each. `kept` is e, known within `kept_error`.
+    coefficients: those of each polynomial, lowest power first. errors: one error bound for each
+    polynomial. kept: e, with an error of at most `kept_error`.
     """
 
     middle: Fraction
@@ -51,7 +50,7 @@ class HoldPolynomials:
 
 
 def check_range(ratio: Fraction, low: Fraction, high: Fraction) -> None:
-    """Raise NoSolutionError if the lag or 1/s is too short against the period for the series."""
+    """Raise NoSolutionError if the lag or J/sigma_v is too short, relative to the period."""
     if ratio > LARGEST or max(abs(low), abs(high)) > LARGEST:
         what = "actuator.loop_time_constant_s" if ratio > LARGEST else "inertia/viscous"
         raise NoSolutionError(
@@ -61,9 +60,9 @@ def check_range(ratio: Fraction, low: Fraction, high: Fraction) -> None:
 
 
 def hold_polynomials(ratio: Fraction, low: Fraction, high: Fraction) -> HoldPolynomials:
-    """Return the polynomials for sigma from `low` to `high`, at most 1 apart, and lambda = `ratio`.
+    """Return the polynomials for sigma in [low, high], high - low <= 1, and lambda = `ratio`.
 
-    A drive without lag has the ratio 0.
+    For a drive without lag, `ratio` is 0.
     """
     largest = max(abs(low), abs(high))
     middle = Fraction(float((low + high) / 2))
@@ -85,23 +84,23 @@ def hold_polynomials(ratio: Fraction, low: Fraction, high: Fraction) -> HoldPoly
 
 
 def growth(low: Fraction) -> Fraction:
-    """Return a bound of exp(-sigma x) for sigma >= low and 0 <= x <= 1.
+    """Return an upper bound of exp(-sigma x) for sigma >= low and 0 <= x <= 1.
 
-    It also bounds h_q and its derivatives.
+    It is also a bound of h_q and its derivatives.
     """
     return Fraction(1 if low >= 0 else 3 ** math.ceil(-low))
 
 
 @lru_cache(maxsize=64)
 def exponential_series(q: int, ratio: Fraction, largest: int) -> Series:
-    """Return the function (order, sigma) -> derivative of h_q(., ratio), for orders up to DEGREE.
+    """Return a function of (order, sigma) that computes the derivatives of h_q(., ratio).
 
-    The function returns the derivative and a bound of its error, below 2^-94. The modulus of sigma
-    is at most `largest`. Both sums are nested products that start at a term whose bound is
-    negligible. The inner one uses 0 <= v_j <= 1 in v_j = 1 - ratio/j v_(j+1), with which the sum
-    over n of (-ratio)^n/(m + n + q)! is v_(m+q+1)/(m+q)!. The outer one uses the bound exp(|sigma|)
-    of H_m in H_m = m!/(m+q)! v_(m+q+1) - sigma/(m+1) H_(m+1), with which h_q = H_0. An error of the
-    last bit grows by exp(ratio + sigma) at most.
+    The order is at most DEGREE, and |sigma| at most `largest`. The function returns the derivative
+    and a bound of its error, below 2^-94. Both sums are evaluated as nested products that start at
+    a term with a negligible bound. The inner one uses 0 <= v_j <= 1 in v_j = 1 - ratio/j v_(j+1),
+    with which the sum over n of (-ratio)^n/(m + n + q)! is v_(m+q+1)/(m+q)!. The outer one uses the
+    bound exp(|sigma|) of H_m in H_m = m!/(m+q)! v_(m+q+1) - sigma/(m+1) H_(m+1), with which h_q =
+    H_0. An error of the last bit grows by exp(ratio + sigma) at most.
     """
     guard = BITS + 32 + 4 * math.ceil(ratio) + 4 * largest
     one = 1 << guard

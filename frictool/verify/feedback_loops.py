@@ -1,7 +1,7 @@
-"""Linear loops that a composed controller closes, each cut at the drive.
+"""Linear loops of a controller with its surrounding blocks, each opened at the drive.
 
-The signals that the drive depends on follow from the blocks. With references at rest, position x
-and speed v:
+The blocks determine how the drive depends on the measured signals. With references at rest,
+position x and speed v:
 
     position, and speed_cascade with input eta     drive = C(z) eta, eta = -x
     speed_cascade with input speed_error           drive = C(z) F(z) m,
@@ -10,15 +10,15 @@ and speed v:
                                                    C(z) (1 + K_p T z/(z - 1)) eta
 
 F is the velocity block. If an observer estimates the speed (verify/observer_loop.py), F m is its
-estimate from m and from the drive. The drive's path to the observer stays within the controller:
-the loop is cut behind controller and observer.
+estimate from m and from the drive. The path from the drive to the observer is then part of the
+controller: the loop is opened after controller and observer.
 
-A proportional law is linear and gives a second, outer loop; both are checked. A loop that uses the
-motion only leaves the position free, so the position is not a state of it. A square-root law, a
-limiter and friction compensation are not linear and are in none of the loops. The virtual friction
-of a limiter has a separate loop, with its steepest slope F_cv/v_r at rest.
+A proportional law is linear and gives a second, outer loop; both loops are checked. In a loop that
+feeds back the speed only, the position is not a state. A square-root law, a limiter and friction
+compensation are nonlinear and not part of any loop. The virtual friction of a limiter has a
+separate loop with its largest slope F_cv/v_r, at rest.
 
-    L(z) = -(from the commanded drive to the requested drive),  sensitivity 1/(1 + L)
+    L(z) = -(transfer from the commanded to the requested drive),  sensitivity 1/(1 + L)
 """
 
 from __future__ import annotations
@@ -43,9 +43,10 @@ ETA, DIFFERENCE, SPEED = "eta", "difference", "sampled_speed"
 
 @dataclass(frozen=True)
 class FeedbackLoop:
-    """Linear feedback to the drive from the measured signals that `sees` names.
+    """Linear feedback from measured signals to the drive.
 
-    `system` has one input per signal and one output. `name` is the name of the loop in messages.
+    sees: names of the measured signals. system: one input per signal, one output. name: name of the
+    loop in messages.
     """
 
     name: str
@@ -56,7 +57,7 @@ class FeedbackLoop:
 def running_form(linear: LinearController, period: float) -> Lti:
     """Return C(z) in the form that runs on the target.
 
-    For sections, the states are s1, s2 of each section in the chain's order.
+    For sections, the states are s1, s2 of each section in the order of the chain.
     """
     if linear.form == "state_space":
         return read_state_space(linear.discrete, period)
@@ -64,7 +65,7 @@ def running_form(linear: LinearController, period: float) -> Lti:
 
 
 def chain(sections: tuple[Row, ...], period: float) -> Lti:
-    """Return second-order sections as they run (control/second_order_sections.py)."""
+    """Return a chain of second-order sections as a system (control/second_order_sections.py)."""
     a, b, c, d = chain_state_space(sections)
     return Lti(a, b[:, None], c[None, :], np.array([[d]]), period)
 
@@ -79,8 +80,8 @@ def feedbacks(
 ) -> tuple[FeedbackLoop, ...]:
     """Return the loop of the linear controller and, with a proportional law, the outer loop.
 
-    The last loop is the outermost. `hold` rounds the coefficients of the other blocks to the
-    target's number format (verify/coefficient_rounding.py).
+    The outermost loop is the last one. `hold` is a function that rounds the coefficients of the
+    other blocks to the target's number format (verify/coefficient_rounding.py).
     """
     c = running_form(linear, period)
     if structure == "position":
@@ -104,7 +105,7 @@ def feedbacks(
 def speed_feedback(
     c: Lti, velocity: Velocity, position_gain: float, period: float, hold: Held = float
 ) -> FeedbackLoop:
-    """Return the speed loop, or the position loop of a proportional law with a gain [1/s] > 0."""
+    """Return the speed loop or, if `position_gain` [1/s] > 0, the position loop around it."""
     sees = SPEED if velocity.source == "measured" else DIFFERENCE
     behind = low_pass(velocity, period, hold)
     if not position_gain:
@@ -157,7 +158,7 @@ def _around(c: Lti, shown: ObserverSpeed, entering: dict[str, float], sees: tupl
 
 
 def feedbacks_of(controller: Controller) -> tuple[FeedbackLoop, ...]:
-    """Return the loops of a document."""
+    """Return the linear loops of a controller document."""
     return feedbacks(
         controller.structure,
         controller.linear,
@@ -168,10 +169,10 @@ def feedbacks_of(controller: Controller) -> tuple[FeedbackLoop, ...]:
 
 
 def virtual_friction(slope: float, velocity: Velocity, period: float) -> tuple[FeedbackLoop, ...]:
-    """Return the loop that a limiter's virtual friction closes at rest.
+    """Return the loops with a limiter's virtual friction at rest.
 
-    An observer that estimates the speed gives one loop for each of its modes. `slope` is
-    F_cv/(v_r K) [A or V per rad/s or m/s].
+    There is one loop, or one for each mode of an observer that estimates the speed. slope:
+    F_cv/(v_r K) [A | V per rad/s | m/s].
     """
     if velocity.observer is not None:
         law = gain(slope, period)
@@ -194,8 +195,8 @@ def virtual_friction(slope: float, velocity: Velocity, period: float) -> tuple[F
 def low_pass(velocity: Velocity, period: float, hold: Held = float) -> Lti:
     """Return F(z) of the velocity block, first order or (5.70), with rounded coefficients.
 
-    F is 1 without a filter. Raises ValueError for an observer, which is not a filter of the
-    position alone.
+    F is 1 without a filter. Raises ValueError for an observer, because its input is not only the
+    position.
     """
     if velocity.source == "observer":
         raise ValueError("an observer is not a filter of the position alone")
@@ -209,10 +210,10 @@ def low_pass(velocity: Velocity, period: float, hold: Held = float) -> Lti:
 
 
 def from_position(feedback: FeedbackLoop) -> Lti:
-    """Return the system from minus the encoder's position to the drive.
+    """Return the system from -(encoder position) to the drive.
 
-    It gives the response of the drive to encoder counts. A measured speed contains no encoder
-    counts, so its path is left out.
+    It gives the response of the drive to encoder counts. The path from a measured speed is left
+    out, because that speed contains no encoder counts.
     """
     period = feedback.system.period
     if feedback.sees == (ETA,):
@@ -235,7 +236,7 @@ def open_loop(
     delay_samples: int,
     resonance: Lti | None = None,
 ) -> Lti:
-    """Return L(z) with one plant; `lag` in s, `resonance` a filter of plant/resonance_filter.py."""
+    """Return L(z) with one plant; `lag` [s]; `resonance`: filter of plant/resonance_filter.py."""
     blocks, sums = _diagram(feedback, rates, lag, delay_samples, resonance)
     return connect(blocks, {**sums, "returned": {"u": -1.0}}, ("entering",), ("returned",))
 
@@ -268,9 +269,9 @@ def _diagram(
 def measured_axis(
     rates: AxisRates, lag: float, period: float, sees: tuple[str, ...], resonance: Lti | None = None
 ) -> DiagramBlock:
-    """Return the sampled axis of linear_axis.py with its speed and the measured signals as outputs.
+    """Return the sampled axis of linear_axis.py; outputs: its speed and the measured signals.
 
-    A position that is not measured is left out.
+    If the position is not measured, it is no state.
     """
     axis = linear_axis(rates, lag, period, resonance).system
     n = axis.order

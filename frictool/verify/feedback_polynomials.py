@@ -1,4 +1,4 @@
-"""Exact polynomials of the whole feedback from position and speed to the drive.
+"""Exact polynomials of the complete feedback from position and speed to the drive.
 
 With eta = -position, the controller C = N/A and the filter of the speed F = N_F/A_F:
 
@@ -6,7 +6,7 @@ With eta = -position, the controller C = N/A and the filter of the speed F = N_F
     of a difference         drive = C (F (z - 1)/(T z) + g) eta
     of a measured speed     drive = C (g eta - speed)
 
-g is the gain of a proportional law, or 0. All arithmetic is on integers and fractions.
+g is the gain of a proportional law, or 0. All arithmetic uses integers and fractions.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ from frictool.verify.certificate_loop import CertificateLoop, SpeedFeedback
 class FeedbackPolynomials:
     """Polynomials in z with drive = (numerator eta - measured speed)/denominator.
 
-    `numerator` has the formal degree of the denominator, and so has `measured`, which is empty
-    without a measured speed. If `free`, the loop feeds back a motion only, and the position is no
-    state of it. Then drive = (numerator (z - 1) eta - measured speed)/denominator; the numerator
-    has one degree less, or is zero.
+    `numerator` and `measured` have the formal degree of the denominator; `measured` is empty
+    without a measured speed. If `free`, the loop feeds back the speed only, and the position is no
+    state. Then drive = (numerator (z - 1) eta - measured speed)/denominator; the degree of the
+    numerator is lower by 1, or it is zero.
     """
 
     numerator: Polynomial

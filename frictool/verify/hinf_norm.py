@@ -1,10 +1,10 @@
 """H-infinity norm of a system in continuous or discrete time, and its peak frequency.
 
-The peak gain is found by the bisection of Boyd, Balakrishnan and Kabamba (1989) with the two-step
-level update of Bruinsma and Steinbuch (1990). The level sets come from the imaginary eigenvalues of
-a Hamiltonian matrix. A sampled system is mapped by s = (z - 1)/(z + 1), so that the unit circle
-becomes the imaginary axis. The eigenvalues only locate frequencies; every gain is evaluated there
-from the system itself.
+The algorithm is the bisection of Boyd, Balakrishnan and Kabamba (1989) with the two-step level
+update of Bruinsma and Steinbuch (1990). The imaginary eigenvalues of a Hamiltonian matrix are the
+frequencies at which a singular value equals the level. A sampled system is mapped by s = (z - 1)/(z
++ 1), so that the unit circle becomes the imaginary axis. The eigenvalues only locate frequencies,
+at which the gain is then computed from the frequency response.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def spectral_radius(a: Matrix) -> float:
 def gains(system: Lti, frequencies: ArrayLike) -> NDArray[np.float64]:
     """Return the largest singular values (k,) at the angular frequencies (k,) [rad/s].
 
-    Infinity is allowed in continuous time.
+    In continuous time, a frequency may be inf.
     """
     w = np.atleast_1d(np.asarray(frequencies, dtype=np.float64))
     gain = np.full(len(w), np.linalg.norm(system.d, 2))
@@ -48,9 +48,10 @@ def norm(
 ) -> tuple[float, float]:
     """Return the H-infinity norm and its peak frequency [rad/s]; (inf, nan) if unstable.
 
-    The returned norm is the gain at that frequency, which is below the true norm by at most the
+    The returned norm is the gain at that frequency. It is below the true norm by at most the
     relative `tolerance`. The frequency is inf for a continuous system with its largest gain at
-    infinity. `looks` are frequencies to try first, in place of frequencies derived from the poles.
+    infinity. `looks` are the frequencies that are evaluated first, by default frequencies derived
+    from the poles.
     """
     if not system.stable:
         return np.inf, np.nan

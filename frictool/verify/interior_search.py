@@ -1,7 +1,8 @@
-"""Worst closed loop inside the box of plants, by scattered points and a local search.
+"""Search for the worst closed loop inside the box of plants: scattered points and a local search.
 
-The result is a lower bound of the worst norm over the box, not a proof. Upper bounds are in
-verify/zero_exclusion.py (constant parameters) and lmi/common_bound.py (moving ones).
+The result is a lower bound of the worst norm over the box, not a proof. Upper bounds are computed
+in verify/zero_exclusion.py (constant parameters) and lmi/common_bound.py (parameters that vary with
+time).
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ STEPS = 30  # iterations; each halves the steps of parameters that do not increa
 
 @dataclass(frozen=True)
 class WorstPlant:
-    """Largest norm (inf if unstable) and its plant."""
+    """Plant with the largest norm, and that norm (inf if the loop is unstable)."""
 
     norm: float
     point: PlantPoint
@@ -75,10 +76,10 @@ def _point(name: str, box: Box, unit: NDArray[np.float64]) -> PlantPoint:
 def worst_inside(
     controller: Lti, plant: Callable[[AxisRates], GeneralisedPlant], vertices: Sequence[PlantPoint]
 ) -> tuple[WorstPlant, WorstPlant]:
-    """Return the worst norm at the vertices, and the worst inside the box.
+    """Return the worst plant of the vertices, and the worst plant inside the box.
 
-    Inside, POINTS scattered plants are evaluated first; a local search then starts at the worst
-    plant, vertices included.
+    Inside the box, POINTS scattered plants are evaluated first; a local search then starts at the
+    worst of these plants and the vertices.
     """
     box = enclosing_box(vertices)
     at_vertices = worst_norm(controller, plant, vertices)
@@ -90,9 +91,9 @@ def worst_inside(
 def worst_sensitivity(
     loops: Sequence[FeedbackLoop], lag: float, delay: int, vertices: Sequence[PlantPoint]
 ) -> tuple[float, float, PlantPoint]:
-    """Return the largest sensitivity at the vertices, the largest inside and its plant.
+    """Return the largest sensitivity at the vertices, the largest inside the box, and its plant.
 
-    Inside, POINTS scattered plants are evaluated.
+    Inside the box, POINTS scattered plants are evaluated.
     """
 
     def sensitivity(point: PlantPoint) -> float:
@@ -105,16 +106,16 @@ def worst_sensitivity(
 
 
 def points_inside(vertices: Sequence[PlantPoint]) -> int:
-    """Return the number of plants inside to check: POINTS, or 1 if no parameter is uncertain."""
+    """Return the number of plants to check inside the box: POINTS, or 1 if the box is a point."""
     return POINTS if len(vertices) > 1 else 1
 
 
 def worst_norm(
     controller: Lti, plant: Callable[[AxisRates], GeneralisedPlant], points: Sequence[PlantPoint]
 ) -> WorstPlant:
-    """Return the largest norm over the points.
+    """Return the plant with the largest norm among the points.
 
-    `plant` maps the axis's rates to the generalised plant, in the controller's domain.
+    `plant` maps the rates of the axis to the generalised plant, in the controller's domain.
     """
     value, at = largest(norm(plant(point.rates).closed(controller))[0] for point in points)
     return WorstPlant(value, points[at])
@@ -123,7 +124,7 @@ def worst_norm(
 def searched(
     controller: Lti, plant: Callable[[AxisRates], GeneralisedPlant], box: Box, start: WorstPlant
 ) -> WorstPlant:
-    """Return the worst plant of a coordinate search that starts at `start` and stays in the box."""
+    """Return the worst plant of a coordinate search within the box that starts at `start`."""
     low, high = (np.array([box[name][side] for name in NAMES]) for side in (0, 1))
     width = np.where(high > low, high - low, 1.0)
     at = np.clip((np.array([getattr(start.point, name) for name in NAMES]) - low) / width, 0.0, 1.0)

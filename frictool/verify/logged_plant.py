@@ -1,4 +1,4 @@
-"""Linear plant of a simulated stream in the metadata of its log."""
+"""Linear plant of a simulated stream, as stored in the metadata of its log."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ INTERVALS = "model_intervals"
 class LoggedPlant:
     """Linear plant of one axis, in SI units.
 
-    `inertia`, `viscous`, `coulomb`, `constant` are the parameters that a scheduled controller uses.
-    `slopes` are the viscous frictions of each direction and speed regime, `constants` the efforts
-    per unit of drive. Both contain the extremes of their drift.
+    inertia, viscous, coulomb, constant: parameters that a scheduled controller uses. slopes:
+    viscous friction in each direction and speed regime. constants: efforts per unit of drive. Both
+    include the extreme values of a drift.
     """
 
     inertia: float
@@ -33,18 +33,18 @@ class LoggedPlant:
 
     @property
     def point(self) -> PlantPoint:
-        """Parameters that a scheduled controller uses."""
+        """Return the parameters that a scheduled controller uses."""
         return PlantPoint("", self.inertia, self.viscous, self.coulomb, self.constant)
 
     @property
     def is_possible(self) -> bool:
-        """True if all numbers are finite, the inertia is positive, and no list is empty."""
+        """Return True if all numbers are finite, the inertia is positive, and no list is empty."""
         levels = self.inertia, self.viscous, self.coulomb, self.constant
         finite = all(map(math.isfinite, (*levels, *self.slopes, *self.constants)))
         return finite and self.inertia > 0.0 and bool(self.slopes and self.constants)
 
     def points(self) -> tuple[PlantPoint, ...]:
-        """Return every linear plant that the axis takes: each slope with each constant."""
+        """Return all linear plants of the axis: each slope with each constant."""
         pairs = itertools.product(self.slopes, self.constants)
         return tuple(
             PlantPoint("", self.inertia, slope, self.coulomb, constant) for slope, constant in pairs
@@ -56,7 +56,7 @@ class LoggedPlant:
 
     @staticmethod
     def of_text(text: str) -> LoggedPlant | None:
-        """Return the plant of a log's metadata; None if the text is not one."""
+        """Return the plant from the text in a log's metadata; None if the text is invalid."""
         try:
             facts = json.loads(text)
             levels = {

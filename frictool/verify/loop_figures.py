@@ -1,6 +1,6 @@
 """Figures of a controller's linear loops: norms, margins, drive per encoder count, rounding.
 
-`synth` writes them into `verified`, and `verify` computes them again; both call this module.
+`synth` stores them under `verified`; `verify` computes them again with this module.
 """
 
 from __future__ import annotations
@@ -53,10 +53,10 @@ OFFERED: tuple[stored.Number, ...] = (
 
 @dataclass(frozen=True)
 class LinearLoops:
-    """Controller's linear loops at the vertices `points`, and the data of their figures.
+    """Linear loops of a controller at the vertices `points`, with the data for their figures.
 
-    `weights` is None if the norm is that of the sensitivity. `period` and `lag` are in s, `delay`
-    in samples, `count` is the size of one encoder count [rad | m].
+    weights: None if the norm is that of the sensitivity. period, lag: in s. delay: in samples.
+    count: one encoder count [rad | m].
     """
 
     structure: Structure
@@ -84,7 +84,7 @@ class LinearLoops:
         )
 
     def plant(self, rates: AxisRates, *, sampled: bool = True) -> GeneralisedPlant:
-        """Return the weighted plant, sampled with its delay, or continuous without delay.
+        """Return the weighted plant: sampled with its delay, or continuous without delay.
 
         `weights` must not be None.
         """
@@ -130,7 +130,7 @@ class LinearLoops:
         return max(count_current(from_position(loop), self.count) for loop in self.feedbacks())
 
     def margins(self) -> stored.Margins:
-        """Return the worst of each margin over loops and vertices."""
+        """Return the smallest value of each margin over all loops and vertices."""
         loops = self.feedbacks()
         margins_of_loops = [
             loop_margins(open_loop(loop, point.rates, self.lag, self.delay))
@@ -150,7 +150,7 @@ class LinearLoops:
         )
 
     def rounded(self, number: stored.Number) -> stored.Rounded:
-        """Return the worst figures with rounded coefficients.
+        """Return the worst figures of the loops with coefficients rounded to a number format.
 
         If rounding makes the anti-windup unstable, the margin is 0 and the norm infinite.
         """
@@ -169,7 +169,7 @@ class LinearLoops:
         return stored.Rounded(number, gamma, min(margins))
 
     def seen_inside(self) -> float:
-        """Return the worst norm inside the box, from sampled plants and a local search."""
+        """Return the largest norm inside the box that scattered plants and a local search find."""
         loops = self.feedbacks()
         if self.weights is not None:
             return worst_inside(loops[0].system, self.plant, self.points)[1].norm
@@ -189,7 +189,7 @@ def delays_checked(delay: int) -> tuple[int, ...]:
 
 
 def tolerates_rounding(rounded: stored.Rounded, claimed: float, required: float) -> bool:
-    """Return True if rounding raises the norm by at most 1 % and keeps the required margin."""
+    """Return True if rounding raises the norm by at most 1 % and the margin is as required."""
     return (
         rounded.gamma <= CLAIM * claimed
         and rounded.modulus_margin >= required
@@ -224,7 +224,7 @@ def weights_of(document: CertifiedWeights) -> PlantWeights:
 
 
 def first_order(document: Filter) -> FirstOrderWeight:
-    """Return a stored filter; a missing corner frequency is infinite."""
+    """Return a stored first-order filter; a missing corner frequency is infinite."""
     return FirstOrderWeight(
         document.gain,
         *(math.inf if value is None else value for value in (document.zero, document.pole)),

@@ -1,4 +1,4 @@
-"""Words for a loop's delay and for a plant in messages."""
+"""Texts for delays, margins and plants in messages."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def delay_words(samples: int) -> str:
 
 
 def rounded_down(margin: float) -> str:
-    """Return a proved margin with four digits, none larger than is proved.
+    """Return a proved margin rounded down to four digits.
 
     >>> rounded_down(0.62559)
     '0.6255'

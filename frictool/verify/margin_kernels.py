@@ -1,4 +1,4 @@
-"""Kernels of the modulus margin: closed loop with one plant, and the peak of its sensitivity.
+"""Kernels of the modulus margin: sensitivity of the loop with one plant, and its peak.
 
 The kernels compute the loop of verify/feedback_loops.py for one controller and thousands of plants.
 """
@@ -63,7 +63,7 @@ def _product(a: Matrix, b: Matrix) -> Matrix:
 def sampled_axis(
     drive: float, viscous: float, lag: float, period: float, sees: IntVector
 ) -> tuple[Matrix, Vector, Matrix]:
-    """Return a (n, n), b (n,) of the command, and the rows (m, n) of the measured signals.
+    """Return a (n, n), b (n,) from the command, and c (m, n) to the measured signals.
 
     The system is that of `feedback_loops.measured_axis`. drive and viscous: rates of
     plant/linear_axis.py. lag and period in s. sees (m,): SEES_ETA, SEES_DIFFERENCE or SEES_SPEED.
@@ -112,8 +112,8 @@ def sensitivity(
     """Return a (n, n), b (n,) and c (n,) of 1/(1 + L) - 1.
 
     controller: matrices of its state space, with one input per measured signal and one output.
-    axis: result of `sampled_axis`. States: controller, delay, axis. The input is added to the
-    controller's drive.
+    axis: result of `sampled_axis`. The states are those of controller, delay and axis, in this
+    order. The input is added to the controller's drive.
     """
     ca, cb, cc, cd = controller
     axis_a, push, seen = axis
@@ -229,7 +229,7 @@ def peak(
 
     loop: result of `sensitivity`. poles (n,), vectors (n, n): its eigenvalues and eigenvectors.
     grid (k,): rising angles in [0, pi] at which the search starts, besides those of the poles. The
-    modes locate the frequency, and the matrices give the value.
+    gain is computed from the modes during the search, and from the matrices at the peak.
     """
     _, b, c = loop
     n = poles.shape[0]

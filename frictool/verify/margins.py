@@ -10,8 +10,8 @@ which L passes through -1:
                                    continuous definition between them
     modulus   min |1 + L| = 1/max |S| (5.57), any combination of gain and phase
 
-Crossings are generalised eigenvalues on the unit circle, of L(z) - L(1/z) and L(z) L(1/z) - 1, and
-sign changes on a grid. Each one is refined on L itself.
+The frequencies are zeros of L(z) - L(1/z) and L(z) L(1/z) - 1 on the unit circle: generalised
+eigenvalues, and sign changes on a grid. Each one is then refined on L.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class LoopMargins:
 
 
 def open_loop(controller: Lti, rates: AxisRates, lag: float, delay_samples: int) -> Lti:
-    """Return L, from eta to the position, with one plant; `lag` in s."""
+    """Return the loop gain L from eta to the position with one plant; `lag` in s."""
     blocks = {
         "controller": DiagramBlock(controller, ("error",), ("u",)),
         "delay": DiagramBlock(delay(delay_samples, controller.period), ("u",), ("command",)),
@@ -74,7 +74,7 @@ def margins(controller: Lti, rates: AxisRates, lag: float, delay_samples: int) -
 
 
 def loop_margins(loop: Lti) -> LoopMargins:
-    """Return the margins of a sampled SISO loop gain `loop` under feedback -1."""
+    """Return the margins of a sampled SISO loop gain `loop` with negative feedback."""
     peak, _ = norm(sensitivity(loop))
     if not np.isfinite(peak):
         return LoopMargins(1.0, 1.0, 0.0, 0.0, 0.0, 0.0, np.nan)
@@ -101,11 +101,11 @@ def loop_margins(loop: Lti) -> LoopMargins:
 def small_gain(controller: Lti, rates: AxisRates, lag: float, delay_samples: int) -> float:
     """Return ||H_v/w|| of annex (27), the peak gain from the friction w in [-1, 1] to the speed.
 
-    The unit is rad/s or m/s; an unstable loop gives inf. The annex requires at most 1 and concludes
-    stability from |sign(v)| <= 1. With the norm N in its unit, sign(v) is bounded by |v|/N only for
-    speeds above N. The result therefore means only that friction cannot sustain an oscillation
-    whose speed is always above N. It is not a proof near v = 0, where the gain of sign is
-    unbounded. Friction dissipates energy there, and only a simulation of the loop can decide.
+    The unit is rad/s | m/s; for an unstable loop the result is inf. The annex requires at most 1
+    and concludes stability from |sign(v)| <= 1. But for the norm N [rad/s | m/s], |sign(v)| <=
+    |v|/N holds only for speeds above N. The result therefore means only that friction cannot
+    sustain an oscillation whose speed is always above N. It proves nothing near v = 0, where the
+    gain of sign(v) is unbounded; there only a simulation of the loop can decide.
     """
     period = controller.period
     blocks = {

@@ -1,4 +1,4 @@
-"""Check of a controller against a model: its intervals, its rig and the margins at its corners."""
+"""Check of a controller with a model: intervals, rig, and margins at the model's corners."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from frictool.verify.resonant_loop import ResonantCheck, resonant_check
 
 @dataclass(frozen=True)
 class ModelCheck:
-    """Result of the check of a controller at the corners of a model.
+    """Result of the check of a controller with a model.
 
-    `beyond` has a phrase for each parameter and each fact of the rig for which the controller was
-    not verified. `margin` is the smallest modulus margin, at `plant`. `resonant` has the margin
-    with the model's resonances, None if it has none. `outside_margins` names the nonlinear
+    beyond: a phrase for each parameter and fact of the rig that the controller's verification does
+    not cover. margin: smallest modulus margin at the corners, with the plant `plant`. resonant:
+    margin with the model's resonances, None if it has none. outside_margins: names of the nonlinear
     parts of the model, which no margin takes into account.
     """
 
@@ -36,7 +36,7 @@ class ModelCheck:
 
     @property
     def holds(self) -> bool:
-        """True if the controller was verified for this model and rig, with every margin met."""
+        """Return True if the verification covers model and rig, and the margins are as specified."""
         margins = [self.margin, *([] if self.resonant is None else [self.resonant.modulus_margin])]
         return not self.beyond and min(margins) >= self.specified
 

@@ -1,12 +1,12 @@
-"""Controller whose speed is estimated by an observer, verified again with the observer.
+"""Verification of a controller whose speed is estimated by an observer.
 
     controller.yaml, observer.yaml -> velocity: {source: observer, observer: ...}
     -> loops at the vertices -> a controller document
 
-If the linear part uses the speed, the verified figures do not hold for the loop with the observer.
+If the linear part uses the speed, the stored figures do not hold for the loop with the observer.
 The margins are then computed again with the observer in slip, and the figures that cannot be
-computed (norms, certificate, robustness) are removed. If the linear part uses the position only
-(eta or the position error), its loop is unchanged, and only the speed-dependent brake is checked.
+computed (norms, certificate, robustness) are removed. If the linear part uses only the position
+(eta or the position error), its loop is unchanged, and only the virtual friction is checked.
 """
 
 from __future__ import annotations
@@ -40,8 +40,8 @@ SAME = 1e-9  # relative tolerance of numbers that two benches state for one rig
 class ObservedController(ResultView):
     """Controller with an observer, and its modulus margins at the worst vertex.
 
-    `before` and `after` are the margins of the speed loop without and with the observer, None if
-    the speed closes no linear loop. `at` is the worst vertex with the observer.
+    before, after: margins of the speed loop without and with the observer, None if no linear loop
+    feeds back the speed. at: worst vertex with the observer.
     """
 
     controller: Controller
@@ -51,19 +51,19 @@ class ObservedController(ResultView):
 
     @property
     def specified(self) -> float:
-        """Modulus margin that the controller document specifies."""
+        """Return the modulus margin that the controller document specifies."""
         return self.controller.verified.modulus_margin_specified
 
     def lines(self) -> list[str]:
-        """Return the result as lines for the user."""
+        """Return the result as lines of text."""
         if self.after is None or self.before is None:
             return [
-                "velocity from the observer; the linear loop is fed by the position and is the "
-                "one that was verified"
+                "velocity from the observer; the linear loop feeds back the position and is "
+                "unchanged"
             ]
         line = (
-            f"velocity from the observer: modulus margin {self.after:.3f} at vertex {self.at} "
-            f"with it, {self.before:.3f} without"
+            f"velocity from the observer: modulus margin {self.after:.3f} at vertex {self.at} with "
+            f"the observer, {self.before:.3f} without"
         )
         return [line] + (
             [f"below the {self.specified:g} that was specified"]
@@ -75,7 +75,7 @@ class ObservedController(ResultView):
 def with_observer(
     controller: Controller, observer: Observer, margin: float | None = None
 ) -> ObservedController:
-    """Return the controller with its speed estimated by the observer.
+    """Return the controller with the speed estimate of an observer.
 
     Parameters
     ----------

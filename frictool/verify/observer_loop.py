@@ -1,17 +1,17 @@
-"""Speed estimate of an observer as a linear system in slip, from the motion and the drive.
+"""Linear system of an observer in slip, from the motion and the drive to the speed estimate.
 
     m[k] = -(y[k] - y[k-1])/T ──▶┐
                                  ├─▶ shown = -v^
     u[k] ───────────────────────▶┘   u ─▶ delay ─▶ lag ─▶ mean effort, as the observer
                                      models it
 
-The measured position enters only as the difference from the observer's position. A common shift of
-both is therefore not a state, and the speed loop leaves the position free.
+The observer uses the measured position only as difference from its estimate. A common shift of both
+positions is therefore not a state of the speed loop.
 
-The linear system of a tracking observer uses the whole difference, which is right for motion over
-many counts. Within one encoder cell the observer corrects nothing, and its speed is that of its
-model. A switched observer has one system per mode in slip, and the loop of each is checked
-separately. Dry friction and offset are constant in slip; backlash and knees are left out.
+The linear system of a tracking observer corrects by the whole difference, a good approximation for
+motion over many counts. (Within one encoder cell the observer makes no correction, and its speed is
+that of its model.) A switched observer has one system per mode in slip; the loop with each system
+is checked. Dry friction and offset are constant in slip; backlash and knees are left out.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ SHOWN, MOVED, DRIVEN = "shown", "motion", "u"
 class ObserverSpeed:
     """Linear observer with inputs m [rad/s | m/s] and u [A | V]; its output is minus the speed.
 
-    `mode` is the mode's name in messages, empty if the observer has only one mode.
+    `mode` is the name of the mode in messages, empty if the observer has only one mode.
     """
 
     system: Lti
@@ -45,9 +45,9 @@ class ObserverSpeed:
 
 
 def shown_speeds(observer: Observer, hold: Held = float) -> tuple[ObserverSpeed, ...]:
-    """Return the system of a tracking observer, or one system per slip mode of a switched one.
+    """Return the system of a tracking observer, or one system per slip mode of a switched observer.
 
-    `hold` rounds coefficients (verify/coefficient_rounding.py).
+    `hold` is a function that rounds coefficients (verify/coefficient_rounding.py).
     """
     return tuple(
         ObserverSpeed(_with_drive(observer, one.system), one.mode) for one in _alone(observer, hold)
@@ -55,7 +55,7 @@ def shown_speeds(observer: Observer, hold: Held = float) -> tuple[ObserverSpeed,
 
 
 def check_observer(observer: Observer, hold: Held = float) -> None:
-    """Raise NoSolutionError if the observer's own error does not decay in slip.
+    """Raise NoSolutionError if the estimation error does not decay in slip.
 
     Such an observer diverges in any loop.
     """
@@ -63,8 +63,8 @@ def check_observer(observer: Observer, hold: Held = float) -> None:
         radius = spectral_radius(one.system.a)
         if not radius < 1.0:
             raise NoSolutionError(
-                f"{observer.name}: not verified: the observer's own error grows in slip (spectral "
-                f"radius {radius:.6g}"
+                f"{observer.name}: not verified: the observer's estimation error grows in slip "
+                f"(spectral radius {radius:.6g}"
                 f"{' in ' + one.mode if one.mode else ''}); run frictool observe design again"
             )
 

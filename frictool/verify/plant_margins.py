@@ -1,8 +1,8 @@
-"""Modulus margins of a controller's sampled loops with any plant, fast enough for campaigns.
+"""Fast modulus margins of a controller's sampled loops, for the thousands of plants of a campaign.
 
 The loop is that of verify/feedback_loops.py at the bench's delay; its margin is 1/max |1/(1 + L)|.
-A campaign computes it for thousands of plants. Therefore kernels assemble the matrices, and search
-the peak with the eigenvectors of the closed loop, which give the gain at many frequencies at once.
+Compiled kernels assemble the matrices and search the peak with the eigenvectors of the closed loop,
+which give the gain at many frequencies at once.
 """
 
 from __future__ import annotations
@@ -41,10 +41,9 @@ SIGNALS = {ETA: SEES_ETA, DIFFERENCE: SEES_DIFFERENCE, SPEED: SEES_SPEED}
 
 
 class PlantMargins:
-    """Modulus margins of one controller's loops; call it with a plant.
+    """Function that returns the modulus margin of one controller's loops with a plant.
 
-    A scheduled controller runs with the matrices interpolated for the plant's parameters, any other
-    controller with its stored matrices.
+    The matrices of a scheduled controller are interpolated for the plant's parameters.
     """
 
     def __init__(self, controller: Controller) -> None:

@@ -1,7 +1,4 @@
-"""Recomputation of every figure of a controller document, without a solver.
-
-The figures follow from the document's coefficients, bench and weights.
-"""
+"""Recomputation of a controller document's figures from its coefficients, bench and weights."""
 
 from __future__ import annotations
 
@@ -43,9 +40,9 @@ TOLERANCES = {"interior": SEARCHED, "spectral_radius": ROOTS}
 
 @dataclass(frozen=True)
 class FigureDifference:
-    """Stored figure that differs from the computed one.
+    """Difference between a stored figure and the computed one.
 
-    `key` is the path of the figure in the document. A value of None means that there is no such
+    key: path of the figure in the document. stored, computed: values; None if there is no such
     figure.
     """
 
@@ -58,10 +55,9 @@ class FigureDifference:
 class Verification(ResultView):
     """Result of `verify`.
 
-    `model` is the check of the model; None without one. `proved` are the bounds of the certificate,
-    `differences` the stored figures that differ from the computed ones, `changed` the blocks that
-    were changed after the verification. `not_computed` are the stored figures, by key, that
-    `verify` cannot compute.
+    model: check with a model; None without one. proved: bounds of the certificate. differences:
+    stored figures that differ from the computed ones. changed: blocks that were changed after the
+    verification. not_computed: keys of the stored figures that `verify` cannot compute.
     """
 
     controller: Controller
@@ -73,12 +69,12 @@ class Verification(ResultView):
 
     @property
     def unaltered(self) -> bool:
-        """True if every computable figure equals the stored one and no block was changed."""
+        """Return True if every computable figure equals the stored one and no block was changed."""
         return not self.differences and not self.changed
 
     @property
     def holds(self) -> bool:
-        """True if there is a proof, nothing was altered, and the model's check holds."""
+        """Return True if a bound is proved, nothing is altered, and the model check holds."""
         return bool(self.proved) and self.unaltered and (self.model is None or self.model.holds)
 
 
@@ -92,20 +88,20 @@ def verify(controller: Controller, model: Model | None = None) -> Verification:
     controller : Controller
         Controller document.
     model : Model, optional
-        Model that the controller must be verified for.
+        Model for which the controller must be verified.
 
     Returns
     -------
     Verification
-        Stored figures that differ from the computed ones by more than rounding on another processor
-        explains, blocks that were changed, and the check of the model.
+        Stored figures that differ from the computed ones by more than rounding errors (which depend
+        on the processor), changed blocks, and the check with the model.
 
     Raises
     ------
     NoSolutionError
-        If a bound is missing or not proved, the certificate's box does not hold the bench's
-        intervals, a loop is unstable or misses the specified margin, or the stored forms do not
-        describe one controller.
+        If a bound is missing or not proved, the certificate's box does not contain the bench's
+        intervals, a loop is unstable or has less than the specified margin, or the stored forms do
+        not describe the same controller.
     FrictoolError
         If the model's bench has another axis, drive or timing than the controller's.
     """
@@ -126,16 +122,16 @@ def verify(controller: Controller, model: Model | None = None) -> Verification:
 
 
 def recheck(controller: Controller) -> None:
-    """Check box, stability and margins at every vertex before a document's coefficients are used.
+    """Check box, stability and margins at every vertex, before the coefficients are used.
 
     The check takes about 0.05 s.
 
     Raises
     ------
     NoSolutionError
-        If the box does not hold the bench's intervals, a corner of the box is not a vertex, a loop
-        is unstable or misses the specified margin, or the coefficients do not give a margin that
-        `verified` states.
+        If the box does not contain the bench's intervals, a corner of the box is not a vertex, a
+        loop is unstable or has less than the specified margin, or a margin in `verified` is not
+        that of the coefficients.
     """
     check_document(controller, margins=True)
     check_box(controller)
@@ -161,7 +157,7 @@ def _differences(controller: Controller) -> tuple[FigureDifference, ...]:
 
 
 def computed_figures(controller: Controller) -> Verified:
-    """Return `verified` with every figure that needs no solver, at the corners of the box."""
+    """Compute the figures of `verified` that need no solver, at the corners of the box."""
     verified = controller.verified
     loops = loops_of(controller, corner_points(box_of(controller)))
     vertices = tuple(loops.vertex(point) for point in loops.points)
@@ -198,10 +194,10 @@ def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Roun
 
 
 def needs_search(controller: Controller) -> bool:
-    """Return whether plants inside the box may have a norm of more than CLAIM times the vertices'.
+    """Return True if plants inside the box may have a norm above CLAIM times that of the vertices.
 
-    A proved bound excludes it: of the norm, or of the sensitivity for a loop without weights. The
-    figures inside the box are computed otherwise.
+    A proved bound of the norm excludes this; for a loop without weights, of the sensitivity. If
+    True, the figures inside the box must be computed.
     """
     bounds = () if controller.certificate is None else controller.certificate.bounds
     most = CLAIM * controller.verified.gamma_verified

@@ -1,4 +1,4 @@
-"""Loops with a plant that has resonant links, at every corner and both ends of the resonances."""
+"""Check of loops with resonant links, at every corner and both ends of each resonance."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from frictool.verify.margins import sensitivity
 
 @dataclass(frozen=True)
 class ResonantCheck:
-    """Worst spectral radius and modulus margin over loops, corners and ends of the resonances.
+    """Worst spectral radius and modulus margin over all loops, corners and resonance filters.
 
-    `where` names the loop and vertex of the worst margin.
+    `where` names loop and vertex of the worst margin.
     """
 
     spectral_radius: float
@@ -34,7 +34,7 @@ def resonant_check(
     delay_samples: int,
     resonances: Resonances,
 ) -> ResonantCheck:
-    """Check every loop with every plant and every filter; the margin is 0 if a loop is unstable."""
+    """Check every loop with every plant and every resonance filter; margin 0 if one is unstable."""
     radii, margins, peaks = [], [], []
     for loop in loops:
         for point in points:
@@ -54,7 +54,7 @@ def resonant_check(
 def require_margin(
     check: ResonantCheck, resonances: Resonances, required: float, name: str = ""
 ) -> None:
-    """Raise NoSolutionError if a loop with the resonances is unstable or misses the margin."""
+    """Raise NoSolutionError if a loop with the resonances is unstable or has too little margin."""
     slowest = min(
         (one.rad_s for one in resonances.poles),
         default=min(resonances.real_poles_rad_s, default=0.0),

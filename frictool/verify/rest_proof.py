@@ -1,17 +1,17 @@
 """Proof that an axis inside the band of its controller comes to rest and stays there.
 
-While the drive is released, friction is the only force on the axis beside the decaying drive i and
-a disturbance. For |disturbance| <= d < F, the least friction of the box,
+While the drive is released, the forces on the axis are friction, the decaying drive i and a
+disturbance. F is the smallest friction of the box. For |disturbance| <= d < F,
 
-    J v' = K i(t) - friction + disturbance    =>    the axis covers at most D = J w^2/(2 (F - d))
+    J v' = K i(t) - friction + disturbance    =>    the axis moves by at most D = J w^2/(2 (F - d))
 
-before it stops, with w = |v| + K |i| lag/J: no motion is longer than the one that receives the
-whole impulse of the decaying drive at its start. The states with |e| + D <= band - (one count) and
-the drive released therefore stop inside the band; there the reading is constant, the drive stays
-released, and only a disturbance above the least breakaway moves the axis again. No limit cycle
-passes through them.
+before it stops, with w = |v| + K |i| lag/J: the motion is longest if the whole impulse of the
+decaying drive acts at its start. With a released drive, all states with |e| + D <= band - (one
+count) therefore stop inside the band. There the reading is constant, the drive remains released,
+and only a disturbance above the smallest breakaway moves the axis again. No limit cycle contains
+such a state.
 
-The hypotheses of proposition 5.2.1 (limiter) and 5.2.2 (square-root law) are checks with figures.
+The hypotheses of propositions 5.2.1 (limiter) and 5.2.2 (square-root law) are checked with figures.
 Each figure is rounded to the safe side by ROUNDED, which exceeds the rounding errors of its terms.
 """
 
@@ -32,7 +32,7 @@ BRAKING_SHARE = 0.5  # disturbance while the axis stops, relative to the least f
 def prove_rest(controller: Controller, certificate: Certificate) -> RestProof | None:
     """Return the proof of rest for every plant of the certificate's box; None without a band.
 
-    The result depends on the document alone, so that `verify` computes it again.
+    It is computed from the document only, so that `verify` can repeat it.
     """
     law, limiter = controller.position_law, controller.limiter
     if law is not None and law.action != "none":
@@ -46,9 +46,9 @@ def prove_rest(controller: Controller, certificate: Certificate) -> RestProof | 
 
 
 def least_friction(controller: Controller, box: Box) -> float:
-    """Return the least Coulomb friction [N m | N] of the box, also inside the backlash.
+    """Return the smallest friction [N m | N] of the box, including that inside the backlash.
 
-    Friction inside the backlash scales with that of the axis, as in the simulation, and no
+    The friction inside the backlash is proportional to that of the axis, as in the simulation. No
     breakaway is below the Coulomb friction.
     """
     mechanics = controller.bench.mechanics

@@ -15,7 +15,10 @@ WORDS = {
         "effort",
         "effort of the released drive {value}, half of the friction {limit}",
     ),
-    "count_pulse": ("effort", "one count makes the released drive answer {value}, limit {limit}"),
+    "count_pulse": (
+        "effort",
+        "effort of the released drive after one count {value}, limit {limit}",
+    ),
     "frozen_integrator": (None, "integrators are held while the drive is released"),
     "arrival_speed": (
         "velocity",

@@ -1,7 +1,7 @@
-"""Facts of a rig, apart from its plant parameters, for which a controller was verified.
+"""Facts of a rig besides its plant parameters: timing, limits, encoder and springs.
 
-They are timing, limits, encoder and springs. A rig is a mapping from the names of FACTS to numbers
-in SI units, so that a bench, a model, a mechanism and a log can be compared.
+A controller is verified for these facts. They are a mapping from the names in FACTS to numbers in
+SI units, so that a bench, a model, a mechanism and a log can be compared.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ ROUNDING = (
 class Fact(NamedTuple):
     """Label of a fact in messages, and its unit.
 
-    A dimension of the axis stands for its SI unit, `drive` for the unit of the drive.
+    `unit` is a unit, a dimension of the axis (then its SI unit) or `drive` (then the unit of the
+    drive).
     """
 
     label: str
@@ -45,9 +46,9 @@ FACTS = {
 
 
 def facts_of(bench: Bench, model: Model | None = None) -> dict[str, float]:
-    """Return the facts of a bench, and of its model, whose load may contain a spring.
+    """Return the facts of a bench and, with a model, the stiffness of its load.
 
-    A drive without winding has 0 ohm and infinite voltage.
+    Without a winding, its resistance is 0 ohm and its voltage infinite.
     """
     actuator = bench.actuator
     load = None if model is None or model.laws is None else model.laws.load
@@ -66,9 +67,9 @@ def facts_of(bench: Bench, model: Model | None = None) -> dict[str, float]:
 
 
 def different_facts(verified: Bench, facts: Mapping[str, float]) -> tuple[str, ...]:
-    """Return a phrase for each fact that differs from the bench of the verification.
+    """Return a phrase for each fact that differs from that of the verification.
 
-    An example is `drive limit 5 A, verified 10 A`. A missing fact has no phrase.
+    An example is `drive limit 5 A, verified 10 A`. A missing fact is left out.
     """
     known = facts_of(verified)
     others = {
@@ -80,7 +81,7 @@ def different_facts(verified: Bench, facts: Mapping[str, float]) -> tuple[str, .
 
 
 def missing_facts(facts: Mapping[str, float]) -> tuple[str, ...]:
-    """Return the labels of the facts that a log does not state."""
+    """Return the labels of the facts that are missing in a log."""
     return tuple(fact.label for name, fact in FACTS.items() if name not in facts)
 
 

@@ -1,4 +1,4 @@
-"""Scheduled controller as it runs: weighted sum of the corners' matrices (5.46), (5.64)."""
+"""Loop of a scheduled controller: weighted sum of the corners' matrices (5.46), (5.64)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SEED = 2
 
 @dataclass(frozen=True)
 class ScheduledFigures:
-    """Worst norm, worst modulus margin (0 if a loop is unstable) and the plant of that margin.
+    """Largest norm, smallest modulus margin (0 if a loop is unstable) and the plant of that margin.
 
     `points` is the number of plants between the corners.
     """
@@ -72,7 +72,7 @@ def weights(
     """Return the weights alpha_i (k,) of (5.46), which are nonnegative and sum to 1.
 
     alpha_i is a product with one factor per parameter: the distance to the opposite end of the
-    interval, divided by the width of the interval. A parameter outside its interval counts as at
+    interval, divided by the width of the interval. A parameter outside its interval is replaced by
     the nearer end; an interval of width zero contributes no factor.
     """
     shares = np.ones(len(corners))

@@ -21,7 +21,7 @@ from frictool.verify.hinf_norm import norm, spectral_radius
 
 @dataclass(frozen=True)
 class LoopCheck:
-    """Spectral radius (stable below 1) and modulus margin (0 if unstable) at one delay."""
+    """Spectral radius and modulus margin (0 if the loop is unstable) at one delay."""
 
     delay_samples: int
     spectral_radius: float
@@ -29,14 +29,14 @@ class LoopCheck:
 
     @property
     def stable(self) -> bool:
-        """True if every closed-loop pole is inside the unit circle."""
+        """Return True if every closed-loop pole is inside the unit circle."""
         return self.spectral_radius < 1.0
 
 
 def is_required(checked: int, delay: int) -> bool:
-    """Return True if a loop must be stable with `checked` samples on a bench with `delay`.
+    """Return True if a loop must be stable with `checked` samples of delay.
 
-    A bench never has less than its own delay; instability with less is reported only.
+    The delay of a bench is never below `delay`; instability with less is only reported.
     """
     return checked >= delay
 

@@ -1,4 +1,4 @@
-"""Comparison of the stored forms of one controller, any of which may run on the target."""
+"""Comparison of the stored forms of one controller; the target may run any of them."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ ANGLES = np.geomspace(
 def check_forms(controller: Controller) -> None:
     """Raise NoSolutionError if the stored forms differ, or if the anti-windup is unstable.
 
-    With conditional integration the integrators are held and not driven by the anti-windup, so that
-    only the other states must be stable.
+    With conditional integration, the integrators are held while the drive is limited, so that only
+    the other states must be stable.
     """
     linear, period = controller.linear, controller.sample_period_s
     system = read_state_space(linear.discrete, period)
@@ -61,9 +61,9 @@ def check_forms(controller: Controller) -> None:
 
 
 def limited_radius(linear: LinearController, period: float) -> float:
-    """Return the spectral radius of a - l c, the controller while the drive is limited.
+    """Return the spectral radius of a - l c, the state matrix while the drive is limited.
 
-    Integrators that are held during that time are left out.
+    Held integrators are left out.
     """
     gains = linear.sos_anti_windup if linear.form == "sos" else linear.anti_windup
     runs = running_form(linear, period)

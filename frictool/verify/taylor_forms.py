@@ -1,15 +1,15 @@
-"""First-order Taylor forms with a remainder: arithmetic whose every rounding error is bounded.
+"""Arithmetic of first-order Taylor forms with a remainder that bounds all rounding errors.
 
-A form (c, t, k, s, r) stands for a complex function of three numbers e_1, e_2, e_3 in [-1, 1] with
+A form (c, t, k, s, r) represents every complex function of e_1, e_2, e_3 in [-1, 1] with
 
     |f(e) - (c + t e_1 + k e_2 + s e_3)| <= r
 
-c, t, k and s are complex doubles, r is a double. The products of first-order terms and all rounding
-errors go into r. The error of a product of complex doubles is at most sqrt(5) U |x| |y| (Brent,
+c, t, k and s are complex doubles, r is a double. r contains the products of first-order terms and
+all rounding errors. The error of a product of complex doubles is at most sqrt(5) U |x| |y| (Brent,
 Percival and Zimmermann, Math. Comp. 76, 2007), that of a sum at most U times its result, with
-U = 2^-53. A radius is the sum of nonnegative doubles, computed with fewer than 64 roundings and
-multiplied by UP; TINY covers underflow. No form is an interval for a NaN or for an infinite radius,
-and a comparison that must prove something is false for both.
+U = 2^-53. A radius r is the sum of nonnegative doubles, computed with fewer than 64 roundings and
+multiplied by UP; TINY covers underflow. A form with a NaN or an infinite radius proves nothing:
+every comparison in a proof is false for it.
 """
 
 from __future__ import annotations
@@ -28,13 +28,13 @@ TINY = 1e-290
 
 @kernel
 def modulus(z: complex) -> float:
-    """Return an upper bound of |z|, at most 8 U above it."""
+    """Return an upper bound of |z| with a relative error of at most 8 U."""
     return math.sqrt(z.real * z.real + z.imag * z.imag) * (1.0 + 8.0 * U) + TINY
 
 
 @kernel
 def taxicab(x: Form) -> float:
-    """Return |Re| + |Im|, summed over the four coefficients."""
+    """Return the sum of |Re| + |Im| over the coefficients c, t, k, s."""
     c, t, k, s, _ = x
     total = abs(c.real) + abs(c.imag) + abs(t.real) + abs(t.imag)
     return float(total + abs(k.real) + abs(k.imag) + abs(s.real) + abs(s.imag))
@@ -68,7 +68,7 @@ def plus(x: Form, y: Form) -> Form:
 
 @kernel
 def scaled(x: Form, g: float) -> Form:
-    """Return the form times a number whose relative distance from g is at most 2 U."""
+    """Return the product of a form and a number g that has a relative error of at most 2 U."""
     c, t, k, s, r = x
     z = (c * g, t * g, k * g, s * g, 0.0)
     return z[0], z[1], z[2], z[3], (abs(g) * r + 4.0 * U * taxicab(z)) * UP + TINY
@@ -82,7 +82,7 @@ def minus(x: Form, y: Form) -> Form:
 
 @kernel
 def inverse(x: Form) -> Form:
-    """Return 1/x; its radius is infinite if x cannot be kept away from zero.
+    """Return 1/x; its radius is infinite if the form x contains zero.
 
     1/(c + h) = 1/c - h/c^2 + h^2/(c^2 (c + h))
     """
@@ -114,12 +114,12 @@ def power(x: Form, n: int) -> Form:
 def shifted(
     coefficients: ComplexVector, middle: float, half: float, work: ComplexVector
 ) -> tuple[complex, complex, float]:
-    """Return c, t and r of a polynomial on [middle - half, middle + half], t per half-width.
+    """Return c, t and r of a polynomial on [middle - half, middle + half].
 
-    Every coefficient (n + 1,), of the lowest power first, is real or imaginary, with a relative
-    error of at most U. Each coefficient about the middle takes at most 2 n + 1 roundings per term
-    (Higham 2002, section 5.1), so that their errors together stay below (2 n + 4) U times the
-    polynomial of the moduli at |middle| + half. `work` (n + 1,) is overwritten.
+    The polynomial's coefficients (n + 1,), lowest power first, are real or imaginary, with a
+    relative error of at most U. Each coefficient about the middle takes at most 2 n + 1 roundings
+    per term (Higham 2002, section 5.1), so that their errors together stay below (2 n + 4) U times
+    the polynomial of the moduli at |middle| + half. `work` (n + 1,) is overwritten.
     """
     n = len(coefficients) - 1
     for j in range(n + 1):

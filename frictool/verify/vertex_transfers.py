@@ -6,9 +6,10 @@
     i: drive that reaches the actuator, w: friction in units of the Coulomb friction
     |e/s| <= gamma/|W2|    |i/s| <= gamma/W3    |e/w| <= gamma/|W1 W2|    (5.54)
 
-The weights are sampled by Tustin's method, as in the verified norm: if that norm is below gamma,
+The weights are sampled by Tustin's method, as for the verified norm: if that norm is below gamma,
 every transfer function is below its template. A PI controller of the speed is not designed by
-weights, so it has no templates. A proportional law around a speed loop is not included.
+weights and has no templates. The transfer functions do not include a proportional law around a
+speed loop.
 """
 
 from __future__ import annotations
@@ -74,10 +75,10 @@ class VertexTransfer:
 
 @dataclass(frozen=True)
 class VertexTransfers:
-    """Transfer functions at the frequencies [rad/s] (n,) for the named vertices.
+    """Transfer functions of all vertices at the frequencies (n,) [rad/s].
 
-    `gamma` is the factor of the templates: the level requested from the method if `is_requested`,
-    else the verified level.
+    `gamma` is the factor of the templates: the requested gamma if `is_requested`, else the verified
+    norm.
     """
 
     frequencies: Vector
@@ -88,7 +89,7 @@ class VertexTransfers:
 
 
 def sensitivities(controller: Controller) -> VertexTransfers | str:
-    """Return the transfer functions at every vertex of a document, or the reason for none."""
+    """Return the transfer functions at every vertex of a document, or a reason as text."""
     stable = tuple(vertex for vertex in controller.verified.vertices if vertex.stable)
     if not stable:
         return "the controller names no vertex at which its loop is stable"

@@ -7,15 +7,16 @@ characteristic polynomial of the whole loop (zero_exclusion_kernel.py). Theorem:
     (b) D(z) is not zero for any plant of the box and any |z| = 1,
     (c) |T(z)| < g for any plant of the box and any |z| = 1,
 
-then every constant plant of the box has a stable loop whose norm is below g: roots depend
-continuously on the plant, the box is connected, and by (b) no root crosses the circle. (b) and (c)
-are proved on cells, boxes in frequency and plant that are halved until the enclosure of each is
-sharp enough. (a) is the criterion of Mikhailov: over half the circle, D as a polynomial of the
-bilinear variable turns by n pi/2. The sensitivity is the norm of a loop without weights.
+then the loop of every constant plant of the box is stable with a norm below g. The reason is that
+roots depend continuously on the plant, the box is connected, and by (b) no root crosses the circle.
+(b) and (c) are proved on cells: boxes in frequency and plant parameters that are halved until the
+enclosure is sharp enough. (a) is proved by Mikhailov's criterion: over half the circle, the
+argument of D, a polynomial of degree n in the bilinear variable, changes by n pi/2. The sensitivity
+is the norm of a loop without weights.
 
-No solver, no grid and no stored figure other than g takes part. All coefficients are computed from
-the stored ones in integers, and every rounding of the kernel is bounded (taylor_forms.py).
-Parameters that vary with time are outside the theorem.
+The proof uses no solver, no grid and no stored figure besides g. All coefficients are computed from
+the stored ones in integers, and all rounding errors of the kernel are bounded (taylor_forms.py).
+The theorem does not cover parameters that vary with time.
 """
 
 from __future__ import annotations
@@ -51,9 +52,9 @@ ROUNDING = Fraction(1, 1 << 53)
 
 @dataclass(frozen=True)
 class ProvedBound:
-    """Proved bound: every constant plant of the box has a stable loop, and quantity `of` < `below`.
+    """Proved bound: for every constant plant of the box the loop is stable and `of` < `below`.
 
-    `cells` is the number of cells that the proof needed.
+    of: quantity, norm or sensitivity. cells: number of cells in the proof.
     """
 
     of: Literal["norm", "sensitivity"]
@@ -62,7 +63,7 @@ class ProvedBound:
 
     @property
     def modulus_margin(self) -> float | None:
-        """Modulus margin that a bound of the sensitivity proves; None for a norm."""
+        """Return the modulus margin that a bound of the sensitivity proves; None for a norm."""
         return Bound(self.of, self.below).modulus_margin
 
 
@@ -70,7 +71,8 @@ class ProvedBound:
 class OpenCell:
     """Plant (SI) and angular frequency [rad/s] at which a bound was not proved.
 
-    `violated`: the bound is not true there, in doubles. Otherwise too many cells were needed.
+    violated: True if the bound is violated there (computed in doubles); False if too many cells
+    were needed.
     """
 
     inertia: float
@@ -83,7 +85,8 @@ class OpenCell:
 def prove(certificate: Certificate, loop: CertificateLoop) -> tuple[ProvedBound, ...]:
     """Prove every bound of the certificate for `loop`, which has the certificate's weights.
 
-    Raises NoSolutionError (exit 4) for the first bound that does not hold, with a plant.
+    Raises NoSolutionError (exit 4) at the first bound that is not proved; the message states a
+    plant.
     """
     if not certificate.bounds:
         raise NoSolutionError(
@@ -110,9 +113,9 @@ def prove(certificate: Certificate, loop: CertificateLoop) -> tuple[ProvedBound,
 
 
 def prove_bounds(loops: Sequence[CertificateLoop], box: Box, below: float) -> int | OpenCell:
-    """Return the number of cells in the proofs that the norm of every loop is below `below`.
+    """Prove that the norms of all loops are below `below`; return the number of cells.
 
-    Errors, and the result without a proof, are those of `prove_bound`.
+    Without a proof, the result and the errors are those of `prove_bound`.
     """
     cells = 0
     for loop in loops:
@@ -124,11 +127,11 @@ def prove_bounds(loops: Sequence[CertificateLoop], box: Box, below: float) -> in
 
 
 def prove_bound(loop: CertificateLoop, box: Box, below: float) -> int | OpenCell:
-    """Return the number of cells in the proof that the norm of `loop` is below `below`.
+    """Prove that the norm of `loop` is below `below`; return the number of cells.
 
-    Without a proof, return the plant and frequency that prevent it. Raises NoSolutionError if the
-    loop of the plant in the middle of the box is unstable, or if coefficients are out of the range
-    of doubles.
+    Without a proof, return the plant and the frequency at which the bound is open. Raises
+    NoSolutionError if the loop of the plant in the middle of the box is unstable, or if
+    coefficients are out of the range of doubles.
     """
     try:
         return _prove_bound(loop, box, below)
@@ -170,8 +173,8 @@ def _require_stable(loop: KernelLoop, plants: KernelBox, plant: tuple[float, flo
     angle, error = turn(loop, plants, plant, MOST_CELLS)
     if not abs(angle - 0.5 * math.pi * order) + error < 0.25 * math.pi:
         raise NoSolutionError(
-            "not proved: the loop of the plant in the middle of the intervals is unstable; "
-            "run frictool synth again"
+            "not proved: the loop of the plant in the middle of the intervals is unstable; run "
+            "frictool synth again"
         )
 
 

@@ -65,7 +65,7 @@ STEADY = 0.05  # of the largest change of T over a cell
 
 
 class KernelLoop(NamedTuple):
-    """Loop of a certificate in the numbers that the kernel reads.
+    """Data of a certificate's loop, as the kernel reads them.
 
     `numerator` and `denominator` (2, m + 1) are N and A as polynomials of t in each chart, and
     `measured` is N_v, (2, 0) without a measured speed. If `free`, N lacks its factor 2 p. `holds`
@@ -108,7 +108,7 @@ class KernelBox(NamedTuple):
 
 
 class KernelWorkspace(NamedTuple):
-    """Arrays that the kernel overwrites: parts of T (4, z, w), Gram matrix (w, w), polynomial."""
+    """Workspace of the kernel: parts of T (4, z, w), Gram matrix (w, w), polynomial."""
 
     parts: ComplexVector
     gram: ComplexVector
@@ -148,7 +148,7 @@ class LoopTerms(NamedTuple):
 
 @kernel
 def workspace(loop: KernelLoop) -> KernelWorkspace:
-    """Return the arrays for a loop."""
+    """Return the workspace for a loop."""
     rows = 1 + (loop.drive > 0.0) + (loop.command > 0.0) + (loop.eta > 0.0)
     columns = 1 + (loop.disturbance > 0.0) + (loop.noise[0] > 0.0)
     return KernelWorkspace(
@@ -162,9 +162,9 @@ def workspace(loop: KernelLoop) -> KernelWorkspace:
 def inverse_inertia(
     box: KernelBox, drive: tuple[float, float], viscous: tuple[float, float]
 ) -> tuple[float, float]:
-    """Return bounds of alpha of the plants with kappa and sigma in two intervals.
+    """Return (low, high) bounds of alpha of the plants with kappa and sigma in given intervals.
 
-    There is no such plant if the first exceeds the second.
+    There is no such plant if low > high.
     """
     low = max(box.inverse[0], drive[0] / box.drive[1])
     high = min(box.inverse[1], drive[1] / box.drive[0])
@@ -185,10 +185,10 @@ def inverse_inertia(
 
 @kernel
 def friction_above(box: KernelBox, kappa: Form, sigma: Form) -> Form:
-    """Return a form that is at least phi for every plant with this kappa and sigma.
+    """Return a form that is an upper bound of phi for every plant with these kappa and sigma.
 
-    alpha is at most its own end, kappa over the least drive, and sigma over the least viscous rate.
-    The smallest of the three in the middle of the cell is used.
+    alpha has three upper bounds: that of its interval, kappa/(least drive), and sigma/(least
+    viscous rate). The bound that is smallest in the middle of the cell is used.
     """
     most = box.inverse[1]
     form = constant(box.friction * most * UP)
@@ -227,7 +227,7 @@ def _span(low: float, high: float) -> tuple[float, float]:
 def loop_terms(
     loop: KernelLoop, box: KernelBox, chart: int, cell: Vector, space: KernelWorkspace
 ) -> LoopTerms:
-    """Return the loop over a cell: the ends of t, of kappa and of sigma - middle (6,)."""
+    """Return the terms of the loop over a cell (6,): ends of t, kappa and sigma - middle."""
     t, dt = _span(cell[0], cell[1])
     k, dk = _span(cell[2], cell[3])
     x, dx = _span(cell[4], cell[5])
@@ -372,10 +372,10 @@ def _write_column(
 
 @kernel
 def enclose_responses(loop: KernelLoop, at: LoopTerms, space: KernelWorkspace) -> float:
-    """Write the parts of T over a cell into `space`; return the norm of its remainder.
+    """Write the parts of T over a cell into `space`; return the norm of the remainder.
 
-    T has the rows e, i, u and eta, and the columns reference, friction and noise, each if it has a
-    weight. The remainder is infinite if D is not kept away from zero.
+    T has the rows e, i, u and eta, and the columns reference, friction and noise, as far as they
+    have weights. The remainder is infinite if the enclosure of D contains zero.
     """
     if not at.over[4] < math.inf:
         return math.inf
@@ -407,7 +407,7 @@ def explore(
     most: int,
     at: Vector,
 ) -> tuple[int, int]:
-    """Search the cell `start` (6,) in one chart; return the outcome and the number of cells.
+    """Divide the cell `start` (6,) in one chart as needed; return outcome and number of cells.
 
     PROVED: D is not zero and the norm of T is below `level` for every plant of the box in the cell.
     VIOLATED: the norm reaches `level`, in doubles, at the t, kappa and sigma written into `at`
@@ -470,11 +470,11 @@ def explore(
 def turn(
     loop: KernelLoop, box: KernelBox, plant: tuple[float, float], most: int
 ) -> tuple[float, float]:
-    """Return the angle [rad] by which D of one plant turns from z = 1 to z = -1, and its error.
+    """Return the change [rad] of arg D of one plant from z = 1 to z = -1, and its error.
 
-    `plant` has kappa and sigma - middle. D is kept away from zero between neighbouring points, so
-    that it turns by less than pi between them. The error is infinite if the plant is not in the
-    box, or if more than `most` cells would be needed.
+    `plant` is (kappa, sigma - middle). Between neighbouring points the enclosure of D does not
+    contain zero, so that arg D changes by less than pi. The error is infinite if the plant is not
+    in the box, or if more than `most` cells would be needed.
     """
     low, high = inverse_inertia(box, (plant[0], plant[0]), viscous_rates(loop, plant[1], plant[1]))
     space = workspace(loop)
