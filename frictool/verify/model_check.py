@@ -36,7 +36,7 @@ class ModelCheck:
 
     @property
     def holds(self) -> bool:
-        """Return True if the verification covers model and rig, and the margins are as specified."""
+        """Return True if the verification covers model and rig, and all margins are sufficient."""
         margins = [self.margin, *([] if self.resonant is None else [self.resonant.modulus_margin])]
         return not self.beyond and min(margins) >= self.specified
 
