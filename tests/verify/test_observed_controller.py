@@ -186,7 +186,7 @@ def test_virtual_friction_that_does_not_come_to_rest_with_the_observer_is_refuse
     )
     found = with_observer(position, tracking(900.0))
     assert found.after is None
-    assert "fed by the position" in found.lines()[0]
+    assert "feeds back the position" in found.lines()[0]
     steep = msgspec.structs.replace(
         position, limiter=msgspec.structs.replace(limiter, virtual_speed=5.0)
     )
