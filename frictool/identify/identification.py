@@ -142,9 +142,8 @@ def identify_records(
     outcome = with_varying_breakaway(logs, outcome)
     if outcome.fit is not None:
         fit = replace(outcome.fit, laws=outcome.laws)
-        outcome = without_unexplained(
-            replace(outcome, fit=with_force_error(fit, logs, outcome.identified))
-        )
+        outcome = replace(outcome, fit=with_force_error(fit, logs, outcome.identified))
+        outcome = without_unexplained(logs, free or fit, outcome)
     outcome = without_impossible_breakaway(outcome)
     ordered = {name: outcome.identified[name] for name in ORDER if name in outcome.identified}
     outcome = replace(outcome, identified=ordered)

@@ -11,20 +11,12 @@ LARGEST_FACTOR = 10.0  # largest ratio of the upper to the lower end of an inter
 
 
 def too_vague(name: str, interval: Interval) -> str | None:
-    """Return why an interval is too wide for a parameter that cannot be negative, or None.
-
-    Viscous and Coulomb friction may be 0. If their interval reaches 0, the ratio of its ends is
-    undefined; `why_uninformative` then compares it with the bench.
-    """
-    shown = f"the log's interval [{interval.low:.4g}, {interval.high:.4g}]"
-    if name in POSITIVE and interval.low <= 0.0:
-        return f"{shown} reaches zero"
-    if name in NEVER_NEGATIVE and 0.0 < LARGEST_FACTOR * interval.low < interval.high:
-        return (
-            f"{shown} spans a factor of {interval.high / interval.low:.3g}; allowed: "
-            f"{LARGEST_FACTOR:g}"
-        )
-    return None
+    """Return why an interval is too wide for a parameter that is above 0, or None."""
+    if name not in POSITIVE:
+        return None
+    if interval.low <= 0.0:
+        return f"the log's interval [{interval.low:.4g}, {interval.high:.4g}] reaches zero"
+    return _factor(interval) if interval.high > LARGEST_FACTOR * interval.low else None
 
 
 def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> str | None:
@@ -33,6 +25,10 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
     An interval is not accepted if it is impossible, too wide, or no narrower than the interval of
     the bench (4.2.1). An interval without a value in common with the bench's interval is accepted
     even if it is the wider one, because the bench's value would not explain the log.
+
+    Viscous and Coulomb friction may be 0, so that the ratio of their ends says nothing about an
+    interval that is narrower than the bench's; only its part above 0 is compared. The ratio counts
+    if the bench cannot judge: if its interval is disjoint and narrower, or if it has a value alone.
     """
     shown = f"[{interval.low:.4g}, {interval.high:.4g}]"
     if not interval.half_width < float("inf"):
@@ -47,23 +43,32 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
     vague = too_vague(name, interval)
     if vague is not None or known is None:
         return vague
+    friction = name in NEVER_NEGATIVE and name not in POSITIVE
     if known.low is None or known.high is None:
-        if (
-            name in NEVER_NEGATIVE
-            and interval.low <= 0.0
-            and interval.high > LARGEST_FACTOR * known.value
-        ):
+        if friction and interval.high > LARGEST_FACTOR * max(interval.low, known.value):
             return (
-                f"the log's interval {shown} contains zero and {LARGEST_FACTOR:g} times the "
-                f"bench's value, {known.value:.4g}"
+                f"the log's interval {shown} exceeds {LARGEST_FACTOR:g} times its lower end and "
+                f"{LARGEST_FACTOR:g} times the bench's value, {known.value:.4g}"
             )
         return None
-    if interval.high - interval.low >= known.high - known.low and not contradicts(interval, known):
+    low = max(interval.low, 0.0) if friction else interval.low
+    if interval.high - low < known.high - known.low:
+        return None
+    if not contradicts(interval, known):
         return (
             f"the log's interval {shown} is no narrower than the bench's [{known.low:.4g}, "
             f"{known.high:.4g}]"
         )
-    return None
+    return _factor(interval) if friction and interval.high > LARGEST_FACTOR * low else None
+
+
+def _factor(interval: Interval) -> str:
+    """Return the text for an interval whose ends differ by more than the largest factor."""
+    ratio = interval.high / interval.low if interval.low > 0.0 else float("inf")
+    return (
+        f"the log's interval [{interval.low:.4g}, {interval.high:.4g}] spans a factor of "
+        f"{ratio:.3g}; allowed: {LARGEST_FACTOR:g}"
+    )
 
 
 def without_negative(name: str, interval: Interval, known: Quantity | None) -> Interval:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import replace
 
+from frictool.documents.quantity import Quantity
 from frictool.identify.axis_logs import AxisLogs
 from frictool.identify.coast_down import coast_down
 from frictool.identify.fit_result import SLIDING, Interval, SlidingFit, UnusableLogs
@@ -47,30 +48,35 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
 def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
     """Return the accepted parameters and the fit with the others at the bench's values.
 
-    The fit is repeated until no further parameter is refused (`fixed_parameter_refit.py`). The
-    intervals include effects that the model lacks; the widened fit names them.
+    The fit with the bench's values (`fixed_parameter_refit.py`) is used only if it identifies what
+    the free fit identifies and explains the effort. A value of the bench that the log contradicts
+    would otherwise refuse parameters that the log determines. The intervals include effects that
+    the model lacks; the widened fit names them.
     """
     wider = with_unmodelled_effects(logs, fit)
-    fit = wider.fit
-    outcome = accept(fit.parameters, logs.bench, fit.refused)
-    fixed = dict(fit.fixed)
-    final = METHODS[fit.method or logs.method].whole_curve or any_negative(fit)
-    while not final and outcome.identified.keys() - {"offset"}:
-        more = fixed_parameters(fit, outcome.identified, logs.bench)
-        if not more.keys() - fixed.keys():
-            break
-        fixed |= more
-        try:
-            again = refit(logs.sliding, logs.bench, logs.settings, fit, fixed)
-        except UnusableLogs:
-            break
-        wider = with_unmodelled_effects(logs, again)
-        fit = wider.fit
-        reasons = {n: reason for n, reason in fit.refused.items() if n not in outcome.refused}
-        others = {n: one for n, one in outcome.identified.items() if n not in SLIDING}
-        accepted = accept(fit.parameters, logs.bench, reasons)
-        outcome = replace(outcome, identified=others).merge(accepted)
-    return replace(outcome, fit=fit, laws=fit.laws), wider
+    outcome = accept(wider.fit.parameters, logs.bench, wider.fit.refused)
+    outcome = replace(outcome, fit=wider.fit, laws=wider.fit.laws)
+    fixed = fixed_parameters(wider.fit, outcome.identified, logs.bench)
+    final = METHODS[fit.method or logs.method].whole_curve or any_negative(wider.fit)
+    if final or not outcome.identified.keys() - {"offset"} or not fixed:
+        return outcome, wider
+    try:
+        again = with_unmodelled_effects(
+            logs, refit(logs.sliding, logs.bench, logs.settings, wider.fit, fixed)
+        )
+    except UnusableLogs:
+        return outcome, wider
+    reasons = {n: reason for n, reason in again.fit.refused.items() if n not in outcome.refused}
+    others = {n: one for n, one in outcome.identified.items() if n not in SLIDING}
+    accepted = accept(again.fit.parameters, logs.bench, reasons)
+    merged = replace(outcome, identified=others).merge(accepted)
+    merged = replace(merged, fit=again.fit, laws=again.fit.laws)
+    if (
+        outcome.identified.keys() - merged.identified.keys()
+        or unexplained(logs, fit, merged) is not None
+    ):
+        return outcome, wider
+    return merged, again
 
 
 def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:
@@ -109,17 +115,34 @@ def with_force_error(
     return replace(fit, force_error=force_error(logs.rows, values, fit.laws))
 
 
-def without_unexplained(outcome: Outcome) -> Outcome:
-    """Return the outcome, without sliding parameters if the final model leaves too much effort.
+def unexplained(logs: AxisLogs, free: SlidingFit, outcome: Outcome) -> float | None:
+    """Return the force error if no value in the bench's ranges explains the effort, else None.
 
-    The final model has the bench's values in place of refused ones.
+    Each refused parameter has the value of the bench's range that is nearest to that of the free
+    fit.
     """
-    error = None if outcome.fit is None else outcome.fit.force_error
-    if error is None or error <= LARGEST_FORCE_ERROR:
+    assert outcome.fit is not None
+    nearest = dict(outcome.identified)
+    for name in SLIDING:
+        known: Quantity | None = getattr(logs.bench.mechanics, name)
+        if name in nearest or name not in free.parameters or known is None:
+            continue
+        low, high = known.interval
+        nearest[name] = replace(
+            free.parameters[name], value=min(max(free.parameters[name].value, low), high)
+        )
+    error = with_force_error(outcome.fit, logs, nearest).force_error
+    return error if error is not None and error > LARGEST_FORCE_ERROR else None
+
+
+def without_unexplained(logs: AxisLogs, free: SlidingFit, outcome: Outcome) -> Outcome:
+    """Return the outcome, without sliding parameters if the bench's ranges leave too much effort."""
+    error = unexplained(logs, free, outcome)
+    if error is None:
         return outcome
     reason = (
-        "with the bench's values of the others, the model does not explain the effort: force error "
-        f"{100 * error:.3g} % (allowed: {100 * LARGEST_FORCE_ERROR:g} %)"
+        "with values in the bench's ranges for the others, the model does not explain the effort: "
+        f"force error {100 * error:.3g} % (allowed: {100 * LARGEST_FORCE_ERROR:g} %)"
     )
     lost = [name for name in SLIDING if name in outcome.identified]
     return outcome.merge(Outcome(refused=dict.fromkeys(lost, reason)))

@@ -111,7 +111,6 @@ def test_the_rule() -> None:
     where the bench's interval judges."""
     for name in ("inertia", "breakaway", "stribeck_velocity"):
         assert "reaches zero" in str(too_vague(name, Interval(1.0, 0.0, 2.0)))
-    for name in ("inertia", "breakaway", "stribeck_velocity", "viscous", "coulomb"):
         assert too_vague(name, Interval(1.0, 0.2, 2.0)) is None
         assert "spans a factor of 10.5; allowed: 10" in str(
             too_vague(name, Interval(1.0, 0.2, 2.1))
@@ -127,6 +126,28 @@ def test_the_rule() -> None:
     assert "no smaller than in slip" in str(
         below_coulomb(Interval(1.0, 0.9, 1.1), Interval(1.2, 1.15, 1.3))
     )
+
+
+@pytest.mark.parametrize(
+    "known", [Quantity(5.0, 0.0, 50.0), Quantity(5.0, 2.0, 9.0), Quantity(5.0)]
+)
+@pytest.mark.parametrize("name", ["viscous", "coulomb"])
+def test_a_narrower_interval_of_friction_is_no_worse(name: str, known: Quantity) -> None:
+    """An interval inside a usable one, with the bench's value in both, excludes more values."""
+    ends = np.geomspace(0.05, 60.0, 12)
+    lows = [-20.0, -1.0, 0.0, *ends[ends < 5.0].tolist()]
+    highs = ends[ends > 5.0].tolist()
+    usable = {
+        (low, high): why_uninformative(name, Interval(5.0, low, high), known) is None
+        for low in lows
+        for high in highs
+    }
+    assert len(set(usable.values())) == 2
+    for (low, high), accepted in usable.items():
+        inside = [one for (a, b), one in usable.items() if a >= low and b <= high]
+        assert not accepted or all(inside)
+    # values below 0 exclude nothing: friction has none
+    assert all(usable[low, high] == usable[0.0, high] for low in (-20.0, -1.0) for high in highs)
 
 
 def test_intervals_that_touch_do_not_contradict_each_other() -> None:
