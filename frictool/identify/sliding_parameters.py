@@ -136,7 +136,7 @@ def unexplained(logs: AxisLogs, free: SlidingFit, outcome: Outcome) -> float | N
 
 
 def without_unexplained(logs: AxisLogs, free: SlidingFit, outcome: Outcome) -> Outcome:
-    """Return the outcome, without sliding parameters if the bench's ranges leave too much effort."""
+    """Return the outcome, without sliding parameters if the bench's ranges do not explain it."""
     error = unexplained(logs, free, outcome)
     if error is None:
         return outcome

@@ -5,26 +5,32 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import msgspec
 import numpy as np
 import pytest
 
 from frictool.adapters.axis_model import load_law
+from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
 from frictool.documents.load_terms import LoadTerms, RipplePeriod, Term
 from frictool.documents.quantity import Quantity
+from frictool.documents.registry import load as load_document
 from frictool.identify.estimators.explanation_search import search_explanations
 from frictool.identify.estimators.position_spectrum import highest_peak
 from frictool.identify.fit_result import Explanation, SlidingFit, UnusableLogs
 from frictool.identify.methods import IdentificationSettings, run
-from frictool.identify.motion_record import MotionRecord
+from frictool.identify.motion_record import MotionRecord, record_of
 from frictool.identify.regression.joint_test import joint_probability
 from frictool.identify.regression.tsqr import triangles
 from frictool.identify.rows.smoothing import smoothed
 from frictool.identify.rows.strokes import find_strokes
 from frictool.identify.text_view import explanation_line, explanation_place
+from frictool.logs.channels.bench_match import match_bench
 from frictool.typing import Vector
+from studies.violations.machine import draw_machine, generator_of
+from studies.violations.recording import record as record_machine
 from tests.support.linear_axis import linear_bench
 from tests.support.loaded_axis import COUNT, Loaded, loaded_axis, rotary_bench
 
@@ -200,6 +206,30 @@ def test_the_spectrum_finds_what_both_halves_have() -> None:
     assert peak.number == pytest.approx(9.0, abs=0.1)
     assert peak.amplitude == pytest.approx(1.0, abs=0.2)
     assert highest_peak(position, both, half, 15.0) is None  # fewer than 1.5 periods
+
+
+def test_through_a_coarse_encoder_the_position_is_no_load_in_place_of_the_acceleration(
+    tmp_path: Path,
+) -> None:
+    """Between equal moves the position resembles the acceleration, without its noise.
+
+    No load is claimed, and the inertia, which differences hide, comes from the simulation.
+    """
+    machines = (draw_machine(generator_of("coarse", number)) for number in range(100))
+    moves = [one for one in machines if one.test == "steps"][:6]
+    held = 0
+    for number, machine in enumerate(moves):
+        reach = machine.speed / machine.rate
+        coarse = replace(machine, instruments=replace(machine.instruments, count=reach / 30.0))
+        recording = record_machine(coarse, f"coarse/{number}")
+        path = tmp_path / f"{number}.yaml"
+        path.write_text(recording.bench)
+        bench = load_document(path, Bench)
+        fit = run("auto", [record_of(match_bench(recording.log, bench), bench)], bench, USUAL)
+        assert not claims(fit)
+        inertia = fit.parameters["inertia"]
+        held += inertia.low <= recording.truth["inertia"] <= inertia.high
+    assert held >= len(moves) - 1
 
 
 def test_the_joint_test_keeps_its_level() -> None:

@@ -15,7 +15,7 @@ the supported ones together with the sliding parameters.
    simulation selects, and output error. The best prediction of unseen strokes wins; the preferred
    method stays if its error is within a tenth of the best (`method_comparison`).
 5. If assess assigns the inertia to the weak form, and steps 1 to 4 do not identify the inertia, the
-   weak form gives it.
+   weak form gives it. Otherwise output error gives it, which differentiates nothing.
 
 If more than 70 % of the motion consists of runs at constant speed, and the bench declares no loads,
 the method is `stribeck-curve`, and none of these steps is done.
@@ -50,11 +50,13 @@ from frictool.identify.fixed_parameter_refit import bench_with_inertia
 from frictool.identify.measurement_faults import refuse_self_explained
 from frictool.identify.methods import REFERENCE, IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord
+from frictool.identify.rows.effects import declared_effects
 from frictool.identify.rows.load_terms import ONLY_OFFSET
 from frictool.identify.rows.slip_fit import weighted_fit
 
 STRIBECK_CURVE = "stribeck-curve"
 FAR = 0.5  # largest half width of least squares that replace means over strokes, relative to theirs
+WEAK_DETAILS = ("window", "position_order")
 DROPPABLE = ("viscous", "offset")
 
 
@@ -70,7 +72,30 @@ def auto(records: list[MotionRecord], bench: Bench, settings: IdentificationSett
     load, explanations = search_explanations(records, bench, settings)
     explained = bench if load is None else msgspec.structs.replace(bench, load=load)
     fit = _suitable(records, explained, settings)
+    if "inertia" in fit.refused and not measured:
+        fit = _with_simulated_inertia(fit, records, explained, settings)
     return replace(fit, load=load, explanations=explanations)
+
+
+def _with_simulated_inertia(
+    fit: SlidingFit, records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
+) -> SlidingFit:
+    """Return the fit with the inertia of output error, which differentiates nothing.
+
+    Effects cannot be simulated; their effort widens the interval. A fit with a load is returned
+    unchanged.
+    """
+    effects = {effect.term for effect in declared_effects(bench)}
+    if bench.load is not None and set(bench.load.terms) - effects - {"offset"}:
+        return fit
+    from frictool.identify.estimators.output_error import OUTPUT_ERROR, simulation_error
+
+    try:
+        plain = msgspec.structs.replace(bench, load=None)
+        simulated = simulation_error(records, plain, settings, ())
+    except UnusableLogs:
+        return fit
+    return joined(fit, simulated, OUTPUT_ERROR, "the encoder hides the acceleration")
 
 
 def _suitable(
@@ -93,11 +118,15 @@ def _suitable(
                 run(STROKE_MEANS, records, known, settings), method=STROKE_MEANS, why=friction.why
             )
             if fit.laws is not None or not _more_precise(records, bench, settings, fit):
-                return fit if weak is None else joined(fit, weak, inertia.why)
+                return fit if weak is None else joined(fit, weak, WEAK_FORM, inertia.why)
         except UnusableLogs:
             pass  # not enough strokes or speeds: least squares average over windows instead
     fit = _differentiated(records, bench, settings, droppable)
-    return fit if weak is None or "inertia" in fit.parameters else joined(fit, weak, inertia.why)
+    return (
+        fit
+        if weak is None or "inertia" in fit.parameters
+        else joined(fit, weak, WEAK_FORM, inertia.why)
+    )
 
 
 def _more_precise(
@@ -155,22 +184,18 @@ def inertia_over_position(
     return fit if fit is not None and fit.details["position_order"] > 0 else None
 
 
-def joined(fit: SlidingFit, weak: SlidingFit, why: str) -> SlidingFit:
-    """Return `fit` with the inertia of the weak form."""
+def joined(fit: SlidingFit, other: SlidingFit, method: str, why: str) -> SlidingFit:
+    """Return `fit` with the inertia of the weak form or of output error."""
     refused = {name: reason for name, reason in fit.refused.items() if name != "inertia"}
-    parameters = {"inertia": weak.parameters["inertia"], **fit.parameters}
-    details = {
-        **fit.details,
-        "window": weak.details["window"],
-        "position_order": weak.details["position_order"],
-    }
-    shape = f"; {weak.why}" if weak.why else ""
+    parameters = {"inertia": other.parameters["inertia"], **fit.parameters}
+    details = {name: other.details[name] for name in WEAK_DETAILS if name in other.details}
+    shape = f"; {other.why}" if other.why else ""
     return replace(
         fit,
         parameters=parameters,
         refused=refused,
-        details=details,
-        why=f"{fit.why}. inertia by weak: {why}{shape}",
+        details={**fit.details, **details},
+        why=f"{fit.why}. inertia by {method}: {why}{shape}",
     )
 
 

@@ -96,23 +96,44 @@ class ReducedRows:
     def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
         """Return whether the travel and the encoder's noise allow the tested hypothesis.
 
-        Noise of the acceleration attenuates the inertia by the square of its share. A column that
-        resembles the acceleration explains the rest, and a derivative of the acceleration explains
-        the noise itself.
+        A derivative of the acceleration explains the noise itself. Any other column that resembles
+        the acceleration without its noise explains what the noise takes from the inertia's column.
         """
         columns = self.columns([*others, tested])
         names = [self.names[k] for k in columns]
         if indistinct_terms(self.sides[:, :, [*columns, -1]], names, self.samples.velocity.size):
             return False
-        noise = self.noise
-        if not tested.differentiates:
-            noise *= noise / max(float(np.sqrt(np.mean(self.samples.acceleration**2))), 1e-300)
         try:
-            known = self.samples.fixed.get("inertia")
-            inertia = float(self.fitted(columns)[0]) if known is None else known.value
-            return self.effort(tested, others) > ABOVE_NOISE * abs(inertia) * noise
+            if tested.differentiates:
+                known = self.samples.fixed.get("inertia")
+                inertia = float(self.fitted(columns)[0]) if known is None else known.value
+                return self.effort(tested, others) > ABOVE_NOISE * abs(inertia) * self.noise
+            fewer = self.columns(others)
+            gain = self._left(fewer, -1) - self._left(columns, -1)
+            return gain > ABOVE_NOISE * self._gain_of_noise(fewer, columns)
         except SingularRegressors:
             return False
+
+    def _gain_of_noise(self, fewer: Sequence[int], more: Sequence[int]) -> float:
+        """Return the decrease of the mean square, (N m)^2 | N^2, that the encoder's noise causes.
+
+        The acceleration has the noise n and the variance s^2 that the other columns leave. The
+        residual of the inertia J then has the mean square J^2 n^2 (s^2 - n^2)/s^2, which decreases
+        with s^2. A fixed inertia does not give way to other columns.
+        """
+        if "inertia" in self.samples.fixed:
+            return 0.0
+        noise = self.noise**2
+        before, after = (
+            max(self._left([k for k in columns if k != 0], 0), noise) for columns in (fewer, more)
+        )
+        inertia = float(self.fitted(fewer)[0])
+        return inertia**2 * noise**2 * (1.0 / after - 1.0 / before)
+
+    def _left(self, columns: Sequence[int], target: int) -> float:
+        """Return the mean square of the column `target` that these columns do not explain."""
+        triangle = merged(self.sides[:, :, [*columns, target]])
+        return float(triangle[-1, -1] ** 2) / self.samples.velocity.size
 
     def table(self, hypotheses: Sequence[Hypothesis]) -> Matrix:
         """Return the columns (n, p) of the base and of these hypotheses."""
