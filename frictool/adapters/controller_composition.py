@@ -316,6 +316,11 @@ class _Composition:
             speed = self.speed_reference if settings.velocity == "reference" else self.speed
             if speed is None:
                 speed = self.zero
+            if settings.speeds:
+                drives = [settings.gain * effort / constant for effort in settings.efforts]
+                return friction_compensation.curve_compensation(
+                    program, speed, settings.speeds, drives
+                ), None
             parts = (
                 settings.gain * settings.coulomb / constant,
                 settings.gain * settings.viscous / constant,

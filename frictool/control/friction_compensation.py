@@ -2,6 +2,8 @@
 
     model      F = F_c s(v/v_s) + sigma_v v      s: control/saturation_function.py
                v: speed of the filtered reference, or measured speed
+    curve      F interpolated linearly over v, for a model with a Stribeck fall, knees, or friction
+               by direction
     observer   F' = L (K u - J v' - F)           in state form q = F + L J v,  q' = L (K u - F),
                                                  by Euler's method
 
@@ -14,6 +16,9 @@ of one encoder count per sample.
 """
 
 from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
 
 from frictool.control.program import Program, ProgramNode
 from frictool.control.saturation_function import saturating
@@ -33,6 +38,36 @@ def model_compensation(
         program, program.constant(1.0 / smoothing, "per_smoothing_speed") * speed
     )
     return program.named("compensation", dry + program.constant(viscous, "viscous_drive") * speed)
+
+
+def curve_compensation(
+    program: Program, speed: ProgramNode, speeds: Sequence[float], drives: Sequence[float]
+) -> ProgramNode:
+    """Return the drive [A | V] for the friction at a speed, by a table.
+
+    The table is a sum of one ramp for each of its pieces. The first and the last piece continue
+    beyond the table.
+
+    Parameters
+    ----------
+    speeds : sequence of n floats
+        Rising speeds [rad/s | m/s].
+    drives : sequence of n floats
+        Drive at each speed [A | V].
+    """
+    program.block("friction compensation from the curve of the model")
+    total = program.constant(drives[0], "curve_drive")
+    last = len(speeds) - 2
+    for k, (low, high) in enumerate(itertools.pairwise(speeds)):
+        inside = speed
+        if k < last:
+            inside = program.smaller(inside, program.constant(high, f"curve_speed_{k + 1}"))
+        if k > 0:
+            inside = program.larger(inside, program.constant(low, f"curve_speed_{k}"))
+        slope = (drives[k + 1] - drives[k]) / (high - low)
+        ramp = inside - program.constant(low, f"curve_speed_{k}")
+        total = total + program.constant(slope, f"curve_slope_{k}") * ramp
+    return program.named("compensation", total)
 
 
 def observer_compensation(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Annotated, Literal
 
 import msgspec
@@ -201,12 +202,15 @@ class FrictionCompensation(
 ):
     """Friction effort, modelled or observed, that is added to the drive: a baseline for comparison.
 
-    - `source`: `model`: coulomb tanh(v/smoothing_speed) + viscous v. `observer`: the disturbance
-      that an observer estimates from drive, measured speed and inertia.
+    - `source`: `model`: coulomb tanh(v/smoothing_speed) + viscous v, or the table `speeds`,
+      `efforts`. `observer`: the disturbance that an observer estimates from drive, measured speed
+      and inertia.
     - `velocity`: Speed v: of the filtered reference, or measured.
     - `coulomb`: Coulomb friction of the model [N m | N].
     - `viscous`: Viscous friction of the model [N m s/rad | N s/m].
     - `smoothing_speed`: Speed below which the modelled friction fades [rad/s | m/s].
+    - `speeds`: Rising signed speeds of a table [rad/s | m/s]; its ends continue straight.
+    - `efforts`: Friction at each speed of the table [N m | N].
     - `observer_rad_s`: Bandwidth of the observer.
     - `inertia`: Inertia of the observer [kg m^2 | kg].
     - `gain`: Fraction of the effort that is added.
@@ -218,6 +222,8 @@ class FrictionCompensation(
     coulomb: Annotated[float, msgspec.Meta(ge=0)] = 0.0
     viscous: Annotated[float, msgspec.Meta(ge=0)] = 0.0
     smoothing_speed: Annotated[float, msgspec.Meta(ge=0)] = 0.0
+    speeds: tuple[float, ...] = ()
+    efforts: tuple[float, ...] = ()
     observer_rad_s: Annotated[float, msgspec.Meta(ge=0)] = 0.0
     inertia: Annotated[float, msgspec.Meta(ge=0)] = 0.0
     gain: Annotated[float, msgspec.Meta(gt=0, le=1.5)] = 1.0
@@ -230,6 +236,13 @@ class FrictionCompensation(
             )
         if self.source == "observer" and (self.observer_rad_s == 0.0 or self.inertia == 0.0):
             raise ValueError("source observer needs observer_rad_s and inertia")
+        if len(self.speeds) != len(self.efforts) or len(self.speeds) == 1:
+            raise ValueError(
+                f"speeds and efforts: found {len(self.speeds)} and {len(self.efforts)} values; "
+                "allowed: as many of both, at least 2"
+            )
+        if any(low >= high for low, high in itertools.pairwise(self.speeds)):
+            raise ValueError("speeds: not in rising order; sort the table")
 
 
 class Prefilter(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -142,8 +142,9 @@ class FrictionCompensationDesign(
 ):
     """Friction effort added to the drive: a baseline for comparison.
 
-    - `source`: `model` adds F_c tanh(v/smoothing_speed) + sigma_v v with the model's levels;
-      `observer` adds the disturbance that an observer estimates.
+    - `source`: `model` adds the friction of the model over the speed: F_c tanh(v/smoothing_speed) +
+      sigma_v v, or a table with the Stribeck fall, the knees and both directions. `observer` adds
+      the disturbance that an observer estimates.
     - `velocity`: Speed v: of the filtered reference, or measured. By default `measured`.
     - `smoothing_speed`: Speed below which the modelled friction fades. By default, for the measured
       speed, one encoder count per sample.

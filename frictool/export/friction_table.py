@@ -9,18 +9,17 @@ joint confidence band.
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Callable, Collection, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Collection, Mapping, Sequence
 
 import numpy as np
 
 from frictool import __version__
 from frictool.adapters.axis_model import load_law, load_of
+from frictool.adapters.slip_curve import SlipCurve, bend_speeds, slip_curve
 from frictool.documents.laws import Laws, Load, Ripple
 from frictool.documents.model import Model
-from frictool.documents.quantity import Quantity, si_unit
+from frictool.documents.quantity import si_unit
 from frictool.errors import NoSolutionError
 from frictool.export.c_identifier import c_identifier
 from frictool.export.export_origin import ExportOrigin
@@ -31,82 +30,9 @@ from frictool.typing import Vector
 
 HELD = frozenset(FEATURES) - {"dwell", "presliding", "backlash", "resonances"}
 SPEEDS, POSITIONS = 51, 101  # rows of the tables over speed and position
-STRIBECK_POINTS = (0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0)  # speeds in units of v_s
 DRIVE_ROWS = 20  # largest number of rows of `frict_comp` (P-COMP-00062)
 COGGING_ROWS, COGGING_LEVELS = 1024, 127  # table of moteus: entries, and largest int8
 WHOLE = 1e-9  # largest relative deviation of a whole number
-
-Level = Callable[[Quantity], float]  # the value of a quantity, or one end of its interval
-
-
-class SlipQuantities(NamedTuple):
-    """Friction parameters of one direction with their intervals."""
-
-    coulomb: Quantity
-    breakaway: Quantity
-    viscous: Quantity
-    stribeck_velocity: Quantity | None
-    exponent: float
-    knees: tuple[Quantity, ...]
-    slopes: tuple[Quantity, ...]
-
-    def friction(self, speed: Vector) -> Vector:
-        """Return the friction (n,) [N m | N] at speeds (n,) [rad/s | m/s] >= 0."""
-        stribeck = None if self.stribeck_velocity is None else self.stribeck_velocity.value
-        knees = [knee.value for knee in self.knees]
-        return self._at(speed, lambda one: one.value, stribeck, knees)
-
-    def band(self, speed: Vector) -> tuple[Vector, Vector]:
-        """Return the least and largest friction (n,) [N m | N] within the intervals.
-
-        F rises with F_c, F_s and every slope, so that these take the same end. The Stribeck
-        velocity and the knees are tried at both ends, because their effect has either sign.
-        """
-        velocity = self.stribeck_velocity
-        velocities = (None,) if velocity is None else velocity.interval
-        knees = list(itertools.product(*(knee.interval for knee in self.knees)))
-
-        def curves(end: int) -> list[Vector]:
-            return [
-                self._at(speed, lambda one: one.interval[end], stribeck, list(corner))
-                for stribeck, corner in itertools.product(velocities, knees)
-            ]
-
-        low, high = curves(0), curves(1)
-        return np.min(low, axis=0), np.max(high, axis=0)
-
-    def _at(
-        self, speed: Vector, level: Level, stribeck: float | None, knees: list[float]
-    ) -> Vector:
-        bounds = [0.0, *knees, math.inf]
-        force = np.full(speed.shape, level(self.coulomb))
-        if stribeck is not None:
-            fall = np.exp(-((speed / stribeck) ** self.exponent))
-            force += (level(self.breakaway) - level(self.coulomb)) * fall
-        for slope, (first, last) in zip(
-            (self.viscous, *self.slopes), itertools.pairwise(bounds), strict=True
-        ):
-            force += level(slope) * (np.clip(speed, first, last) - first)
-        return force
-
-
-def slip_quantities(model: Model, *, forward: bool) -> SlipQuantities:
-    """Return the friction parameters of one direction."""
-    today, laws = model.parameters, model.laws or Laws()
-    backward = None if forward else laws.backward
-    slopes = (
-        regime.viscous if forward or regime.backward is None else regime.backward
-        for regime in laws.regimes
-    )
-    return SlipQuantities(
-        (backward and backward.coulomb) or today.coulomb,
-        (backward and backward.breakaway) or today.breakaway,
-        (backward and backward.viscous) or today.viscous,
-        today.stribeck_velocity,
-        laws.stribeck_exponent,
-        tuple(regime.above for regime in laws.regimes),
-        tuple(slopes),
-    )
 
 
 def table_files(
@@ -125,7 +51,7 @@ def table_files(
             "of the model"
         )
     name = c_identifier(model.name)
-    sides = [slip_quantities(model, forward=one) for one in (True, False)]
+    sides = [slip_curve(model, forward=one) for one in (True, False)]
     head = (
         f"# {model.name}: {origin.command} (frictool {__version__}), model SHA-256 {origin.sha256}"
     )
@@ -157,7 +83,7 @@ def _csv(head: str, columns: Mapping[str, Vector]) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _speed_table(model: Model, sides: list[SlipQuantities], top: float, head: str) -> str:
+def _speed_table(model: Model, sides: list[SlipCurve], top: float, head: str) -> str:
     speed = _speeds(sides, top, SPEEDS)
     effort = si_unit("effort", model.axis)
     columns = {f"speed [{si_unit('velocity', model.axis)}]": speed}
@@ -171,16 +97,9 @@ def _speed_table(model: Model, sides: list[SlipQuantities], top: float, head: st
     return _csv(head, columns)
 
 
-def _speeds(sides: list[SlipQuantities], top: float, number: int) -> Vector:
+def _speeds(sides: list[SlipCurve], top: float, number: int) -> Vector:
     """Return speeds from 0 to `top`: evenly spaced, and those where the friction bends."""
-    bends = [knee.value for side in sides for knee in side.knees]
-    bends += [
-        factor * side.stribeck_velocity.value
-        for side in sides
-        if side.stribeck_velocity is not None
-        for factor in STRIBECK_POINTS
-    ]
-    inside = [speed for speed in bends if speed < top]
+    inside = [speed for side in sides for speed in bend_speeds(side) if speed < top]
     return np.unique(np.concatenate((np.linspace(0.0, top, number), inside)))
 
 
@@ -204,7 +123,7 @@ def _position_table(model: Model, head: str) -> str | None:
     columns = {f"position [{si_unit('position', model.axis)}]": position}
     if law is not None:
         for side in ("forward", "backward"):
-            levels = slip_quantities(model, forward=side == "forward")
+            levels = slip_curve(model, forward=side == "forward")
             for key, curve in (("coulomb", law.coulomb), ("breakaway", law.breakaway)):
                 powers = curve or law.coulomb
                 shape = normalised_coefficients(
@@ -217,9 +136,7 @@ def _position_table(model: Model, head: str) -> str | None:
     return _csv(head, columns)
 
 
-def _drive_table(
-    model: Model, sides: list[SlipQuantities], top: float, head: str
-) -> tuple[str, str]:
+def _drive_table(model: Model, sides: list[SlipCurve], top: float, head: str) -> tuple[str, str]:
     """Return currents over at most 20 speeds, and a note with the error between the rows.
 
     The drive applies one table to both directions: its friction is the mean of both. Rows are added

@@ -8,7 +8,7 @@
                             v_r = 10 F_cv T/J: a viscous brake near standstill, with a
                             time constant of 10 samples
     profile, feedforward    synth/tracking_blocks.py
-    friction_compensation   levels of the model
+    friction_compensation   levels of the model, or its curve over the speed as a table
                             smoothing_speed: the peak that one encoder count causes in the filtered
                             speed; no rule for a measured speed
 
@@ -19,7 +19,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
+from frictool.adapters.slip_curve import is_plain, signed_friction
 from frictool.documents import controller as stored
 from frictool.documents.design import Design
 from frictool.documents.design_blocks import (
@@ -237,13 +239,21 @@ class _BlockRules:
         if today.coulomb.value == 0.0 and today.viscous.value == 0.0:
             message = "friction_compensation: the model has no friction to compensate; leave it out"
             raise FrictoolError(message).at("design", "friction_compensation")
+        smoothing = self._smoothing(requested)
+        levels: dict[str, Any] = {"coulomb": today.coulomb.value, "viscous": today.viscous.value}
+        if not is_plain(self.model):
+            speeds, efforts = signed_friction(self.model, smoothing)
+            levels = {"speeds": tuple(speeds.tolist()), "efforts": tuple(efforts.tolist())}
+        if self.model.laws is not None and self.model.laws.position is not None:
+            self.notes.append(
+                "friction compensation: friction over the position is not compensated"
+            )
         return stored.FrictionCompensation(
             source="model",
             velocity=requested.velocity or "measured",
-            coulomb=today.coulomb.value,
-            viscous=today.viscous.value,
-            smoothing_speed=self._smoothing(requested),
+            smoothing_speed=smoothing,
             gain=requested.gain,
+            **levels,
         )
 
     def _smoothing(self, requested: FrictionCompensationDesign) -> float:

@@ -132,10 +132,15 @@ def _blocks(controller: Controller) -> list[str]:
             f"limiter: by {limiter.condition}{rule}, band {limiter.band:.4g} {position}{brake}"
         )
     if compensation is not None:
+        level = (
+            f"a table of {len(compensation.speeds)} speeds"
+            if compensation.speeds
+            else f"F_c {compensation.coulomb:.4g} {effort}"
+        )
         what = (
             f"an observer of {compensation.observer_rad_s:.4g} rad/s"
             if compensation.source == "observer"
-            else f"the model, F_c {compensation.coulomb:.4g} {effort}, smoothed below "
+            else f"the model, {level}, smoothed below "
             f"{compensation.smoothing_speed:.4g} {speed} of the "
             f"{compensation.velocity} speed"
         )

@@ -42,6 +42,17 @@ def saturating(x: float) -> float:
     return t - 4.0 / 27.0 * (t * (t * t))
 
 
+def ramps(speeds: Sequence[float], drives: Sequence[float], speed: float) -> float:
+    """A table over the speed, piece by piece; the ends continue."""
+    total, last = drives[0], len(speeds) - 2
+    for k in range(last + 1):
+        inside = speed if k == last else min(speed, speeds[k + 1])
+        inside = inside if k == 0 else max(inside, speeds[k])
+        slope = (drives[k + 1] - drives[k]) / (speeds[k + 1] - speeds[k])
+        total += slope * (inside - speeds[k])
+    return total
+
+
 class PlainController:
     """One axis under a controller document. `mode` is "run", "brake" or "rest"; `scheduled`:
     parameters by name, to be set."""
@@ -303,6 +314,9 @@ class PlainController:
             speed = self.speed
             if own.velocity == "reference":
                 speed = self.r_speed if self.filters else 0.0
+            if own.speeds:
+                drives = [own.gain * effort / constant for effort in own.efforts]
+                return ramps(own.speeds, drives, speed)
             dry = own.gain * own.coulomb / constant * saturating(1.0 / own.smoothing_speed * speed)
             return dry + own.gain * own.viscous / constant * speed
         carried = own.observer_rad_s * (own.inertia / constant) * self.speed

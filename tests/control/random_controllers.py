@@ -139,6 +139,14 @@ compensations = st.builds(
     observer_rad_s=st.floats(1.0, 500.0),
     inertia=st.just(1.32e-5),
     gain=st.floats(0.1, 1.5),
+) | st.builds(
+    FrictionCompensation,
+    source=st.just("model"),
+    velocity=st.sampled_from(["reference", "measured"]),
+    smoothing_speed=st.just(2.0),
+    speeds=st.just((-80.0, -9.0, -2.0, 2.0, 7.5, 60.0)),
+    efforts=st.tuples(*[st.floats(-0.2, 0.2)] * 6),
+    gain=st.floats(0.1, 1.5),
 )
 velocities = st.builds(
     Velocity,

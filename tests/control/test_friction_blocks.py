@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from frictool.control import friction_compensation, limit_cycle_limiter
@@ -124,6 +124,31 @@ def test_modelled_compensation_is_the_friction_where_the_axis_slips(
             math.copysign(coulomb, speed) + viscous * speed, rel=1e-12, abs=1e-12
         )
     assert block.step(speed=0.0) == 0.0
+
+
+@given(
+    st.lists(st.floats(-100.0, 100.0), min_size=2, max_size=12, unique=True),
+    st.integers(0, 2**32 - 1),
+    numbers,
+)
+def test_a_table_is_interpolated_and_its_ends_continue(
+    speeds: list[float], seed: int, speed: float
+) -> None:
+    points = np.sort(np.round(speeds, 3))
+    assume(np.all(np.diff(points) > 0.0))
+    drives = np.random.default_rng(seed).normal(size=points.size)
+    block = Block(
+        lambda p: friction_compensation.curve_compensation(
+            p, input_of(p, "speed"), points.tolist(), drives.tolist()
+        )
+    )
+    k = int(np.clip(np.searchsorted(points, speed) - 1, 0, points.size - 2))
+    slope = (drives[k + 1] - drives[k]) / (points[k + 1] - points[k])
+    steepest = float(np.max(np.abs(np.diff(drives) / np.diff(points))))
+    scale = steepest * (abs(speed) + 200.0)
+    assert block.step(speed=speed) == pytest.approx(
+        drives[k] + slope * (speed - points[k]), abs=1e-12 * scale
+    )
 
 
 @given(

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from msgspec.structs import replace
 
 from frictool.adapters.axis_model import axis_of, load_of
+from frictool.adapters.slip_curve import slip_curve
 from frictool.documents.laws import Laws, Load, Regime, Ripple
 from frictool.documents.model import Model
 from frictool.documents.provenance import digest
@@ -23,7 +24,7 @@ from frictool.documents.registry import load
 from frictool.engine.effort_replay import FREE, replay, replay_parameters
 from frictool.errors import NoSolutionError
 from frictool.export.export_origin import ExportOrigin
-from frictool.export.friction_table import slip_quantities, table_files
+from frictool.export.friction_table import table_files
 from frictool.plant.axis import LOAD_POSITION, POSITION, STATE_SIZE, VELOCITY
 from studies.command_line import run
 from tests.support.command_line import refused
@@ -96,7 +97,7 @@ def test_an_effort_as_large_as_the_friction_keeps_the_speed(clutch: Model) -> No
 def test_the_band_holds_every_friction_within_the_intervals(
     clutch: Model, places: list[float]
 ) -> None:
-    sides = slip_quantities(clutch, forward=False)
+    sides = slip_curve(clutch, forward=False)
     speed = np.linspace(0.0, 400.0, 101)
     low, high = sides.band(speed)
     at = iter(places)
@@ -125,7 +126,7 @@ def test_the_drive_s_table_has_few_rows_and_states_its_error(clutch: Model) -> N
     assert speed.size == 20
     fine = np.linspace(0.0, 400.0, 20001)
     both = np.mean(
-        [slip_quantities(clutch, forward=one).friction(fine) for one in (True, False)], axis=0
+        [slip_curve(clutch, forward=one).friction(fine) for one in (True, False)], axis=0
     )
     error = float(np.max(np.abs(np.interp(fine, speed, columns["friction [N m]"]) - both)))
     (note,) = [line for line in notes if line.startswith("frict_comp")]

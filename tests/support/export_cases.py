@@ -85,10 +85,14 @@ def _sections() -> Controller:
 
 
 def _observed() -> Controller:
-    """A band that brakes and modelled friction, both by the speed of a tracking observer."""
+    """A band that brakes, and friction as a table, both by the speed of a tracking observer."""
     velocity = Velocity(source="observer", observer=tracking())
     modelled = FrictionCompensation(
-        source="model", coulomb=0.05, viscous=3e-4, smoothing_speed=15.0, gain=0.5
+        source="model",
+        smoothing_speed=15.0,
+        speeds=(-90.0, -30.0, -15.0, 15.0, 40.0, 80.0),
+        efforts=(-0.07, -0.05, -0.08, 0.06, 0.04, 0.05),
+        gain=0.5,
     )
     return replace(clutch_controller(BRAKE_LAW), velocity=velocity, friction_compensation=modelled)
 

@@ -124,8 +124,8 @@ def limiters(draw: Draw) -> Limiter | None:
 
 @st.composite
 def compensations(draw: Draw) -> FrictionCompensation | None:
-    """From a model or an observer, or none."""
-    source = draw(st.sampled_from([None, "model", "observer"]))
+    """From a model, its curve or an observer, or none."""
+    source = draw(st.sampled_from([None, "model", "curve", "observer"]))
     if source is None:
         return None
     if source == "observer":
@@ -133,6 +133,14 @@ def compensations(draw: Draw) -> FrictionCompensation | None:
             source="observer", observer_rad_s=60.0, inertia=1.32e-5, gain=0.8
         )
     velocity = draw(st.sampled_from(["reference", "measured"]))
+    if source == "curve":
+        return FrictionCompensation(
+            source="model",
+            velocity=velocity,
+            smoothing_speed=10.0,
+            speeds=(-100.0, -25.0, -10.0, 10.0, 30.0, 90.0),
+            efforts=(-0.08, -0.06, -0.09, 0.08, 0.05, 0.06),
+        )
     return FrictionCompensation(
         source="model", velocity=velocity, coulomb=0.05, viscous=3e-4, smoothing_speed=15.0
     )

@@ -18,9 +18,10 @@ from frictool.documents.design_blocks import (
     PrefilterDesign,
     VelocityDesign,
 )
+from frictool.documents.laws import Backward, Laws
 from frictool.documents.model import Model
 from frictool.documents.provenance import Provenance
-from frictool.documents.quantity import Quantity
+from frictool.documents.quantity import Estimate, Quantity
 from frictool.errors import FrictoolError, NoSolutionError
 from frictool.synth.design import design_controller
 from frictool.synth.surrounding_blocks import SurroundingBlocks, blocks
@@ -46,6 +47,10 @@ def made(*, model: Model | None = None, **changes: Any) -> SurroundingBlocks:
 
 def told(found: SurroundingBlocks) -> dict[str, float]:
     return {one.name: one.value for one in found.derived}
+
+
+def estimate(value: float, unit: str) -> Estimate:
+    return Estimate(value=value, low=value, high=value, unit=unit, source="bench")
 
 
 def rad(value: float) -> Quantity:
@@ -177,6 +182,33 @@ def test_friction_is_compensated_with_the_models_levels() -> None:
     # one count through (5.70) at 300 rad/s: the peak of w^2 t exp(-w t) is w/e
     assert compensation.smoothing_speed == pytest.approx(STEP * 300.0 / math.e, rel=0.02)
     assert told(found)["friction_compensation.smoothing_speed"] == compensation.smoothing_speed
+
+
+def test_friction_by_direction_with_a_fall_is_compensated_by_its_curve() -> None:
+    """F_c + (F_s - F_c) exp(-(v/v_s)^2) + sigma_v v (2.33)-(2.34) with each direction's levels."""
+    base, replace = clutch_model(), msgspec.structs.replace
+    parameters = replace(
+        base.parameters,
+        breakaway=estimate(0.15, "N m"),
+        stribeck_velocity=estimate(30.0, "rad/s"),
+    )
+    laws = Laws(backward=Backward(coulomb=estimate(0.07, "N m"), breakaway=estimate(0.1, "N m")))
+    found = made(
+        model=replace(base, law="stribeck", parameters=parameters, laws=laws),
+        prefilter=PREFILTER,
+        friction_compensation=FrictionCompensationDesign(
+            "model", smoothing_speed=Quantity(value=5.0, unit="rad/s"), gain=0.8
+        ),
+    ).friction_compensation
+    assert found is not None
+    assert (found.coulomb, found.viscous, found.gain) == (0.0, 0.0, 0.8)
+    assert {-5.0, 5.0, 30.0, -30.0} < set(found.speeds)
+    for speed, effort in zip(found.speeds, found.efforts, strict=True):
+        coulomb, breakaway = (FRICTION, 0.15) if speed > 0.0 else (0.07, 0.1)
+        fall = (breakaway - coulomb) * math.exp(-((speed / 30.0) ** 2))
+        assert effort == pytest.approx(
+            math.copysign(coulomb + fall + 3.81e-4 * abs(speed), speed), rel=1e-12
+        )
 
 
 def test_an_observer_takes_the_models_inertia() -> None:

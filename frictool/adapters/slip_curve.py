@@ -1,0 +1,128 @@
+"""Friction of a model over the speed, with its intervals, for each direction.
+
+    F(v) = F_c + (F_s - F_c) exp(-(v/v_s)^delta) + viscous(v)                (2.33)-(2.34)
+
+viscous(v) is linear between the knees of the speed regimes (figure 4.10).
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from frictool.documents.laws import Laws
+from frictool.documents.model import Model
+from frictool.documents.quantity import Quantity
+from frictool.typing import Vector
+
+STRIBECK_POINTS = (0.1, 0.25, 0.5, 0.75, 1.0, 1.5, 2.0, 3.0)  # speeds in units of v_s
+
+Level = Callable[[Quantity], float]  # the value of a quantity, or one end of its interval
+
+
+class SlipCurve(NamedTuple):
+    """Friction parameters of one direction with their intervals."""
+
+    coulomb: Quantity
+    breakaway: Quantity
+    viscous: Quantity
+    stribeck_velocity: Quantity | None
+    exponent: float
+    knees: tuple[Quantity, ...]
+    slopes: tuple[Quantity, ...]
+
+    def friction(self, speed: Vector) -> Vector:
+        """Return the friction (n,) [N m | N] at speeds (n,) [rad/s | m/s] >= 0."""
+        stribeck = None if self.stribeck_velocity is None else self.stribeck_velocity.value
+        knees = [knee.value for knee in self.knees]
+        return self._at(speed, lambda one: one.value, stribeck, knees)
+
+    def band(self, speed: Vector) -> tuple[Vector, Vector]:
+        """Return the least and largest friction (n,) [N m | N] within the intervals.
+
+        F rises with F_c, F_s and every slope, so that these take the same end. The Stribeck
+        velocity and the knees are tried at both ends, because their effect has either sign.
+        """
+        velocity = self.stribeck_velocity
+        velocities = (None,) if velocity is None else velocity.interval
+        knees = list(itertools.product(*(knee.interval for knee in self.knees)))
+
+        def curves(end: int) -> list[Vector]:
+            return [
+                self._at(speed, lambda one: one.interval[end], stribeck, list(corner))
+                for stribeck, corner in itertools.product(velocities, knees)
+            ]
+
+        low, high = curves(0), curves(1)
+        return np.min(low, axis=0), np.max(high, axis=0)
+
+    def _at(
+        self, speed: Vector, level: Level, stribeck: float | None, knees: list[float]
+    ) -> Vector:
+        bounds = [0.0, *knees, math.inf]
+        force = np.full(speed.shape, level(self.coulomb))
+        if stribeck is not None:
+            fall = np.exp(-((speed / stribeck) ** self.exponent))
+            force += (level(self.breakaway) - level(self.coulomb)) * fall
+        for slope, (first, last) in zip(
+            (self.viscous, *self.slopes), itertools.pairwise(bounds), strict=True
+        ):
+            force += level(slope) * (np.clip(speed, first, last) - first)
+        return force
+
+
+def slip_curve(model: Model, *, forward: bool) -> SlipCurve:
+    """Return the friction parameters of one direction."""
+    today, laws = model.parameters, model.laws or Laws()
+    backward = None if forward else laws.backward
+    slopes = (
+        regime.viscous if forward or regime.backward is None else regime.backward
+        for regime in laws.regimes
+    )
+    return SlipCurve(
+        (backward and backward.coulomb) or today.coulomb,
+        (backward and backward.breakaway) or today.breakaway,
+        (backward and backward.viscous) or today.viscous,
+        today.stribeck_velocity,
+        laws.stribeck_exponent,
+        tuple(regime.above for regime in laws.regimes),
+        tuple(slopes),
+    )
+
+
+def bend_speeds(side: SlipCurve) -> list[float]:
+    """Return the speeds where the friction bends: knees, and multiples of the Stribeck velocity."""
+    bends = [knee.value for knee in side.knees]
+    if side.stribeck_velocity is not None:
+        bends += [factor * side.stribeck_velocity.value for factor in STRIBECK_POINTS]
+    return sorted(bends)
+
+
+def is_plain(model: Model) -> bool:
+    """Return True if Coulomb and viscous friction alone give the friction of a slip."""
+    sides = [slip_curve(model, forward=one) for one in (True, False)]
+    return sides[0] == sides[1] and not bend_speeds(sides[0])
+
+
+def signed_friction(model: Model, smoothing: float) -> tuple[Vector, Vector]:
+    """Return signed speeds (n,) [rad/s | m/s] and the friction (n,) [N m | N] that opposes them.
+
+    The points are those where the friction bends, and the top speed of the bench. Between
+    +-smoothing the table is a straight line, as the sign of a slower speed is not known.
+    """
+    top = model.bench.mechanics.top_speed
+    speeds, efforts = [], []
+    for forward, sign in ((False, -1.0), (True, 1.0)):
+        side = slip_curve(model, forward=forward)
+        beyond = {speed for speed in bend_speeds(side) if speed > smoothing}
+        last = max((2.0 * smoothing, *beyond, *((top.value,) if top is not None else ())))
+        points = np.array(sorted({smoothing, last, *beyond}))
+        friction = sign * side.friction(points)
+        order = slice(None) if forward else slice(None, None, -1)
+        speeds.append(sign * points[order])
+        efforts.append(friction[order])
+    return np.concatenate(speeds), np.concatenate(efforts)
