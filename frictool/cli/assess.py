@@ -22,17 +22,17 @@ HELP = """\b
 Example:
   frictool assess --bench bench.yaml --wanted 5% --wanted inertia=10%
 
-State which parameters this bench can identify, by which method and test, how precisely, and why.
-The report contains the bounds that quantisation sets, the filter that they require, the choice of
-the method, the precision of the proposed test (Cramér-Rao bounds), and the gain of a finer encoder.
-It also contains the shortest step response that the drive allows over the a-priori intervals.
+State which parameters this bench can identify, how precisely, and by which method and test. The
+report contains the bounds due to quantisation, the filter that they require, the choice of the
+method, the precision of the proposed test (Cramér-Rao bounds), and the gain of a finer encoder. It
+also contains the shortest step response that the drive allows over the a-priori intervals.
 
 A precision is half of a 95 % interval divided by the a-priori value. If the a-priori interval of a
 parameter in bench.yaml is narrower than --wanted, the parameter must be identified more precisely
-than that interval. Two errors are not included: an error of the effort constant, which scales every
-parameter alike, and a friction that differs from the model.
+than that interval. It excludes the error of the effort constant, which scales all parameters alike,
+and the error of the friction model.
 
-Exit code 1 if a wanted precision cannot be reached; the message names an encoder that could.
+Exit code 1 if a wanted precision cannot be reached; the message names an encoder that reaches it.
 """
 positive = FiniteRange(0.0, min_open=True)
 
@@ -57,7 +57,7 @@ positive = FiniteRange(0.0, min_open=True)
 @click.option(
     "--effort",
     type=positive,
-    help=("Largest effort of the test [N m | N].  [default: that of the drive's limit]"),
+    help=("Largest effort of the test [N m | N].  [default: effort at the drive's limit]"),
 )
 @click.option(
     "--presliding",
@@ -67,7 +67,7 @@ positive = FiniteRange(0.0, min_open=True)
 @click.option(
     "--step",
     type=positive,
-    help=("Length of the step whose shortest response is shown [rad | m].  [default: the travel]"),
+    help=("Length of the step for the shortest response [rad | m].  [default: the travel]"),
 )
 @click.option(
     "-o", "--output", type=NamedPath(), help="Also write the text to this file; - is stdout."

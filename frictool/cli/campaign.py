@@ -51,21 +51,22 @@ Simulate a scenario with many plants and judge each run by the specification, as
 do. The result is the pass rate with its confidence interval, the distribution of each metric, and
 the parameters that cause the failures.
 
-The plants are drawn from the ranges of the bench and the model, or of every quantity of a mechanism
-with low and high. `spread` of the scenario adds wear, temperature, start, sensor faults and
-disturbances, or replaces ranges. All draws are uniform and independent, with one exception: a
-breakaway is drawn above the Coulomb friction of the same plant.
+The parameters of the plants are drawn from the ranges of the bench and the model; those of a
+mechanism are its quantities with low and high. `spread` of the scenario adds wear, temperature,
+start, sensor faults and disturbances, or replaces ranges. All draws are uniform and independent,
+with one exception: a breakaway is drawn above the Coulomb friction of the same plant.
 
 --method random: draw i of a seed does not depend on -n, so that a larger -n extends a kept
 campaign. --method latin: a Latin hypercube of -n draws. --method vertices: every combination of
 range ends; if there are more than 4096 or more than -n, a random part of them. The results depend
 neither on the number of processes nor on their order.
 
---worst searches the same ranges for the worst plant of each requirement, from the worst draws on.
-It writes DIR/worst_REQUIREMENT.yaml, a scenario that reproduces the value with `frictool simulate`.
+--worst searches the same ranges for the worst plant of each requirement, starting from the worst
+draws. It writes DIR/worst_REQUIREMENT.yaml, a scenario that reproduces the value with `frictool
+simulate`.
 
-Completed trials are kept in OUTPUT.trials or in --keep. After an interruption, the same command
-continues from there.
+Completed trials are kept in OUTPUT.trials or in the file of --keep. After an interruption, the same
+command continues from there.
 
 The verdict is PASS, FAIL, UNDECIDED or NOT SHOWN. UNDECIDED: nothing fails, but a trial is
 undecided, or no trial decides a requirement. NOT SHOWN, with --at-least: more draws might show the
@@ -116,7 +117,7 @@ class CampaignOptions:
     "-n",
     "--trials",
     type=click.IntRange(1, 1_000_000),
-    help=f"Number of draws. [default: {TRIALS}; of vertices all, at most 4096]",
+    help=f"Number of draws. [default: {TRIALS}; with --method vertices all, at most 4096]",
 )
 @click.option(
     "--method",
@@ -146,7 +147,7 @@ class CampaignOptions:
     "--worst",
     type=existing,
     metavar="DIR",
-    help="Search the worst plants, and write their scenarios to this folder.",
+    help="Search for the worst plants, and write their scenarios to this folder.",
 )
 @click.option(
     "--evaluations",
@@ -296,9 +297,9 @@ def _play(
         if not store.trials:
             raise
         left = (
-            f"; the same command goes on from {store.path}"
+            f"; the same command continues from {store.path}"
             if store.path is not None
-            else "; none is kept: name a file with --keep"
+            else "; they are lost; use --keep FILE next time"
         )
         note(f"\ninterrupted: {min(len(store.trials), count)} of {count} trials are done{left}")
         sys.exit(EXIT_INTERRUPTED)

@@ -78,9 +78,7 @@ def setting_of(
             plant.bench if isinstance(plant, Model) else controller.bench,
         )
     if scenario.variants in ("vertices", "random"):
-        note(
-            f"note: variants of {paths.scenario.name} are left out: a campaign draws its own plants"
-        )
+        note(f"note: variants of {paths.scenario.name} are not used: a campaign draws its plants")
     return CampaignSetting(plant, controller, scenario, spec, log, names, number), paths
 
 

@@ -58,8 +58,8 @@ allow_undecided_option = click.option(
     "--allow-undecided",
     is_flag=True,
     help=(
-        "Exit code 0 also if requirements are undecided, provided that none is broken "
-        "and one is met."
+        "Exit code 0 also if requirements are undecided, provided that none is violated and at "
+        "least one is met."
     ),
 )
 
@@ -84,7 +84,8 @@ class FiniteRange(click.FloatRange):
             self.fail(f"found {number}; allowed: a finite number.", param, ctx)
         if number and not self.LEAST <= abs(number) <= self.LARGEST:
             self.fail(
-                f"found: {number:g}; allowed: 0, or {self.LEAST:g} to {self.LARGEST:g} in size.",
+                f"found: {number:g}; allowed: 0, or {self.LEAST:g} to {self.LARGEST:g} in "
+                "magnitude.",
                 param,
                 ctx,
             )

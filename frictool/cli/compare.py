@@ -36,12 +36,12 @@ Example:
 Run four tests on every friction law and judge each result: stick-slip, limit cycle, presliding and
 drift.
 
-PARAMETERS is a friction.yaml, or the model.yaml of an actuator: its tests, and the parameters that
-a model does not contain, are then scaled from those of the built-in set. Parameters that violate a
-stability condition of the hybrid laws are an error; --allow runs them.
+PARAMETERS is a friction.yaml, or the model.yaml of an actuator. For a model, the tests and the
+parameters that it does not contain are scaled from the built-in set. Parameters that violate a
+stability condition of the hybrid laws are an error; with --allow they are run nevertheless.
 
--o writes one page (a name that ends in .html, or - for stdout), or else a folder with the page and
-the figures as JSON.
+-o NAME.html (or -, stdout) writes one page. Any other name is a folder for the page and the figures
+as JSON.
 """
 
 
@@ -212,9 +212,7 @@ def _check(
     if allow or not broken:
         note(f"warning: {message}")
         return
-    raise InputFileError(
-        where, f"{message}; change the parameters, or give --allow to run them as they are"
-    )
+    raise InputFileError(where, f"{message}; change the parameters, or run them with --allow")
 
 
 def _progress(done: int, total: int) -> None:

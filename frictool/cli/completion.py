@@ -40,7 +40,7 @@ bash must be 4.4 or later; zsh needs compinit before this line.
     "shell",
     type=click.Choice(list(INSTALL)),
     required=False,
-    help="Shell. By default that of the variable SHELL.",
+    help="Shell. [default: from the variable SHELL]",
 )
 @output_option(required=False, writes=("text", "Markdown"))
 @json_option
@@ -48,7 +48,7 @@ def command(shell: str | None, output: Path | None, as_json: bool) -> None:
     shell = shell or Path(os.environ.get("SHELL", "")).name
     if shell not in INSTALL:
         raise click.UsageError(
-            f"the variable SHELL names an unsupported shell; name one of {', '.join(INSTALL)}."
+            f"the variable SHELL names no supported shell; give one of {', '.join(INSTALL)}."
         )
     text = (
         f"# Completion of frictool for {shell}. For every new shell: "

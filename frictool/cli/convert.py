@@ -20,11 +20,11 @@ HELP = f"""\b
 Example:
   frictool convert run.mcap -o run.mat
 
-Convert a log to {alternatives([one.written for one in WRITTEN.values()])}. The name of the output
-selects the format, or --to.
+Convert a log to {alternatives([one.written for one in WRITTEN.values()])}. The ending of OUTPUT, or
+--to, selects the format.
 
-Times are in s and signals in SI, with their units; reading the file gives the same numbers bit for
-bit. A raw bench file needs --bench. A file of
+Times are in s and signals in SI, with their units. A reader of the file gets the same numbers bit
+for bit. A raw bench file needs --bench. A file of
 {alternatives([name for name, one in WRITTEN.items() if one.several])} holds all streams of a log. A
 file of any other format holds one stream; select it with --stream if there are several.
 """

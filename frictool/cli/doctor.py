@@ -19,8 +19,8 @@ Example:
   frictool doctor
 
 Report the state of this installation: versions, folder of the compiled kernels, solver, C compiler,
-machine. The command tests what it can: it compiles and runs a kernel, solves a matrix inequality
-and checks the answer, and compiles and runs a C program.
+machine. The command compiles and runs a kernel, solves a matrix inequality and checks the answer,
+and compiles and runs a C program.
 
 `ok`: in order. `note`: works with a restriction, such as a log format whose library is not
 installed. `wrong`: does not work. A line that is not `ok` shows a command to try; so does a line
@@ -125,8 +125,7 @@ def _compiled() -> tuple[list[str], dict[str, Any]]:
     with progress("compiling") as report:
         done = compile_all(report)
     lines = [
-        f"compiled: {done.compiled} functions, so that {done.prepared} kernels are in "
-        f"{kernels.FOLDER}"
+        f"compiled: {done.compiled} functions; {done.prepared} kernels are now in {kernels.FOLDER}"
     ]
     lines += [f"not compiled: {failure}" for failure in done.failures]
     return lines, {"kernels": done.prepared, "compiled": done.compiled, "failures": done.failures}

@@ -51,18 +51,18 @@ Write a test to play on the bench, as CSV or MCAP with one row per sample: the r
 Kinds, with the parameters that each can identify:
 {chr(10).join(f"  {name:<10} {what}" for name, (what, _) in KINDS.items())}
 
-Absent options are chosen so that the worst axis of the bench (heaviest, most friction, weakest
+Defaults are chosen such that the worst axis of the bench (heaviest, most friction, weakest
 actuator) can follow. A reference is checked against travel, speed and drive; ramps are simulated on
 the lightest, the nominal and the heaviest axis. Numbers are in SI.
 
-With --for instead of --kind, the test is the shortest one with the wanted precisions, or with
---duration the best one of that length. A precision is half of a 95 % interval relative to the
-bench's value. The test is designed for the worst axis of the bench's intervals: strokes of several
-lengths, speeds and shapes, or ramps for the breakaway. --promise writes what `frictool identify
---promise` compares with its result.
+With --for instead of --kind, the test is the shortest one that reaches the wanted precisions, or
+with --duration the most precise one of that duration. A precision is half of a 95 % interval
+relative to the bench's value. The test is designed for the worst axis of the bench's intervals:
+strokes of several lengths, speeds and shapes, or ramps for the breakaway. --promise writes the
+expected intervals, which `frictool identify --promise` compares with its own.
 
 Exit code 1 if a test of --duration misses a wanted precision; 4 if the test exceeds a limit, or if
-no test has the precision. The message names the limit, and what would do.
+no test reaches the precision. The message names the limit and a remedy.
 """
 positive = FiniteRange(0.0, min_open=True)
 
@@ -81,7 +81,10 @@ positive = FiniteRange(0.0, min_open=True)
 @click.option(
     "--amplitude",
     type=positive,
-    help=("Half of the peak-to-peak distance [rad | m]; of breakaway: top of the ramps [A | V]."),
+    help=(
+        "Half of the peak-to-peak distance [rad | m]; for breakaway: drive at the top of the "
+        "ramps [A | V]."
+    ),
 )
 @click.option(
     "--frequency",
@@ -94,7 +97,7 @@ positive = FiniteRange(0.0, min_open=True)
     "--duration",
     type=positive,
     help=(
-        "Duration of sine, sines or speeds, or of the best test with --for [s].  "
+        "Duration of sine, sines or speeds, or with --for of the most precise test [s].  "
         "[default: 10, 30, 60]"
     ),
 )
@@ -122,7 +125,7 @@ positive = FiniteRange(0.0, min_open=True)
     "--open-loop",
     is_flag=True,
     default=None,
-    help="Ramps of breakaway whose rows do not depend on the motion of the axis.",
+    help="For breakaway: play every ramp to its top, even if the axis already moves.",
 )
 @click.option(
     "--longest",

@@ -98,7 +98,7 @@ def _missed(wanted: dict[str, float], promised: dict[str, float], bench: Any) ->
     for name, part in wanted.items():
         value = breakaway_range(bench)[1] if name in RAMPS else bench_value(bench, name)
         if name not in promised:
-            out.append(f"{name}: `identify` refuses it in a rehearsal")
+            out.append(f"{name}: `identify` does not identify it from the simulated test")
             continue
         reached = promised[name] / value
         if reached > part * (1.0 + 1e-9):
@@ -114,7 +114,8 @@ def _check(run: PreciseRun) -> None:
     both = {name in RAMPS for name in run.wanted} == {True, False}
     if both and run.precise["ramps"] is None:
         raise click.UsageError(
-            "--for breakaway with other parameters is two tests; give --ramps for the second."
+            "--for breakaway with other parameters makes two tests; give --ramps FILE for the "
+            "ramps."
         )
     if not both and run.precise["ramps"] is not None:
         raise click.UsageError("--ramps belongs to --for breakaway with other parameters.")

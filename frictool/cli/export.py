@@ -42,13 +42,13 @@ From model.yaml:
 
 The C code allocates nothing and calls no function but sqrt. Its golden vectors come from the
 simulation's controller in the same number format; the self-test exits with 0 if the compiled code
-reproduces all of them bit by bit. q31 is fixed point, proved free of overflow. q15 is a format of
-coefficients (json, cmsis, matlab).
+reproduces all of them bit by bit. q31 is fixed point, proved free of overflow. q15 applies to
+coefficients only (json, cmsis, matlab).
 
-The loop is verified again with the coefficients as the number format stores them. Exit code 4 if it
-violates the modulus margin, if the code is above the budget of the bench's target, or if the target
-cannot represent a part of the model: --without leaves that part out. Files of the same names in the
-folder are replaced. With -o - the files are a tar archive on stdout.
+The loop is verified again with the coefficients as the number format stores them. Exit code 4 if
+this loop violates the modulus margin, if the code exceeds the budget of the bench's target, or if
+the target cannot represent a part of the model; --without omits that part. Files of the same names
+in the folder are replaced. With -o - the files are a tar archive on stdout.
 """
 
 
@@ -66,7 +66,7 @@ folder are replaced. With -o - the files are a tar archive on stdout.
 @click.option(
     "--number",
     type=click.Choice(["double", "float", "q31", "q15"]),
-    help="Number format of a controller. [default: double; of cmsis float]",
+    help="Number format of a controller. [default: double; with cmsis float]",
 )
 @click.option(
     "--into", type=existing, help="Robot description (URDF, xacro, SDF) whose joint is changed."
@@ -76,7 +76,7 @@ folder are replaced. With -o - the files are a tar archive on stdout.
     "--without",
     multiple=True,
     metavar="FEATURE",
-    help="Leave a feature of the model out that the target cannot represent; repeatable.",
+    help="Omit a feature of the model that the target cannot represent; repeatable.",
 )
 @click.option(
     "--check",
@@ -193,8 +193,8 @@ def _export_controller(
     if result.is_budget_unchecked:
         assert result.target is not None
         note(
-            f"warning: {result.target.missing} is not on the PATH, so that the budget of the "
-            "bench (target) is not checked; install it"
+            f"warning: {result.target.missing} is not on the PATH; the budget of the bench "
+            "(target) is not checked; install it"
         )
         click.get_current_context().exit(EXIT_NO)
 

@@ -82,5 +82,11 @@ def check_ending(target: Path, writes: Sequence[str], chooses: bool, what: str =
     suffix = target.suffix.lower()
     if suffix in allowed or not (chooses or says_file(target)):
         return
-    said = "says another format" if suffix and not chooses else "does not say its format"
-    raise click.UsageError(f"{target.name!r} {said}{what}: end it in {alternatives(allowed)}.")
+    said = (
+        "has the ending of another format"
+        if suffix and not chooses
+        else "does not state its format"
+    )
+    raise click.UsageError(
+        f"{target.name!r} {said}{what}; allowed endings: {alternatives(allowed)}."
+    )

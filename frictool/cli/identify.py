@@ -35,12 +35,11 @@ breakaway at rest, each with an interval.
 
 Logs are canonical logs, or raw files with the columns of the bench. Logs of motion determine the
 sliding parameters. Breakaway ramps determine the breakaway: the effort grows until the axis moves,
-falls back, and grows again. They are recognised, or named with --ramp. Slow loops of the effort
-below the breakaway, named with --loops, determine the presliding laws.
+falls back, and grows again. The command recognises them; --ramp names a log that it does not
+recognise. Slow loops of the effort below the breakaway (--loops) determine the presliding laws.
 
 \b
-Methods (--method), and the data that each suits:
-{METHOD_LINES}
+Methods (--method), and suitable data: {METHOD_LINES}
 
 A parameter that the logs do not determine is listed with the reason, and the model contains the
 bench's interval for it. Intervals hold for the bench's nominal effort constant; an error of the
@@ -50,15 +49,15 @@ constant scales inertia and every friction alike.
 Many actuators, or many records of one actuator:
   frictool identify --each log fleet/ --bench bench.yaml --date '\\d{{4}}-\\d\\d-\\d\\d' -o models/
 
-Each log (or with --each folder, all logs of a folder) gives one model in the folder -o, and one row
-of parameters.csv in it. With -o FILE.csv or FILE.parquet only the table is written. The scatter of
-the parameters is compared with their intervals: are they one population, which units differ, which
-parameters drift? A log that cannot be used is a row with its reason.
+Each log (or with --each folder, each folder of logs) gives one model in the folder of -o, and one
+row of parameters.csv there. With -o FILE.csv or FILE.parquet only the table is written. The scatter
+of the parameters is compared with their intervals, to find units that differ and parameters that
+drift. A log that cannot be used has a row with the reason.
 
 Exit codes: 1 if the logs are in order but no fit is possible; 4 if a fit gives neither inertia nor
-friction, or if position and drive have opposite signs. No model is written then, except with
---keep-bench-values: it writes a marked model of the bench's values, which synth refuses, and ends
-with 0. With --each: 4 if one log ends with 4, else 1 if one ends with 1, else 3 if a log cannot be
+friction, or if position and drive have opposite signs. No model is written then. With
+--keep-bench-values, a marked model of the bench's values is written, which synth refuses, and the
+exit code is 0. With --each: 4 if any log gives 4, else 1 if any gives 1, else 3 if a log cannot be
 used.
 """
 
@@ -90,7 +89,7 @@ def _method_options(command: Callable[..., None]) -> Callable[..., None]:
     "--ramp",
     type=existing,
     multiple=True,
-    help="Log of breakaway ramps, whatever kind is recognised; repeatable.",
+    help="Log of breakaway ramps, even if it is recognised as another kind; repeatable.",
 )
 @click.option(
     "--breakaway-table",
@@ -388,6 +387,5 @@ def _check_each(each: str | None, alone: dict[str, Any], many: dict[str, Any]) -
         raise click.UsageError(f"{wrong[0]} belongs to --each.")
     if wrong:
         raise click.UsageError(
-            f"{wrong[0]} belongs to the logs of one model, not to --each; there ramps "
-            "are recognised."
+            f"{wrong[0]} does not work with --each, which recognises ramps itself."
         )

@@ -30,8 +30,9 @@ RAW is a file of any format that frictool reads; its content determines the form
 passes through. `columns` of the bench assigns columns to channels, and everything is converted to
 SI. The first file becomes /axis, each further file of the same rig /axis/NAME.
 
---from and --to keep a part of the log, in the log's time. --resample puts all streams on one grid
-as /axis: commands, drives and efforts are held, other signals are interpolated linearly, nothing is
+--from and --to keep a part of the log between two times of the log. --resample puts all streams on
+one grid as /axis: commands, drives and efforts are held, other signals are interpolated linearly,
+nothing is
 extrapolated. There is no filter: do not resample fast signals to a longer period. --salvage keeps
 the readable part of a damaged file and lists the losses; the exit code is then 3.
 """
@@ -140,7 +141,7 @@ def command(
             len(parts) == 1 and is_canonical(parts[0]) for parts in recordings
         ):
             raise click.UsageError(
-                "Missing option '--bench'; where there is no bench.yaml yet, --guess proposes one."
+                "Missing option '--bench'; without a bench.yaml, use --guess, which proposes one."
             )
         inputs = [
             *(file for parts in recordings for file in parts),
@@ -191,8 +192,8 @@ def _propose(
 
     if len(raw) > 1:
         raise click.UsageError(
-            "--guess takes one file; a further instrument's columns are written under "
-            "`instruments` by hand."
+            "--guess takes one file; write the columns of further instruments under `instruments` "
+            "by hand."
         )
     with stdin_as_file(raw) as (path,):
         start = start_from(path, path.stem[:80] or "rig", axis)

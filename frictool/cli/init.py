@@ -30,10 +30,10 @@ Write commented documents for a new rig: bench.yaml, spec.yaml, designs/automati
 scenarios/steps.yaml, and a Makefile that runs the commands and writes to build/.
 
 With --from, properties that a log shows are filled in and marked as guessed: columns, units, sample
-period, and the encoder's step if positions are no counts. A unit or a column that the log does not
-show is written as "?" with the candidates in a comment; the bench is an error until you fill it in.
-If the log does not show the kind of axis, --axis is needed. Without --from, put the bench's logs
-into DIR/logs/ before you run make.
+period, and the encoder's step if the positions are not counts. A unit or a column that the log does
+not show is written as "?" with the candidates in a comment; other commands refuse the bench until
+you fill it in. If the log does not show the kind of axis, --axis is needed. Without --from, put the
+bench's logs into DIR/logs/ before you run make.
 
 \b
 --example writes a worked rig with its logs, which needs no changes:
@@ -131,7 +131,7 @@ def _write_example(folder: Path, example: str, as_json: bool) -> None:
 
 
 def _still_to_do(folder: Path, start: StartingRig, keys: dict[str, list[str]]) -> str:
-    lines = ["examples, not yours: replace them before you believe a verdict"]
+    lines = ["these values are examples; replace them before you rely on a verdict"]
     lines += [f"  {name}: {', '.join(messages)}" for name, messages in keys.items()]
     if start.log_path is None:
         lines.append(

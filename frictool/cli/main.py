@@ -39,7 +39,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     ),
     "plan": (
         "frictool.cli.plan",
-        "Say which test to play next, until a controller meets the specification.",
+        "Design the next test of a bench, until a controller meets the specification.",
     ),
     "identify": (
         "frictool.cli.identify",
@@ -73,7 +73,7 @@ COMMANDS: dict[str, tuple[str, str]] = {
     "compare": ("frictool.cli.compare", "Compare friction laws in four tests."),
     "equations": ("frictool.cli.equations", "Print the equations of a mechanism."),
     "schema": ("frictool.cli.schema", "Print the JSON Schema of a document."),
-    "doctor": ("frictool.cli.doctor", "Check this installation, and clean up after former ones."),
+    "doctor": ("frictool.cli.doctor", "Check this installation, and remove obsolete files."),
     "completion": ("frictool.cli.completion", "Print the completion script for bash, zsh or fish."),
 }
 
@@ -172,7 +172,7 @@ def _run(debug: bool) -> None:
     except MemoryError:
         if debug:
             raise
-        _complain("out of memory; cut the log or use a machine with more")
+        _complain("out of memory; cut the log or use a machine with more memory")
         sys.exit(EXIT_INPUT)
     except OSError as error:
         if debug:

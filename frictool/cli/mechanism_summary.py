@@ -100,5 +100,5 @@ def _event_lines(events: dict[str, int]) -> list[str]:
         return []
     often = sorted(events.items(), key=lambda one: -one[1])
     counts = ", ".join(f"{name} {count}" for name, count in often[:MOST_EVENTS])
-    more = f", and {len(often) - MOST_EVENTS} kinds more" if len(often) > MOST_EVENTS else ""
+    more = f", and {len(often) - MOST_EVENTS} more kinds" if len(often) > MOST_EVENTS else ""
     return [f"  events: {counts}{more}"]

@@ -31,14 +31,14 @@ Example:
 
 Design an observer of velocity and friction from a model.
 
-multiplicative and additive are switched observers: the friction has grown by a factor alpha, or by
-an effort alpha. Their gains bound the estimation error relative to the model error by gamma and let
-the error decay under all allowed switches. Three checks follow: the inequalities hold with the
-stored gains, the error of every mode decays, and simulated switching sequences stay below gamma. If
-one fails, nothing is written and the exit code is 4. These observers need a fine encoder.
+multiplicative and additive are switched observers; alpha is the factor, or the effort, by which the
+friction has grown. Their gains bound the ratio of the estimation error to the model error by gamma,
+and make the error decay under all allowed switches. Three checks follow: the inequalities hold with
+the stored gains, the error of every mode decays, and simulated switching sequences stay below
+gamma. If one fails, nothing is written and the exit code is 4. These observers need a fine encoder.
 
-tracking is an observer for a coarse encoder: a model prediction, corrected where it leaves the
-encoder's count. Its only setting is the bandwidth of the error.
+tracking is an observer for a coarse encoder: it predicts with the model, and corrects the
+prediction when it leaves the measured count. Its only setting is the bandwidth of the error.
 """
 
 
@@ -54,8 +54,8 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
         or numbers[1] <= 0.0
     ):
         raise click.BadParameter(
-            f"found {value!r}; allowed: three numbers from 0 on, that of the speed "
-            "above 0, such as 1,100,0.001."
+            f"found {value!r}; allowed: three numbers of at least 0, the second (speed) above 0, "
+            "such as 1,100,0.001."
         )
     return numbers[0], numbers[1], numbers[2]
 
@@ -93,7 +93,7 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
     "--decay",
     type=FiniteRange(0.0, 1.0, min_open=True),
     help=(
-        "Switched kinds: factor on the error per sample; 1 for none. [default: 0.997, "
+        "Switched kinds: decay factor of the error per sample; 1 for no decay. [default: 0.997, "
         "nearer to 1 below 1 ms]"
     ),
 )
@@ -114,8 +114,8 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
     default="neighbours",
     show_default=True,
     help=(
-        "Switched kinds: allowed switches, between neighbouring intervals or between "
-        "any of a direction."
+        "Switched kinds: allowed switches, between neighbouring intervals, or between any "
+        "intervals of one direction."
     ),
 )
 @click.option(
@@ -123,7 +123,7 @@ def _weights(ctx: click.Context, param: click.Parameter, value: str) -> tuple[fl
     type=click.Choice(["held", "zero"]),
     default="held",
     show_default=True,
-    help="Switched kinds: estimated speed in mode 0, held or zero.",
+    help="Switched kinds: estimated speed in mode 0 (stuck): held or zero.",
 )
 @click.option(
     "--bandwidth",

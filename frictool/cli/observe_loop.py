@@ -21,7 +21,7 @@ Example:
   frictool export observed.yaml --lang c --number float -o c/
 
 Replace the speed signal of a controller by that of an observer, wherever the controller uses a
-speed. The position stays measured.
+speed. The position remains the measured one.
 
 If the speed feeds the linear controller, the loop changes: its margins are computed again at every
 vertex with the observer inside, and the certificate of the former loop is removed. Exit code 4 if

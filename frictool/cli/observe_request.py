@@ -75,10 +75,10 @@ def check_outputs(request: ObserveRequest, logs: tuple[Path, ...], several: bool
             output,
             ("CSV", "Parquet") if several else ("MCAP",),
             several,
-            ", and several logs give a table" if several else "",
+            " (several logs give a table)" if several else "",
         )
     if several and request.observer is not None:
-        raise click.UsageError("--observer runs along one log.")
+        raise click.UsageError("--observer works with one log only.")
     check_targets({"-o": output, "--plot": plot}, [*request.inputs, *logs])
 
 

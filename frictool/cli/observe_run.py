@@ -39,8 +39,8 @@ Example:
   frictool observe run model.yaml fleet/ --wear-limit 1.25 -o fleet.csv --plot trend.svg
 
 Estimate velocity, friction and wear of a running actuator from its encoder and its drive. Each
-estimate has an interval at every sample, and uses the samples before it only. Wear is the dry
-friction divided by that of the model; it is 1 if nothing has worn.
+estimate has an interval at every sample, and uses only the samples before it. Wear is the dry
+friction divided by that of the model; without wear it is 1.
 
 LOG is a canonical log, or a raw file with the columns of the model's bench; - is standard input. It
 is read in blocks, so that the memory does not grow with its length. -o writes the estimates as a
@@ -48,7 +48,7 @@ log, --plot draws them.
 
 With a folder or several logs, the result is a table with one row per log: unit, date, wear,
 interval, verdict. --plot draws the wear over the date. The ratio is relative to the unit's first
-log, or to --commissioning. A log that cannot be read is a row with its reason.
+log, or to --commissioning. A log that cannot be read has a row with the reason.
 
 Exit codes: 1 if the wear limit is exceeded or a log leaves it undecided; else 3 if a log could not
 be read or has lost data; else 0. The outputs are written in every case.
@@ -74,19 +74,22 @@ be read or has lost data; else 0. The outputs are written in every case.
     "--commissioning",
     type=existing,
     help=(
-        "First log of the unit, or the --json output of its run; the limit then applies"
-        " to the ratio."
+        "First log of the unit, or the --json output of its run; the limit then applies to the "
+        "ratio of both wears."
     ),
 )
 @click.option(
     "--observer",
     type=existing,
-    help=("Additional observer, whose estimates become /axis/observer (observer.yaml)."),
+    help=("Additional observer (observer.yaml); its estimates are the stream /axis/observer."),
 )
 @click.option(
     "--plot",
     type=NamedPath(True, ("SVG", "HTML"), True),
-    help=("Write a picture of the estimates (.svg) or a page (.html); of several logs the trend."),
+    help=(
+        "Write a picture of the estimates (.svg) or a page (.html); with several logs, "
+        "of the trend."
+    ),
 )
 @click.option(
     "--confidence",
@@ -113,7 +116,7 @@ be read or has lost data; else 0. The outputs are written in every case.
 @workers_options
 @output_option(
     required=False,
-    help=("Estimates (.mcap), or of several logs the table (.csv, .parquet); - is stdout."),
+    help=("Estimates (.mcap), or for several logs the table (.csv, .parquet); - is stdout."),
 )
 @click.option(
     "--allow-undecided",
@@ -166,7 +169,7 @@ def command(
     several = is_fleet(logs) or table
     check_outputs(request, logs, several)
     if not several and (request.cores is not None or request.cluster is not None):
-        raise click.UsageError("--cores and --cluster need several logs; this is one log.")
+        raise click.UsageError("--cores and --cluster need several logs; found: one.")
     if not several:
         ctx.exit(_single(request, logs[0]))
     from frictool.cli.observe_fleet import observe_fleet

@@ -71,8 +71,8 @@ def require_folder(target: Path) -> None:
     folder = target.resolve().parent if target.is_symlink() else target.parent
     if not folder.exists():
         raise OutputError(
-            f"{target}: there is no folder {folder}; make it first (mkdir -p "
-            f"{shlex.quote(str(folder))}) or name another"
+            f"{target}: there is no folder {folder}; create it (mkdir -p "
+            f"{shlex.quote(str(folder))}) or name another folder"
         )
     if not folder.is_dir():
         raise OutputError(f"{target}: cannot be written: {folder} is not a folder")
@@ -128,7 +128,7 @@ def check_targets(targets: Mapping[str, Path | None], inputs: list[Path]) -> Non
         path = target if target == STDOUT else target.resolve()
         if path in options and (target == STDOUT or target.is_file() or not target.exists()):
             raise click.UsageError(
-                f"{options[path]} and {option} have the same name, {target}; each needs its own."
+                f"{options[path]} and {option} have the same name, {target}; give two names."
             )
         options[path] = option
         check_output(target, inputs)

@@ -58,13 +58,14 @@ def _refuse(target: Path, paths: list[Path], inputs: list[Path], overwrite: bool
     if present and not overwrite:
         names = ", ".join(str(path.relative_to(target)) for path in present)
         raise OutputError(
-            f"{target}: already holds {names}; nothing is overwritten, choose another "
-            "folder or move them away"
+            f"{target}: already contains {names}; nothing is overwritten; choose another folder "
+            "or move these files"
         )
     for path in present:
         if path.is_dir():
             raise OutputError(
-                f"{path}: is a folder where a file has to be written; choose another folder"
+                f"{path}: is a folder, but a file of this name must be written; choose another "
+                "folder"
             )
         refuse_inputs(path, inputs)
 

@@ -21,14 +21,15 @@ Example:
   frictool plan bench.yaml --spec spec.yaml -o next.mcap
   frictool plan bench.yaml --spec spec.yaml ramps.mcap strokes.mcap -o next.mcap
 
-Say what to do next on a bench, and write that test. Without a log: ramps of the drive, which show
-the direction of drive and encoder and the breakaway. Then strokes for friction and inertia. With
-both, a search says whether `frictool synth` meets the specification for every plant that is left;
-if it does, the last test is for `frictool validate`. If only exact parameters would allow a
-controller, the next test halves the intervals.
+Design the next test of a bench, and write it. Without logs, the test is ramps of the drive: they
+determine the breakaway, and if drive and encoder have the same direction. The second test is
+strokes, for friction and inertia. With the logs of both tests, a search decides if `frictool synth`
+meets the specification for every plant within the intervals. If it does, the last test is for
+`frictool validate`. If only exact parameters would allow a controller, the next test halves the
+intervals.
 
-Each test is within travel, speed and drive on every axis of the bench's ranges. `frictool simulate
---as-bench` plays a test without hardware.
+Each test respects the limits of travel, speed and drive for every axis within the bench's ranges.
+`frictool simulate --as-bench` plays a test without hardware.
 
 Exit code 1 if the direction is wrong, or if only the ranges of the bench prevent a controller; 4 if
 no controller meets the specification.
@@ -37,12 +38,15 @@ no controller meets the specification.
 
 @click.command("plan", help=HELP)
 @click.argument("bench", help="Rig (bench.yaml).", type=existing)
-@click.argument("logs", metavar="[LOG]...", nargs=-1, help="Logs so far.", type=existing)
+@click.argument(
+    "logs", metavar="[LOG]...", nargs=-1, help="Logs of the tests so far.", type=existing
+)
 @click.option("--spec", type=existing, required=True, help="Specification (spec.yaml).")
 @click.option(
     "--narrow",
     is_flag=True,
-    help="The bench's ranges are unknown values, not the product's life; design for the logs only.",
+    help="Design for the intervals of the logs only: the bench's ranges are unknown values, not "
+    "changes over the product's life.",
 )
 @click.option(
     "--promise", type=NamedPath(writes=("YAML",)), help="Write the promise of the next test (YAML)."
@@ -50,7 +54,8 @@ no controller meets the specification.
 @click.option(
     "--model",
     type=NamedPath(writes=("YAML",)),
-    help="Write the model of the logs (YAML), with --narrow for their intervals alone.",
+    help="Write the model identified from the logs (YAML); with --narrow, its bench has the "
+    "intervals of the logs.",
 )
 @click.option(
     "-o",

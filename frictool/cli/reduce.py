@@ -212,7 +212,7 @@ def _in_loop(line: ReduceCommand, result: Reduction) -> LoopComparison | None:
         return None
     from frictool.cli.reduce_loop import compare_in_loop
 
-    note_step("playing the scenario to both")
+    note_step("simulating the scenario with mechanism and model")
     return compare_in_loop(
         line.mechanism,
         result.model,

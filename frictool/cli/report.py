@@ -37,12 +37,11 @@ a page with plots (-o), JUnit for a build server, Markdown for a merge request, 
 Each requirement is judged by its worst value over all steps of all streams (/axis and every variant
 /axis/NAME). It is MET, NOT MET, or UNDECIDED with the reason: a smooth reference has no step, and a
 log alone has no modulus margin, which --controller provides. The margin is that of the simulated
-plants; it is undecided for a model or a rig that the controller was not verified for. The verdict
-is FAIL if a requirement is not met, else UNDECIDED if one is undecided, else PASS.
+plants; it is undecided if the controller was not verified for the model or the rig of the log. The
+verdict is FAIL if a requirement is not met, else UNDECIDED if one is undecided, else PASS.
 
-Raw CSV and MAT logs are read by the columns of --bench, or else of the controller's bench, which
-also provides the drive's limit and the backlash. Several logs are overlaid, aligned at their common
-steps.
+--bench, or else the controller's bench, describes the columns of raw CSV and MAT logs, and provides
+the drive's limit and the backlash. Several logs are overlaid, aligned at their common steps.
 
 Exit codes: 0 pass; 1 fail or undecided. The outputs are written in either case.
 """
@@ -101,7 +100,7 @@ def command(
     as_json: bool,
 ) -> None:
     if proof is not None and controller is None:
-        raise click.UsageError("--proof needs --controller, whose step test it proves.")
+        raise click.UsageError("--proof needs --controller, the controller that it was made for.")
     inputs = [*logs, spec, *(path for path in (controller, bench, proof) if path is not None)]
     targets = {"-o": output, "--junit": junit, "--markdown": markdown}
     check_targets(targets, inputs)
@@ -199,8 +198,8 @@ def _of_this_controller(log: Log, controller: Path, document: Controller) -> Non
             log.source,
             (
                 f"was simulated with the speed of a {observed}, which {controller} does not "
-                "contain; its margins are those of another loop; simulate and report the "
-                "controller of `frictool observe loop`"
+                "contain, so that its margins do not apply; simulate and report the controller of "
+                "`frictool observe loop`"
             ),
         )
     inputs = [

@@ -1,4 +1,4 @@
-"""`frictool schema`: JSON Schema of a document, or of what a command prints with --json."""
+"""`frictool schema`: JSON Schema of a document, or of a command's --json output."""
 
 from __future__ import annotations
 

@@ -69,8 +69,8 @@ code, compiled here.
 with the bench's position controller  {LAW}  on the encoder's counts.
 
 --as-bench MODEL TEST does the same without further options: the gains follow from the bench's delay
-and encoder, the loop feeds the effort of the bench's values forward, and the measured drive has a
-noise of 0.2 % of its limit. TEST may be a CSV of a reference.
+and encoder, the loop has a feedforward computed with the bench's values, and the measured drive has
+a noise of 0.2 % of its limit. TEST may be a CSV of a reference.
 """
 
 
@@ -123,7 +123,7 @@ noise of 0.2 % of its limit. TEST may be a CSV of a reference.
 @click.option(
     "--events",
     type=NamedPath(writes=("CSV",)),
-    help="Of a mechanism: write the times of all events to this file (CSV).",
+    help="For a mechanism: write the times of all events to this file (CSV).",
 )
 @output_option(writes=("MCAP",))
 @json_option
@@ -148,7 +148,8 @@ def command(
         raise click.UsageError("--events works with a mechanism and a scenario only.")
     if as_bench != (test is not None) or (as_bench and excitation is not None):
         raise click.UsageError(
-            "--as-bench MODEL TEST belong together; leave out --excitation, or give --as-bench."
+            "--as-bench needs the arguments MODEL TEST, and TEST needs --as-bench; leave out "
+            "--excitation."
         )
     excitation = excitation or test
     inputs = [
@@ -168,7 +169,9 @@ def command(
             raise click.UsageError(f"--excitation is played as on the bench; leave out {names}.")
         if as_bench:
             if gains.closed:
-                raise click.UsageError("--as-bench has gains of its own; leave out the gains.")
+                raise click.UsageError(
+                    "--as-bench chooses the gains; leave out the options for gains."
+                )
             log = as_bench_log(model, excitation, drive_noise, seed, output)
             _save(log, output, inputs)
         else:
@@ -178,11 +181,13 @@ def command(
         text = bench_text
     elif scenario is None:
         raise click.UsageError(
-            "give --controller and --scenario, or --excitation; of a mechanism, --scenario alone."
+            "give --controller and --scenario, or --excitation; for a mechanism, --scenario alone "
+            "also works."
         )
     elif gains.closed or drive_noise is not None or seed is not None:
         raise click.UsageError(
-            "gains, --drive-noise and --seed belong to --excitation; a scenario has its own."
+            "gains, --drive-noise and --seed belong to --excitation; a scenario states its noise "
+            "and seed itself."
         )
     elif target is not None and number is not None:
         raise click.UsageError(
@@ -190,7 +195,7 @@ def command(
         )
     elif target is not None and observer is not None:
         raise click.UsageError(
-            "the code in --target contains its speed signal; export the controller of "
+            "the code in --target computes its speed signal itself; export the controller of "
             "`frictool observe loop`, and leave out --observer."
         )
     elif controller is None:
@@ -235,11 +240,12 @@ def _bench_test(
         servo = gains.servo(plant.bench)
     if is_ramps(test) == closed:
         raise click.UsageError(
-            f"{excitation.name} holds ramps of the drive, which no gains follow; leave them out."
+            f"{excitation.name} contains ramps of the drive, which are played without a position "
+            "loop; leave out the gains."
             if closed
             else (
-                f"{excitation.name} holds a reference; give --position-gain and "
-                "--speed-gain of the loop that follows it."
+                f"{excitation.name} contains a reference; give --position-gain and --speed-gain "
+                "of the bench's position loop."
             )
         )
     named = {f"--{name}-gain": getattr(gains, name) for name in ("position", "speed", "integral")}

@@ -22,7 +22,9 @@ def as_bench_log(
     Raises UsageError for a mechanism, whose bench has no usual gains.
     """
     if is_mechanism(model):
-        raise click.UsageError("--as-bench needs a model of an axis; give a mechanism gains.")
+        raise click.UsageError(
+            "--as-bench needs a model of an axis; for a mechanism, use --excitation with gains."
+        )
     from frictool.documents.bench import DRIVE_NOISE_SHARE
     from frictool.documents.model import Model
     from frictool.documents.provenance import provenance_of_command

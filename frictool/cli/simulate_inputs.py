@@ -52,7 +52,7 @@ def recorded_log(path: Path, scenario: Path, bench: Bench) -> Log:
 
     if not path.is_file():
         message = (
-            f"found {path}, which is no file; allowed: a log, by its path from the folder "
+            f"found {path}, which is no file; allowed: the path of a log, relative to the folder "
             f"of {scenario.name}"
         )
         raise document_error(scenario, "reference.log", message)

@@ -40,7 +40,7 @@ def stdin_as_file(paths: Sequence[Path]) -> Iterator[list[Path]]:
         except OSError as error:
             raise LogError(
                 NAME,
-                f"cannot be kept in {folder}: {error.strerror or error}; set TMPDIR to "
-                "a folder with room",
+                f"cannot be kept in {folder}: {error.strerror or error}; set TMPDIR to a folder "
+                "with more space",
             ) from None
         yield [file if path == STDIN else path for path in paths]

@@ -31,8 +31,8 @@ Synthesise a controller for every plant that the intervals of model and bench sp
 as it will run.
 
 Without --design, or with `method: auto`, the command searches the simplest controller that meets
-the specification when it is played, with a reserve of 5 % (oscillations, drive and rest have none).
-It writes the design of this controller with a comment on each value. That design can be changed and
+the specification in simulation, with a reserve of 5 % (none for oscillations, drive and rest). It
+writes the design of this controller with a comment on each value. That design can be changed and
 passed with --design. If no design is found, the message states the requirement that the best
 candidate misses and the best values of all candidates, and the exit code is 4. Other searches may
 reach better values.
@@ -46,14 +46,14 @@ stable at every vertex with the bench's computational delay (on a bench without 
 sample), and have the specified modulus margin at that delay, also with coefficients rounded to the
 target's number format. Then stability, a norm and a modulus margin are proved for every constant
 plant of the intervals; `frictool verify` proves them again. For a loop that feeds back a speed
-(method pid in a cascade, also if a search finds it) there is no norm to prove. The proof does not
-cover parameters that vary with time. If one of these steps fails, nothing is written and the exit
-code is 4.
+(method pid in a cascade, also if a search selects it), the certificate contains no norm. The proof
+does not cover parameters that vary with time. If one of these steps fails, nothing is written and
+the exit code is 4.
 
-At last the controller is played against the specification on the nominal plant, every vertex and 40
-drawn plants: four steps over the travel and a hold, or the steps of --scenario. The last lines are
-the worst value of each requirement. The exit code is 1 if a requirement is not met; the controller
-is written in either case.
+Finally, the controller is played: it is simulated with the nominal plant, every vertex and 40 drawn
+plants: four steps over the travel and a hold, or the steps of --scenario. The last lines are the
+worst value of each requirement. The exit code is 1 if a requirement is not met; the controller is
+written in either case.
 """
 
 
@@ -76,13 +76,14 @@ is written in either case.
     "--vertices-only",
     is_flag=True,
     help=(
-        "Check the vertices only: quicker, without search inside the box and without certificate."
+        "Check the vertices only: quicker, but without search inside the intervals and without "
+        "certificate."
     ),
 )
 @click.option(
     "--varying",
     is_flag=True,
-    help="Compute a bound for parameters that vary at any speed, too; some seconds.",
+    help="Also compute a bound for parameters that vary at any rate (takes some seconds).",
 )
 @click.option(
     "--plot",
@@ -95,9 +96,9 @@ is written in either case.
 @click.option(
     "--scenario",
     type=existing,
-    help="Steps to play (scenario.yaml). [default: four steps over the travel, and a hold]",
+    help="Steps to simulate (scenario.yaml). [default: four steps over the travel, and a hold]",
 )
-@click.option("--no-play", is_flag=True, help="Do not play the controller; verify it only.")
+@click.option("--no-play", is_flag=True, help="Only verify the controller; do not simulate it.")
 @output_option(
     required=False,
     help="Controller (YAML); - is stdout. Without it nothing is written.",
@@ -211,14 +212,14 @@ def _check_options(
     """Raise UsageError for options that contradict each other."""
     if design is not None and plot is not None and design.relax == "no":
         raise click.UsageError(
-            "--plot shows the trade of a search or of `relax: auto`; the design "
-            f"{design.name} asks for neither."
+            f"--plot shows the trade of a search or of `relax: auto`; the design {design.name} "
+            "has neither."
         )
     if design is not None and save_design is not None:
-        raise click.UsageError("--save-design is for a search; leave out --design.")
+        raise click.UsageError("--save-design belongs to a search; leave out --design.")
     if design is None and no_play:
         raise click.UsageError(
-            "a search plays its candidates: leave out --no-play, or give --design."
+            "a search simulates its candidates: leave out --no-play, or give --design."
         )
     if no_play and scenario is not None:
-        raise click.UsageError("--no-play plays nothing; leave out --scenario.")
+        raise click.UsageError("--scenario has no effect with --no-play; leave out one of them.")

@@ -27,9 +27,9 @@ The loop is built from the stored coefficients, sampled at the bench's period wi
 bounds of the certificate are proved for every frequency and plant, without solver, grid or digest,
 and with every rounding error bounded. Parameters that vary with time are not covered. The
 certificate's intervals must contain those of the bench. Norms, margins and rounded forms at the
-vertices, and stored norms inside the intervals, must agree with `verified`. Digests show
-changed blocks that no stored property depends on (position law, prefilter). Results of a solver are
-listed as not computed.
+vertices, and stored norms inside the intervals, must agree with `verified`. Digests reveal changes
+of blocks that affect no stored property (position law, prefilter). Results of a solver are listed
+as not computed.
 
 With --model, three more conditions are checked: the model lies within the verified intervals, its
 bench has the controller's drive limit, winding and encoder, and the loop has the specified modulus

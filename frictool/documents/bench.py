@@ -56,7 +56,7 @@ class Encoder(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
       counts. The position must move by less than half a period per sample.
     - `wrap_bits`: Number of bits of a counter that overflows. Write this key or `wrap`.
     - `signed`: True if the counter of `wrap_bits` is signed. Needed if the first count of the log
-      leaves this open.
+      does not show it.
     - `index_reset`: True if an index pulse sets the counter to one value; these jumps are then
       removed. Needs `mechanics.top_speed`.
     """
@@ -115,7 +115,7 @@ class Actuator(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     - `constant`: Force or torque per ampere or volt.
     - `limit`: Largest magnitude of the drive.
     - `loop_time_constant_s`: Time constant of the current or voltage loop; 0 for none.
-    - `winding`: Winding of a current drive, whose voltage limits the current at speed.
+    - `winding`: Winding of a current drive; the supply voltage limits the current at high speed.
     - `rms_limit`: Largest rms of the drive over a test, such as the continuous current on the
       nameplate. By default `limit`.
     """
@@ -162,10 +162,10 @@ class Mechanics(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_de
 class Column(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Source of one channel: a column by name or by number, with unit, scale and offset.
 
-    `frictool init` writes `?` for a column or unit that the log does not contain; such a bench is
-    an error until the value is filled in.
+    `frictool init` writes `?` for a column or unit that the log does not contain; commands refuse
+    such a bench until the value is filled in.
 
-    - `column`: Name of the column, or its number from 1. Of a recording: `TOPIC#FIELD`.
+    - `column`: Name of the column, or its number from 1. In a recording: `TOPIC#FIELD`.
     - `unit`: Unit of scale * number + offset; `count` for encoder counts.
     - `scale`: Factor on the number in the file.
     - `offset`: Number added after the factor.
@@ -196,7 +196,7 @@ class Quadrature(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
     - `a`, `b`: Columns of channels A and B, by name or number.
     - `threshold`: Voltage between low and high [V].
-    - `hysteresis`: Distance of the two switching voltages [V].
+    - `hysteresis`: Difference of the two switching voltages [V].
     - `probe`: Attenuation of the probe: numbers in the file are multiplied by it first.
     """
 
@@ -210,12 +210,13 @@ class Quadrature(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Layout of a raw file, for properties that its content does not show reliably.
 
-    Lines count from 1; 0 means that the file has no such line. Absent keys are detected.
+    Lines count from 1; 0 means that the file has no such line. Absent keys are detected in the
+    file.
 
     - `encoding`: Encoding of the text.
-    - `delimiter`: Sign between two columns.
+    - `delimiter`: Character between two columns.
     - `decimal`: Decimal sign.
-    - `thousands`: Sign between groups of digits.
+    - `thousands`: Character between groups of digits.
     - `header_line`: Line with the names of the columns.
     - `unit_line`: Line with the units.
     - `first_line`: First line with numbers.
@@ -246,9 +247,7 @@ class Layout(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
     def __post_init__(self) -> None:
         if self.decimal is not None and self.decimal == self.thousands:
-            raise ValueError(
-                "decimal and thousands are the same sign; allowed: two different signs"
-            )
+            raise ValueError("decimal and thousands are equal; allowed: two different characters")
         if self.start_s is not None and self.period_s is None:
             raise ValueError("start_s needs period_s, the time between two rows")
         lines = [line for line in (self.header_line, self.unit_line, self.first_line) if line]
@@ -274,7 +273,7 @@ class ClockEstimate(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
 class Instrument(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Files from another instrument, selected by their names.
 
-    Properties that are absent here are those of the bench.
+    By default a key has the value of the bench.
 
     - `files`: Pattern of the file names, such as `"*MR*.csv"`.
     - `columns`: Column of each channel.

@@ -42,7 +42,7 @@ class Box(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Filter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Weight gain (s/zero + 1)/(s/pole + 1), run as its Tustin equivalent.
+    """Weight gain (s/zero + 1)/(s/pole + 1), discretised by Tustin's rule.
 
     - `gain`: Gain at frequency 0.
     - `zero`, `pole`: Angular frequency [rad/s]. By default infinite.
@@ -77,7 +77,7 @@ class CertifiedWeights(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
 
 
 class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Part of a proof of version 1. It is read, and not used.
+    """Part of a proof of version 1. It is read, but not used.
 
     - `drive_rate`: [low, high] of constant/inertia (SI).
     - `viscous_rate`: [low, high] of viscous/inertia (SI).
@@ -91,12 +91,12 @@ class Cell(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Bound(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """One bound.
+    """Upper bound of a property of the loop.
 
-    - `of`: `norm`: from the weighted inputs to the weighted outputs. `sensitivity`: the largest
-      sensitivity, the inverse of the modulus margin.
+    - `of`: `norm`: the norm from the weighted inputs to the weighted outputs. `sensitivity`: the
+      largest sensitivity, the inverse of the modulus margin.
     - `below`: Value of the bound.
-    - `bits`, `factor`, `cells`: Matrices of a proof of version 1. They are read, and not used.
+    - `bits`, `factor`, `cells`: Matrices of a proof of version 1. They are read, but not used.
     """
 
     of: Literal["norm", "sensitivity"]
@@ -116,11 +116,12 @@ class RestCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     - `name`: `breakaway`: the least friction of the box is above 0 [N m | N]. `band`: the band is
       not narrower than an encoder count [rad | m]. `released_effort`, `count_pulse`: the effort of
-      a released drive, and its answer to one count, are below half of the least friction [N m | N].
+      a released drive, and its response to one count, are below half of the least friction [N m |
+      N].
       `frozen_integrator`: integrators keep their values while the drive is released.
       `arrival_speed`: the axis stops within the band from the speed at which the drive is released
-      [rad/s | m/s]. `stable_loop`: a bound of the linear loop is proved (its largest sensitivity).
-    - `state`: `holds`, `fails`, or `undecided`, because the check is sufficient only.
+      [rad/s | m/s]. `stable_loop`: a bound of the linear loop's largest sensitivity is proved.
+    - `state`: `holds`, `fails`, or `undecided` if a condition that is only sufficient fails.
     - `value`: Figure of this controller.
     - `limit`: Figure that `value` is compared with.
     """
@@ -149,7 +150,7 @@ class RestProof(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     - `stopping_disturbance`: Disturbance up to which `speed` and `stop_time_s` hold [N m | N].
     - `speed`: Largest speed at the target, with the drive decayed, from which the axis stops inside
       the band [rad/s | m/s]; 0 if the release of the drive depends on the speed.
-    - `stop_time_s`: Time after which it stands still.
+    - `stop_time_s`: Time after which the axis stands still.
     - `checks`: Hypotheses with their figures.
     """
 
@@ -166,7 +167,7 @@ class Cycle(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     - `reference`: Position reference that is held [rad | m].
     - `amplitude`: Half the peak-to-peak value of the position [rad | m].
-    - `period_s`: Time between turns of one side.
+    - `period_s`: Time between turning points on the same side.
     """
 
     reference: float

@@ -26,7 +26,7 @@ class Disturbance(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
 
     - `kind`: `step`: `effort` until the end. `pulse`: `effort` for `duration_s`. `sine`: `effort`
       sin(2 pi frequency_hz (t - at_s) + phase_deg), for `duration_s` or until the end.
-    - `effort`: Size of the effort, or its amplitude.
+    - `effort`: Level of the effort, or amplitude of the sine.
     - `on`: Block of a mechanism. By default the block that the controlled source drives.
     """
 
@@ -50,7 +50,7 @@ class Signal(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     - `kind`: `step`: `level` until the end. `pulse`: `level` for `duration_s`. `ramp`: from 0 to
       `level` in `duration_s`, then constant. `sine`: `level` sin(2 pi frequency_hz (t - at_s) +
       phase_deg), for `duration_s` or until the end.
-    - `level`: Size of the signal, or its amplitude.
+    - `level`: Level of the signal, or amplitude of the sine.
     """
 
     kind: Literal["step", "pulse", "ramp", "sine"]
@@ -67,7 +67,7 @@ class Signal(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 def check_course(kind: str, lasts: bool, swings: bool) -> None:
     """Raise ValueError if duration_s or frequency_hz does not suit this kind of signal.
 
-    `lasts` says that duration_s is present, `swings` that frequency_hz is.
+    `lasts`: True if duration_s is present. `swings`: True if frequency_hz is present.
     """
     if kind == "step" and lasts:
         raise ValueError(
@@ -135,7 +135,7 @@ class Drifts(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
 
 
 class ControllerCommand(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Command of the supervisor to the controller, before its sample at or after `at_s`.
+    """Command of a supervisor to the controller, before the first sample at or after `at_s`.
 
     - `command`: `disable`: the drive is 0 until `enable`, which starts at rest at the measured
       position. `hold`: the last valid reference stays until `follow`. `fault`: the drive is 0
@@ -147,13 +147,13 @@ class ControllerCommand(msgspec.Struct, frozen=True, forbid_unknown_fields=True)
 
 
 class SensorFault(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Sensor fault from a time on.
+    """Sensor fault that begins at `at_s`.
 
-    - `kind`: `lost_counts`: from `at_s` on the encoder reports `counts` too few. `encoder_stuck`:
-      it repeats its last count. `encoder_invalid`: it reports NaN, as after a lost telegram.
+    - `kind`: `lost_counts`: the encoder reports `counts` too few. `encoder_stuck`: the encoder
+      repeats its last count. `encoder_invalid`: the encoder reports NaN, as after a lost telegram.
       `drive_offset`, `drive_gain`: the drive's sensor shows (1 + gain_error) drive + offset. A
-      current drive feeds this value back, so that the true current changes; of a voltage only the
-      record is wrong.
+      current drive feeds this value back, so that the true current changes; with a voltage drive,
+      only the record is wrong.
     - `until_s`: End of the fault. By default the end of the scenario.
     - `counts`: Number of lost counts; negative: too many are reported.
     - `offset`: Offset of the drive's sensor.

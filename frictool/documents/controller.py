@@ -74,9 +74,9 @@ class LinearController(msgspec.Struct, frozen=True, forbid_unknown_fields=True, 
     - `form`: Realisation that runs on the target: `discrete` with `anti_windup`, or `sos` with
       `sos_anti_windup`. Sections run in transposed direct form II.
     - `sos_anti_windup`: Anti-windup gains of the sections' states, in the order of the chain.
-    - `conditional`: True if an integrator state is held while the drive is limited and its input
-      would move it further into the limit. It is also held in the band of a position law while the
-      drive is 0; otherwise it is reset there.
+    - `conditional`: True if an integrator state is held while the drive is limited and the state's
+      input has the direction of the limit. The state is also held while a position law sets the
+      drive to 0 in its band; without this key it is then reset.
     """
 
     discrete: StateSpace
@@ -165,10 +165,10 @@ class Velocity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
 
 class Limiter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Release of the drive near the target (structure `position`); it freezes the integrator.
+    """Release of the drive near the target (structure `position`); the integrator is then frozen.
 
-    - `condition`: Releases the drive for `energy` if ||e| - inertia v^2/(2 (coulomb +
-      virtual_coulomb))| < band, and for `error` if |e| < band.
+    - `condition`: Condition of the release. `energy`: ||e| - inertia v^2/(2 (coulomb +
+      virtual_coulomb))| < band. `error`: |e| < band.
     - `band`: Half-width of the band [rad | m].
     - `inertia`: Inertia of the condition [kg m^2 | kg].
     - `coulomb`: Coulomb friction of the condition [N m | N].
@@ -265,8 +265,8 @@ class Profile(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
     - `speed`: Largest speed [rad/s | m/s].
     - `acceleration`: Largest acceleration and deceleration [rad/s^2 | m/s^2].
-    - `smoothing_samples`: Length of the moving average; the jerk is at most 2 acceleration over
-      this time.
+    - `smoothing_samples`: Length of the moving average; the jerk is at most 2 acceleration divided
+      by this time.
     """
 
     speed: PositiveNumber
@@ -285,8 +285,8 @@ class Feedforward(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_
     - `switch_on_speed`: Speed of the reference above which the Coulomb friction is added [rad/s |
       m/s].
     - `switch_off_speed`: Speed of the reference below which it is removed [rad/s | m/s].
-    - `filter_rad_s`: Bandwidth of the state-variable filter that differentiates a reference from
-      outside; 0 if a prefilter or a profile gives the speed.
+    - `filter_rad_s`: Bandwidth of the state-variable filter that differentiates the reference; 0 if
+      a prefilter or a profile provides its speed.
     """
 
     inertia: Annotated[float, msgspec.Meta(ge=0)]
@@ -401,7 +401,7 @@ class Verified(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
     - `gamma_verified`: Worst norm of the rebuilt sampled loop.
     - `modulus_margin_specified`: Modulus margin that the specification requires.
     - `vertices`: Properties at each vertex.
-    - `count_drive`: Largest drive after one encoder count [A | V].
+    - `count_drive`: Largest drive in response to one encoder count [A | V].
     - `rounded`: Properties with rounded coefficients.
     - `margins`: Worst margins over the vertices.
     - `robustness`: Worst norm over the whole box.
@@ -454,7 +454,8 @@ class Corner(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Schedule(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Gain schedule for parameters that are known at run time.
 
-    The corners' matrices are summed with the weights of the plant in the polytope.
+    The sum of the corners' matrices, each with the weight of its corner at the present plant, is
+    the controller.
 
     - `parameters`: Scheduled parameters.
     - `corners`: Controllers at the corners.
@@ -477,8 +478,8 @@ class Controller(
 ):
     """Coefficients that run on the target, and the verified loop properties: `controller.yaml`.
 
-    - `structure`: `position` closes one loop on the position; `speed_cascade` a speed loop inside a
-      position law.
+    - `structure`: `position` closes one loop on the position; `speed_cascade` closes a speed loop
+      inside a position law.
     - `method`: Synthesis method, or `own` for a controller that was designed with another tool.
     - `domain`: Domain of the synthesis.
     - `drive_limit`: Largest magnitude of the drive [A | V].
@@ -493,8 +494,8 @@ class Controller(
     - `limiter`: Release of the drive near the target.
     - `friction_compensation`: Friction effort that is added to the drive.
     - `certificate`: Data that prove the bounds of the loop.
-    - `weights`: Weights of the generalised plant whose norm was verified, if no certificate holds
-      them.
+    - `weights`: Weights of the generalised plant whose norm was verified, if no certificate
+      contains them.
     - `schedule`: Controllers of the vertices, if the design requests them.
     - `resonances`: Resonances of the model. Stability and the modulus margin at the vertices hold
       with them; norms and certificate are those of the plant without them.
@@ -549,7 +550,7 @@ class Controller(
             )
         if cascade and self.limiter is not None:
             raise ValueError(
-                "limiter is for structure position: in a cascade position_law.action does its work"
+                "limiter belongs to structure position; a cascade has position_law.action instead"
             )
         if self.profile is not None and self.prefilter is not None:
             raise ValueError("profile replaces prefilter; remove one of them")
@@ -557,6 +558,6 @@ class Controller(
         filters = self.prefilter is not None or self.profile is not None
         if fed is not None and filters == (fed.filter_rad_s > 0.0):
             raise ValueError(
-                "feedforward.filter_rad_s is the bandwidth for a reference that neither a "
-                "prefilter nor a profile filters; it is 0 with one of them"
+                "feedforward.filter_rad_s: allowed: 0 with a prefilter or profile, and above 0 "
+                "without them"
             )

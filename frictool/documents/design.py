@@ -82,8 +82,8 @@ class Design(
     A key that the method or the structure does not use is an error. So is a block whose input does
     not exist or whose output is not used.
 
-    - `structure`: `position` closes one loop on the position; `speed_cascade` a speed loop inside a
-      position law. Method `auto` needs no structure.
+    - `structure`: `position` closes one loop on the position; `speed_cascade` closes a speed loop
+      inside a position law. Method `auto` needs no structure.
     - `method`: Synthesis method; docs/theory/synth.md compares them.
     - `weights`: Weights of the closed-loop norm. `{}` derives every weight, and `synth` prints each
       with its origin.
@@ -93,8 +93,8 @@ class Design(
     - `prewarp_rad_s`: Frequency at which the discretisation of domain `continuous` is exact. By
       default 0.
     - `schedule`: Parameters that span the polytope. By default `regime` for a method with an
-      uncertainty channel, all four others without one. The remaining parameters stay at their
-      centre, or in the channel.
+      uncertainty channel, and the other four for a method without one. The remaining parameters
+      have their centre values, or are in the channel.
     - `vertices`: Vertices of the polytope: exact, linearised in the inertia, or to first order.
     - `frozen_at`: Plant whose controller runs: at the centre of the intervals or at the identified
       values.
@@ -191,11 +191,11 @@ class Design(
             )
         structures = METHODS[self.method].structures
         if self.structure not in structures:
-            raise ValueError(f"method {self.method} is for structure {', '.join(structures)}")
+            raise ValueError(f"method {self.method} belongs to structure {', '.join(structures)}")
         if self.structure == "speed_cascade" and self.integrator:
             raise ValueError(
-                "integrator is for structure position: a speed loop measures the "
-                "integral of its error already"
+                "integrator belongs to structure position; in a cascade the linear controller "
+                "already receives the integral of the speed error"
             )
         METHODS[self.method].check(self)
         self._blocks()
@@ -300,8 +300,8 @@ class Design(
             ):
                 several = "methods" if len(methods) > 1 else "method"
                 raise ValueError(
-                    f"{field.name} is for {several} {', '.join(methods)}, and method is "
-                    f"{self.method}; leave it out"
+                    f"{field.name} belongs to {several} {', '.join(methods)}, not to method "
+                    f"{self.method}; remove the key"
                 )
 
 

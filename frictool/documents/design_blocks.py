@@ -182,8 +182,8 @@ class ProfileDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omi
     `{}` derives all limits from the drive, and `synth` prints each with its source.
 
     - `speed`: Largest speed. By default the bench's top speed.
-    - `acceleration`: Largest acceleration. By default the share of the drive's effort that friction
-      and load leave at that speed, over the inertia, for the worst plant.
+    - `acceleration`: Largest acceleration. By default `drive_share` of the drive's effort less
+      friction and load at that speed, divided by the inertia, for the worst plant.
     - `jerk`: Largest jerk. By default it lengthens a move by a tenth of the time to the top speed,
       or by one period of the lowest resonance.
     - `drive_share`: Part of the drive's limit that the default acceleration uses; the rest is for
@@ -201,15 +201,15 @@ class FeedforwardDesign(
 ):
     """Effort that moves the modelled axis along its reference, added to the drive.
 
-    `{}` takes all values from the model. The reference is that of `profile` or `prefilter`; without
-    them it comes from outside and is differentiated by a filter.
+    `{}` takes all values from the model. `profile` or `prefilter` provides speed and acceleration
+    of the reference; without them a filter differentiates it.
 
     - `inertia`: Inertia.
     - `viscous`: Viscous friction.
     - `coulomb`: Coulomb friction.
     - `switch_on_speed`: Speed of the reference above which the Coulomb friction is added. By
       default one encoder step in 10 samples. It is removed below half of this speed.
-    - `filter_rad_s`: Bandwidth of the filter that differentiates a reference from outside.
+    - `filter_rad_s`: Bandwidth of the filter that differentiates the reference.
     """
 
     inertia: Inertia | None = None

@@ -70,8 +70,8 @@ def uncomputed_figures(verified: Verified) -> dict[str, float]:
 def with_digests(controller: Controller, *blocks: str) -> Controller:
     """Return the controller with new digests of its blocks.
 
-    `blocks` names the blocks to digest, all by default. The other digests stay, so that they still
-    show an earlier change of their blocks.
+    `blocks` names the blocks to digest, all by default. The other digests remain, and still show
+    earlier changes of their blocks.
     """
     now = block_digests(controller)
     kept = (
@@ -98,8 +98,8 @@ def changed_words(controller: Controller) -> str:
     changed = changed_blocks(controller) if controller.verified.digests else ()
     return (
         (
-            f"changed after it was verified: {', '.join(changed)}; `frictool verify` says "
-            "what still holds"
+            f"changed after it was verified: {', '.join(changed)}; `frictool verify` lists the "
+            "properties that still hold"
         )
         if changed
         else ""

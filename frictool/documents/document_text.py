@@ -86,7 +86,7 @@ def _problem(error: yaml.MarkedYAMLError) -> str:
     if "'\\t'" in problem:
         return "found a tab; indent with spaces"
     return (
-        "found a second document, after ---; one file is one document"
+        "found a second document, after ---; a file contains one document"
         if "another document" in problem
         else problem
     )

@@ -29,8 +29,8 @@ class Hybrid(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     - `step_s`: Time step of the law.
     - `switch_velocity`: Speed below which slip may become stick.
     - `decay_rad_s`: Decay rate of the force in version A.
-    - `preisach_intervals`: Number of intervals of version C's Preisach triangle. Half as many
-      centred cycles give its distribution.
+    - `preisach_intervals`: Number of intervals of version C's Preisach triangle. Its distribution
+      follows from half as many centred cycles.
     """
 
     # (3.28)-(3.39): step_s is T_e, switch_velocity Sigma, decay_rad_s p0 of (3.8),
@@ -69,7 +69,8 @@ class SpeedRegime(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 class Levels(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Position-dependent friction over a travel.
 
-    Each polynomial divided by its mean over the travel is a factor of its direction's levels.
+    Each polynomial, divided by its mean over the travel, is a factor on the levels of its
+    direction.
 
     - `over`: Travel on which the polynomials hold; the friction is constant beyond it.
     - `levels`: Polynomials of the position.
@@ -112,7 +113,7 @@ class Friction(
       LuGre does.
     - `bristle_stiffness`, `bristle_damping`: Stiffness and damping of the bristles. By default they
       follow from the presliding, the breakaway and the inertia.
-    - `dead_band`: Speed below which Karnopp's law and the saturated law take a velocity for zero.
+    - `dead_band`: Speed below which Karnopp's law and the saturated law treat the velocity as zero.
     - `backward`: Levels of the negative direction, where they differ.
     - `position`: Position-dependent friction.
     - `regimes`: Viscous friction above knee speeds.

@@ -1,7 +1,7 @@
 """Meanings of the keys of documents, for the JSON Schemas and for docs/reference.
 
-The docstring of a struct opens with its summary. Its list explains the keys, one or several in an
-item: "- `low`, `high`: Ends of the interval." Keys that mean the same everywhere stand in COMMON.
+The docstring of a struct is a summary and a list of keys; an item explains one key or several: "-
+`low`, `high`: Ends of the interval." COMMON explains the keys that mean the same everywhere.
 """
 
 from __future__ import annotations
@@ -26,12 +26,12 @@ COMMON = {
     "provenance": "Command, version and input digests of this document.",
     "inertia": "Inertia.",
     "viscous": "Viscous friction: effort per speed.",
-    "coulomb": "Coulomb friction: effort in slip, whatever the speed.",
+    "coulomb": "Coulomb friction: effort in slip, independent of the speed.",
     "breakaway": "Effort at which the axis starts to move.",
     "constant": "Effort per ampere or volt of the drive.",
     "low": "Lower end.",
     "high": "Upper end.",
-    "at_s": "Start, counted from the start of the scenario.",
+    "at_s": "Time from the start of the scenario.",
     "duration_s": "Duration.",
     "frequency_hz": "Frequency of a sine.",
     "phase_deg": "Phase of a sine at its start.",
@@ -46,7 +46,7 @@ ITEM = re.compile(r"^- ((?:`\w+`(?:, )?)+): (.+(?:\n  .+)*)$", re.MULTILINE)
 
 
 def summary_of(kind: type[msgspec.Struct]) -> str:
-    """Return the docstring without the list of keys, one line a paragraph."""
+    """Return the docstring without the list of keys, with one line per paragraph."""
     text = ITEM.sub("", inspect.cleandoc(kind.__doc__ or "")).strip()
     return "\n\n".join(" ".join(paragraph.split()) for paragraph in re.split(r"\n\s*\n", text))
 
@@ -66,7 +66,7 @@ def meanings_of(kind: type[msgspec.Struct]) -> dict[str, str]:
 
 
 def structs_of(kind: Any, collected: list[type[msgspec.Struct]] | None = None) -> list[Any]:
-    """Return the structs in a type, in the order of their first use."""
+    """Return the struct types that a type contains, in the order of their first use."""
     collected = [] if collected is None else collected
     if isinstance(kind, type) and issubclass(kind, msgspec.Struct) and kind not in collected:
         collected.append(kind)

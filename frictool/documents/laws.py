@@ -187,11 +187,12 @@ class Laws(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
     """Optional friction and load laws of a model.
 
     - `backward`: Friction levels of the negative direction, where they differ.
-    - `regimes`: Viscous friction above knee speeds; at most 4, knees rising.
+    - `regimes`: Viscous friction above knee speeds; at most 4 regimes in rising order of the knees.
     - `position`: Position-dependent friction.
     - `stribeck_exponent`: Exponent of the Stribeck curve.
     - `dwell`: Breakaway that rises with the time at rest.
-    - `restitution`: Speed after an end stop of the bench's travel divided by the speed before.
+    - `restitution`: Speed after an impact on an end of the bench's travel, divided by the speed
+      before.
     - `load`: Position-dependent load.
     """
 

@@ -5,9 +5,9 @@ Each block has one coordinate q: an angle [rad] if it has an `inertia`, a distan
 the frame. Positions of blocks count from `start`. There, every rigid link is consistent, every
 backlash is centred and no compliance is strained.
 
-If the ends of a link can be rotary or linear, the unit of a quantity determines the end that it
-belongs to: a rack's backlash of 3 rad is the pinion's, one of 0.6 mm the rack's. The links'
-compatibility is checked when the mechanism is assembled (plant/mechanism/assembly.py).
+If a link has a rotary and a linear end, the unit of a quantity determines its end: a backlash of 3
+rad is at the pinion, one of 0.6 mm at the rack. The links' compatibility is checked when the
+mechanism is assembled (plant/mechanism/assembly.py).
 """
 
 from __future__ import annotations
@@ -64,7 +64,7 @@ class Block(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
     def __post_init__(self) -> None:
         if (self.inertia is None) == (self.mass is None):
-            raise ValueError("give inertia, of a block that turns, or mass, of one that slides")
+            raise ValueError("give inertia for a rotary block, or mass for a linear one")
 
 
 class Curve(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -226,7 +226,7 @@ class Screw(
         if self.friction_coefficient is not None and self.efficiency is not None:
             raise ValueError("give friction_coefficient or efficiency, not both")
         if self.efficiency_back is not None and self.efficiency is None:
-            raise ValueError("efficiency_back belongs to efficiency")
+            raise ValueError("efficiency_back needs efficiency")
 
 
 class Rack(
@@ -303,7 +303,7 @@ class Spring(
     - `stiffness`: Stiffness of the spring. Write this key or `force`.
     - `force`: Effort over q_a - q_b; a positive one opposes a positive q_a.
     - `damping`: Viscous damping. By default none.
-    - `free`: q_a - q_b at which the spring is relaxed. By default that at the start.
+    - `free`: q_a - q_b at which the spring is relaxed. By default its value at the start.
     - `preload`: Opposing effort at `free`. By default 0.
     """
 
@@ -467,7 +467,7 @@ class Sensor(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
         if self.measures == "velocity" and (
             self.counts_per_revolution is not None or self.step is not None
         ):
-            raise ValueError("counts belong to measures: position")
+            raise ValueError("counts_per_revolution and step belong to measures: position")
 
 
 class Control(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -475,8 +475,8 @@ class Control(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defa
 
     - `source`: Name of the source.
     - `sensor`: Name of the sensor.
-    - `load`: Block whose position is the load's. By default the block with the most links between
-      it and the sensor.
+    - `load`: Block whose position is that of the load. By default the block with the most links
+      between it and the sensor.
     """
 
     source: str

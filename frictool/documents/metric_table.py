@@ -83,7 +83,7 @@ class Metric:
     - title: name in texts and on pages, heading of its column
     - dimension: key of SI_UNITS (documents/quantity.py) or OTHER_UNITS, from which its unit follows
     - definition: text without a final full stop, for the page and docs/metrics.md
-    - scope: what it is measured of
+    - scope: measured object, a hold, a whole stream or a closed loop
     - compute: function of `frictool/metrics/`, as module.function. Its parameters are named after
       properties of MeasuredPart (report/measured_part.py). It returns a value, two bounds, or the
       reason why there is no value
@@ -272,8 +272,8 @@ METRICS = (
         "energy",
         "energy",
         "drive squared",
-        "(T_e/t_int) sum i² over the time t_int after the step, that is, the mean square of the "
-        "drive. t_int is energy.window_s of the specification; without this key it is "
+        "mean square of the drive over the time t_int after the step, (T_e/t_int) sum i² with the "
+        "sample period T_e. t_int is energy.window_s of the specification; without this key it is "
         "response_time_95_s",
         compute="energy.energy",
         needs=("step", "drive", "energy_window"),
@@ -471,7 +471,7 @@ _TITLES = {
 
 
 def requirement_title(name: str) -> str:
-    """Return the title of a requirement for texts and pages; an unknown name keeps its words.
+    """Return the title of a requirement for texts and pages; for an unknown name, its words.
 
     >>> requirement_title("drive_peak")
     'peak drive'

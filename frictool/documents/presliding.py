@@ -92,8 +92,8 @@ class Presliding(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
     """Presliding laws of a model.
 
     - `law`: Law with the best prediction of held-out branches.
-    - `limit`: Largest deflection z_max of the contacts, by this law.
-    - `stiffness`: Slope of the effort over the deflection at 0, by this law.
+    - `limit`: Largest deflection z_max of the contacts, according to `law`.
+    - `stiffness`: Slope of the effort over the deflection at 0, according to `law`.
     - `breakaway`: Breakaway with which the laws were fitted.
     - `lugre`, `elasto_plastic`, `maxwell_slip`, `preisach`: Parameters of this law, if the loops
       determine them.

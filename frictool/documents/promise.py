@@ -21,7 +21,7 @@ Share = Annotated[float, msgspec.Meta(gt=0, lt=1)]
 
 
 class HalfWidths(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Half of an interval of each parameter.
+    """Half width of the interval of each parameter.
 
     - `inertia`, `viscous`, `coulomb`, `offset`, `breakaway`: Half width, in units of the parameter.
     """
@@ -44,7 +44,8 @@ class Promise(
     - `duration`: Duration of the test.
     - `drive_noise`: Standard deviation of the measured drive that the promise assumes.
     - `half_widths`: Promised half widths of the intervals.
-    - `bounds`: Half widths that follow from the Cramér-Rao bound; no unbiased estimator has less.
+    - `bounds`: Half widths that follow from the Cramér-Rao bound; no unbiased estimator has smaller
+      ones.
     """
 
     format: Literal["promise/1"]

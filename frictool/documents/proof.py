@@ -45,14 +45,14 @@ class ProvedRequirement(
 class Proof(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Proof of a step test of some plants from every start in an encoder count: `proof.yaml`.
 
-    It contains the documents that it is about, so that `frictool verify` proves it again from this
-    file alone.
+    It contains the documents of the test, so that `frictool verify` proves it again from this file
+    alone.
 
     - `number`: Number format of the controller.
     - `plants`: Plants, by the names of the scenario's variants.
     - `starts`: Ends of the encoder count of the scenario's start [rad | m].
     - `runs`: Number of parts of the starts whose readings agree at every sample, over all plants.
-    - `open_share`: Largest share of the starts of a plant of which nothing is claimed.
+    - `open_share`: Largest share of a plant's starts for which the proof claims nothing.
     - `requirements`: Requirements in the order of the specification.
     - `model`, `controller`, `scenario`, `spec`: Documents of the step test.
     - `digest`: SHA-256 of the other keys.
@@ -76,6 +76,6 @@ class Proof(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaul
 
 
 def proof_digest(proof: Proof) -> str:
-    """Return the SHA-256 of all values but `digest`, whatever their layout in the file."""
+    """Return the SHA-256 of all values but `digest`, independent of their layout in the file."""
     values: dict[str, Any] = msgspec.to_builtins(msgspec.structs.replace(proof, digest=""))
     return hashlib.sha256(json.dumps(values, sort_keys=True).encode()).hexdigest()

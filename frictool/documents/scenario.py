@@ -132,10 +132,9 @@ class Scenario(
     - `disturbances`: External efforts.
     - `drifts`: Time-varying factors on the plant's parameters.
     - `sensor_faults`: Faults of encoder and drive sensor.
-    - `commands`: Commands of a supervisor to the controller of an axis, as its exported code takes
-      them.
-    - `sources`: Commands of a mechanism's sources, by source name. With a controller, only of
-      sources that it does not command.
+    - `commands`: Commands of a supervisor to the controller of an axis, as in its exported code.
+    - `sources`: Commands of a mechanism's sources, by source name. With a controller, only sources
+      that the controller does not command.
     - `duration_s`: Duration of a test without controller.
     - `spread`: Variations of a campaign; `simulate` ignores them.
     """

@@ -15,7 +15,7 @@ from frictool.runtime.object_view import ObjectView
 class SpecHead(
     ObjectView, msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True
 ):
-    """Keys of a specification that are no requirement."""
+    """Keys of a specification that are not requirements."""
 
     format: Literal["spec/1"]
     name: Name

@@ -1,4 +1,4 @@
-"""`spread:` of scenario.yaml: variations of a campaign besides the plant's own ranges.
+"""`spread:` of scenario.yaml: variations of a campaign besides the ranges of bench and model.
 
 `simulate` ignores it. Every range is uniform and independent of the others, with one exception: a
 breakaway is drawn from the part of its range that is not below the Coulomb friction. A range with
@@ -169,16 +169,16 @@ class SpreadDisturbance(
 
 
 class Spread(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Variations of a campaign besides the plant's own ranges.
+    """Variations of a campaign besides the ranges of bench, model or mechanism.
 
     Each is drawn uniformly and independently. A range with equal ends is a fixed value; a range
     that contains impossible plants is an error.
 
-    - `parameters`: Ranges of plant parameters by name, instead of those of the bench, model or
+    - `parameters`: Ranges of plant parameters by name, which replace those of the bench, model or
       mechanism.
     - `start`: Range of the position at rest at the beginning.
-    - `within_count`: True to draw the start position within one encoder count, which is never
-      known.
+    - `within_count`: True to draw the start position within one encoder count, because the encoder
+      does not show it.
     - `wear`: Factor on all dry friction.
     - `temperature`: Factors from cold to hot.
     - `sensor_faults`: Sensor faults of every trial, in addition to those of the scenario.

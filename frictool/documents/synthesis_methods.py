@@ -31,10 +31,11 @@ class SynthesisMethod:
 
     - problem: problem that the method solves, as help text
     - use: case that the method suits, as help text
-    - reads: keys of a design that it reads and some other method does not
-    - structures: structures of a design that it works with
+    - reads: keys of a design that this method reads, but not every method
+    - structures: structures of a design for which the method works
     - check: raises ValueError if a design with this method contradicts itself
-    - searched: `synth` searches structure, gains and weights by play; the design may fix blocks
+    - searched: `synth` searches structure, gains and weights by simulation; the design may fix
+      blocks
     - provided_gains: the design provides the gains. Such a controller takes the speed error in a
       cascade, holds its integral while the drive is limited (5.2.2), and needs no weights
     - more_margin: advice if the loop has too little margin
@@ -57,14 +58,13 @@ INEQUALITIES = (*SEARCH, "poles", "recentring")
 
 METHODS: dict[str, SynthesisMethod] = {
     "lpv": SynthesisMethod(
-        "inequalities at the polytope's vertices, one X and Y for all, frozen at one plant",
+        "inequalities at the polytope's vertices with common X and Y; the controller of one plant",
         "first: it takes seconds, and gamma shows how demanding the weights are",
         (*INEQUALITIES, "schedule", "vertices", "frozen_at", "scheduled", "ease"),
     ),
     "lft": SynthesisMethod(
         "one plant with an uncertainty channel",
-        "to reproduce published results; one Delta for all parameters says little about the box's "
-        "corners",
+        "to reproduce published results; its bound does not hold at every corner of the box",
         (*INEQUALITIES, "channel_effort", "ease"),
     ),
     "lft_lpv": SynthesisMethod(
@@ -73,8 +73,8 @@ METHODS: dict[str, SynthesisMethod] = {
         (*INEQUALITIES, "schedule", "scheduled", "channel_effort", "ease"),
     ),
     "lpv_grid": SynthesisMethod(
-        "X and Y depend on the parameters, which are constant or slow, on a grid that is checked "
-        "between its points",
+        "X and Y are functions of constant or slow parameters; a grid, with checks between its "
+        "points",
         "if `lpv` is too conservative: `lpv` allows parameters that jump",
         (*INEQUALITIES, "schedule", "vertices", "frozen_at", "scheduled", "grid"),
     ),
@@ -100,8 +100,8 @@ METHODS: dict[str, SynthesisMethod] = {
         less_noise="lower the gain, or filter_ratio",
     ),
     "auto": SynthesisMethod(
-        "the simplest controller that meets the specification when it is played; `weights: {}`",
-        "first, as without a design; blocks of the design are kept, all others searched",
+        "the simplest controller that meets the specification in simulation; `weights: {}`",
+        "first; it searches all blocks that the design does not contain",
         (),
         structures=("speed_cascade",),
         check=check_search,

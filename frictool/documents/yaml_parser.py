@@ -72,9 +72,7 @@ class _BoundedComposer(Composer):
     def _count(self, nodes: int, event: yaml.Event) -> None:
         self._nodes += nodes
         if self._nodes > MAX_NODES:
-            raise _refusal(
-                f"has more than {MAX_NODES} values, which is the most that is allowed", event
-            )
+            raise _refusal(f"has more than {MAX_NODES} values; allowed: at most this number", event)
 
 
 class _PlainLoader(_BoundedComposer, Loader):

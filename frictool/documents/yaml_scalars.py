@@ -23,7 +23,7 @@ _SCALARS = (
 
 
 class Loader(yaml.SafeLoader):
-    """Loader with the scalars above."""
+    """Loader of plain scalars by the rules of YAML 1.2."""
 
     yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}  # noqa: RUF012  # the library's own attribute
 

@@ -246,7 +246,7 @@ def test_ctrl_c_keeps_what_is_done_and_says_how_to_go_on(
     result = run(*command, "-n", "12", "--cores", "1", "-o", output)
     assert result.code == 130
     assert (
-        f"7 of 12 trials are done; the same command goes on from {output}.trials" in result.stderr
+        f"7 of 12 trials are done; the same command continues from {output}.trials" in result.stderr
     )
     assert result.stdout == ""
     assert not output.exists()
@@ -463,7 +463,7 @@ def test_wrong_command_lines_and_files(tmp_path: Path) -> None:
     command = write(tmp_path, played(WEAR))
     assert "belongs to --worst" in run(*command, "--evaluations", "5").stderr
     assert (
-        "each needs its own"
+        "give two names"
         in run(*command, "-o", tmp_path / "a.yaml", "--keep", tmp_path / "a.yaml").stderr
     )
     refused(run(*command, "-n", "5", "-o", tmp_path / "model.yaml"), 3, "model.yaml: is an input")

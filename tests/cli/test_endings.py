@@ -17,31 +17,39 @@ OUTPUTS = [
     (
         f"{CAMPAIGN} -o",
         "c.pdf",
-        "does not say its format: end it in .html, .htm, .yaml or .yml",
+        "does not state its format; allowed endings: .html, .htm, .yaml or .yml",
     ),
-    (f"{CAMPAIGN} -o", "page", "does not say its format"),
-    (f"{CAMPAIGN} -o", "c.json", "does not say its format"),
-    (f"{CAMPAIGN} --table", "t.xlsx", "says another format: end it in .csv"),
-    ("report run.mcap --spec p.yaml -o", "r.pdf", "says another format: end it in .html or .htm"),
-    ("report run.mcap --spec p.yaml --junit", "r.json", "end it in .xml"),
-    ("report run.mcap --spec p.yaml --markdown", "r.html", "end it in .md or .txt"),
-    ("identify log.mcap --bench b.yaml -o", "m.mcap", "end it in .yaml or .yml"),
-    ("identify log.mcap --bench b.yaml --plot", "m.png", "end it in .svg"),
-    ("synth m.yaml --spec p.yaml --design d.yaml -o", "c.json", "end it in .yaml or .yml"),
-    ("simulate m.yaml --controller c.yaml --scenario s.yaml -o", "run.mat", "end it in .mcap"),
-    ("ingest raw.csv --bench b.yaml -o", "log.csv", "end it in .mcap"),
-    ("ingest raw.csv --guess -o", "bench.mcap", "end it in .yaml or .yml"),
+    (f"{CAMPAIGN} -o", "page", "does not state its format"),
+    (f"{CAMPAIGN} -o", "c.json", "does not state its format"),
+    (f"{CAMPAIGN} --table", "t.xlsx", "has the ending of another format; allowed endings: .csv"),
+    (
+        "report run.mcap --spec p.yaml -o",
+        "r.pdf",
+        "has the ending of another format; allowed endings: .html or .htm",
+    ),
+    ("report run.mcap --spec p.yaml --junit", "r.json", "allowed endings: .xml"),
+    ("report run.mcap --spec p.yaml --markdown", "r.html", "allowed endings: .md or .txt"),
+    ("identify log.mcap --bench b.yaml -o", "m.mcap", "allowed endings: .yaml or .yml"),
+    ("identify log.mcap --bench b.yaml --plot", "m.png", "allowed endings: .svg"),
+    ("synth m.yaml --spec p.yaml --design d.yaml -o", "c.json", "allowed endings: .yaml or .yml"),
+    (
+        "simulate m.yaml --controller c.yaml --scenario s.yaml -o",
+        "run.mat",
+        "allowed endings: .mcap",
+    ),
+    ("ingest raw.csv --bench b.yaml -o", "log.csv", "allowed endings: .mcap"),
+    ("ingest raw.csv --guess -o", "bench.mcap", "allowed endings: .yaml or .yml"),
     (
         "excite --bench b.yaml --kind sine -o",
         "t",
-        "does not say its format: end it in .csv or .mcap",
+        "does not state its format; allowed endings: .csv or .mcap",
     ),
-    ("observe run m.yaml a.mcap --plot", "wear.png", "end it in .svg, .html or .htm"),
-    ("observe design m.yaml --kind tracking -o", "o.html", "end it in .yaml or .yml"),
-    ("reduce mechanism.yaml -o", "m.pdf", "end it in .yaml or .yml"),
-    ("validate m.yaml log.mcap --plot", "v.html", "end it in .svg"),
-    ("schema model -o", "model.yaml", "end it in .json"),
-    ("info log.mcap -o", "i.json", "end it in .txt or .md"),
+    ("observe run m.yaml a.mcap --plot", "wear.png", "allowed endings: .svg, .html or .htm"),
+    ("observe design m.yaml --kind tracking -o", "o.html", "allowed endings: .yaml or .yml"),
+    ("reduce mechanism.yaml -o", "m.pdf", "allowed endings: .yaml or .yml"),
+    ("validate m.yaml log.mcap --plot", "v.html", "allowed endings: .svg"),
+    ("schema model -o", "model.yaml", "allowed endings: .json"),
+    ("info log.mcap -o", "i.json", "allowed endings: .txt or .md"),
     ("compare -o", "page.pdf", "has the ending of a file; name a folder, or a page (.html)"),
     ("export c.yaml -o", "c.zip", "has the ending of a file; name a folder"),
 ]
@@ -73,11 +81,11 @@ def test_the_endings_of_a_format_are_its_own_and_those_that_say_none_are_free(
             if name == form:
                 check_ending(target, (form,), chooses=True)
             else:
-                with pytest.raises(UsageError, match="end it in"):
+                with pytest.raises(UsageError, match="allowed endings"):
                     check_ending(target, (form,), chooses=False)
     for target in (Path("-"), Path("/dev/null")):
         check_ending(target, (form,), chooses=True)
     for target in (Path(f"out.new{free}"), Path("out")):
         check_ending(target, (form,), chooses=False)
-        with pytest.raises(UsageError, match="does not say its format"):
+        with pytest.raises(UsageError, match="does not state its format"):
             check_ending(target, (form,), chooses=True)

@@ -253,10 +253,10 @@ def test_models_have_names_of_their_own(tmp_path: Path) -> None:
 
 def test_refusals_are_one_line(fleet: SimpleNamespace, tmp_path: Path) -> None:
     for arguments, word in (
-        (("log", fleet.folder, "--ramp", fleet.first), "--ramp belongs to the logs of one model"),
+        (("log", fleet.folder, "--ramp", fleet.first), "--ramp does not work with --each"),
         (
             ("log", fleet.folder, "--plot", tmp_path / "a.svg"),
-            "--plot belongs to the logs of one model",
+            "--plot does not work with --each",
         ),
         (("log", "-"), "not standard input"),
         (
@@ -265,7 +265,10 @@ def test_refusals_are_one_line(fleet: SimpleNamespace, tmp_path: Path) -> None:
         ),
         (("log", fleet.folder, "--cores", "0"), "--cores"),
         (("log", fleet.folder, "--date", "("), "not a regular expression"),
-        (("log", fleet.folder, "-o", tmp_path / "model.yaml"), "the models go into a folder"),
+        (
+            ("log", fleet.folder, "-o", tmp_path / "model.yaml"),
+            "name a folder for models and table",
+        ),
     ):
         result = each(*arguments)
         assert result.code == 2

@@ -52,7 +52,7 @@ def test_a_guess_is_never_applied_unasked(tmp_path: Path):
     raw.write_text(EXPORT)
     missing = run("ingest", raw, "-o", out.with_suffix(".mcap"))
     assert missing.code == 2
-    assert "--guess proposes one" in missing.stderr
+    assert "use --guess, which proposes one" in missing.stderr
     assert run("ingest", "--guess", raw, raw, "-o", out).code == 2
     assert not out.exists()
     raw.write_text(EXPORT.replace("deg", "V").replace("Angle", "Level"))

@@ -172,7 +172,7 @@ def test_no_solution_is_exit_4_and_no_file(model: Path) -> None:
             "--decay is not for --kind tracking; allowed: --bandwidth, --drive-noise, --inertia",
         ),
         (("--kind", "additive", "--weights", "1,100"), "found '1,100'; allowed: three numbers"),
-        (("--kind", "additive", "--weights", "1,0,1"), "that of the speed above 0"),
+        (("--kind", "additive", "--weights", "1,0,1"), "the second (speed) above 0"),
         (
             ("--kind", "additive", "--inertia", "1.1e-5 kg"),
             "--inertia: unit 'kg' does not measure inertia of a rotary axis",

@@ -223,7 +223,7 @@ def test_stdout_holds_one_output() -> None:
     """The model and the picture one after the other would be neither."""
     result = run(*("-" if word == "OUT" else word for word in TWO_OUTPUTS["identify"]))
     assert (result.code, result.stdout) == (2, "")
-    assert "-o and --plot have the same name, -; each needs its own" in result.stderr
+    assert "-o and --plot have the same name, -; give two names" in result.stderr
 
 
 @pytest.mark.skipif(sys.platform == "darwin", reason="names of files are text there")

@@ -221,8 +221,8 @@ def test_the_verdict_names_a_block_that_was_changed_after_the_verification(
     )
     rig.simulate()
     named = (
-        "speed: changed after it was verified: position_law; `frictool verify` says what "
-        "still holds"
+        "speed: changed after it was verified: position_law; `frictool verify` lists the "
+        "properties that still hold"
     )
     shown = rig.report("--json")
     assert named in json.loads(shown.stdout)["warnings"]

@@ -76,4 +76,4 @@ def test_without_playing_the_verification_decides(
     assert json.loads(done.stdout)["played"] is None
     both = run(*arguments, "--no-play", "--scenario", tmp_path / "steps.yaml")
     assert both.code == 2
-    assert "--no-play plays nothing" in both.stderr
+    assert "--scenario has no effect with --no-play" in both.stderr

@@ -54,7 +54,7 @@ def test_a_specification_is_enough(spec: Path, tmp_path: Path) -> None:
     assert done.code == 0, done.stderr
     lines = done.stdout.splitlines()
     assert lines[0].startswith("designed: PI cascade, ")
-    assert lines[0].endswith(" with a reserve of 5 % (oscillations, drive and rest have none)")
+    assert lines[0].endswith(" with a reserve of 5 % (none for oscillations, drive and rest)")
     assert lines[1] == f"its design: {design}"
     assert lines[-1] == "PASS: 6 of 6 requirements met, on 73 plants"
 
@@ -122,11 +122,11 @@ def test_what_no_controller_can_do_is_refused_before_the_search(
 
 
 def test_options_of_a_search_and_of_a_design_exclude_each_other(spec: Path, tmp_path: Path) -> None:
-    assert "plays its candidates" in run(*_synth(spec, "--no-play")).stderr
+    assert "simulates its candidates" in run(*_synth(spec, "--no-play")).stderr
     design = RIG / "designs/speed.yaml"
     both = run(*_synth(spec, "--design", design, "--save-design", tmp_path / "d.yaml"))
     assert both.code == 2
-    assert "--save-design is for a search" in both.stderr
+    assert "--save-design belongs to a search" in both.stderr
     empty = {**yaml.safe_load(EASY)}
     spec.write_text(
         yaml.safe_dump({key: empty[key] for key in ("format", "name", "axis", "drive")})

@@ -54,7 +54,8 @@ def test_a_key_that_the_method_does_not_read_is_refused(
         assert _design(tmp_path, *lines).method == method
     else:
         with pytest.raises(
-            DocumentError, match=rf"{key} is for methods? .*, and method is {method}; leave it out"
+            DocumentError,
+            match=rf"{key} belongs to methods? .*, not to method {method}; remove the key",
         ):
             _design(tmp_path, *lines)
 
@@ -63,7 +64,7 @@ def test_the_trade_reads_the_schedule_of_its_inequalities(tmp_path: Path) -> Non
     assert _design(
         tmp_path, "method: minimax", "relax: auto", ASKED["schedule"], ASKED["recentring"]
     ).schedule == ("inertia",)
-    with pytest.raises(DocumentError, match="poles is for methods"):
+    with pytest.raises(DocumentError, match="poles belongs to methods"):
         _design(tmp_path, "method: minimax", "relax: auto", ASKED["poles"])
 
 
@@ -161,7 +162,7 @@ CONTRADICTIONS = {
     ),
     "both gains": (
         ["pid: {gain: {value: 1, unit: N m/rad}, speed_gain: {value: 1, unit: N m s/rad}}"],
-        "give gain, of a position loop, or speed_gain",
+        "give gain for a position loop, or speed_gain",
     ),
     "derivative": (
         ["pid: {gain: {value: 1, unit: N m/rad}, derivative_time_s: 1}"],

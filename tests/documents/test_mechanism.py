@@ -137,7 +137,7 @@ def test_units_and_intervals_are_converted_once(tmp_path: Path) -> None:
         (
             "measures: velocity",
             "measures: velocity, step: {value: 1, unit: rad}",
-            ["sensors.tacho: counts belong to measures: position"],
+            ["sensors.tacho: counts_per_revolution and step belong to measures: position"],
         ),
     ],
 )

@@ -171,7 +171,7 @@ def test_each_ends_with_the_same_code_and_a_row_with_the_reason(tmp_path: Path) 
         target,
     )
     assert alone.code == 2
-    assert "--keep-bench-values belongs to the logs of one model" in alone.stderr
+    assert "--keep-bench-values does not work with --each" in alone.stderr
 
 
 def test_a_fit_that_gives_an_offset_alone_is_no_solution() -> None:

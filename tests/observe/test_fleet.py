@@ -311,8 +311,11 @@ def test_refusals_are_one_line(rig: SimpleNamespace, tmp_path: Path) -> None:
     refused(observe(rig.model, tmp_path / "empty"), 3, "contains no log")
     for arguments, word in (
         (("-o", tmp_path / "fleet.mcap"), "several logs give a table"),
-        (("-o", tmp_path / "a.csv", "--plot", tmp_path / "a.csv"), "end it in .svg, .html or .htm"),
-        (("--observer", rig.model), "runs along one log"),
+        (
+            ("-o", tmp_path / "a.csv", "--plot", tmp_path / "a.csv"),
+            "allowed endings: .svg, .html or .htm",
+        ),
+        (("--observer", rig.model), "works with one log only"),
         (("--cores", "2", "--cluster", "tcp://127.0.0.1:1"), "--cores applies to this machine"),
     ):
         result = observe(rig.model, rig.folder, *arguments)

@@ -289,7 +289,7 @@ def test_refusals_are_one_line_and_touch_nothing(rig: SimpleNamespace, tmp_path:
     refused(observe(rig.model, rig.worn, "--from", "100"), 3, "has no samples from 100 s")
     assert rig.worn.read_bytes() == data
     for arguments, word in (
-        (("--plot", "wear.png"), "end it in .svg, .html or .htm"),
+        (("--plot", "wear.png"), "allowed endings: .svg, .html or .htm"),
         (("--confidence", "1.5"), "confidence"),
         (("--wear-limit", "nan"), "allowed: a finite number"),
         (("--unit", "(U"), "not a regular expression"),

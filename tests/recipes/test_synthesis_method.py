@@ -78,7 +78,7 @@ def test_schema_help_and_messages_know_the_method(overlay: Path) -> None:
     assert {"lead", "own"} <= set(stored["properties"]["method"]["enum"])
     assert re.search(r"\n +lead +phase lead at", frictool(overlay, "synth", "--help").stdout)
     for design_text, message in (
-        (f"{DESIGN}order: 3\n", "order is for methods .*, and method is lead; leave it out"),
+        (f"{DESIGN}order: 3\n", "order belongs to methods .*, not to method lead; remove the key"),
         (DESIGN.replace(": lead", ": leed"), r"found 'leed'.*allowed: lpv \|.*\| lead \| pid"),
         (
             DESIGN.replace("structure: position", "structure: speed_cascade")

@@ -84,7 +84,7 @@ def test_ramps_give_the_breakaway_that_the_model_has(tests: Path, tmp_path: Path
     [
         ("steps", [], "--position-gain and --speed-gain"),
         ("steps", ["--position-gain", "30"], "--speed-gain"),
-        ("ramps", [*GAINS], "leave them out"),
+        ("ramps", [*GAINS], "leave out the gains"),
         (
             "steps",
             [*GAINS, "--scenario", str(CLUTCH / "scenarios" / "steps.yaml")],
