@@ -1,4 +1,4 @@
-"""The axis of a model.yaml in the form that the engine takes."""
+"""Axis of a model.yaml as a record for the engine."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
     """Return the model's axis in SI, with end stops at the bench's travel.
 
     `overrides` replaces fields of AxisParameters. An overridden Coulomb or viscous friction scales
-    the model's friction as adapters/friction_levels.py says; an overridden breakaway is not scaled.
-    Friction inside the backlash is a part of the axis's friction (motor and brushes, thesis 4.4.4)
-    and never above it; without a value in the bench, all of the axis's friction acts there. Raises
-    ValueError with the name of a parameter that is out of range.
+    the model's friction (adapters/friction_levels.py); an overridden breakaway does not. The
+    friction inside the backlash is a part of the axis's friction (motor and brushes, thesis 4.4.4)
+    and does not exceed it; by default it is all of it. Raises ValueError with the name of a
+    parameter that is out of range.
     """
     bench, today = model.bench, model.parameters
     values: dict[str, Any] = {

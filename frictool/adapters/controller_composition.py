@@ -6,10 +6,10 @@
                     ─▶ drive stages, with limiter (5.7) and virtual friction (5.41)
     drive stages    ─▶ feedforward, friction compensation ─▶ limit ─▶ anti-windup ─▶ drive
 
-y is the measured position. A profile replaces the prefilter. With a feedforward, e is the distance
-from the filtered reference at the time at which the feedforward has moved the axis there, and a
-cascade adds the speed of that reference to omega_c. A linear controller with the input
-`speed_error` takes omega_c minus the measured speed instead of eta.
+y is the measured position. A profile replaces the prefilter. With a feedforward, the filtered
+reference in e is delayed by the samples that the drive needs to act, and a cascade
+adds the speed of the delayed reference to omega_c. A linear controller with the input `speed_error`
+takes omega_c minus the measured speed instead of eta.
 """
 
 from __future__ import annotations
@@ -236,8 +236,8 @@ class _Composition:
         resting = running = None
         if law.action != "none":
             program.block(
-                "the band around the target, where the drive ends at zero once the prefilter "
-                "has settled"
+                "the band around the target, where the drive becomes zero after the prefilter has "
+                "settled"
             )
             inside = bands.is_settled(
                 program, self.error, edge, self.speed_reference, law.settled_speed

@@ -32,7 +32,7 @@ class DriveBound(NamedTuple):
 
 
 def driven_axis(bench: Bench, plant: PlantPoint) -> DrivenAxis:
-    """Return a plant with the bench's drive at its limit, and with the backlash taken up."""
+    """Return a plant with the bench's drive at its limit, and without backlash."""
     actuator = bench.actuator
     return DrivenAxis(
         plant.inertia,

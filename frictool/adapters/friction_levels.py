@@ -1,6 +1,6 @@
 """Scalar friction levels of a model whose friction depends on direction, speed or position.
 
-A vertex or a sampled plant has one Coulomb and one viscous friction. For such a model they are:
+A vertex or a sampled plant has one Coulomb and one viscous friction, as follows:
 
     coulomb   mean of F_c over the bench's travel and both directions. Another value multiplies all
               dry friction by one factor: F_c and breakaway of both directions, their maps over

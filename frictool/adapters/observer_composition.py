@@ -1,9 +1,9 @@
-"""An observer document as a block that runs: alone along a log, or inside a controller.
+"""Observer document as a block of a program, which runs alone along a log or inside a controller.
 
     position, effort ──▶ block of the document's kind ──▶ position, velocity, friction, wear
 
-The estimates of a sample use only measurements up to that sample, so that a controller can use
-them; the effort of the sample follows.
+The estimates of a sample use the position up to that sample and the effort before it, so that a
+controller can use them.
 """
 
 from __future__ import annotations

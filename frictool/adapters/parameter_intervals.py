@@ -14,7 +14,7 @@ GRID_POINTS = 1001  # number of positions at which a polynomial is evaluated ove
 
 
 def intervals(model: Model) -> dict[str, tuple[float, float]]:
-    """Return the intervals for which `synth` designs and `verify` compares.
+    """Return the intervals for which `synth` designs, and which `verify` compares.
 
     They are `ranges`, extended by the local Coulomb friction over the travel.
     """
@@ -32,9 +32,9 @@ def ranges(model: Model) -> dict[str, tuple[float, float]]:
     """Return the hull of the model's intervals and of the bench's range over the product's life.
 
     The hull includes every direction and regime. `simulate` and `campaign` draw from it; friction
-    that varies with position has its mean there. A bench value without a range has the width 0. The
-    hull is used, not the intersection, since the log gives the parameter of this bench today, and
-    the bench gives the range in future.
+    that varies with position has its mean there. A bench value without a range has the width 0. It
+    is the hull and not the intersection: the log shows this bench today, and the bench's range
+    contains its future values.
     """
     known = model.bench.mechanics
     today = model.parameters

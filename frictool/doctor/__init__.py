@@ -1,4 +1,4 @@
 """Checks of an installation: versions, compiled kernels, solver, C compiler and machine.
 
-Each part is run; its presence alone does not pass a check.
+A check runs a part of the installation; the presence of the part is not sufficient.
 """

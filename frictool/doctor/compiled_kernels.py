@@ -64,7 +64,7 @@ def check_kernel_folder() -> InstallationFinding:
         return InstallationFinding(
             "kernels",
             "note",
-            f"kept nowhere: neither {tried} can be written, so that every command compiles",
+            f"not kept, because neither {tried} can be written: every command compiles",
             "set NUMBA_CACHE_DIR",
             {},
         )
@@ -80,7 +80,7 @@ def check_kernel_folder() -> InstallationFinding:
         "ok",
         description
         if count
-        else f"{folder}: none yet; each is compiled at its first use, and kept",
+        else f"{folder}: no kernels yet; each is compiled and kept at its first use",
         facts=facts,
     )
 
@@ -90,11 +90,7 @@ def _distrusted(folder: Path | None) -> InstallationFinding:
     refused = "; ".join(
         f"{one} is not loaded: {reason}" for one, reason in kernels.UNTRUSTED.items()
     )
-    used = (
-        f"kept in {folder}"
-        if folder is not None
-        else "kept nowhere, so that every command compiles"
-    )
+    used = f"kept in {folder}" if folder is not None else "not kept: every command compiles"
     facts = {
         "folder": None if folder is None else str(folder),
         "not_loaded": [str(one) for one in kernels.UNTRUSTED],

@@ -75,9 +75,9 @@ def fixed_biquads(name: str, sections: tuple[Row, ...], number: Number, entering
     reach = [entering, *(entering * response_sum(sections[: k + 1]) for k in range(len(sections)))]
     if not all(math.isfinite(one) for one in reach):
         raise NoSolutionError(
-            f"{name}: the sections have no bound in {number}: one of them has a pole on or outside "
-            "the unit circle (an integrator), and CMSIS-DSP wraps on overflow; use --number "
-            "float, or --lang c, which saturates"
+            f"{name}: the sections are unbounded in {number}: one has a pole on or outside the "
+            "unit circle, and CMSIS-DSP wraps on overflow; use --number float, or --lang c, which "
+            "saturates"
         )
     scales = [one / REACH if one > 0.0 else 1.0 for one in reach]
     scaled = [
@@ -130,9 +130,9 @@ def _noise(name: str, made: Biquads, number: Number) -> float:
         total = (abs(b0) + abs(b1) + abs(b2)) * entered + (abs(a1) + abs(a2)) * left
         if not (left < 1.0 and (number == "q15" or math.ldexp(total, -made.post_shift) < 2.0)):
             raise NoSolutionError(
-                f"{name}: section {k} may leave the range in {number}: its output "
-                f"reaches {left:.3g} of it by rounding alone; "
-                f"use {'--number q31' if number == 'q15' else '--number float'}, or --lang c"
+                f"{name}: section {k} may overflow in {number}: by rounding alone, its output "
+                f"reaches {left:.3g} of the range; use "
+                f"{'--number q31' if number == 'q15' else '--number float'}, or --lang c"
             )
         entered = left
     return noise

@@ -48,7 +48,7 @@ def cmsis_arrays(controller: Controller, number: Number) -> CmsisArrays:
         )
     if not linear.sos:
         raise NoSolutionError(
-            f"{controller.name}: the document holds no second-order sections; use --lang c"
+            f"{controller.name}: the document contains no second-order sections; use --lang c"
         )
     if number == "float":
         biquads = float_biquads(linear.sos)

@@ -212,7 +212,7 @@ def _remedy(controller: Controller, error: FixedPointOverflow) -> str:
     if controller.schedule is not None:
         return (
             "the states of a scheduled controller have no proved bound; use --number float, or "
-            "leave scheduled out of the design"
+            "remove scheduled from the design"
         )
     return (
         "give travel and top_speed in the bench, which bound the measured values, or use --number "
@@ -223,8 +223,8 @@ def _remedy(controller: Controller, error: FixedPointOverflow) -> str:
 def _c(controller: Controller, number: Number, origin: ExportOrigin) -> ExportResult:
     if number == "q15":
         raise NoSolutionError(
-            f"{controller.name}: there is no code in q15: it would need as many instructions as "
-            "q31, with larger rounding errors; allowed: double, float, q31"
+            f"{controller.name}: --lang c has no q15, which would save no instructions against "
+            "q31; allowed: double, float, q31"
         )
     loop = rounded_loop(controller, number)
     program = controller_program(controller)
@@ -241,7 +241,7 @@ def _c(controller: Controller, number: Number, origin: ExportOrigin) -> ExportRe
             else ""
         )
         more.append(
-            "rounding of the signals: the drive differs from the drive in double by at most "
+            "rounding of the signals: largest difference of the drive from double "
             f"{vectors.away:.3g} {unit}, {vectors.rms:.3g} rms{apart}"
         )
     return ExportResult(controller, "c", number, origin, files, loop, vectors, tuple(more))
@@ -252,7 +252,8 @@ def _fmu(controller: Controller, number: Number, origin: ExportOrigin) -> Export
     sources = {name: str(text) for name, text in result.files.items()}
     files = fmu_file(controller, controller_program(controller), number, sources, origin)
     period = (
-        f"one sample each {controller.sample_period_s:g} s; the drive is that of the step's start"
+        f"one sample every {controller.sample_period_s:g} s; the drive is computed from the "
+        "inputs at the start of a step"
     )
     return replace(result, language="fmu", files=files, more=(*result.more, period))
 

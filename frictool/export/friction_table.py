@@ -66,7 +66,9 @@ def table_files(
         files[f"{name}_frict_comp.csv"] = text
         notes.append(note)
     else:
-        notes.append("no frict_comp: the bench's drive is a voltage, and the table has currents")
+        notes.append(
+            "no frict_comp: the table contains currents, but the bench's drive is a voltage"
+        )
     ripples = model.laws.load.ripples if model.laws and model.laws.load else ()
     if ripples:
         cogging, note = _moteus_table(model, ripples)
@@ -159,7 +161,7 @@ def _drive_table(model: Model, sides: list[SlipCurve], top: float, head: str) ->
     }
     apart = float(np.max(np.abs(np.subtract(*(side.friction(speed) for side in sides)))))
     note = (
-        f"frict_comp: {len(kept)} rows, at most {error[worst]:.3g} {unit} off between the rows"
+        f"frict_comp: {len(kept)} rows, interpolation error at most {error[worst]:.3g} {unit}"
         + (f"; the directions differ by up to {apart:.3g} {unit}" if apart > 0.0 else "")
     )
     return _csv(head, columns), note

@@ -64,13 +64,13 @@ LANGUAGES: tuple[ExportLanguage, ...] = (
     ExportLanguage(
         "urdf",
         "model",
-        "the URDF or SDF of --into with damping and friction of one joint, all else unchanged",
+        "copy of the URDF or SDF of --into with the damping and friction of one joint",
         ("into", "joint", "without"),
     ),
     ExportLanguage(
         "table",
         "model",
-        "NAME_*.csv: friction over speed with its band, over position; tables for drives",
+        "NAME_*.csv: friction over speed, with its band, and over position; tables for drives",
         ("without",),
     ),
     ExportLanguage(

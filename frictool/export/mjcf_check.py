@@ -86,8 +86,8 @@ class MjcfCheck:
                 f"{name} minus measured: {error:.3g} {position} rms"
                 for name, error in self.measured_rms.items()
             ),
-            f"creep: {self.creep:.3g} {position} in {self.rest_s:.4g} s at rest; "
-            f"{self.hold_speed:.3g} {speed} under {100 * HOLD_SHARE:.0f} % of the Coulomb friction",
+            f"creep of MuJoCo: {self.creep:.3g} {position} in {self.rest_s:.4g} s at rest; "
+            f"{self.hold_speed:.3g} {speed} at {100 * HOLD_SHARE:.0f} % of the Coulomb friction",
         ]
 
 
@@ -163,7 +163,7 @@ def _record(log: Log) -> tuple[Vector, Vector, float]:
     broken = ~good[1:] | ~good[:-1] | (np.abs(steps - period) > JITTER * period)
     end = int(np.argmax(broken)) + 1 if broken.any() else position.size
     if end < 3 or period <= 0.0:
-        raise LogError(log.source, f"is unbroken for {end} samples; at least 3 are needed")
+        raise LogError(log.source, f"has {end} samples before the first gap; at least 3 are needed")
     return position[:end], effort[:end], period
 
 

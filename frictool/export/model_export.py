@@ -41,7 +41,7 @@ class ModelExportSettings:
 
 @dataclass(frozen=True)
 class ModelExport:
-    """Files of a model's export: name -> content; and the lines that say what they contain."""
+    """Files of a model's export: name -> content; and lines of text on their contents."""
 
     language: str
     origin: ExportOrigin

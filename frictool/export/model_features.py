@@ -130,8 +130,8 @@ def without_features(
         texts = ", ".join(f"{name} ({FEATURES[name].text})" for name in refused)
         options = " ".join(f"--without {name}" for name in refused)
         raise NoSolutionError(
-            f"{model.name}: {target} cannot represent {texts}; to leave "
-            f"{'it' if len(refused) == 1 else 'them'} out, add {options}"
+            f"{model.name}: {target} cannot represent {texts}; to omit "
+            f"{'it' if len(refused) == 1 else 'them'}, add {options}"
         )
     left_out = [name for name in present if name in without]
     for name in left_out:

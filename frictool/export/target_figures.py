@@ -3,9 +3,9 @@
     NAME.c    ──arm-none-eabi-gcc -O2──▶ NAME.o: bytes of code and constants, bytes of a state
     count.c   ──with target/start.c───▶ image ──qemu-system-arm -icount──▶ instructions of each step
 
-QEMU counts instructions and no cycles: flash wait states, the pipeline and the cycles of a division
-or a root come on top. Bytes of code are those of NAME.c; the library functions that it calls, which
-compute in software what the core cannot, are not counted.
+QEMU counts instructions, not cycles: flash wait states, the pipeline and the cycles of a division
+or a root are not included. Bytes of code are those of NAME.c, without the library functions that it
+calls (operations that the core lacks).
 """
 
 from __future__ import annotations
@@ -175,7 +175,7 @@ def build_image(image: Path, sources: list[Path], core: str, *options: str) -> N
 
 
 def run_image(image: Path, *options: str) -> str:
-    """Return what an image prints in QEMU; raise FrictoolError unless it ends with exit code 0."""
+    """Return the output of an image in QEMU; raise FrictoolError if its exit code is not 0."""
     command = [EMULATOR, "-M", "mps2-an386", "-display", "none", "-serial", "none"]
     semihosting = ["-monitor", "none", "-semihosting-config", "enable=on,target=native"]
     return _run([*command, *semihosting, *options, "-kernel", str(image)], image.parent)

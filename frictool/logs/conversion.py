@@ -82,8 +82,8 @@ def convert(
         several = ", ".join(name for name, other in WRITTEN.items() if other.several)
         raise LogError(
             source,
-            f"has {len(streams)} streams, {topics}; a {form.name} file holds one: "
-            f"name it with --stream, or convert to {several}",
+            f"has {len(streams)} streams, {topics}; a {form.name} file contains one: select it "
+            f"with --stream, or convert to {several}",
         )
     cast(FormatWriter, importlib.import_module(form.writer)).write(streams, notes, target)
 

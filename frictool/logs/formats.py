@@ -178,7 +178,7 @@ def format_of(path: Path) -> Format:
         if head.startswith(signature):
             raise LogError(path, what)
     raise LogError(
-        path, f"is binary and no known format; allowed: {', '.join(one.title for one in FORMATS)}"
+        path, f"is binary and of unknown format; allowed: {', '.join(one.title for one in FORMATS)}"
     )
 
 
@@ -199,7 +199,7 @@ def refuse_document(path: Path, head: bytes) -> None:
     if b"\0" not in head and (document := _document_key().search(head)):
         raise LogError(path, f"is a document ({document[1].decode()}); a log file is expected")
     if PAGE.match(head):
-        raise LogError(path, "is a page (HTML); a log file is expected")
+        raise LogError(path, "is an HTML page; a log file is expected")
 
 
 def refuse_swapped(document: Path, log: Path) -> None:

@@ -75,7 +75,7 @@ USUAL = IngestRequest()
 
 @dataclass(frozen=True, eq=False, repr=False)
 class IngestedLog(ResultView):
-    """Headers and time bases of the written streams, and the assembly of files behind them."""
+    """Headers and time bases of the written streams, and the assembly of their files."""
 
     streams: tuple[tuple[StreamHeader, TimeBase], ...]
     assembly: LogAssembly

@@ -159,8 +159,8 @@ def assemble(paths: Sequence[Path], bench: Bench | None, salvage: bool = False) 
         if bench is None:
             refuse_document(path, head_of(path))
             missing = (
-                "is a raw bench file; its columns mean nothing without --bench bench.yaml (or "
-                "`frictool ingest` it first)"
+                "is a raw bench file; give --bench bench.yaml, which describes its columns, or "
+                "convert it with `frictool ingest`"
             )
             raise LogError(path, missing)
         view = view_of(path, bench)
@@ -380,8 +380,7 @@ def _on_grid(
     if following is None and first.time.size < 2:
         raise LogError(
             made.flows[0].source,
-            f"is shorter than a period of {period_ns / NS:g} s, so that one sample is left; "
-            "resample to less",
+            f"is shorter than the resampling period of {period_ns / NS:g} s; give a shorter period",
         )
     begin = [first] if following is None else [first, following]
     return [PendingStream(on.head, chain(begin, samples), int(first.time[0]))], on.note

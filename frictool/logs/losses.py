@@ -81,11 +81,7 @@ def loss_count_text(losses: list[DataLoss]) -> str:
     number = f"in {len(losses)} place{'s' * (len(losses) != 1)}"
     if all(loss.samples is not None for loss in losses):
         return f"{known} {number}"
-    return (
-        f"{known} and an unknown number more, {number}"
-        if samples
-        else f"an unknown number of samples, {number}"
-    )
+    return f"at least {known}, {number}" if samples else f"an unknown number of samples, {number}"
 
 
 def loss_text(loss: DataLoss) -> str:

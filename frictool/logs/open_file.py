@@ -23,8 +23,8 @@ def open_log(path: Path) -> BinaryIO:
         if not path.is_file():
             raise LogError(
                 path,
-                "is not a regular file; a log file is expected (of a pipe, "
-                "`frictool ingest -` reads standard input)",
+                "is not a regular file; a log file is expected (to read a pipe, use `frictool "
+                "ingest -`)",
             )
         if path.stat().st_size == 0:
             raise LogError(path, "is empty; a log file is expected")

@@ -106,14 +106,13 @@ def unmatched_patterns(patterns: NamePatterns, names: Sequence[LogName]) -> list
         ]
         if pattern and not matches:
             messages.append(
-                f"{option} {pattern!r} finds nothing in the name of any log, "
-                f"such as {names[0].file}"
+                f"{option} {pattern!r} matches no name of a log, such as {names[0].file}"
             )
         elif option == "--date" and matches and not any(as_date(text) for _, text in matches):
             file, text = matches[0]
             messages.append(
-                f"--date {pattern!r} finds {text!r} in {file}, which is no date: year, month, "
-                "day, and hour, minute, second"
+                f"--date {pattern!r} finds {text!r} in {file}, which is not a date; allowed: "
+                "year, month, day, and hour, minute, second"
             )
     return messages
 

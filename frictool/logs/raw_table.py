@@ -181,7 +181,7 @@ def common_rows(source: str, rows: Mapping[str, int]) -> int:
     for name, n in rows.items():
         if n != rows[first]:
             mismatch = f"{first!r} has {rows[first]} samples, {name!r} has {n}"
-            raise LogError(source, f"{mismatch}; the columns of one log have one time base")
+            raise LogError(source, f"{mismatch}; allowed: equal numbers for all columns")
     return rows.get(first, 0)
 
 
@@ -198,7 +198,7 @@ def pick(names: Sequence[str], wanted: str | int, source: str, kind: str = "colu
     near = difflib.get_close_matches(wanted, names, n=1, cutoff=0.5)
     hint = f" (did you mean {near[0]!r}?)" if near else ""
     numbered = list(names) == [str(number) for number in range(1, len(names) + 1)]
-    without = " (no header was found: columns are called by their number)" if numbered else ""
+    without = " (the file has no header; columns have numbers)" if numbered else ""
     raise LogError(source, f"has no {kind} {wanted!r}{hint}; found: {listed(names)}{without}")
 
 

@@ -29,7 +29,7 @@ class UnpackedBudget:
         if count <= self._left:
             self._left -= count
             return None
-        return f"its {self._size} bytes announce more than {self._allowed} unpacked"
+        return f"its {self._size} bytes declare more than {self._allowed} unpacked bytes"
 
 
 def refusal(size: int, rows: int, columns: int) -> str | None:
@@ -37,6 +37,6 @@ def refusal(size: int, rows: int, columns: int) -> str | None:
     if 8 * rows * columns <= allowed_bytes(size):
         return None
     return (
-        f"announces {rows} rows in {size} bytes; allowed: "
+        f"declares {rows} rows in {size} bytes; allowed: "
         f"{allowed_bytes(size) // max(8 * columns, 1)} rows in a file of this size"
     )

@@ -22,8 +22,8 @@ def finite_or_nan(values: Vector) -> Vector:
 def decimated_indices(*signals: Vector, columns: int = COLUMNS) -> NDArray[np.intp]:
     """Return increasing indices at which signals (n,) of equal length are plotted.
 
-    Of each of `columns` columns, the first and last samples and each signal's smallest and largest
-    ones are kept. A signal of at most twice as many samples is kept as a whole.
+    In each of `columns` columns, the first and last samples and the smallest and largest samples of
+    each signal are kept. Signals with at most 2 `columns` samples are kept completely.
     """
     count = signals[0].size
     if count <= 2 * columns:

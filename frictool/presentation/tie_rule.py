@@ -16,8 +16,12 @@ TOLERANCE = 1e-5  # relative tolerance, ten times that of an H-infinity norm (ve
 def largest(values: Iterable[float], tolerance: float = TOLERANCE) -> tuple[float, int]:
     """Return the largest value, and the index of the first value that agrees with it.
 
-    Parameters ---------- values At least one number; NaN is never the largest unless all are NaN.
-    tolerance Tolerance relative to the largest value. Infinite values agree with each other only.
+    Parameters
+    ----------
+    values : iterable of float
+        At least one number; NaN is never the largest unless all are NaN.
+    tolerance : float
+        Tolerance relative to the largest value. Infinite values agree only with equal ones.
 
     Raises
     ------

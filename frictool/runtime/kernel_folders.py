@@ -64,7 +64,7 @@ def folder_name(toolchain: str) -> str:
 
 
 def untrusted_reason(folder: Path, sources: Path) -> str:
-    """Return why code in `folder` is not loaded; "" if only trusted users can write there.
+    """Return the reason not to load code from `folder`; "" if only trusted users can write there.
 
     Trusted are this user, root, and the owner of `sources`. The files are machine code and pickles:
     whoever can write them can run code as the user who loads them.
@@ -87,7 +87,7 @@ def untrusted_reason(folder: Path, sources: Path) -> str:
 
 @contextmanager
 def restricted_umask() -> Iterator[None]:
-    """Make files created in the block writable for this user only, whatever the process's umask."""
+    """Make files created in the block writable for this user only, with any process umask."""
     before = os.umask(0o022)
     os.umask(before | 0o022)
     try:

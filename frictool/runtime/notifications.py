@@ -48,13 +48,13 @@ def remark(text: str) -> None:
 
 
 def example_values(path: str, keys: tuple[str, ...]) -> None:
-    """Notify that the document at `path` holds example values of `frictool init` under `keys`."""
+    """Notify that the document at `path` has example values of `frictool init` under `keys`."""
     if receiver := _current().get("example_values"):
         receiver(path, keys)
 
 
 def bench_values(path: str, reason: str) -> None:
-    """Notify that the model at `path` contains values of the bench only; `reason` says why."""
+    """Notify that the model at `path` contains values of the bench only, for this reason."""
     if receiver := _current().get("bench_values"):
         receiver(path, reason)
 

@@ -88,7 +88,7 @@ def same(one: Any, other: Any) -> bool:
 
 
 def brief(value: Any) -> str:
-    """Return a value in few characters: a size in place of long contents."""
+    """Return a value as short text; long contents are replaced by their size."""
     if isinstance(value, float):
         return f"{value:.6g}"
     if isinstance(value, str):

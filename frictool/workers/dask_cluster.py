@@ -89,13 +89,13 @@ def _check(client: Any, address: str) -> None:
     others = {there.processor for there in answers.values()} - {here.processor}
     if others:
         notifications.remark(
-            f"workers have another processor ({', '.join(sorted(others))}, "
-            f"here {here.processor}): last digits may differ"
+            f"workers have another processor ({', '.join(sorted(others))}, here "
+            f"{here.processor}): the last digits of results may differ"
         )
     if any(threads > 1 for threads in client.nthreads().values()):
         notifications.remark(
-            "workers have several threads, of which one is used; "
-            "start more of them with --nthreads 1 --nworkers N"
+            "workers have several threads, but each uses one; start workers with --nthreads 1 "
+            "--nworkers N"
         )
 
 
@@ -254,7 +254,7 @@ class ClusterRun:
             return task, results
         self._give_up(ALONE)
         ((index, job),) = task
-        reason = "every worker that received this job ended; is memory short?"
+        reason = "every worker that received this job ended, perhaps because memory is low"
         if self._instead is None:
             raise WorkerLost(index, f"job {index}: {reason}")
         return task, [self._instead(job, reason)]
@@ -267,8 +267,8 @@ class ClusterRun:
         self._given_up += 1
         if self._given_up >= most and not self._answered:
             raise ClusterError(
-                f"{self._address}: every task ends the workers that receive it; "
-                f"is their memory short ({LIMIT})?"
+                f"{self._address}: every task ends the workers that receive it; check their "
+                f"memory ({LIMIT})"
             )
 
     def _results(self, future: Any) -> list[Any] | None:

@@ -100,7 +100,7 @@ def _certified(distributed: Any, address: str) -> dict[str, Any]:
     if address.startswith("tcp:"):
         if security.require_encryption:
             raise ClusterError(
-                f"{address}: Dask's configuration asks for encryption "
+                f"{address}: Dask's configuration requires encryption "
                 "(distributed.comm.require-encryption); give tls://"
             )
         return {}
@@ -120,7 +120,7 @@ def _certified(distributed: Any, address: str) -> dict[str, Any]:
     try:
         return dict(security.get_connection_args("client"))
     except ssl.SSLError as error:
-        reason = error.reason or "is each of them in PEM form?"
+        reason = error.reason or "check that each is in PEM form"
         raise ClusterError(
             f"{address}: the certificates in {CERTIFICATES} cannot be used: {_words(reason)}"
         ) from None
@@ -174,10 +174,10 @@ def _barred(address: str, error: BaseException, certificates: dict[str, Any]) ->
         return f"{address}: TLS fails: {why}"
     scheme, _, location = address.partition("://")
     other = f"{'tcp' if scheme == 'tls' else 'tls'}://{location}"
-    what = "speaks no TLS" if failed is not None else "is not a Dask scheduler of this kind"
+    what = "does not use TLS" if failed is not None else "is not such a Dask scheduler"
     return (
-        f"{address}: the server at this address {what}; is the address {other}, or another port "
-        "(8787 is the dashboard's)?"
+        f"{address}: the server at this address {what}; try {other}, or another port (8787 is "
+        "that of the dashboard)"
     )
 
 

@@ -44,7 +44,7 @@ def worker_installation() -> Installation:
 def run(topic: str, expected: Installation, function: bytes, task: bytes) -> bytes:
     """Run a task and return its results, pickled.
 
-    topic: Dask topic of the messages that the worker is compiling kernels.
+    topic: Dask topic of messages about the compilation of kernels.
     """
     with _TURN:
         return pickle.dumps(_run(topic, expected, function, task))

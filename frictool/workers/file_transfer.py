@@ -154,9 +154,8 @@ def _size(sent: tuple[FileDescription, ...]) -> int:
 
 def _too_large(size: int) -> str:
     return (
-        f"does not exist under its path on the worker, and its {size / 1e6:.0f} MB are too large "
-        f"to be sent (allowed: {LARGEST_SENT / 1e6:.0f} MB); put the file into a folder that all "
-        "workers share under one path"
+        f"is missing on the worker, and its {size / 1e6:.0f} MB are too large to be sent (allowed: "
+        f"{LARGEST_SENT / 1e6:.0f} MB); put it into a folder with the same path on all workers"
     )
 
 

@@ -68,7 +68,7 @@ def share(
         `cores` or `batch` is below 1
     """
     if (cores is not None and cores < 1) or batch < 1:
-        raise ValueError(f"cores and batch are at least 1; found {cores} and {batch}")
+        raise ValueError(f"cores, batch: found {cores}, {batch}; allowed: at least 1")
     if cluster is not None:
         from frictool.workers.dask_cluster import run_on_cluster
 

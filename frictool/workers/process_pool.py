@@ -106,7 +106,7 @@ class WorkerProcess:
         )
 
     def end(self) -> None:
-        """End the process, whatever it is doing."""
+        """End the process at once."""
         self.connection.close()
         self.process.join(PATIENCE_S)
         if self.process.is_alive():
@@ -195,8 +195,8 @@ class ProcessPool:
             return [
                 self._given_up(
                     pending.task,
-                    f"each of {deaths} worker processes that started this job ended ({cause}); is "
-                    "memory short?",
+                    f"each of {deaths} worker processes that started this job ended ({cause}), "
+                    "perhaps because memory is low",
                 )
             ]
         notifications.remark(f"a worker process ended ({cause}); its jobs are repeated")

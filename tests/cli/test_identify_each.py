@@ -92,7 +92,7 @@ def test_each_log_gives_the_model_that_it_gives_alone(
             row["breakaway"] == ""
         )  # no ramps: the bench's interval in the model is nothing that the log has given
     assert made.rows[3]["model"] == ""
-    assert made.rows[3]["reason"] == "has 1 row; a log has at least 2"
+    assert made.rows[3]["reason"] == "has 1 row; allowed: at least 2"
     assert not (made.folder / "U3").exists()
     assert "3 models of 3 units, 1 could not be made" in made.told
     coulomb = next(line for line in made.told.splitlines() if line.startswith("coulomb"))
@@ -157,7 +157,7 @@ def test_the_tables_of_earlier_runs_are_no_logs_whatever_they_are_called(
         run("convert", fleet.first, "--bench", CLUTCH, "-o", tmp_path / "log.parquet")
     kept = {"a.csv", "log.parquet"} & {path.name for path in tmp_path.iterdir()}
     assert {member.name.file for member in members([tmp_path])} == kept
-    with pytest.raises(LogError, match=r"is a table of logs, or contains such tables only"):
+    with pytest.raises(LogError, match=r"is a table of results, or contains only such tables"):
         members([tmp_path / "fleet.csv"])
 
 
@@ -174,7 +174,7 @@ def test_nothing_found_is_told_before_nothing_read_and_a_pattern_that_finds_noth
         (tmp_path / "still.csv").as_posix(): True,
         "2026-01-05.csv": False,
     }
-    assert "warning: --date 'x+' finds nothing in the name of any log" in result.stderr
+    assert "warning: --date 'x+' matches no name of a log" in result.stderr
 
 
 def test_the_logs_of_a_folder_give_one_model(fleet: SimpleNamespace, tmp_path: Path) -> None:

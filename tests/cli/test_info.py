@@ -240,7 +240,7 @@ def test_a_refusal_to_unpack_is_the_reason_that_is_given(tmp_path: Path):
             file.create_dataset(
                 name, shape=(250_000_000,), dtype="f8", chunks=(1 << 16,), fillvalue=1.0
             )
-    refused(run("info", path), 3, "filled.h5: announces 250000000 rows")
+    refused(run("info", path), 3, "filled.h5: declares 250000000 rows")
 
 
 @pytest.mark.parametrize("tail", [b"\0" * 100_000, b"\xff" * 30])
@@ -259,13 +259,13 @@ def test_a_recording_without_a_readable_sample_is_not_sent_to_a_salvage_in_vain(
             result,
             3,
             "log.mcap: is damaged or cut off at byte 8",
-            "no sample in it can be read: copy it again",
+            "no sample can be read; copy the file again",
         )
         assert "--salvage" not in result.stderr
     refused(
         run("ingest", log, "--bench", CLUTCH, "--salvage", "-o", target),
         3,
-        "log.mcap: no sample in it can be read",
+        "log.mcap: no sample can be read",
     )
     assert not target.exists()
 

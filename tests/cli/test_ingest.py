@@ -174,8 +174,8 @@ BAD = {
     "time repeats": (
         GOOD.replace("0.030,", "0.029,"),
         ":32:",
-        "time does not increase: 0.029 s after 0.029 s; if it is too coarse, leave time out of "
-        "columns",
+        "time does not increase: 0.029 s after 0.029 s; if the times are too coarse, remove "
+        "columns.time",
     ),
     "unit": (GOOD.replace("[A]", "[V]"), "'current'", "'V'"),
     "column": (GOOD.replace("encoder", "encodr"), "'encoder'", "did you mean 'encodr'"),
@@ -254,5 +254,5 @@ def test_a_column_of_dates_is_no_column_of_numbers(tmp_path: Path, line: str):
         run("ingest", raw, "--bench", bench, "-o", tmp_path / "x.mcap"),
         3,
         "column 'when' contains dates",
-        "leave this column out of columns",
+        "remove it from columns",
     )

@@ -101,7 +101,7 @@ def test_a_period_that_leaves_one_sample_is_refused(tmp_path: Path):
         tmp_path / "log.mcap",
         "--resample",
     ]
-    refused(run(*words, "10"), 3, "export.csv: is shorter than a period of 10 s")
+    refused(run(*words, "10"), 3, "export.csv: is shorter than the resampling period of 10 s")
     assert not (tmp_path / "log.mcap").exists()
     assert run(*words, "0.039").code == 0
 
@@ -132,7 +132,10 @@ def test_a_row_that_lacks_several_numbers_is_lost_once(tmp_path: Path):
         "rest and lists the losses"
     )
     (lost,) = json.loads(found.stdout)["lost"]
-    assert (lost["samples"], lost["reason"]) == (1, "column 'Time' has no finite number there")
+    assert (lost["samples"], lost["reason"]) == (
+        1,
+        "column 'Time' has no finite number in this part",
+    )
 
 
 @pytest.mark.parametrize(
@@ -141,7 +144,7 @@ def test_a_row_that_lacks_several_numbers_is_lost_once(tmp_path: Path):
         (b"\x1f\x8b\x08\0", "packed with gzip"),
         (b"PK\x03\x04\x14\0[Content_Types].xml", "save the sheet as CSV"),
         (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "save the sheet as CSV"),
-        (b"", "binary and no known format"),
+        (b"", "binary and of unknown format"),
     ],
 )
 def test_what_only_holds_a_log_says_what_to_do(tmp_path: Path, head: bytes, words: str):

@@ -222,7 +222,7 @@ def test_an_axis_that_the_log_does_not_tell_has_to_be_given(header: str, tmp_pat
         run("init", tmp_path / "rig", "--from", log),
         3,
         f"{log}: ",
-        "rotary from a linear axis; give --axis rotary (rad, N m) or --axis linear",
+        "shows if the axis is rotary or linear; give --axis rotary (rad, N m) or --axis linear",
     )
     assert not (tmp_path / "rig").exists()
     for axis in ("rotary", "linear"):

@@ -138,9 +138,7 @@ def _never_wraps(
 
 def test_an_integrator_is_refused_in_fixed_point_and_kept_in_float() -> None:
     chain = ((1.0, 0.5, 0.0, 1.0, -1.0, 0.0),)
-    with pytest.raises(
-        NoSolutionError, match=r"a pole on or outside the unit circle \(an integrator\)"
-    ):
+    with pytest.raises(NoSolutionError, match=r"a pole on or outside the unit circle"):
         fixed_biquads("c", chain, "q31", ENTERING)
     assert float_biquads(chain).stages == ((1.0, 0.5, 0.0, 1.0, 0.0),)
 

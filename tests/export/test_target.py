@@ -121,4 +121,4 @@ def test_a_budget_that_nothing_can_check_is_undecided(
 
 def test_code_in_q15_is_refused_with_the_formats_that_exist(tmp_path: Path) -> None:
     result = run("export", written(tmp_path), "--number", "q15", "-o", tmp_path / "c")
-    refused(result, 4, "no code in q15", "allowed: double, float, q31")
+    refused(result, 4, "no q15", "allowed: double, float, q31")

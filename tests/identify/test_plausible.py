@@ -80,7 +80,7 @@ def test_a_counter_that_wraps_is_said_with_its_bits(log: MotionRecord, bits: int
     jumps = np.flatnonzero(np.abs(np.diff(wrapped.position)) > 10.0)
     assert jumps.size > 10
     (warning,) = implausible(wrapped, clutch())
-    assert f"jumps {jumps.size} times, the first at {log.time[jumps[0] + 1]:.6g} s" in warning
+    assert f"jumps {jumps.size} times, first at {log.time[jumps[0] + 1]:.6g} s" in warning
     assert f"set encoder.wrap_bits, here to {bits}" in warning
     assert implausible(wrapped, without(clutch(), "top_speed")) == []
 

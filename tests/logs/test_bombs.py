@@ -122,7 +122,7 @@ def _bytes(data: Callable[[], bytes]) -> Callable[[Path], None]:
 BOMBS: dict[str, tuple[Callable[[Path], None], str]] = {
     "mcap zeros": (
         _bytes(lambda: _mcap(bytes(30_000_000), 40)),
-        "a record of kind 0 stands at byte 0 of its chunk",
+        "found a record of kind 0 at byte 0 of its chunk",
     ),
     "mcap private": (
         _bytes(lambda: _mcap((b"\x80" + bytes(8)) * 3_000_000, 40)),
@@ -130,7 +130,7 @@ BOMBS: dict[str, tuple[Callable[[Path], None], str]] = {
     ),
     "mcap large": (
         _bytes(lambda: _mcap(_record(0x80, bytes(30_000_000)), 400)),
-        "announce more than",
+        "declare more than",
     ),
     "json": (
         _bytes(lambda: _json({f"key{k}": k for k in range(400_000)})),
@@ -143,9 +143,9 @@ BOMBS: dict[str, tuple[Callable[[Path], None], str]] = {
     "bag": (_bytes(lambda: _bag(bytes(20_000_000), 40)), "has no topic with numbers"),
     "bag large": (_bytes(lambda: _bag(bytes(80_000_000), 4)), "has no topic with numbers"),
     "mat": (_bytes(lambda: b"".join(_variables(200_000))), "has more than 20000 arrays"),
-    "hdf5": (_filled, "announces 250000000 rows"),
-    "npz": (_zeros_npz, "announces 6000000 rows"),
-    "parquet": (_constant_parquet, "announces 10000000 rows"),
+    "hdf5": (_filled, "declares 250000000 rows"),
+    "npz": (_zeros_npz, "declares 6000000 rows"),
+    "parquet": (_constant_parquet, "declares 10000000 rows"),
 }
 
 

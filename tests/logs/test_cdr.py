@@ -220,8 +220,8 @@ def test_a_damaged_message_fails_alone(at: int, flip: int, cut: int):
     [
         (b"", "begins with nothing; allowed: plain CDR"),
         (b"\0\3\0\0" + bytes(60), "begins with 00 03 00 00; allowed: plain CDR"),
-        (b"\0\1\0\0" + bytes(8) + b"\xff\xff\xff\xff" + bytes(40), "announces 4294967295 elements"),
-        (b"\0\1\0\0" + bytes(8) + b"\1\0\0\0\0\0\0\0" + bytes(60), "its definition is over after"),
+        (b"\0\1\0\0" + bytes(8) + b"\xff\xff\xff\xff" + bytes(40), "declares 4294967295 elements"),
+        (b"\0\1\0\0" + bytes(8) + b"\1\0\0\0\0\0\0\0" + bytes(60), "its definition ends after"),
     ],
 )
 def test_what_is_no_message_of_the_type_is_told(payload: bytes, reason: str):
@@ -268,12 +268,12 @@ def test_definitions_are_read_as_ros_reads_them():
 @pytest.mark.parametrize(
     ("text", "reason"),
     [
-        ("Other x\n", "'rig/Other' is used and not defined"),
-        ("float64\n", "'float64' is no field"),
-        ("Test again\n", "messages deep"),
+        ("Other x\n", "'rig/Other' is used but not defined"),
+        ("float64\n", "'float64' is not a field"),
+        ("Test again\n", "nested in more than"),
         (
             "A[] a\n===\nMSG: rig/A\nB[] b\nB[] c\n===\nMSG: rig/B\nA[] a\nA[] b\nA[] c\n",
-            "messages deep",
+            "nested in more than",
         ),
     ],
 )

@@ -269,7 +269,7 @@ def test_the_layout_of_the_bench_is_not_looked_for(tmp_path: Path):
         "y": [1, 2],
     }
     assert read(tmp_path, "x,y\n0,1", layout=Layout(whole=True)) == {"x": [0], "y": [1]}
-    with pytest.raises(LogError, match=r"has no row of numbers after line 4, which layout names"):
+    with pytest.raises(LogError, match=r"has no row of numbers after line 4 of the layout"):
         opened(tmp_path, GOOD, Layout(header_line=4))
     with pytest.raises(LogError, match=r"layout.first_line of the bench is 9"):
         opened(tmp_path, GOOD, Layout(first_line=9))
@@ -303,7 +303,7 @@ BAD = {
         GOOD.replace("41", "\u0664\u0661"),
         ":3: column 'encoder': found '\u0664\u0661'",
     ),
-    "header only": ("time [s],encoder,current\n", "has a header and no rows"),
+    "header only": ("time [s],encoder,current\n", "has a header, but no rows"),
     "blank": ("\n\n  \n", "is empty"),
     "prose": ("the rig\nwas off\n", "has no row of numbers in its first 3 lines; is it a table"),
     "not UTF-8": (GOOD.encode().replace(b"0.5", b"\xb5"), ":3: column 'current': found 'µ'"),
@@ -354,8 +354,8 @@ def test_columns_before_the_last_do_not_hide_a_cut(tmp_path: Path):
     for wanted in (None, ["t"]):
         with pytest.raises(
             LogError,
-            match=":2: the last line has no line end: the file may be cut; add a line end if it "
-            "is whole",
+            match=":2: the last line has no line end: the file may be cut; if it is complete, "
+            "add a line end",
         ):
             read(tmp_path, "t,x\n0,1", wanted)
 
@@ -449,8 +449,8 @@ def test_a_date_that_is_not_read_and_a_missing_header_are_explained(tmp_path: Pa
         read(tmp_path, short, ["when"])
     with pytest.raises(
         LogError,
-        match=r"has no column 'x'; found: 1, 2 \(no header was found: columns are called by their "
-        r"number\)",
+        match=r"has no column 'x'; found: 1, 2 \(the file has no header; columns have "
+        r"numbers\)",
     ):
         read(tmp_path, "0,1\n1,2\n", ["x"])
 

@@ -108,7 +108,7 @@ def speak() -> None:
     [
         (die, "is damaged: its reader ended with signal SIGSEGV"),
         (take_all_memory, "need more than 90 MB"),
-        (fail, "is cut off, damaged, or of a kind that is not read: .*no such.*thing"),
+        (fail, "is cut off, damaged, or of a kind that frictool cannot read: .*no such.*thing"),
         (lambda: os._exit(3), "is damaged: its reader ended with code 3"),
         (speak, "a clear line"),
     ],
@@ -132,7 +132,7 @@ def test_a_reader_that_hangs_is_ended(path: Path, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setattr(reader_process, "LONGEST_WAIT", 5.0)
     for end in (lambda: time.sleep(60), busy):
         start = time.monotonic()
-        with pytest.raises(LogError, match="its reader came to no end"):
+        with pytest.raises(LogError, match="its reader did not finish"):
             list(table(path, end).blocks(["x"]))
         assert time.monotonic() - start < 30
 

@@ -67,7 +67,7 @@ def test_a_damaged_line_is_named_or_lost(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("text", ['[{"pos": 1}]\n', '{"entries":\n[{"pos": 1}]}\n'])
 def test_one_document_is_refused_with_a_command(text: str, tmp_path: Path) -> None:
-    with pytest.raises(LogError, match=r"one JSON document; write one object a line, .* jq -c"):
+    with pytest.raises(LogError, match=r"one JSON document; write one object per line, .* jq -c"):
         table_of(tmp_path, text)
 
 

@@ -270,7 +270,7 @@ def test_a_length_beyond_the_file_is_refused_before_it_is_allocated(path: Path):
     data = bytearray(path.read_bytes())
     data[132:136] = b"\xff\xff\xff\xff"
     path.write_bytes(bytes(data))
-    with pytest.raises(LogError, match=r"announces 4294967295 bytes|are missing"):
+    with pytest.raises(LogError, match=r"declares 4294967295 bytes|are missing"):
         columns(table_of(path), ["t"])
 
 
@@ -360,7 +360,7 @@ def test_a_zero_behind_a_cut_is_lost_with_its_channel_and_one_that_is_cut_is_tol
     )
     reasons = {loss.reason.partition(":")[0]: (loss.channels, loss.samples) for loss in losses}
     assert reasons.pop("is damaged") == (("/axis.position",), None)
-    assert reasons.pop(f"its zero is the mean of {kept} samples, and not of 60") == (
+    assert reasons.pop(f"its zero is the mean of {kept} samples instead of 60") == (
         ("/axis.current",),
         0,
     )

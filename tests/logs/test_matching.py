@@ -45,7 +45,7 @@ def test_a_constant_that_has_changed_is_applied_and_said():
     log = match_bench(made(rig), stronger(rig, 3.0))
     assert log.main.signals["effort"] == pytest.approx(3.0 * CURRENT)
     assert log.warnings == (
-        "effort computed again from current with the bench's actuator.constant, 3 N m/A; "
+        "effort is recomputed from current with the bench's actuator.constant, 3 N m/A; "
         "the log's was "
         "made with 2 N m/A",
     )

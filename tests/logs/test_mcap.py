@@ -197,7 +197,7 @@ def test_every_flipped_byte_is_refused():
 def test_a_huge_declared_length_is_refused_before_it_is_allocated():
     data = as_bytes(golden_log())
     for length in (2**40, 2**63, 2**64 - 1, 1 << 29):
-        with pytest.raises(LogError, match="announced"):
+        with pytest.raises(LogError, match="declares"):
             read_bytes(data[:9] + struct.pack("<Q", length) + data[17:])
 
 
@@ -219,7 +219,7 @@ def test_a_chunk_that_declares_more_than_it_holds_is_refused():
     ):
         assert chunk_data(body(1000, compression, packed)) == plain
         for size in (10, 999, 1001, 10**12):
-            with pytest.raises(ValueError, match="announce"):
+            with pytest.raises(ValueError, match="declare"):
                 chunk_data(body(size, compression, packed))
         with pytest.raises(ValueError, match=r"."):
             chunk_data(body(1000, compression, packed[:-5]))

@@ -50,7 +50,7 @@ def test_the_master_channel_dates_the_rows_from_the_start_of_the_file():
 
 
 def test_texts_are_no_column():
-    with pytest.raises(LogError, match="'note' is no number but a text"):
+    with pytest.raises(LogError, match="'note' is a text, not a number"):
         mdf_format.tables(V4)[0].find("note")
 
 
@@ -212,14 +212,14 @@ def test_a_file_whose_description_was_cut_off_says_where_it_ends(tmp_path: Path)
         file.write_bytes(data[:end])
         with pytest.raises(
             LogError,
-            match=rf"cut.mf4: is cut off at byte {end}: its channels are described at byte "
-            rf"{group}, ",
+            match=rf"cut.mf4: is cut off at byte {end}, before the description of its channels at "
+            rf"byte {group}, ",
         ):
             mdf_format.tables(file)
     file.write_bytes(data.replace(b"##CG", b"##XX"))
     with pytest.raises(
         LogError,
-        match="is damaged, or of a kind of MDF that is not read: its blocks do not fit one another",
+        match="is damaged, or a kind of MDF that frictool cannot read: its blocks are inconsistent",
     ):
         mdf_format.tables(file)
 

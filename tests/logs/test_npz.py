@@ -190,7 +190,7 @@ def test_a_bomb_of_zeros_is_refused_by_its_sizes(tmp_path: Path):
     with zipfile.ZipFile(file, "w", zipfile.ZIP_DEFLATED) as archive:
         archive.writestr("x.npy", good.read_bytes() + bytes(100_000_000))
     with pytest.raises(
-        LogError, match="array 'x' announces 64 bytes of numbers, 100000064 are there"
+        LogError, match="array 'x' declares 64 bytes of numbers, but 100000064 follow"
     ):
         columns(table_of(file))
 
@@ -220,7 +220,7 @@ def test_a_cut_array_is_salvaged(tmp_path: Path):
     file = tmp_path / "x.npy"
     np.save(file, np.arange(100.0))
     file.write_bytes(file.read_bytes()[:-20])
-    with pytest.raises(LogError, match="announces 800 bytes of numbers, 780 are there"):
+    with pytest.raises(LogError, match="declares 800 bytes of numbers, but 780 follow"):
         columns(table_of(file))
     losses: list[DataLoss] = []
     assert columns(table_of(file), None, losses)["array"].tolist() == list(range(97))

@@ -79,7 +79,7 @@ def test_a_reversed_sensor_of_the_sample_logs_is_found(kind: str):
     assert sign_of(good).text is None
     bad = stream(position=-good.signals["position"], current=good.signals["current"])
     assert sign_of(bad).reversed == ("position or current",)
-    assert "friction cannot give" in str(sign_of(bad).text)
+    assert "impossible with friction" in str(sign_of(bad).text)
 
 
 def test_the_reference_tells_which_sensor_is_reversed():
@@ -93,7 +93,7 @@ def test_a_velocity_against_its_position_is_named():
     position = np.sin(2 * np.pi * T)
     found = sign_of(stream(position=position, velocity=-np.cos(2 * np.pi * T)))
     assert found.reversed == ("velocity",)
-    assert "runs against the position" in str(found.text)
+    assert "change of position have opposite signs" in str(found.text)
 
 
 @pytest.mark.parametrize("spring", [0.0, 40.0])

@@ -217,7 +217,7 @@ def test_a_bag_before_iron_carries_no_definitions(tmp_path: Path):
     connection.close()
     with pytest.raises(
         LogError,
-        match="rig_msgs/msg/Own cannot be read: it is not in the recording, and no common one",
+        match="rig_msgs/msg/Own cannot be read: it is neither in the recording nor a common one",
     ):
         tables(tmp_path / "bag" / "bag.db3", None)
 
@@ -470,13 +470,13 @@ def test_bombs_are_refused_before_they_are_opened():
             losses: list[DataLoss] = []
             found = columns(opened(data)["/motor"], ["/motor.data"], losses)["/motor.data"]
             assert found.tolist() == POSITION
-            assert any("announce" in loss.reason or "decompress" in loss.reason for loss in losses)
+            assert any("declare" in loss.reason or "decompress" in loss.reason for loss in losses)
 
 
 def test_fewer_messages_than_the_statistics_count():
     lost = chunks(CHUNKED)[4]
     data = CHUNKED[: lost.offset] + CHUNKED[lost.offset + 9 + len(lost.body) :]
-    with pytest.raises(LogError, match=r"messages are there, the statistics count 500"):
+    with pytest.raises(LogError, match=r"messages are present, but the statistics count 500"):
         columns(opened(data)["/motor"])
 
 
@@ -508,7 +508,9 @@ def test_a_bag_with_a_journal_beside_it_is_not_taken_for_whole(tmp_path: Path):
     ros2_bag(tmp_path / "bag", POSITION)
     (tmp_path / "bag" / "bag.db3-wal").write_bytes(b"x")
     (table,) = tables(tmp_path / "bag" / "bag.db3", None)
-    with pytest.raises(LogError, match=r"was not closed: bag.db3-wal in its folder holds messages"):
+    with pytest.raises(
+        LogError, match=r"was not closed: bag.db3-wal in its folder contains messages"
+    ):
         columns(table, [ARM])
 
 
@@ -516,7 +518,7 @@ def test_an_sqlite_file_that_is_no_bag(tmp_path: Path):
     with sqlite3.connect(tmp_path / "x.db3") as connection:
         connection.execute("CREATE TABLE things (a, b)")
     connection.close()
-    with pytest.raises(LogError, match="no ROS 2 bag: it has no tables topics and messages"):
+    with pytest.raises(LogError, match="not a ROS 2 bag: it lacks the tables topics and messages"):
         tables(tmp_path / "x.db3", None)
 
 
@@ -527,7 +529,7 @@ def test_a_message_that_is_none_is_one_loss():
     damaged = bytearray(data)
     damaged[at - 8] = 77  # how many positions there are; 4 bytes of alignment follow
     table = opened(bytes(damaged))["/joint_states"]
-    with pytest.raises(LogError, match=r"message 252, recorded at .* announces"):
+    with pytest.raises(LogError, match=r"message 252, recorded at .* declares"):
         columns(table, [ARM])
     losses: list[DataLoss] = []
     assert columns(table, [ARM], losses)[ARM].tolist() == POSITION[:251] + POSITION[252:]

@@ -114,7 +114,7 @@ def test_an_effort_of_another_constant_is_made_anew_and_a_measured_one_kept(tmp_
     )
     (piece,) = derived.pieces()
     np.testing.assert_array_equal(piece.effort, 2.0 * current)
-    assert any("effort computed again" in remark for remark in derived.remarks())
+    assert any("effort is recomputed" in remark for remark in derived.remarks())
     effort = 1.9 * current + 0.1 * np.sin(time)
     measured = open_stream(
         save(log(time, current=current, effort=effort), tmp_path / "measured.mcap"), BENCH
@@ -215,5 +215,5 @@ def test_a_reversed_sensor_is_told_and_nonsense_is_refused(tmp_path: Path) -> No
 
 def test_the_other_kind_of_axis_is_refused(tmp_path: Path) -> None:
     linear = msgspec.structs.replace(rig(COLUMNS, axis="linear"))
-    with pytest.raises(LogError, match="is this the bench of this log"):
+    with pytest.raises(LogError, match="give the bench of this log"):
         open_stream(save(log(np.arange(100) * PERIOD), tmp_path / "log.mcap"), linear)

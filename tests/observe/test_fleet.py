@@ -160,14 +160,14 @@ def test_what_the_log_says_of_unit_and_date_comes_first(
     [
         (
             ("--date", "[0-9]{5}"),
-            "--date '[0-9]{5}' finds nothing in the name of any log, such as 2026-01-09.mcap",
+            "--date '[0-9]{5}' matches no name of a log, such as 2026-01-09.mcap",
         ),
         (
             ("--date", "[0-9]{4}(?=-0)"),
-            "--date '[0-9]{4}(?=-0)' finds '2026' in 2026-01-09.mcap, which is no date: year, "
+            "--date '[0-9]{4}(?=-0)' finds '2026' in 2026-01-09.mcap, which is not a date; allowed: year, "
             "month, day",
         ),
-        (("--unit", "S[0-9]"), "--unit 'S[0-9]' finds nothing in the name of any log"),
+        (("--unit", "S[0-9]"), "--unit 'S[0-9]' matches no name of a log"),
     ],
 )
 def test_a_pattern_that_tells_nothing_is_told(

@@ -66,7 +66,7 @@ def test_a_file_that_the_workers_do_not_see_is_sent(
     assert found[0] == ("seen", [("here.csv", b"a,b\n")])
     assert found[1] == ("sent", [("here.csv", b"a,b\n"), ("log.db3", b"\0\1")])
     ((reason, _),) = found[2][1]
-    assert "does not exist under its path on the worker" in reason
+    assert "is missing on the worker" in reason
     assert found[3] == ("large and seen", [("large.csv", b"1," * 600)])
 
 

@@ -64,7 +64,7 @@ def test_work_is_done_by_tls_and_by_nobody_without_its_certificates(
     assert loopback.address.startswith("tls://")
     assert shared(loopback.address, settings) == {number: -number for number in range(5)}
     plain = loopback.address.replace("tls", "tcp")
-    assert f"is the address {loopback.address}, or another port" in refused(plain, {})
+    assert f"try {loopback.address}, or another port" in refused(plain, {})
     assert "scheduler's certificate is not accepted" in refused(loopback.address, strangers)
     own = {f"{TLS}.client.{part}": strangers[f"{TLS}.client.{part}"] for part in ("cert", "key")}
     assert "client.cert in Dask's configuration, distributed.comm.tls has to be signed" in refused(
@@ -88,7 +88,7 @@ def test_certificates_that_are_no_good_are_told_before_anything_is_asked(
     )
     (tmp_path / "text.pem").write_text("no certificate")
     assert "PEM" in refused(nowhere, {**settings, f"{TLS}.client.cert": str(tmp_path / "text.pem")})
-    assert "asks for encryption" in refused(
+    assert "requires encryption" in refused(
         "tcp://127.0.0.1:1", {"distributed.comm.require-encryption": True}
     )
     assert "min-version=7 is not supported" in refused(
@@ -114,11 +114,10 @@ def test_who_answers_and_is_no_scheduler_is_told(
 
         one = threading.Thread(target=answer, daemon=True)
         one.start()
-        assert (
-            f"not a Dask scheduler of this kind; is the address tls://127.0.0.1:{port}"
-            in refused(f"tcp://127.0.0.1:{port}", {})
+        assert f"not such a Dask scheduler; try tls://127.0.0.1:{port}" in refused(
+            f"tcp://127.0.0.1:{port}", {}
         )
-        assert f"speaks no TLS; is the address tcp://127.0.0.1:{port}" in refused(
+        assert f"does not use TLS; try tcp://127.0.0.1:{port}" in refused(
             f"tls://127.0.0.1:{port}", settings
         )
         one.join(5.0)

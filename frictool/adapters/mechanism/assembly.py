@@ -192,9 +192,8 @@ def _refuse_loose(
         names = ", ".join(blocks.names[block] for block in part)
         raise ElementError(
             f"blocks.{blocks.names[part[0]]}",
-            f"no link, source or sensor connects {names} to the rest of the mechanism, and nothing "
-            "to the ground; add a link, or a spring, friction or stop on the ground, or leave it "
-            "out",
+            f"nothing connects {names} to the rest of the mechanism or to the ground; add a link, "
+            "or a spring, friction or stop on the ground, or remove it",
         )
 
 

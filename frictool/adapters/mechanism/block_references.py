@@ -112,7 +112,7 @@ class BlockNames:
         hint = (
             f"; write [{ends[1]}, {ends[0]}]"
             if turned
-            else "; rack and screw link what turns with what slides"
+            else "; a rack or screw links a rotary block to a linear one"
         )
         raise ElementError(
             where, f"found {described}; allowed for {what}: a block that {required}{hint}"
@@ -125,7 +125,7 @@ def check_unit(
     """Raise ElementError if a quantity in SI is not of this dimension for a block of this kind."""
     wanted = si_unit(dimension, kind)
     if quantity is not None and quantity.unit != wanted:
-        hint = f"{whose} {MOTION[kind]}" if whose else f"of what {MOTION[kind]}"
+        hint = f"{whose} {MOTION[kind]}" if whose else f"it is of a block that {MOTION[kind]}"
         raise ElementError(
             f"{key}.unit",
             f"found a multiple of {quantity.unit}; allowed: {wanted} and its multiples, since "

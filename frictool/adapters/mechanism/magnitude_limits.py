@@ -39,5 +39,5 @@ def _check(key: str, number: float | None, unit: str) -> None:
     raise ElementError(
         key,
         f"found {number:g}{' ' + unit if unit else ''}; allowed: 0, or {SMALLEST:g} to "
-        f"{LARGEST:g} in size",
+        f"{LARGEST:g} in magnitude",
     )

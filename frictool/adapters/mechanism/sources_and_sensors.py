@@ -96,8 +96,7 @@ def controlled_names(document: Mechanism) -> tuple[str, str]:
         if not names:
             raise ElementError(
                 f"{what}s",
-                f"found none; allowed: at least one {what}, which a controller and a reduced "
-                "model need",
+                f"found none; allowed: at least one {what}, for a controller or a reduced model",
             )
         if len(names) > 1:
             raise ElementError(

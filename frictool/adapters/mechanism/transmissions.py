@@ -83,7 +83,7 @@ def _ratio(
             blocks.sequence(key, "a gear", ends, ("rotary", "rotary"))
             if not (link.ratio > 0.0 and math.isfinite(link.ratio)):
                 hint = (
-                    "a gear that keeps the sense is internal: true"
+                    "for a gear that keeps the direction, write internal: true"
                     if link.ratio < 0.0
                     else "a ratio of 0 would transmit nothing"
                 )

@@ -38,7 +38,7 @@ class ArrayColumn:
     """Numbers in a byte stream.
 
     offset: byte of the first number.
-    rows: how many numbers there are.
+    rows: number of values.
     step: distance of the numbers in bytes.
     """
 
@@ -125,8 +125,7 @@ class ArrayTable:
         if name is None and self.damage is not None:
             raise LostColumnError(
                 self.source,
-                f"is damaged: {self.damage}; read before that: {listed(self.names)}, "
-                f"and no {wanted!r}",
+                f"is damaged: {self.damage}; readable: {listed(self.names)}, but not {wanted!r}",
             )
         return name
 

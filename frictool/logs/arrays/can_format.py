@@ -1,8 +1,7 @@
 """Reader of CAN logs (BLF, ASC, candump, PCAN-Trace) and a DBC, with python-can and cantools.
 
-The DBC says which signals the frames carry. It is the file that `layout.dbc` of the bench names, or
-the file with the name of the log; both stand in the folder of the log. Each message is a table with
-the times of its frames.
+The DBC defines the signals in the frames. It is in the folder of the log, and named by `layout.dbc`
+of the bench, or else like the log. Each message is a table with the times of its frames.
 
     frames ──python-can──▶ (time, identifier, bytes) ──cantools, DBC──▶ signals of each message
 """
@@ -38,7 +37,7 @@ READERS = (
     ("TRCReader", re.compile(rb";\$FILEVERSION=")),
 )
 FRAMES = 100_000  # frames whose messages become tables
-CUT = "the file is cut off: its header announces {} bytes, it has {}"
+CUT = "the file is cut off: its header declares {} bytes, but it has {}"
 NO_LINE_END = "the last line has no line end: the file may be cut"
 
 
@@ -64,8 +63,8 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
     if not dbc.is_file():
         raise LogError(
             path,
-            f"needs a DBC that says what its frames carry: found no {dbc.name} in its folder; "
-            "write layout.dbc: FILE in the bench, or give the DBC the name of the log",
+            f"needs a DBC that describes its frames: found no {dbc.name} in its folder; write "
+            "layout.dbc: FILE in the bench, or rename the DBC",
         )
     return open_guarded(path, partial(_open, dbc=dbc, reader=str(reader)))
 

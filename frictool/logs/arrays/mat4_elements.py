@@ -85,8 +85,8 @@ def arrays(path: Path, size: int) -> Iterator[MatArray]:
             position = start + head.bytes
             if position > size:
                 raise ValueError(
-                    f"an array at byte {start} announces {head.bytes} bytes, "
-                    f"{size - start} are there"
+                    f"an array at byte {start} declares {head.bytes} bytes, but {size - start} "
+                    "follow"
                 )
 
 

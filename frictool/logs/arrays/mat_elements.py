@@ -98,7 +98,7 @@ def arrays(path: Path, size: int) -> Iterator[MatArray]:
             start = position + 8
             if kind not in (MATRIX, COMPRESSED):
                 raise ValueError(
-                    f"an element of type {kind} stands at byte {position}; allowed: variables"
+                    f"found an element of type {kind} at byte {position}; allowed: variables"
                 )
             for array in _variable(
                 path,
@@ -114,7 +114,7 @@ def arrays(path: Path, size: int) -> Iterator[MatArray]:
             position = start + length
             if position > size:
                 raise ValueError(
-                    f"a variable at byte {start} announces {length} bytes, {size - start} are there"
+                    f"a variable at byte {start} declares {length} bytes, but {size - start} follow"
                 )
 
 
@@ -145,7 +145,7 @@ class _MatVariableReader:
         if kind >> 16:  # content of up to 4 bytes is packed into the head
             small = kind >> 16
             if small > 4:
-                raise ValueError(f"a packed element announces {small} bytes; allowed: 4")
+                raise ValueError(f"a packed element declares {small} bytes; allowed: 4")
             return MatTag(kind & 0xFFFF, small, struct.pack(self.order + "I", length)[:small], 0)
         return MatTag(kind, length, None, 0 if kind == COMPRESSED else -length % 8)
 
@@ -164,9 +164,7 @@ class _MatVariableReader:
         if tag.inline is not None:
             return tag.kind, tag.inline
         if tag.length > most:
-            raise ValueError(
-                f"a part of a variable announces {tag.length} bytes; allowed there: {most}"
-            )
+            raise ValueError(f"a part of a variable declares {tag.length} bytes; allowed: {most}")
         return tag.kind, self.exactly(tag.length + tag.fill)[: tag.length]
 
     def matrix(self, path: str, length: int, depth: int) -> Iterator[MatArray]:
@@ -191,7 +189,7 @@ class _MatVariableReader:
             yield from self.content(path or name, shape, kind, bool(bits & COMPLEX), depth)
         if depth:  # nothing follows a variable
             if self.stream.position > end:
-                raise ValueError("an array is longer than its structure says")
+                raise ValueError("an array is longer than its structure declares")
             self.stream.skip(end - self.stream.position)
 
     def shape(self) -> tuple[int, ...]:
@@ -210,7 +208,7 @@ class _MatVariableReader:
             yield self.numbers(name, shape, kind, is_complex)
         elif kind in ("struct", "cell"):
             if depth >= DEEPEST:
-                raise ValueError(f"{name!r} lies deeper than {DEEPEST} structures")
+                raise ValueError(f"{name!r} is nested in more than {DEEPEST} structures")
             yield MatArray(name, shape, kind)
             yield from (
                 self.fields(name, shape, depth)
@@ -236,11 +234,11 @@ class _MatVariableReader:
             return MatArray(name, shape, kind)
         tag = self.tag()
         if tag.kind not in NUMBERS:
-            raise ValueError(f"variable {name!r} holds no numbers but type {tag.kind}")
+            raise ValueError(f"variable {name!r} contains type {tag.kind} instead of numbers")
         dtype = np.dtype(self.order + NUMBERS[tag.kind])
         if tag.length != dtype.itemsize * math.prod(shape):
             raise ValueError(
-                f"variable {name!r} of {'x'.join(map(str, shape))} {kind} announces {tag.length} "
+                f"variable {name!r} of {'x'.join(map(str, shape))} {kind} declares {tag.length} "
                 "bytes of numbers"
             )
         # packed numbers are the last 4 bytes of the head

@@ -56,7 +56,7 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
     arrays = named
     columns = {name: column for array in arrays for name, column in array.columns()}
     if not columns and damage is not None:
-        raise LogError(path, f"is damaged or no MATLAB file: {damage}")
+        raise LogError(path, f"is damaged or not a MATLAB file: {damage}")
     if not columns and objects:
         return objects
     if not columns:

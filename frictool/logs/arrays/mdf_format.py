@@ -103,12 +103,12 @@ def _unreadable(path: Path) -> str:
     behind = described_at(path)
     if behind is None:
         return (
-            "is damaged, or of a kind of MDF that is not read: "
-            "its blocks do not fit one another; export it again, or as CSV"
+            "is damaged, or a kind of MDF that frictool cannot read: its blocks are inconsistent; "
+            "export it again, or as CSV"
         )
     end = path.stat().st_size
     return (
-        f"is cut off at byte {end}: its channels are described at byte {behind}, so "
+        f"is cut off at byte {end}, before the description of its channels at byte {behind}, so "
         "that nothing can be salvaged; copy or export it again"
     )
 
@@ -151,7 +151,7 @@ def _group(path: Path, file: Any, index: int, topic: str, start: int, end: int |
             )
         else:
             others[name] = (
-                "an array" if sample.ndim > 1 or sample.dtype.names else "no number but a text"
+                "an array" if sample.ndim > 1 or sample.dtype.names else "a text, not a number"
             )
     is_time = master is not None and (version < 4 or group.channels[master].sync_type == TIME)
     clock = (
@@ -176,7 +176,7 @@ def _group(path: Path, file: Any, index: int, topic: str, start: int, end: int |
 
 @dataclass(frozen=True)
 class MdfChannel:
-    """Number of a channel in its group; a flag tells whether the raw numbers are used."""
+    """Index of a channel in its group, and a flag, True if its raw numbers are used."""
 
     index: int
     raw: bool
@@ -258,12 +258,12 @@ class MdfTable(LibraryTable):
             record_count=n,
         )
         if values.shape != (n,):
-            raise ValueError(f"{len(values)} samples of {n} are there")
+            raise ValueError(f"only {len(values)} of {n} samples are present")
         return values.astype(np.float64), invalid
 
     def _stamps(self, first: int, n: int) -> Nanoseconds:
         seconds, _ = self._samples(str(self.clock), first, n)
         if not np.isfinite(seconds).all() or np.abs(seconds).max() > LATEST:
-            raise ValueError(f"times of the samples {first + 1} to {first + n} are no times")
+            raise ValueError(f"the times of the samples {first + 1} to {first + n} are not finite")
         stamps: Nanoseconds = self.start + np.rint(seconds * 1e9).astype(np.int64)
         return stamps

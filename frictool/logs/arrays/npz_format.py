@@ -161,11 +161,11 @@ def _members(path: Path, damage: list[str]) -> Iterator[NpyArray]:
         # on a damaged directory zipfile also raises errors of struct, codecs and others
         raise LogError(
             path,
-            f"is not a complete zip archive ({error}); its directory is at its end: "
-            "is the file cut off?",
+            f"is not a complete zip archive ({error}); is the file cut off? The directory is at "
+            "its end",
         ) from None
     if len(arrays) > MOST_MEMBERS:
-        raise LogError(path, f"holds {len(arrays)} arrays; allowed: {MOST_MEMBERS}")
+        raise LogError(path, f"contains {len(arrays)} arrays; allowed: {MOST_MEMBERS}")
     for one in arrays:
         yield from _member(
             one.filename.removesuffix(".npy"), partial(_inside, path, one), one.file_size, damage
@@ -213,6 +213,6 @@ def _member(
         return
     if content != size - start and not dtype.hasobject:
         damage.append(
-            f"array {name!r} announces {content} bytes of numbers, {size - start} are there"
+            f"array {name!r} declares {content} bytes of numbers, but {size - start} follow"
         )
     yield NpyArray(name, opened, start, shape, by_columns, dtype)

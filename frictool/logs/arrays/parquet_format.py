@@ -46,8 +46,8 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
             raise LogError(
                 path,
                 (
-                    "is cut off: the description at the end of a Parquet file is missing, so "
-                    "that nothing can be salvaged"
+                    "is cut off: its description, at the end of the file, is missing, so that "
+                    "nothing can be salvaged"
                 ),
             )
     return open_guarded(path, _open)
@@ -161,7 +161,9 @@ class ParquetTable(LibraryTable):
                         )
                     row += batch.num_rows
                 if row != end:
-                    raise ValueError(f"it announces {end} rows up to there, {row} are there")
+                    raise ValueError(
+                        f"{end} rows up to its end are declared, but {row} are present"
+                    )
             except (OSError, ValueError) as error:  # pyarrow raises these
                 reason = f"row group {group + 1} is damaged: {error}"
                 if losses is None:

@@ -216,7 +216,8 @@ def _child(
             if not _answers(ours, process.pid, patience):
                 raise LogError(
                     path,
-                    f"is damaged: its reader came to no end in {patience:.0f} s of processor time",
+                    f"is damaged: its reader did not finish within {patience:.0f} s of processor "
+                    "time",
                 )
             kind, *answer = ours.recv()
             if kind == "end":
@@ -292,7 +293,7 @@ def _run(
         connection.send(
             (
                 "error",
-                "is cut off, damaged, or of a kind that is not read: "
+                "is cut off, damaged, or of a kind that frictool cannot read: "
                 f"{text or type(error).__name__}",
             )
         )

@@ -49,7 +49,7 @@ def _open(path: Path) -> Sequence[LibraryTable]:
     damage = CUT if file.file_status.incomplete_final_segment else None
     texts = [text for group in file.groups() for text in _texts(group)]
     if any(REPLACEMENT in text for text in texts):
-        damage = "its names are no valid text"
+        damage = "its names are not valid text"
     tables = [table for group in file.groups() for table in _tables(path, group, damage)]
     if not tables:
         channels = [channel.name for group in file.groups() for channel in group.channels()]

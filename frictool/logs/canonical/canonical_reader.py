@@ -117,7 +117,7 @@ class CanonicalReader:
         advice = (
             SALVAGE
             if last is not None or self._has_more()
-            else "no sample in it can be read: copy it again from where it was recorded"
+            else "no sample can be read; copy the file again from the recorder"
         )
         self.fail(
             f"is damaged or cut off at byte {part.at} of {self.size}, {after}: {part.reason}; "
@@ -147,10 +147,9 @@ class CanonicalReader:
         if fields is None:
             kind = schema.name if schema is not None else "no schema"
             self.fail(
-                f"is no canonical log: channel {channel.topic!r} carries {kind} in "
-                f"{channel.message_encoding or 'no encoding'}; "
-                "allowed: /axis and /axis/NAME with flat float64 fields in cdr, "
-                "as `frictool ingest` and `simulate` write them"
+                f"is no canonical log: channel {channel.topic!r} contains {kind} in "
+                f"{channel.message_encoding or 'no encoding'}; allowed: /axis and /axis/NAME with "
+                "flat float64 fields in cdr (`frictool ingest` writes them)"
             )
         known = self.channels.setdefault(
             channel.id, DeclaredStream(channel.id, channel.topic, fields)
@@ -296,8 +295,8 @@ class CanonicalReader:
                     self.channels[number].topic if number in self.channels else f"channel {number}"
                 )
                 self.fail(
-                    f"is damaged: {samples[number]} messages of {name} are there, "
-                    f"the statistics count {count}"
+                    f"is damaged: {samples[number]} messages of {name} are present, but the "
+                    f"statistics count {count}"
                 )
 
 

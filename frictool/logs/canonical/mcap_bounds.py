@@ -42,14 +42,14 @@ def record_bounds(data: bytes) -> RecordBounds:
     if end != len(data):
         if end < len(data) and not data[end]:
             raise ValueError(
-                f"a record of kind 0 stands at byte {end} of its chunk; allowed: 1 and above"
+                f"found a record of kind 0 at byte {end} of its chunk; allowed: 1 and above"
             )
         if int((bounds.length < SHORTEST).sum()) >= MOST_SHORT:
             raise ValueError(
                 f"more than {MOST_SHORT} records of a chunk are shorter than {SHORTEST} bytes"
             )
         raise ValueError(
-            f"a record is announced that does not fit the {len(data) - end} bytes left of its chunk"
+            f"a record is longer than the {len(data) - end} bytes that remain of its chunk"
         )
     return bounds
 

@@ -37,12 +37,12 @@ def chunk_data(body: bytes) -> bytes:
     (length,) = _U64.unpack_from(body, name_end)
     packed = memoryview(body)[name_end + _U64.size :]
     if length != len(packed):
-        raise ValueError(f"a chunk of {length} bytes is announced, {len(packed)} are there")
+        raise ValueError(f"a chunk declares {length} bytes, but {len(packed)} follow")
     if size > LARGEST:
-        raise ValueError(f"a chunk of {size} bytes is announced; allowed: {LARGEST}")
+        raise ValueError(f"a chunk declares {size} bytes; allowed: {LARGEST}")
     data = _decompress(compression, packed, size)
     if len(data) != size:
-        raise ValueError(f"a chunk holds {len(data)} bytes and announces {size}")
+        raise ValueError(f"a chunk contains {len(data)} bytes, but declares {size}")
     if crc not in (0, zlib.crc32(data)):
         raise ValueError("the CRC of a chunk is wrong")
     return data
@@ -62,7 +62,7 @@ def _decompress(compression: str, packed: memoryview, size: int) -> bytes:
     if compression == "zstd":
         try:
             if zstandard.frame_content_size(packed) not in (-1, size):  # -1: the frame does not say
-                raise ValueError("a zstd frame announces another size than its chunk")
+                raise ValueError("a zstd frame declares another size than its chunk")
             return _per_thread.zstd.decompress(packed, max_output_size=size)
         except zstandard.ZstdError as error:
             raise ValueError(str(error)) from None

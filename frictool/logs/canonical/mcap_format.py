@@ -27,7 +27,7 @@ def read_mcap(path: Path) -> Log:
     The streams are in the order of their channels. The memory used is bounded by the actual content
     of the file and not by its declared sizes.
 
-    Raises LogError if the file is missing, no MCAP, truncated or damaged (every CRC is checked).
+    Raises LogError if the file is missing, not MCAP, truncated or damaged (every CRC is checked).
     The message names the byte and the time reached. Also raises LogError, with the name of the
     channel, if the MCAP file is not canonical.
     """
@@ -106,8 +106,8 @@ def _nanoseconds(source: str, stream: Stream) -> Nanoseconds:
     if np.abs(stream.time).max() > LATEST:
         raise LogError(
             source,
-            f"stream {stream.topic}: time {stream.time[-1]:g} s is beyond {LATEST:g} s; "
-            "is its unit right?",
+            f"stream {stream.topic}: time {stream.time[-1]:g} s is beyond {LATEST:g} s; check its "
+            "unit",
         )
     time = np.rint(stream.time * NS).astype(np.int64)
     if time.size > 1 and np.diff(time).min() <= 0:

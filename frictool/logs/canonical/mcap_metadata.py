@@ -46,7 +46,7 @@ def heads(path: Path, metadata: Metadata, channels: Iterable[DeclaredStream]) ->
             )
         )
     if not heads_read:
-        raise LogError(path, "no sample in it can be read, since it declares no channel")
+        raise LogError(path, "no sample can be read, because no channel is declared")
     return heads_read
 
 

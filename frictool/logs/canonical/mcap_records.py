@@ -194,13 +194,13 @@ class FileRecords:
             return DamagedBytes(
                 start,
                 end,
-                f"a record of {length} bytes is announced, {end - start - RECORD_HEAD} remain",
+                f"a record declares {length} bytes, but {end - start - RECORD_HEAD} remain",
                 rest,
             )
         return DamagedBytes(
             min(start, end),
             end,
-            f"no record begins here: kind {opcode:#04x}, {length} bytes announced",
+            f"no record begins here: kind {opcode:#04x}, {length} bytes declared",
             rest,
             bare,
         )

@@ -56,7 +56,7 @@ def match_bench(log: Log, bench: Bench, *, same_period: bool = False) -> Log:
         if np.any(drive) and abs(before / constant - 1.0) > SAME_CONSTANT:
             unit = si_unit(drive_dimension(bench.actuator.drive, constant=True), bench.axis)
             made = (
-                f"effort computed again from {bench.actuator.drive} with the bench's "
+                f"effort is recomputed from {bench.actuator.drive} with the bench's "
                 f"actuator.constant, {constant:.6g} {unit}"
             )
             noted.append(f"{made}; the log's was made with {before:.6g} {unit}")
@@ -74,9 +74,9 @@ def _check_units(log: Log, stream: Stream, bench: Bench) -> None:
         if unit != wanted:
             mismatch = (
                 f"{message_path(stream.topic, name)} is in {unit!r}, but the {bench.axis} axis of "
-                f"bench {bench.name!r} has it in {wanted!r}"
+                f"bench {bench.name!r} needs {wanted!r}"
             )
-            raise LogError(log.source, f"{mismatch}; is this the bench of this log?")
+            raise LogError(log.source, f"{mismatch}; give the bench of this log")
 
 
 def _check_wraps(log: Log, stream: Stream, bench: Bench) -> tuple[str, ...]:

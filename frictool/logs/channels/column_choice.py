@@ -65,7 +65,7 @@ CANDIDATES: dict[str, tuple[str, str]] = {  # dimension -> candidate units, rota
 LABEL = re.compile(r"\[([^\]]*)\]$")  # joint name at the end of a recording's column
 _JOINT_STATE = re.compile(r"/.*\.(position|velocity|effort)\[[^\]]+\]$")
 LOAD_SIDE = (
-    "the drive's torque or force, or what a sensor measures behind it? only the drive's is effort"
+    "the torque or force of the drive, or that of a sensor behind it? effort is that of the drive"
 )
 
 
@@ -168,7 +168,10 @@ def choose(offered: Sequence[OfferedColumn], axis: Axis) -> dict[str, ColumnChoi
 def _doubted(channel: str, choice: ColumnChoice) -> ColumnChoice:
     """Return the choice with a question: a file without motion may contain any other signal."""
     question = ColumnQuestion(
-        channel, "column", _quoted((choice.column,)), "is it the drive's? the file has no motion"
+        channel,
+        "column",
+        _quoted((choice.column,)),
+        "is it the torque or force of the drive? the file has no motion",
     )
     return replace(choice, column=OPEN, questions=(*choice.questions, question))
 
@@ -232,14 +235,17 @@ def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> Co
                 channel,
                 "column",
                 _quoted(names),
-                f"its name says {what}; move the line to the channel that it is",
+                f"its name says {what}; move the line to the right channel",
             )
         )
     elif is_connector(first.name):
         column = OPEN
         questions.append(
             ColumnQuestion(
-                channel, "column", _quoted(names), "is it this signal? the file names a connector"
+                channel,
+                "column",
+                _quoted(names),
+                "is it this signal? its name is that of a connector",
             )
         )
     elif channel == EFFORT and first.name != EFFORT and not _JOINT_STATE.fullmatch(first.name):
@@ -268,7 +274,7 @@ def _unit(channel: str, one: OfferedColumn, axis: Axis) -> tuple[str, ColumnQues
         interval = float(np.median(steps)) if steps.size else 0.0
         if SECONDS[0] <= interval <= SECONDS[1] and TIME in quantities(one.name):
             return "s", None
-        why += f", and its steps are {interval:.6g}; leave time out where it counts samples"
+        why += f", and its steps are {interval:.6g}; remove time if it counts samples"
     if (
         dimension == "position"
         and re.search(r"enc|count|tick", one.name.lower())

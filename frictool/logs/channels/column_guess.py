@@ -166,7 +166,7 @@ def guess(tables: Sequence[MemoryTable], axis: Axis | None = None) -> ColumnGues
     preset = preset_of([name for table in tables for name in table.columns])
     axis = axis or kind_of_axis(tables) or (None if preset is None else "rotary")
     if axis is None:
-        wanting = "has no unit or name that tells a rotary from a linear axis"
+        wanting = "has no unit or name that shows if the axis is rotary or linear"
         raise LogError(
             tables[0].source, f"{wanting}; give --axis rotary (rad, N m) or --axis linear (m, N)"
         )

@@ -105,5 +105,5 @@ def _time(table: MemoryTable, guess: ColumnGuess, column: str | None, axis: Axis
         return np.asarray((table.time_ns - table.time_ns[0]) / NS)
     unit = guess.columns[TIME][1] if column is not None else OPEN
     if column is None or unit == OPEN:
-        raise LogError(table.source, f"contains no times of its rows; {GIVE}")
+        raise LogError(table.source, f"contains no times of the rows; {GIVE}")
     return np.asarray(table.columns[column] * factor_to_si(unit, TIME, axis))

@@ -1,7 +1,8 @@
 """Presets: columns of the logs of known drives and robots, with the units that the files lack.
 
 A new preset is one record in PRESETS. A log has a preset if a column matches each pattern of its
-signature, and no other preset fits. Where a value can be in several units, the unit is asked for.
+signature, and no other preset fits. If the file does not determine the unit of a value, the user
+has to state it.
 """
 
 from __future__ import annotations
@@ -22,9 +23,9 @@ class PresetColumn(NamedTuple):
     """Columns of a preset.
 
     pattern: pattern of the whole name, without regard to case.
-    channel: channel of these columns; NO_CHANNEL if they are none.
+    channel: channel of these columns; NO_CHANNEL if they belong to none.
     unit: unit of the values; OPEN if the file does not determine it.
-    why: reason why the unit is asked for.
+    why: reason why the user has to state the unit.
     whole: True if the unit holds for whole numbers only.
     most: largest absolute value in this unit; a larger one was written in another unit.
     """
@@ -37,14 +38,14 @@ class PresetColumn(NamedTuple):
     most: float = np.inf
 
     def unit_of(self, values: Vector) -> str:
-        """Return the unit of these values, OPEN if it has to be asked for."""
+        """Return the unit of these values; OPEN if the user has to state it."""
         finite = values[np.isfinite(values)]
         fits = not self.whole or bool((finite == np.rint(finite)).all())
         return self.unit if fits and bool((np.abs(finite) <= self.most).all()) else OPEN
 
 
 class LoggerPreset(NamedTuple):
-    """Logs of one maker's drives or robots.
+    """Preset for the logs of one maker's drives or robots.
 
     signature: patterns of names that only these logs have together.
     columns: the columns; others are judged by their names.
@@ -60,7 +61,7 @@ class LoggerPreset(NamedTuple):
 
 
 JOINT = r"[\[_ ]?\d\]?"
-COUNTS_WHY = "the numbers are not whole, so that they are no counts of the servo"
+COUNTS_WHY = "the numbers are not whole, so that they are not counts of the servo"
 SERVO_CURRENT = "a register counts the current in a step that depends on the model: "
 SERVO = (
     PresetColumn(r"(.*[./])?present[_ ]position", "position", "count", COUNTS_WHY, whole=True),
@@ -77,21 +78,21 @@ PRESETS = (
                 r"(.*[./])?pos_estimate",
                 "position",
                 "turn",
-                "firmware before 0.5 counts the encoder's lines",
+                "firmware before 0.5 reports counts of the encoder",
                 most=1e3,
             ),
             PresetColumn(
                 r"(.*[./])?(input_pos|pos_setpoint)",
                 "reference",
                 "turn",
-                "firmware before 0.5 counts the encoder's lines",
+                "firmware before 0.5 reports counts of the encoder",
                 most=1e3,
             ),
             PresetColumn(
                 r"(.*[./])?vel_estimate",
                 "velocity",
                 "turn/s",
-                "firmware before 0.5 counts the encoder's lines",
+                "firmware before 0.5 reports counts of the encoder",
                 most=1e3,
             ),
             PresetColumn(r"(.*[./])?iq_measured", "current", "A"),

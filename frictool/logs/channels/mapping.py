@@ -1,9 +1,9 @@
 """Conversion of raw columns to channels in SI, block by block.
 
 `bench.columns` names the column and the unit of each channel. The value of a channel is (scale *
-raw + offset) in that unit. In the unit `count`, it is multiplied by the encoder's resolution and
-direction, and the counter of a position is followed first (encoder.py). Positions and references
-that wrap are unwrapped (unwrapping.py).
+raw + offset) in that unit. In the unit `count`, the counter of a position is first converted to
+unbounded counts (encoder.py), and the value is multiplied by the encoder's resolution and
+direction. Positions and references that wrap are unwrapped (unwrapping.py).
 """
 
 from __future__ import annotations
@@ -41,8 +41,8 @@ EFFORT = "effort"
 
 MOST_COUNTS = 2.0**53  # largest count up to which a double represents every integer
 ROUNDED = (
-    "times are so large that a double resolves them to {:.2g} s; to keep each ns, count times "
-    "from the start, or write ISO 8601"
+    "times are so large that a double resolves only {:.2g} s; count times from the start, or "
+    "write ISO 8601"
 )
 RATE_NOTED = 0.01  # relative difference of the log's period from the bench's that is a warning
 RATE_REFUSED = 0.2  # relative difference that is an error if the periods have to agree
@@ -170,7 +170,7 @@ class ChannelMapper:
             raise LogError(
                 self.source,
                 f"has {self._intervals.samples} row{'s' * (not self._intervals.samples)}; "
-                "a log has at least 2",
+                "allowed: at least 2",
             )
         sign = sign_of(self._opening.stream).text
         rate = check_rate(self.source, self._intervals.base(), self._period)
@@ -213,7 +213,9 @@ class ChannelMapper:
         for name, mask in bad.items():
             rows = np.flatnonzero(mask & left)  # a row without several numbers is one loss
             if rows.size:
-                dropped.append(DroppedRows(f"column {name!r} has no finite number there", rows))
+                dropped.append(
+                    DroppedRows(f"column {name!r} has no finite number in this part", rows)
+                )
             left &= ~mask
         return np.flatnonzero(left), dropped
 
@@ -237,7 +239,7 @@ class ChannelMapper:
                 )
         if seconds.size and np.abs(seconds).max() > LATEST:
             worst = int(np.argmax(np.abs(seconds)))
-            error = f"time {seconds[worst]:g} s is beyond {LATEST:g} s; is its unit right?"
+            error = f"time {seconds[worst]:g} s is beyond {LATEST:g} s; check its unit"
             raise fail_at(self._table, block.first_row + int(rows[worst]), error)
         time: Nanoseconds = np.rint(seconds * NS).astype(np.int64)
         return time
@@ -259,8 +261,8 @@ class ChannelMapper:
             )
             if time[row] == before and self._time is not None:
                 error += (
-                    "; if it is too coarse, leave time out of columns: "
-                    "rows are then sample_period_s apart"
+                    "; if the times are too coarse, remove columns.time: rows are then "
+                    "sample_period_s apart"
                 )
             raise fail_at(self._table, block.first_row + int(rows[row]), f"{error}; {SALVAGE}")
         kept = increasing(time, self._last)
@@ -314,7 +316,7 @@ def _factor(table: RawTable, bench: Bench, channel: str, name: str, column: Colu
     dimension = CHANNEL_DIMENSIONS.get(channel, TIME)
     key = f"columns.{channel}.unit of bench {bench.name!r}"
     if declared == ISO_8601:
-        dates = "contains dates and already dates the rows; leave this column out of columns"
+        dates = "contains dates, which are already the times of the rows; remove it from columns"
         raise LogError(
             table.source,
             f"column {name!r} {dates} (found in columns.{channel} of bench {bench.name!r})",
@@ -331,7 +333,7 @@ def _factor(table: RawTable, bench: Bench, channel: str, name: str, column: Colu
     if not agrees and column.scale == 1.0:  # a scale may convert one unit to the other
         raise LogError(
             table.source,
-            f"column {name!r} is in {declared!r}, but {key} says {unit!r}; make them agree",
+            f"column {name!r} is in {declared!r}, but {key} is {unit!r}; correct one of them",
         )
     return factor
 
@@ -358,12 +360,12 @@ def check_rate(
         rates = f"the period is {period:.6g} s, but sample_period_s of the bench is {wanted:.6g} s"
         if same and difference > RATE_REFUSED:
             raise LogError(
-                source, f"{rates}; allowed: within {RATE_REFUSED:.0%}; is the unit of time right?"
+                source, f"{rates}; allowed: within {RATE_REFUSED:.0%}; check the unit of time"
             )
         if max(period / wanted, wanted / period) > MOST_RATIO:
             raise LogError(
                 source,
-                f"{rates}; allowed: within a factor of {MOST_RATIO:g}; is the unit of time right?",
+                f"{rates}; allowed: within a factor of {MOST_RATIO:g}; check the unit of time",
             )
         if difference > RATE_NOTED:
             noted.append(rates)

@@ -39,9 +39,9 @@ class QuadratureTable(DerivedTable):
     def findings(self) -> tuple[str, ...]:
         """Return a message for each encoder with illegal transitions."""
         return tuple(
-            f"quadrature {name!r}: {bad} of {moves} transitions are illegal, "
-            "each two counts of unknown sign: is the sample rate above"
-            " four times the line rate, and the threshold between the levels?"
+            f"quadrature {name!r}: {bad} of {moves} transitions change both channels at once; "
+            "check that the sample rate is above four times the line rate, and the threshold "
+            "between the levels"
             for name, (bad, moves) in self._illegal.items()
             if bad
         )

@@ -62,7 +62,7 @@ class ZeroedTable(DerivedTable):
         losses.append(
             DataLoss(
                 (name,),
-                f"its zero is the mean of {samples.size} samples, and not of {wanted}",
+                f"its zero is the mean of {samples.size} samples instead of {wanted}",
                 samples=0,
             )
         )

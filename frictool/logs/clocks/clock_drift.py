@@ -93,7 +93,7 @@ def of_messages(sent: Nanoseconds, received: Nanoseconds) -> ClockDrift | None:
 
 
 class ClockPair:
-    """Messages dated by two clocks, collected until LONGEST of them are reached."""
+    """Messages dated by two clocks, at most LONGEST of them."""
 
     def __init__(self) -> None:
         self._sent: list[Nanoseconds] = []
@@ -123,10 +123,10 @@ class ClockPair:
         if abs(apart) <= max(period, CLEAR * drift.spread):
             return None
         runs = (
-            f"the recorder's clock gains {1e6 * drift.drift:.4g} us per second on {clock}, in all "
-            f"{apart:.4g} s over these messages"
+            f"the recorder's clock gains {1e6 * drift.drift:.4g} us per second relative to "
+            f"{clock}, {apart:.4g} s over these messages"
         )
-        return f"{runs}; the log is dated by {clock}"
+        return f"{runs}; the times of the log are those of {clock}"
 
 
 def of_streams(one: Stream, other: Stream, name: str) -> ClockDrift | None:

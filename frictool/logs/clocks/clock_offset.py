@@ -52,8 +52,8 @@ def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> Clo
     within = np.flatnonzero((u - most >= t[0]) & (u + most <= t[-1]))
     if within.size < FEWEST:
         raise ValueError(
-            f"they have {within.size} samples in common for any offset up to {most:g} s; "
-            f"at least {FEWEST} are needed"
+            f"at offsets up to {most:g} s, only {within.size} samples overlap; at least {FEWEST} "
+            "are needed"
         )
     within = within[:: -(-within.size // MOST)]
     steps = float(np.median(np.diff(t))), float(np.median(np.diff(u)))
@@ -74,8 +74,8 @@ def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> Clo
     best = int(np.argmin(misfit))
     if best in (0, lags.size - 1):
         raise ValueError(
-            f"the best offset lies at the end of the allowed range, {lags[best]:.6g} s; "
-            "it may be larger"
+            f"the best offset, {lags[best]:.6g} s, is an end of the allowed range; raise "
+            "clock_estimate.most"
         )
     tau = float(
         scipy.optimize.minimize_scalar(
@@ -89,14 +89,13 @@ def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> Clo
     if explained < LEAST_EXPLAINED:
         raise ValueError(
             f"the best offset, {tau:.6g} s, explains {max(explained, 0.0):.0%} of the other "
-            "signal; do both measure the same quantity?"
+            "signal; name two channels of the same quantity"
         )
     half = NORMAL_95 * _deviation(t, x, u, y, tau, width)
     _refuse_others(lags, misfit, best, max(half, 2.0 * step))
     if half > most / 2.0:
         raise ValueError(
-            f"the offset is {tau:.6g} s +- {half:.2g} s, which is no information within the "
-            f"allowed {most:g} s"
+            f"the offset is {tau:.6g} s +- {half:.2g} s, too uncertain for the allowed {most:g} s"
         )
     return ClockOffset(tau, tau - half, tau + half, explained)
 

@@ -32,8 +32,8 @@ def count_quadrature(
 ) -> None:
     """Count the levels a, b (n,) into `counts` (n,).
 
-    A level is high from `high` on, and low again from `low` down; low <= high. A sample that is not
-    finite leaves its level unchanged.
+    A level becomes high at `high` or above, and low at `low` or below; low <= high. A sample that
+    is not finite leaves its level unchanged.
 
     state: (4,) levels of A and B, count, and number of illegal transitions; passed from block to
         block, (UNKNOWN, UNKNOWN, 0, 0) at the start.

@@ -38,7 +38,7 @@ def allowance(top_speed: float, intervals: Vector, resolution: float) -> Vector:
 
 
 def lone(steps: Vector) -> NDArray[np.bool_]:
-    """Return True (n,) for each isolated step that no motion explains.
+    """Return a mask (n,), True at each isolated step that no motion explains.
 
     steps: (n,) in counts.
     """
@@ -123,7 +123,7 @@ class PositionJumps:
         """
         if not self.count:
             return None
-        when = "once, at" if self.count == 1 else f"{self.count} times, the first at"
+        when = "once, at" if self.count == 1 else f"{self.count} times, first at"
         return (
             f"{JUMPS} {when} {self.first_s:.6g} s, by {self.first_counts:.0f} counts; {self.hint()}"
         )
@@ -136,7 +136,7 @@ class PositionJumps:
             return f"does its counter wrap? then set encoder.wrap_bits, here to {bits}"
         if index is not None:
             return (
-                f"each returns to about {index:.0f}: does an index pulse reset the counter? "
+                f"each jump ends at about {index:.0f}: does an index pulse reset the counter? "
                 "then set encoder.index_reset: true"
             )
         return "are counts lost? " + (

@@ -55,7 +55,7 @@ def are_ramps(rests: Sequence[tuple[int, int]], position: Vector, drive: Vector)
 def ramps_among(
     rests: Sequence[tuple[int, int]], position: Vector, drive: Vector
 ) -> NDArray[np.bool_]:
-    """Return True (m,) for each rest that is a breakaway ramp.
+    """Return a mask (m,), True at each rest that is a breakaway ramp.
 
     rests: (first sample, first sample after) of each rest, at least `REST` samples long.
     position: (n,) in any unit.

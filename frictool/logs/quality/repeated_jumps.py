@@ -170,7 +170,7 @@ class RepeatedJumps:
         )
 
     def between(self, low: float, high: float) -> RepeatedJump | None:
-        """Return the jumps from one end of a period to the other, whatever the motion around them.
+        """Return the jumps from one end of a period to the other, with any motion around them.
 
         Returns None if less than MOSTLY of the long steps are such jumps, or if the position leaves
         the period.

@@ -55,10 +55,10 @@ class SignCheck:
         if self.work is not None and self.work <= -CLEAR:
             finding = (
                 f"the effort takes energy from the axis ({100 * self.work:.0f} % of the work), "
-                "which friction cannot give"
+                "which is impossible with friction"
             )
         else:
-            finding = "the velocity runs against the position"
+            finding = "velocity and change of position have opposite signs"
         fix = "encoder.direction, or a scale of -1 in columns"
         return f"{finding}: the sign of {names} is reversed; see {fix}"
 

@@ -64,17 +64,14 @@ class Wrap:
     @property
     def text(self) -> str:
         """Return the message about the wrap, with the line to write into the bench."""
-        return (
-            f"the position wraps {self._jump} while the axis moves on; "
-            f"write under encoder in the bench: {self.line}"
-        )
+        return f"the position wraps {self._jump}; write under encoder in the bench: {self.line}"
 
     @property
     def question(self) -> str:
         """Return the message about a jump that may be a wrap."""
         return (
             f"{JUMPS} {self._jump}; if the sensor wraps, write under encoder in the bench: "
-            f"{self.line}; else samples are lost"
+            f"{self.line}; otherwise samples are missing"
         )
 
     @property

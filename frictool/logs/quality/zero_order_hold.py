@@ -42,7 +42,7 @@ class HoldDetector:
         self._last = float(values[-1])
 
     def samples(self, step: float | None) -> int | None:
-        """Return the smallest number of samples for which a value is held, except for rare ones.
+        """Return the number of samples for which a value is held at least, with rare exceptions.
 
         Returns None if the signal is not held.
 

@@ -101,7 +101,7 @@ class MessageLayout:
         ]
 
     def fits(self, messages: Messages) -> NDArray[np.bool_]:
-        """Return True (n,) for the messages with this layout."""
+        """Return a mask (n,), True at the messages with this layout."""
         fits: NDArray[np.bool_] = messages.length == self.size
         at = np.flatnonzero(fits)
         guards = np.concatenate(
@@ -141,7 +141,7 @@ class _CdrReader:
         self.message(message, "", ())
         if len(self.data) - self.position > PADDING:
             raise ValueError(
-                f"is {len(self.data)} bytes long, and its definition is over after {self.position}"
+                f"is {len(self.data)} bytes long, but its definition ends after {self.position}"
             )
         return MessageLayout(len(self.data), tuple(self.leaves), tuple(self.guards))
 
@@ -154,7 +154,7 @@ class _CdrReader:
         self.position += size
         if self.position > len(self.data):
             raise ValueError(
-                f"is {len(self.data)} bytes long, and at least {self.position} are announced"
+                f"is {len(self.data)} bytes long, but at least {self.position} are declared"
             )
         return start
 
@@ -166,7 +166,7 @@ class _CdrReader:
         (value,) = struct.unpack(self.order + "I", raw)
         if value > len(self.data) - self.position:
             raise ValueError(
-                f"announces {value} elements with {len(self.data) - self.position} bytes left"
+                f"declares {value} elements, but {len(self.data) - self.position} bytes remain"
             )
         return int(value)
 
@@ -198,7 +198,8 @@ class _CdrReader:
         )
         if count is not None and count > len(self.data) - self.position:
             raise ValueError(
-                f"has {count} elements in {path!r} with {len(self.data) - self.position} bytes left"
+                f"has {count} elements in {path!r}, but {len(self.data) - self.position} bytes "
+                "remain"
             )
         named = labels if len(labels) == count else ()
         if isinstance(part.kind, MessageType):
@@ -206,7 +207,7 @@ class _CdrReader:
                 name = path if count is None else f"{path}[{named[k] if named else k}]"
                 self.message(part.kind, f"{name}.", labels)
         elif part.kind == "wstring":
-            raise ValueError(f"has wide text in {path!r}, which is written in more than one way")
+            raise ValueError(f"has wide text in {path!r}, which has no unique encoding")
         elif part.kind == "string":
             texts = tuple(
                 self.text(part.name in LABELS) for _ in range(1 if count is None else count)

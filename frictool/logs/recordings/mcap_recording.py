@@ -100,7 +100,7 @@ class _McapPass:
         start = bounds.start[which]
         length = bounds.length[which] - MESSAGE_HEAD
         if (length < 0).any():
-            raise ValueError("a message is shorter than its head")
+            raise ValueError("a message is shorter than its header")
         plain = np.frombuffer(data, np.uint8)
         channel = gather(plain, start, 2).view("<u2")[:, 0]
         log_time = gather(plain, start + 6, 8).view("<i8")[:, 0]
@@ -163,7 +163,8 @@ class McapRecording:
         if count < declared and not unknown:
             yield (
                 MessageGap(
-                    f"{count} messages are there, the statistics count {declared}", declared - count
+                    f"{count} messages are present, but the statistics count {declared}",
+                    declared - count,
                 ),
                 self.size,
             )
@@ -189,9 +190,7 @@ class McapRecording:
             if number in mine and self._kind(one, number) == self.topics[topic].kind:
                 yield messages
             elif number in mine or number not in one.channels:
-                kind = (
-                    self._kind(one, number) if number in mine else "a channel that is not declared"
-                )
+                kind = self._kind(one, number) if number in mine else "an undeclared channel"
                 yield MessageGap(
                     f"{messages.start.size} messages are of {kind}",
                     messages.start.size if number in mine else None,

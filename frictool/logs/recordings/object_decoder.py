@@ -92,5 +92,5 @@ class ObjectDecoder:
                 if len(decoded) > MOST_NUMBERS:
                     raise ValueError(f"has more than {MOST_NUMBERS} numbers")
         except RecursionError:
-            raise ValueError("is nested too deep") from None
+            raise ValueError("is nested too deeply") from None
         return decoded

@@ -50,7 +50,7 @@ def _add(pool: Any, files: dict[str, Any]) -> None:
             None,
         )
         if name is None:
-            raise ValueError("files of descriptors build on each other")
+            raise ValueError("files of descriptors depend on each other")
         pool.Add(files.pop(name))
 
 

@@ -170,7 +170,7 @@ class TopicTable:
         if not self.names:
             raise LogError(
                 self.source,
-                f"topic {self.topic} carries no numbers: {self._topic.refused or self._topic.kind}",
+                f"topic {self.topic} has no numbers: {self._topic.refused or self._topic.kind}",
             )
         return None
 

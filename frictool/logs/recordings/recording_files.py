@@ -73,7 +73,7 @@ def parts_of(folder: Path) -> list[Path]:
             folder,
             f"lacks the files {listed(missing)}, which {METADATA} names"
             if names
-            else f"has no files by its {METADATA}",
+            else f"has no files: {METADATA} names none",
         )
     return [folder / Path(name).name for name in names]
 

@@ -116,9 +116,7 @@ class BagRecording:
             try:
                 fields, length = _head(stream.read, self.size - start)
                 if length > LARGEST_CHUNK:
-                    raise ValueError(
-                        f"a record of {length} bytes is announced; allowed: {LARGEST_CHUNK}"
-                    )
+                    raise ValueError(f"a record declares {length} bytes; allowed: {LARGEST_CHUNK}")
             except ValueError as error:
                 yield BagLoss(f"{where}: {error}", {}), self.size
                 return
@@ -134,7 +132,7 @@ class BagRecording:
                         messages
                         if whole
                         else BagLoss(
-                            f"{where}: a chunk of {length} bytes cannot be read to its end",
+                            f"{where}: a chunk of {length} bytes cannot be read completely",
                             messages,
                         ),
                         stream.tell(),
@@ -142,7 +140,7 @@ class BagRecording:
                 elif cut:
                     yield (
                         BagLoss(
-                            f"{where}: a record of {length} bytes is announced, {len(data)} remain",
+                            f"{where}: a record declares {length} bytes, but {len(data)} remain",
                             {},
                         ),
                         self.size,
@@ -214,7 +212,7 @@ def _head(read: Callable[[int], bytes], left: int) -> tuple[Fields, int]:
         raise ValueError("a record is cut in its first bytes")
     (size,) = _U32.unpack(raw)
     if size > min(left, LONGEST_HEADER):
-        raise ValueError(f"a header of {size} bytes is announced, {left} remain")
+        raise ValueError(f"a header declares {size} bytes, but {left} remain")
     fields = _fields(read(size))
     raw = read(4)
     if len(raw) < 4:
@@ -274,7 +272,7 @@ def _plain(fields: Fields, data: bytes, budget: UnpackedBudget) -> bytes:
     size = _number(fields, b"size")
     compression = fields.get(b"compression", b"none")
     if size > LARGEST_CHUNK:
-        raise ValueError(f"a chunk of {size} bytes is announced; allowed: {LARGEST_CHUNK}")
+        raise ValueError(f"a chunk declares {size} bytes; allowed: {LARGEST_CHUNK}")
     if reason := budget.take(size):
         raise ValueError(reason)
     try:

@@ -74,7 +74,7 @@ class Db3Recording:
         if not {"topics", "messages"} <= tables:
             raise LogError(
                 self._path,
-                "is an SQLite file and no ROS 2 bag: it has no tables topics and messages; "
+                "is an SQLite file but not a ROS 2 bag: it lacks the tables topics and messages; "
                 f"found: {sorted(tables)}",
             )
         definitions: dict[str, tuple[str, str]] = {}
@@ -111,15 +111,15 @@ class Db3Recording:
         if journal.is_file() and journal.stat().st_size:
             yield (
                 MessageGap(
-                    f"was not closed: {journal.name} in its folder holds messages; "
-                    f"`sqlite3 {self._path.name} vacuum` takes them in"
+                    f"was not closed: {journal.name} in its folder contains messages; `sqlite3 "
+                    f"{self._path.name} vacuum` adds them"
                 ),
                 0,
             )
         if missing := self._missing():
             yield (
                 MessageGap(
-                    f"is cut off: it has {self.size} bytes and announces {self.size + missing}"
+                    f"is cut off: it has {self.size} bytes, but declares {self.size + missing}"
                 ),
                 0,
             )
@@ -152,7 +152,9 @@ class Db3Recording:
                 if not isinstance(row[1], int) or row[1] < 0 or not isinstance(row[2], bytes)
             ]
             if bad:
-                raise sqlite3.DataError(f"row {bad[0][0]} of its table messages holds no message")
+                raise sqlite3.DataError(
+                    f"row {bad[0][0]} of its table messages contains no message"
+                )
             yield (
                 pack_messages([row[1] for row in part], [row[2] for row in part]),
                 min(done, self.size),

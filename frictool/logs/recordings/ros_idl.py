@@ -94,7 +94,7 @@ class _IdlParser:
                 name = self.next()
                 self.expect("{")
                 if len(scope) > 8:
-                    raise ValueError("modules lie too deep")
+                    raise ValueError("modules are nested too deeply")
                 self.definitions((*scope, name))
                 self.expect("}")
             elif kind == "struct":

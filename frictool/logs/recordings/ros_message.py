@@ -70,7 +70,7 @@ Definitions = dict[str, list[tuple[str, str, Repeat, int]]]
 def parse_message(name: str, text: str) -> MessageType:
     """Return the message `name` (`sensor_msgs/msg/JointState`) of a definition.
 
-    Raises ValueError if a line is no field, or if a nested message is not defined.
+    Raises ValueError if a line is not a field, or if a nested message is not defined.
     """
     main = short_name(name)
     parts = _SEPARATOR.split(text)
@@ -99,12 +99,12 @@ def assembled(name: str, definitions: Definitions) -> MessageType:
     def build(name: str, depth: int) -> MessageType:
         nonlocal left
         if name not in definitions:
-            raise ValueError(f"message {name!r} is used and not defined")
+            raise ValueError(f"message {name!r} is used but not defined")
         left -= len(definitions[name])
         if depth > DEEPEST or left < 0:
             raise ValueError(
-                f"message {name!r} lies more than {DEEPEST} messages deep, "
-                f"or has more than {MOST_FIELDS} fields in it"
+                f"message {name!r} is nested in more than {DEEPEST} messages, or contains more "
+                f"than {MOST_FIELDS} fields"
             )
         fields = (
             MessageField(
@@ -128,7 +128,7 @@ def _fields(message: str, lines: str) -> list[tuple[str, str, Repeat, int]]:
             continue
         match = _FIELD.match(line)
         if match is None:
-            raise ValueError(f"message {message!r}: {line.strip()[:60]!r} is no field")
+            raise ValueError(f"message {message!r}: {line.strip()[:60]!r} is not a field")
         kind, array, name, constant = match.groups()
         if constant:
             continue

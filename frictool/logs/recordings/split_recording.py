@@ -24,8 +24,8 @@ class SplitRecording:
                 if known.kind != topic.kind:
                     raise LogError(
                         part.source,
-                        f"topic {name} carries {topic.kind}, and {known.kind} in another part; "
-                        "are these one recording?",
+                        f"topic {name} has type {topic.kind}, but {known.kind} in another part; "
+                        "give parts of one recording",
                     )
                 if not known.paths:
                     self.topics[name] = topic

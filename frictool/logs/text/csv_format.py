@@ -32,8 +32,8 @@ from frictool.logs.text.text_encoding import decoded, encoding_of, head_bytes, i
 from frictool.logs.text.text_layout import LONGEST_LINE, find_layout
 
 NO_END = (
-    "the last line has no line end: the file may be cut; add a line end if it is whole, "
-    "or write layout.whole: true in the bench"
+    "the last line has no line end: the file may be cut; if it is complete, add a line end, or "
+    "write layout.whole: true in the bench"
 )
 OVER_RANGE = "\u221e"  # infinity sign, of a sample beyond the range of a PicoScope
 _DATE = re.compile(r"\d+[./-]\d+[./-]\d+\b")
@@ -150,7 +150,7 @@ class CsvTable:
                 )
             if not np.abs(time[[0, -1]]).max() < LATEST * NS:
                 raise LogError(
-                    self.source, f"{layout.clock} gives times beyond {LATEST:g} s; check it"
+                    self.source, f"{layout.clock} results in times beyond {LATEST:g} s; check it"
                 )
             return RowBlock(first, columns, time.astype(np.int64))
         return RowBlock(first, columns)
@@ -217,9 +217,9 @@ class CsvTable:
             return f"has {issue.what} cells, {where} has {len(self.names)}{cut}"
         if cell.lstrip("+-") == OVER_RANGE:
             return (
-                f"column {self.names[issue.what]!r}: found {cell}, over range: the instrument's "
-                "input was saturated; allowed: a number, measured with a larger range; or leave "
-                f"these samples out: {SALVAGE}"
+                f"column {self.names[issue.what]!r}: found {cell}: the instrument was out of "
+                "range; allowed: a number; measure with a larger range, or remove these samples: "
+                f"{SALVAGE}"
             )
         shown = repr(cell if len(cell) <= 40 else cell[:37] + "...") if cell else "an empty cell"
         other = "," if layout.mark == "." else "."
@@ -235,8 +235,7 @@ class CsvTable:
         ]
         if signs and signs[0] is not None and not hint:
             hint = (
-                "; does it have a sign for thousands? then give layout.thousands: "
-                f"{signs[0]} in the bench"
+                f"; does it separate thousands? then give layout.thousands: {signs[0]} in the bench"
             )
         if issue.what == layout.stamps or _DATE.match(cell):
             hint = "" if issue.what == layout.stamps else " or "

@@ -4,7 +4,7 @@
     TwinCAT Scope   the line `Name` holds a time column before each group of channels, in ms
     Tektronix       the metadata is in the columns before the samples (TDS series)
 
-A header of no such instrument is detected by text_header.py.
+text_header.py detects the headers of other instruments.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Reader of JSON lines: one object a line; the column of a nested number is its path.
+"""Reader of JSON lines: one object per line; the path of a nested number is the name of its column.
 
     {"t": 0.001, "axis": {"pos": [0.1, 0.2]}}  ->  t, axis.pos[0], axis.pos[1]
 
@@ -39,8 +39,8 @@ from frictool.logs.text.cells import is_stamp
 _START = re.compile(rb"\s*(\{\s*\"|\{\s*\}|\[\s*\{)")
 NAMED_LINES = 200  # lines whose numbers are the columns
 ONE_DOCUMENT = (
-    "is one JSON document; write one object a line, for example by jq -c '.[]' or "
-    "jq -c '.entries[]'"
+    "is one JSON document; write one object per line, for example by jq -c '.[]' or jq -c "
+    "'.entries[]'"
 )
 
 
@@ -161,7 +161,7 @@ def _lines(stream: BinaryIO) -> Iterator[bytes]:
 def _object(line: bytes) -> Mapping[str, object]:
     message = decoded(line)
     if not isinstance(message, Mapping):
-        raise ValueError("is no JSON object; allowed: one object a line")
+        raise ValueError("is not a JSON object; allowed: one object per line")
     return message
 
 

@@ -212,12 +212,12 @@ def _no_rows(rows: list[list[str]], first: int | None, after: int) -> str:
     if first is not None:
         return f"has {len(rows)} lines, but layout.first_line of the bench is {first + 1}"
     if after:
-        return f"has no row of numbers after line {after}, which layout names"
+        return f"has no row of numbers after line {after} of the layout"
     if sum(any(row) for row in rows) == 1:
-        return "has a header and no rows"
+        return "has a header, but no rows"
     return (
-        f"has no row of numbers in its first {len(rows)} lines; is it a table? "
-        "where it begins later, give layout.first_line in the bench"
+        f"has no row of numbers in its first {len(rows)} lines; if a table begins later, give "
+        "layout.first_line in the bench"
     )
 
 
