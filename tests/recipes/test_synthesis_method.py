@@ -83,7 +83,7 @@ def test_schema_help_and_messages_know_the_method(overlay: Path) -> None:
         (
             DESIGN.replace("structure: position", "structure: speed_cascade")
             + "position_law: {action: none, formula: sqrt(F/J)}\n",
-            "method lead is for structure position",
+            "method lead belongs to structure position",
         ),
     ):
         code, _, error = synthesised(overlay, design_text)
