@@ -83,7 +83,7 @@ def setting_of(
 
 
 def commands_of(paths: CampaignPaths, folder: Path, number: ProgramNumber) -> Commands:
-    """Return a function of a scenario's name in `folder` that returns its replay commands.
+    """Return a function: file name of a scenario in `folder` -> its two replay commands.
 
     The first command contains base names, the second the paths as typed.
     """

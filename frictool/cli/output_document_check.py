@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def check_document(target: Path, text: str) -> None:
-    """Read `text` as the next command will read it from `target`; other text is accepted.
+    """Check that a command can read the document `text`; a text that is no document passes.
 
     A model must describe an axis that can be simulated. Raises NoSolutionError with the fault.
     """

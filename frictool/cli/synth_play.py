@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PlayedTest:
-    """Test with the verdict of one controller; `compensated`: it adds friction to its drive."""
+    """Test with the verdict of a controller; compensated: it has a friction compensation."""
 
     test: DesignTest
     verdict: PlayedVerdict

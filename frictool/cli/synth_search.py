@@ -42,7 +42,7 @@ class FoundDesign:
         return self.found.design
 
     def lines(self) -> list[str]:
-        """Return how the design was found, and its file."""
+        """Return text lines on the design and its file."""
         from frictool.campaign.views.search_view import design_line
 
         written = [] if self.path is None else [f"its design: {self.path}"]
@@ -56,7 +56,8 @@ class FoundDesign:
 
 
 def beside(controller: Path | None) -> Path | None:
-    """Return the file of the design beside a controller's file, None without such a file."""
+    """Return the path of the design next to the controller's file; None if there is no such
+    file."""
     if controller is None or controller == STDOUT:
         return None
     return controller.with_name(f"{controller.stem}.design.yaml")

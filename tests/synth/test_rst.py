@@ -121,5 +121,5 @@ def test_what_it_cannot_do_is_refused() -> None:
     with pytest.raises(NoSolutionError, match="order 3 is below the plant's 4"):
         rst(_problem(order=3))
     speed = load(ROOT / "configs/clutch/designs/speed.yaml", Design)
-    with pytest.raises(ValueError, match="rst is for structure position"):
+    with pytest.raises(ValueError, match="rst belongs to structure position"):
         msgspec.structs.replace(speed, method="rst", recentring=1.1)
