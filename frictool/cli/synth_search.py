@@ -56,8 +56,7 @@ class FoundDesign:
 
 
 def beside(controller: Path | None) -> Path | None:
-    """Return the path of the design next to the controller's file; None if there is no such
-    file."""
+    """Return the path of the design next to the controller's file; None without a file."""
     if controller is None or controller == STDOUT:
         return None
     return controller.with_name(f"{controller.stem}.design.yaml")

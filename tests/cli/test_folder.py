@@ -32,7 +32,7 @@ def test_a_new_folder_appears_whole_and_leaves_nothing_beside_it(tmp_path: Path)
 def test_an_old_folder_keeps_what_it_has(tmp_path: Path) -> None:
     (tmp_path / "mine.txt").write_text("mine")
     (tmp_path / "a.txt").write_text("old")
-    with pytest.raises(OutputError, match=r"already holds a\.txt"):
+    with pytest.raises(OutputError, match=r"already contains a\.txt"):
         save_folder(tmp_path, FILES, [], overwrite=False)
     assert names(tmp_path) == ["a.txt", "mine.txt"]
     save_folder(tmp_path, FILES, [], overwrite=True)

@@ -190,7 +190,7 @@ def test_the_command_writes_the_same_bytes_each_time(tmp_path: Path) -> None:
     call = ["export", path, "--lang", "fmu", "-o"]
     result = run(*call, tmp_path / "a")
     assert result.code == 0, result.stderr
-    assert "one sample each 0.001 s" in result.stdout
+    assert "one sample every 0.001 s" in result.stdout
     assert run(*call, tmp_path / "b").code == 0
     (file,) = (tmp_path / "a").iterdir()
     assert file.name == "speed.fmu"

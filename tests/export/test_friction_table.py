@@ -191,7 +191,7 @@ def test_refuses_hysteresis_and_a_bench_without_a_top_speed(clutch: Model, tmp_p
     refused(
         run("export", NONLINEAR, "--lang", "table", "-o", tmp_path / "out"),
         4,
-        "a table cannot represent backlash (backlash of the bench); to leave it out, add "
+        "a table cannot represent backlash (backlash of the bench); to omit it, add "
         "--without backlash",
     )
     mechanics = replace(clutch.bench.mechanics, top_speed=None)

@@ -241,7 +241,7 @@ def test_an_interval_above_the_numbers_dates_them(
 def test_an_interval_that_is_none_dates_nothing(tmp_path: Path):
     for interval in ("0", "-1", "inf", "nan", "1e999"):
         assert opened(tmp_path, f"Interval,{interval}\nx,y\n1,2\n3,4\n5,6\n").clock is None
-    with pytest.raises(LogError, match=r"Interval gives times beyond 9e\+09 s; check it"):
+    with pytest.raises(LogError, match=r"Interval results in times beyond 9e\+09 s; check it"):
         times(opened(tmp_path, "Interval,1e300\nx,y\n1,2\n3,4\n5,6\n"))
 
 
@@ -305,7 +305,10 @@ BAD = {
     ),
     "header only": ("time [s],encoder,current\n", "has a header, but no rows"),
     "blank": ("\n\n  \n", "is empty"),
-    "prose": ("the rig\nwas off\n", "has no row of numbers in its first 3 lines; is it a table"),
+    "prose": (
+        "the rig\nwas off\n",
+        "has no row of numbers in its first 3 lines; if a table begins later",
+    ),
     "not UTF-8": (GOOD.encode().replace(b"0.5", b"\xb5"), ":3: column 'current': found 'µ'"),
     "NUL": (GOOD.encode().replace(b"0.5", b"0\0005"), r":3: column 'current': found '0\\x005'"),
     "long first line": ("x" * 1_000_001, ":1: is longer than 1000000 characters"),

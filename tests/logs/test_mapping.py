@@ -122,7 +122,7 @@ def test_a_unit_in_the_file_that_contradicts_the_bench_is_refused(given: str, un
     raw = table({"encoder": [0, 1], "i": [1.0, 2.0]}, {"i": given})
     with pytest.raises(
         LogError,
-        match=rf"column 'i' is in '{given}', but columns.current.unit of bench 'rig' says '{unit}'",
+        match=rf"column 'i' is in '{given}', but columns.current.unit of bench 'rig' is '{unit}'",
     ):
         mapped(raw, {**POSITION, "current": Column("i", unit)})
     probe = Column(
@@ -244,7 +244,7 @@ def test_times_that_a_double_rounds_are_told(unit: str, start: float, period: fl
         assert log.warnings == ()
         return
     (warning,) = log.warnings
-    rounding = float(re.findall(r"resolves them to (\S+) s", warning)[0])
+    rounding = float(re.findall(r"resolves only (\S+) s", warning)[0])
     assert 1e-7 < rounding < 3e-7
     seconds = [time * (Decimal("1e-9") if unit == "ns" else 1) for time in meant]
     off = [

@@ -84,7 +84,7 @@ def test_an_effort_made_from_another_drive_is_not_taken():
 def test_a_rotary_log_is_none_of_a_linear_bench():
     with pytest.raises(
         LogError,
-        match=r"/axis.position is in 'rad', but the linear axis of bench 'rig' has it in 'm'",
+        match=r"/axis.position is in 'rad', but the linear axis of bench 'rig' needs 'm'",
     ):
         match_bench(made(bench(COLUMNS)), bench(COLUMNS, axis="linear"))
 

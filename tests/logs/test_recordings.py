@@ -361,7 +361,7 @@ def test_a_topic_of_texts_beside_one_of_numbers_is_named():
     texts = [Sent("/note", "std_msgs/msg/String", "string data\n", START, {"data": "x"})]
     found = opened(ros2_mcap(in_order(texts, float64s([1.0]))))
     assert found["/note"].names == ()
-    with pytest.raises(LogError, match="topic /note carries no numbers: std_msgs/msg/String"):
+    with pytest.raises(LogError, match="topic /note has no numbers: std_msgs/msg/String"):
         found["/note"].find("/note.data")
 
 
