@@ -1,11 +1,11 @@
-# Everything below is the same for every rig: each file from those it depends on, into build/.
+# Rules of all rigs: each file is made in build/ from the files that it depends on.
 FRICTOOL ?= frictool
 SCENARIO ?= scenarios/steps.yaml
 DESIGNS := $(basename $(notdir $(wildcard designs/*.yaml)))
 INGESTED := $(addprefix build/logs/,$(addsuffix .mcap,$(basename $(notdir $(LOGS)))))
 CONTROLLERS := $(DESIGNS:%=build/%/controller.yaml)
 DEMO ?= $(DESIGNS)
-# designs that are played to compare others with: their verdict is reported, and ends nothing
+# designs for comparison: their verdict is reported, and does not stop make
 REFERENCE ?=
 RUNS := $(DESIGNS:%=build/%/run.mcap)
 PAGES := $(DESIGNS:%=build/%/report.html)
@@ -49,7 +49,7 @@ build/model.yaml: $(INGESTED) bench.yaml
 	@mkdir -p $(@D)
 	$(FRICTOOL) identify $(INGESTED) --bench bench.yaml $(IDENTIFY) -o $@
 
-# exit code 1 says that the played controller misses the specification, which is the verdict's below to say
+# exit code 1: the played controller misses the specification; the verdict below reports it
 $(CONTROLLERS): build/%/controller.yaml: build/model.yaml spec.yaml designs/%.yaml $(SCENARIO)
 	@mkdir -p $(@D)
 	$(FRICTOOL) synth build/model.yaml --spec spec.yaml --design designs/$*.yaml --scenario $(SCENARIO) -o $@ || test $$? -eq 1
@@ -58,7 +58,7 @@ $(RUNS): build/%/run.mcap: build/model.yaml build/%/controller.yaml $(SCENARIO)
 	@mkdir -p $(@D)
 	$(FRICTOOL) simulate build/model.yaml --controller build/$*/controller.yaml --scenario $(SCENARIO) -o $@
 
-# exit code 1 says that the specification is not met: a page all the same, and the failure is the verdict's below
+# exit code 1: the specification is not met; the page is kept, and the verdict below reports it
 $(PAGES): build/%/report.html: build/%/run.mcap build/%/controller.yaml spec.yaml
 	@mkdir -p $(@D)
 	$(FRICTOOL) report $< --spec spec.yaml --controller build/$*/controller.yaml -o $@ > /dev/null || test $$? -eq 1
