@@ -145,8 +145,8 @@ class RestProof(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Proof that an axis inside the band comes to rest and stays there, for every plant of the box.
 
     - `verdict`: `proved`, or `undecided` if a check of the band fails.
-    - `disturbance`: Disturbance, offset included, below which the axis at rest stays at rest [N m |
-      N].
+    - `disturbance`: Largest disturbance, with the offset, at which a resting axis stays at rest [N
+      m | N].
     - `stopping_disturbance`: Disturbance up to which `speed` and `stop_time_s` hold [N m | N].
     - `speed`: Largest speed at the target, with the drive decayed, from which the axis stops inside
       the band [rad/s | m/s]; 0 if the release of the drive depends on the speed.

@@ -79,7 +79,7 @@ def check_course(kind: str, lasts: bool, swings: bool) -> None:
     if kind == "ramp" and not lasts:
         raise ValueError("a ramp needs duration_s, in which it reaches its level")
     if (kind == "sine") != swings:
-        raise ValueError("frequency_hz belongs to kind sine, which needs it")
+        raise ValueError("frequency_hz: required with kind sine, and allowed with no other kind")
 
 
 def _check_course(one: Disturbance | Signal) -> None:
@@ -96,7 +96,7 @@ def check_fault(kind: str, counts: object, offset: object, gain_error: object) -
         ("gain_error", "drive_gain", gain_error),
     ):
         if (value is not None) != (kind == needed):
-            raise ValueError(f"{key} belongs to kind {needed}, which needs it")
+            raise ValueError(f"{key}: required with kind {needed}, and allowed with no other kind")
 
 
 class DriftPoint(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -437,8 +437,8 @@ class Source(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defau
     def __post_init__(self) -> None:
         if (self.drive == "effort") == (self.constant is not None):
             raise ValueError(
-                "constant (effort per ampere or volt) belongs to drive current and voltage, "
-                "which need it"
+                "constant (effort per ampere or volt): required with drive current or voltage, "
+                "not allowed with effort"
             )
         if self.effort is not None and self.drive != "effort":
             raise ValueError("effort (a constant effort) belongs to drive: effort")

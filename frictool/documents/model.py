@@ -117,6 +117,6 @@ class Model(
     def __post_init__(self) -> None:
         if self.law != self.parameters.law:
             raise ValueError(
-                f"law: found {self.law}; parameters.stribeck_velocity belongs to law "
-                "stribeck, which needs it"
+                f"law: found {self.law}; parameters.stribeck_velocity is required with law "
+                "stribeck, and allowed with no other law"
             )

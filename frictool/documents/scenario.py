@@ -67,8 +67,8 @@ class Step(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_default
             )
         if (self.duration_s is None) != (self.hold_s is not None):
             raise ValueError(
-                "duration_s belongs to reference, ramp_to and sine, which need it; hold_s already "
-                "is a duration"
+                "duration_s: required with reference, ramp_to or sine; not allowed with hold_s, "
+                "which is a duration"
             )
 
     @property
@@ -178,7 +178,8 @@ class Scenario(
             raise ValueError("start is missing; write the position at rest before the first step")
         if (self.variants == "random") != (self.plants is not None):
             raise ValueError(
-                "plants (the number of plants) belongs to variants: random, which needs it"
+                "plants (their number): required with variants: random, and allowed with no other "
+                "variants"
             )
         if self.given and self.variants != "given":
             raise ValueError("given (the parameters of one plant) belongs to variants: given")

@@ -278,15 +278,15 @@ def test_the_layout_of_the_bench_is_not_looked_for(tmp_path: Path):
 BAD = {
     "ragged, too few": (
         GOOD + "0.003,43\n",
-        ":5: has 2 cells, the header in line 1 has 3; is the file cut off here",
+        ":5: has 2 cells, but the header in line 1 has 3; is the file cut off here",
     ),
     "cut in the last row": (
         GOOD + "0.003,4",
-        ":5: has 2 cells, the header in line 1 has 3; is the file cut off here",
+        ":5: has 2 cells, but the header in line 1 has 3; is the file cut off here",
     ),
     "ragged, too many": (
         GOOD.replace("0.5", "0.5,7"),
-        ":3: has 4 cells, the header in line 1 has 3",
+        ":3: has 4 cells, but the header in line 1 has 3",
     ),
     "text": (GOOD.replace("41", "n/a"), ":3: column 'encoder': found 'n/a'; allowed: a number"),
     "blank cell": (GOOD.replace("41", ""), ":3: column 'encoder': found an empty cell"),
@@ -335,7 +335,7 @@ def test_bad_files_name_line_column_and_what_was_found(
 
 def test_rows_that_are_ragged_beyond_the_columns_asked_for(tmp_path: Path):
     for row in ("1,2\n", "1,2,3,4\n"):
-        with pytest.raises(LogError, match=r":3: has \d cells, the header in line 1 has 3"):
+        with pytest.raises(LogError, match=r":3: has \d cells, but the header in line 1 has 3"):
             read(tmp_path, "a,b,c\n0,0,0\n" + row, ["a", "b"])
 
 

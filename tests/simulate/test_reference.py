@@ -79,8 +79,8 @@ def test_a_step_that_says_too_much_or_too_little_is_refused(
     [
         ({"steps": ()}, "steps is empty"),
         ({"start": None}, "start is missing"),
-        ({"plants": 3}, "belongs to variants: random, which needs it"),
-        ({"variants": "random"}, "belongs to variants: random, which needs it"),
+        ({"plants": 3}, "required with variants: random"),
+        ({"variants": "random"}, "required with variants: random"),
     ],
 )
 def test_a_scenario_that_says_too_much_or_too_little_is_refused(

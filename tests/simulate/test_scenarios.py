@@ -244,7 +244,7 @@ HEAD = "format: scenario/1\nname: s\naxis: rotary\nstart: {value: 5, unit: rad}\
             8,
             "plants: found 0; allowed: a whole number >= 1",
         ),
-        (STEPS + "plants: 10\n", 7, "belongs to variants: random, which needs it"),
+        (STEPS + "plants: 10\n", 7, "required with variants: random"),
         (
             STEPS + "variants: random\nplants: 100000\n",
             5,
@@ -265,7 +265,7 @@ HEAD = "format: scenario/1\nname: s\naxis: rotary\nstart: {value: 5, unit: rad}\
         (
             LOAD + "sine, effort: ONE, at_s: 0}\n",
             8,
-            "frequency_hz belongs to kind sine, which needs it",
+            "frequency_hz: required with kind sine",
         ),
         (
             LOAD + "pulse, effort: ONE, at_s: 0.5, duration_s: 0.6}\n",
@@ -285,7 +285,7 @@ HEAD = "format: scenario/1\nname: s\naxis: rotary\nstart: {value: 5, unit: rad}\
         (
             FAULT + "lost_counts, at_s: 0.2}\n",
             8,
-            "counts belongs to kind lost_counts, which needs it",
+            "counts: required with kind lost_counts",
         ),
         (FAULT + "encoder_stuck, at_s: 0.2}\n", 8, "encoder_stuck needs until_s"),
         (

@@ -212,9 +212,9 @@ class CsvTable:
             where = (
                 f"the header in line {layout.header_line}"
                 if layout.header_line
-                else "the first of the numbers"
+                else "the first row of numbers"
             )
-            return f"has {issue.what} cells, {where} has {len(self.names)}{cut}"
+            return f"has {issue.what} cells, but {where} has {len(self.names)}{cut}"
         if cell.lstrip("+-") == OVER_RANGE:
             return (
                 f"column {self.names[issue.what]!r}: found {cell}: the instrument was out of "
