@@ -130,7 +130,7 @@ def test_the_drive_s_table_has_few_rows_and_states_its_error(clutch: Model) -> N
     )
     error = float(np.max(np.abs(np.interp(fine, speed, columns["friction [N m]"]) - both)))
     (note,) = [line for line in notes if line.startswith("frict_comp")]
-    assert note.startswith("frict_comp: 20 rows, at most ")
+    assert note.startswith("frict_comp: 20 rows, interpolation error at most ")
     stated = float(note.split("at most ")[1].split()[0])
     assert stated == pytest.approx(error, rel=0.05)
     assert error < 0.01 * float(both.max())

@@ -335,7 +335,7 @@ def test_a_channel_that_lies_behind_a_cut_is_lost_and_the_others_are_kept(tmp_pa
         "/axis.position": 100 - kept,
     }
     cut.write_bytes(whole.read_bytes()[:900])  # no channel is left
-    with pytest.raises(LogError, match="and no 'q'"):
+    with pytest.raises(LogError, match="but not 'q'"):
         assemble_whole(cut, columns, salvage=True)
 
 
