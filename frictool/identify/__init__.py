@@ -1,4 +1,4 @@
-"""Identify sliding friction, breakaway and inertia of an axis from logs, with intervals."""
+"""Identification of an axis from logs: sliding friction, breakaway and inertia, with intervals."""
 
 from typing import TYPE_CHECKING
 

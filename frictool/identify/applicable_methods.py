@@ -1,6 +1,6 @@
-"""List the identification methods that suit a log, from a survey of the log's stream.
+"""Choice of the identification methods that suit a log, from a survey of the log's stream.
 
-A method may still refuse a log that passes here; its message then states the reason.
+A chosen method may still refuse the log; its message then states the reason.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ COARSEST = 0.1
 
 
 def applicable_methods(stream: StreamSurvey, kind: str | None) -> dict[str, str | None]:
-    """Return for each method None if the stream suits the method, else the reason why not.
+    """Return method -> None if the stream suits the method, else the reason why not.
 
-    The key `breakaway` stands for the evaluation of breakaway ramps. `kind` is the kind of test
-    that was detected, such as "ramp" or "rest".
+    The key `breakaway` is the evaluation of breakaway ramps. `kind` is the detected kind of test,
+    such as "ramp" or "rest".
     """
     why = _nothing_to_use(stream, kind)
-    blind = None if POSITION in stream.signals else "there is no position"
+    blind = None if POSITION in stream.signals else "the log has no position"
     sliding = _no_sliding(stream, kind)
     out = {
         name: why
@@ -45,13 +45,13 @@ def applicable_methods(stream: StreamSurvey, kind: str | None) -> dict[str, str 
 def _nothing_to_use(stream: StreamSurvey, kind: str | None) -> str | None:
     """Return why no method can use the stream, or None."""
     if POSITION not in stream.signals and VELOCITY not in stream.signals:
-        return "there is no position and no velocity"
+        return "the log has neither position nor velocity"
     if not any(name in stream.signals for name in DRIVES):
-        return f"there is none of {', '.join(DRIVES)}"
+        return f"the log has none of {', '.join(DRIVES)}"
     if kind == "rest":
         return "the position does not change"
     if stream.base.samples < 3:
-        return f"there are {stream.base.samples} samples"
+        return f"the log has only {stream.base.samples} samples"
     intervals = np.diff(stream.opening.time) * stream.base.rate_hz
     broken = float(np.mean(np.abs(intervals - 1.0) > JITTER))
     if broken > MOST_BROKEN:
@@ -77,7 +77,7 @@ def _no_sliding(stream: StreamSurvey, kind: str | None) -> str | None:
 def _too_rough(stream: StreamSurvey) -> str | None:
     """Return why plain differences do not give usable velocities, or None."""
     if stream.base.gaps:
-        return f"the log has {stream.base.gaps} gaps, and its filters need a log without gaps"
+        return f"the log has {stream.base.gaps} gaps; the filters of this method allow none"
     step = stream.signals[POSITION].step
     if step is None or stream.velocity is None:
         return None

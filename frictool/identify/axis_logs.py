@@ -27,12 +27,12 @@ SLIDING_LOG, RAMP_LOG = "sliding", "ramp"
 class AxisLogs:
     """Logs of one axis, its bench, and the requested method.
 
-    - sliding: records of motion without stretches of constant effort; none if `unmeasured` is set
+    - sliding: records of sliding motion without intervals of constant effort; empty if `unmeasured`
     - ramps: records of breakaway ramps
     - rows: slipping samples of the sliding records
     - kinds: log name -> `sliding` or `ramp`
     - warnings: doubts about the logs
-    - unmeasured: reason why effort or position of a sliding record was not measured, or None
+    - unmeasured: None, or why the effort or the position of a sliding record is no measurement
     - drive_off: True if the sliding records are motion with the drive off (`coast_down.py`)
     """
 
@@ -61,9 +61,10 @@ def sort_logs(
     method: str,
     settings: IdentificationSettings,
 ) -> AxisLogs:
-    """Detect the kind of each of `records` and return all logs; `ramps` are known to be ramps.
+    """Return the logs of an axis, sorted into sliding motion and ramps.
 
-    Raises LogError if a log is passed twice, or cannot be of this axis.
+    The kind of each of `records` is detected; `ramps` contains ramps only. Raises LogError if a log
+    occurs twice, or cannot be of this axis.
     """
     every = [*records, *ramps]
     refuse_duplicates(every)

@@ -1,4 +1,4 @@
-"""Identify many logs in one run: one model for each log, or one for the logs of each folder.
+"""Identification of many logs in one run: one model per log, or one per folder of logs.
 
     logs -> groups() -> LogGroup, ... -> identify_groups(), on several cores -> BatchResult, ...
 
@@ -37,10 +37,10 @@ WORTH_SHARING = 10_000_000
 
 @dataclass(frozen=True)
 class LogGroup:
-    """Logs of one model.
+    """Logs from which one model is identified.
 
     - name: name of the model file, without its suffix
-    - words: command line that makes this model alone
+    - words: command line that identifies this model alone
     """
 
     name: str
@@ -58,7 +58,7 @@ class BatchModel:
     """Identified model of one group.
 
     - text: model as YAML
-    - view: what `identify --json` prints for this model
+    - view: output of `identify --json` for this model
     """
 
     identified: Mapping[str, Interval]
@@ -71,9 +71,9 @@ class BatchModel:
 
 @dataclass(frozen=True)
 class BatchResult:
-    """Model of a group, or the reason why it has none.
+    """Model of a group, or the reason why the group has none.
 
-    - code: exit code that belongs to the reason; 0 if there is a model
+    - code: exit code for the reason; 0 if the group has a model
     """
 
     group: LogGroup
@@ -89,7 +89,7 @@ class BatchResult:
 
 
 def groups(members: Sequence[FleetLog], each: str) -> list[LogGroup]:
-    """Return the logs grouped by file (`each` = "log") or by folder; group names are unique."""
+    """Return the logs grouped by file (`each` is "log") or by folder, with unique names."""
     together: dict[Path, list[FleetLog]] = {}
     for member in members:
         together.setdefault(member.path if each == "log" else member.path.parent, []).append(member)
@@ -146,8 +146,8 @@ def _names(called: list[PurePosixPath]) -> list[str]:
 class IdentifyJob:
     """Callable that identifies one group of logs, in this process or in a worker.
 
-    - bench: the bench as YAML. Pickle does not keep which fields were left at their defaults, and
-      the model has to contain the bench verbatim.
+    - bench: bench as YAML; pickle would not keep which fields have their default, but the model has
+      to contain the bench verbatim
     - bench_input: entry of the bench in the model's provenance
     """
 
@@ -213,7 +213,7 @@ class IdentifyJob:
         return LogOrigin(units[0] if units else None, dates[0] if dates else None)
 
     def gone(self, group: LogGroup, reason: str) -> BatchResult:
-        """Return the result of a group that could not be run, with the reason."""
+        """Return the result of a group that no worker could process, with the reason."""
         return self._without(group, reason, EXIT_INPUT)
 
     def _without(self, group: LogGroup, reason: str, code: int) -> BatchResult:
@@ -253,9 +253,9 @@ def identify_groups(
 ) -> Iterator[tuple[int, BatchResult]]:
     """Yield the index and the result of each group, in the order of completion.
 
-    Batches of less than WORTH_SHARING bytes run in this process unless `cores` is set.
+    A batch of less than WORTH_SHARING bytes runs in this process unless `cores` is set.
 
-    - cores, cluster: number of processes and address of a cluster (`workers/job_sharing.py`)
+    - cores, cluster: number of processes, or address of a Dask cluster (`workers/job_sharing.py`)
     - tick: callback that takes the completed fraction, 0 to 1
     """
     jobs = [(tuple(member.path for member in group.members), group) for group in requested]

@@ -47,10 +47,10 @@ def ordered(batch: Sequence[BatchResult]) -> list[BatchResult]:
 
 
 def cells(one: BatchResult) -> dict[str, Any]:
-    """Return a mapping of column to value, None for an empty cell.
+    """Return column -> value; None for an empty cell.
 
-    Only parameters that were identified from the logs have values; values of the bench in the model
-    do not count.
+    Only parameters that were identified from the logs have values. A value that the model took from
+    the bench is left out.
     """
     row: dict[str, Any] = dict.fromkeys(COLUMNS)
     row |= {
@@ -118,7 +118,7 @@ def _moment(date: str) -> datetime:
 
 
 def batch_populations(batch: Sequence[BatchResult], confidence: float) -> dict[str, Population]:
-    """Return the population of each parameter that at least two models have identified."""
+    """Return the population tests of each parameter that at least two models identified."""
     values: dict[str, list[UnitValue]] = {name: [] for name in ESTIMATES}
     for one in batch:
         if one.model is not None:
@@ -142,7 +142,7 @@ def headline(batch: Sequence[BatchResult]) -> str:
 
 
 def reasons(batch: Sequence[BatchResult]) -> list[str]:
-    """Return one line per missing model and one per warning about an identified model."""
+    """Return a line for each missing model and for each warning about an identified model."""
     lines = []
     first: dict[tuple[tuple[str, Interval], ...], BatchResult] = {}
     for one in batch:
@@ -182,7 +182,7 @@ def population_lines(parameters: dict[str, Population], bench: Bench) -> list[st
 
 
 def conclusion(one: Population) -> str:
-    """Return as text that the values come from one population, or the tests that reject it."""
+    """Return "yes" or, if the values are not from one population, the tests that reject it."""
     no = []
     if one.between is not None and one.rejects(one.between):
         no.append(f"units differ by {one.between.beyond:.2g} {_p(one.between.p)}")
@@ -208,7 +208,7 @@ def _p(p: float) -> str:
 def as_json(
     batch: Sequence[BatchResult], parameters: dict[str, Population], bench: Bench
 ) -> dict[str, Any]:
-    """Return the batch as JSON: each model as `identify --json` prints it, and the populations."""
+    """Return the batch as JSON: the output of `identify --json` per model, and the populations."""
     return {
         "models": [
             {

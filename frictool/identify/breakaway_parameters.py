@@ -1,4 +1,4 @@
-"""Breakaway of an axis from its ramps, and its friction over position if that varies."""
+"""Breakaway of an axis from ramps, and friction over position if it varies."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ POSITION_HIDES_INERTIA = (
 
 
 def with_breakaway(logs: AxisLogs, sliding: Outcome) -> Outcome:
-    """Return the outcome of the sliding logs with the breakaway of the ramps."""
+    """Return the outcome `sliding` with the breakaway of the ramps added."""
     try:
         ramp = _breakaway(logs, sliding)
     except UnusableLogs as error:
@@ -55,7 +55,7 @@ def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
     for record in logs.ramps:
         if record.velocity is not None:
             raise UnusableLogs(
-                f"{record.name} has no position; its counts show when the axis breaks away"
+                f"{record.name} has no position, which shows when the axis breaks away"
             )
     identified = sliding.identified
     axis = sliding_intervals(identified, logs.bench)
@@ -86,11 +86,11 @@ def _known_fall(sliding: Outcome) -> StribeckVelocityRange | None:
 
 
 def with_varying_breakaway(logs: AxisLogs, outcome: Outcome) -> Outcome:
-    """Return the outcome with the laws of a breakaway that varies with position or time at rest.
+    """Return the outcome with laws for a breakaway that varies with position or time at rest.
 
-    If it varies with position, a friction map replaces the viscous friction, Coulomb friction and
-    offset that were fitted with constant friction. If the strokes do not support a map, only the
-    breakaway depends on position.
+    If the breakaway varies with position, a friction map replaces viscous friction, Coulomb
+    friction and offset, which were fitted with constant friction. If the strokes do not support a
+    map, only the breakaway depends on position.
     """
     ramp, fit, laws = outcome.ramp, outcome.fit, outcome.laws
     if ramp is None or (ramp.by_position is None and ramp.rising is None):
@@ -145,7 +145,7 @@ def _inertia_over_position(
 
 
 def without_impossible_breakaway(outcome: Outcome) -> Outcome:
-    """Return the outcome without a constant breakaway that is below Coulomb friction."""
+    """Return the outcome; a constant breakaway below Coulomb friction is removed."""
     identified, ramp = outcome.identified, outcome.ramp
     if (
         ramp is None

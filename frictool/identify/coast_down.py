@@ -2,9 +2,9 @@
 
     0 = inertia a + viscous v + coulomb sign(v) + offset + declared loads
 
-Without an effort, the motion shows each parameter relative to the inertia only. The inertia is that
-of the bench, and the intervals include its range. The ratios to the inertia do not depend on the
-bench, and are reported as well.
+Without an effort, motion determines only the ratio of each parameter to the inertia. The inertia is
+the bench's, and the intervals include its range. The ratios, which do not depend on the bench, are
+reported as well.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ DRIVE_OFF = "the drive was off, which shows friction relative to the inertia onl
 
 
 def drive_was_off(rows: Sequence[SlipRows], bench: Bench) -> bool:
-    """Return whether the effort is negligible beside that of the least inertia of the bench."""
+    """Return True if the effort is negligible against least inertia times acceleration."""
     if not rows:
         return False
     effort = float(np.sqrt(sum(np.sum(one.effort**2) for one in rows)))
@@ -46,7 +46,7 @@ def coast_down(
 ) -> SlidingFit:
     """Return friction and declared loads from motion with the drive off.
 
-    Raises UnusableLogs if friction and declared loads do not explain the motion.
+    Raises UnusableLogs if friction and declared loads do not explain the deceleration.
     """
     inertia = known_inertia(bench)
     exact = Interval(inertia.value, inertia.value, inertia.value)
@@ -69,13 +69,13 @@ def coast_down(
         residual=misfit,
         held_out_residual=None,
         method=REFERENCE,
-        why="the drive was off; the inertia is that of the bench",
+        why="the drive was off; the bench's inertia is used",
         fixed={"inertia": inertia},
     )
 
 
 def inertial_error(rows: Sequence[SlipRows], values: Values, laws: Laws | None) -> float:
-    """Return the unexplained effort (rms), relative to that of the inertia."""
+    """Return the rms residual relative to the rms of inertia times acceleration."""
     left = sum(float(np.sum((one.effort - one.modelled_effort(values, laws)) ** 2)) for one in rows)
     size = sum(float(np.sum((values["inertia"] * one.acceleration) ** 2)) for one in rows)
     return float(np.sqrt(left / size))

@@ -1,19 +1,18 @@
-"""Find strokes with constant logged effort and varying speed.
+"""Detection of strokes with constant logged effort and varying speed.
 
-The cause is a saturated sensor, or a command that was logged in place of a measurement.
+Such an effort is a saturated measurement, or a command that was logged in place of a measurement.
+Coulomb friction and an offset fit a constant effort almost exactly, for any axis. The inertia and
+the viscous friction would then be near zero, with narrow intervals. A constant effort is valid data
+only
 
-A constant effort is fitted almost exactly by Coulomb friction and an offset, whatever the axis is.
-Inertia and viscous friction then come out near zero in narrow intervals. A constant effort is valid
-data only
-
-- at constant speed, because a constant speed needs a constant effort;
+- at constant speed, which needs a constant effort;
 - at several levels (an open-loop test), since one set of parameters has to explain all levels;
 - at zero, since the axis coasts.
 
-A stroke is proved constant if two conditions hold. The effort stays within a band for most of the
-motion, and the change of acceleration there, times the least inertia of the bench, needs several
-times the band. If the proved strokes of a direction share one level, every stroke of that direction
-at that level counts as constant.
+A stroke is proved constant if two conditions hold. For most of the motion, the effort stays within
+a band. Over this part, the change of acceleration times the least inertia of the bench is several
+times as large as the band. If the proved strokes of a direction have the same level, every stroke
+of that direction at this level counts as constant.
 """
 
 from __future__ import annotations
@@ -46,7 +45,7 @@ MOST = 0.5  # share of the motion above which a record is refused
 
 @dataclass(frozen=True)
 class ConstantStretch:
-    """Effort within one band in the samples [start, end) of a stroke.
+    """Samples [start, end) of a stroke in which the effort stays within a band.
 
     - level, band: level and width of the band, N m | N
     - direction: +1 or -1
@@ -64,7 +63,7 @@ class ConstantStretch:
 def without_constant_effort(
     records: list[MotionRecord], bench: Bench
 ) -> tuple[list[MotionRecord], list[str]]:
-    """Return the records without their constant stretches, and a warning for each shortened record.
+    """Return the records without stretches of constant effort, and a warning for each of them.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Detect two records that hold the same log, by their samples and not by their names."""
+"""Detection of two records with the same log, by their samples and not by their names."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ SAME_EFFORT = 1e-9
 
 
 def refuse_duplicates(records: Sequence[MotionRecord]) -> None:
-    """Raise LogError if two records hold the same log.
+    """Raise LogError if two records contain the same log.
 
-    A log that is counted twice narrows every interval without adding information.
+    A log that counts twice would narrow every interval without adding information.
     """
     for index, one in enumerate(records):
         for other in records[:index]:

@@ -26,7 +26,7 @@ DIMENSIONS |= {"stribeck_velocity": "velocity"}
 
 
 class UnusableLogs(FrictoolError):
-    """Logs that are valid, but from which nothing can be identified; the message says why."""
+    """Error: nothing can be identified from valid logs; the message states the reason."""
 
     exit_code = EXIT_NO
 
@@ -45,7 +45,7 @@ class Interval:
         return cls(float(value), float(max(value - half, least)), float(value + half))
 
     def estimate(self, dimension: str, axis: Axis, least: float = -math.inf) -> Estimate:
-        """Return the interval as a document's estimate, with its lower end raised to `least`."""
+        """Return the interval as an estimate of a document; its lower end is at least `least`."""
         unit = si_unit(dimension, axis)
         return Estimate(self.value, max(self.low, least), self.high, unit, source="identified")
 
@@ -58,7 +58,7 @@ class Interval:
 def intervals_around(
     names: Iterable[str], values: Iterable[float], half: Iterable[float]
 ) -> dict[str, Interval]:
-    """Return the interval of each name; values and half widths beyond the names are ignored."""
+    """Return name -> interval; surplus values and half widths are ignored."""
     return {
         name: Interval.around(value, reach)
         for name, value, reach in zip(names, values, half, strict=False)
@@ -67,7 +67,7 @@ def intervals_around(
 
 @dataclass(frozen=True)
 class TriedModel:
-    """Model that was compared on strokes left out of its fit.
+    """Model that was compared with others on unseen strokes.
 
     - position_error: position error (rms), rad | m
     - force_error: force error, relative (`force_error.py`)
@@ -86,11 +86,11 @@ class Explanation:
 
     - name, what: name in `load.terms`, and physical name as text
     - state: `used` in the fit, or `left` in its residual
-    - effort: its size (rms), N m | N
-    - probability: probability of the data if it did not act
-    - held_out: held-out error with it, relative to that without it
-    - settle: change of the bench or test that settles it, as text
-    - rivals: physical names of hypotheses that predict unseen strokes as well
+    - effort: rms effort, N m | N
+    - probability: p-value of the test that this part of the effort is 0
+    - held_out: held-out error with this part, relative to the error without it
+    - settle: change of bench or test that decides if this part is real, as text
+    - rivals: physical names of hypotheses that predict unseen strokes equally well
     """
 
     name: str
@@ -108,20 +108,22 @@ class SlidingFit:
     """Sliding parameters of one method.
 
     - parameters: name -> interval
-    - refused: name -> reason, with figures
-    - residual, held_out_residual: rms of the residual over rms of the right-hand side in the
-      method's own equations, on the fitted and on unseen strokes; not comparable between methods
+    - refused: name -> reason, with numbers
+    - residual, held_out_residual: rms residual divided by the rms of the right-hand side in the
+      equations of the method, on the strokes of the fit and on unseen strokes; not comparable
+      between methods
     - condition: condition number of the regressors
     - samples: number of rows or samples in the fit
-    - details: figures that are specific to the method
-    - laws: friction and load beyond the sliding parameters
+    - details: numbers that are specific to the method
+    - laws: friction and load other than the sliding parameters
     - effects: parameters of effects that were removed from the effort (`rows/effects.py`)
     - load: load terms of the fit if `auto` selected them, else None
-    - explanations: explanations of the effort that `auto` used, or that its residual contains
+    - explanations: parts of the effort that `auto` fitted or left in the residual
     - method, why: name of the method, and the reason if it was chosen automatically
-    - dropped: parameters set to 0, since unseen strokes are predicted no worse without them
-    - fixed: parameters that were held at the interval of the bench
-    - force_error: force error (`force_error.py`), comparable between methods; `identify` sets it
+    - dropped: parameters set to 0, because the prediction of unseen strokes is no worse without
+      them
+    - fixed: parameters fixed at the interval of the bench
+    - force_error: force error (`force_error.py`), comparable between methods
     - tried: models that were compared, with their scores
     """
 

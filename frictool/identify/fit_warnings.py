@@ -1,7 +1,7 @@
 """Warnings about an identified model.
 
-A model is doubtful if it contradicts the bench, if values of the bench increase its force error, or
-if it leaves much of the effort unexplained.
+A model is doubtful if it contradicts the bench, if the bench's values increase its force error, or
+if it does not explain much of the effort.
 """
 
 from __future__ import annotations
@@ -34,8 +34,7 @@ def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> 
             )
             out.append(
                 f"{name}: {shown} [{known.low:.4g}, {known.high:.4g}]; the log's value is "
-                "used, because the bench's value does not explain the log: correct mechanics."
-                f"{name} of the bench, or leave out a log of another rig or of another motion"
+                f"used; correct mechanics.{name} of the bench, or leave out logs of another rig"
             )
     return out
 
@@ -43,10 +42,10 @@ def contradiction_warnings(identified: Mapping[str, Interval], bench: Bench) -> 
 def replacement_warnings(
     free: SlidingFit, final: SlidingFit, identified: Mapping[str, Interval]
 ) -> list[str]:
-    """Return a warning if values of the bench in place of the log's increase the force error.
+    """Return a warning if bench values, used in place of fitted values, increase the force error.
 
-    - free: fit in which every parameter that the method estimates comes from the log
-    - final: fit of the model, with refused parameters fixed at values of the bench
+    - free: fit without fixed parameters
+    - final: fit of the model, with refused parameters fixed at the bench's values
     - identified: identified parameters of the model
     """
     replaced = [name for name in SLIDING if name in free.parameters and name not in identified]
@@ -69,7 +68,7 @@ def replacement_warnings(
 
 
 def doubt_warnings(fit: SlidingFit, method: str) -> list[str]:
-    """Return a warning if the model or the method leaves a large part of the effort unexplained."""
+    """Return a warning if the model or the method does not explain a large part of the effort."""
     shown = "force error"
     left = fit.force_error or 0.0
     if left <= DOUBTFUL_FORCE_ERROR:
@@ -78,12 +77,12 @@ def doubt_warnings(fit: SlidingFit, method: str) -> list[str]:
     if left <= DOUBTFUL_FORCE_ERROR:
         return []
     advice = (
-        "look at frictool validate"
+        "run frictool validate"
         if method == DEFAULT
-        else "look at frictool validate, or use --method auto"
+        else "run frictool validate, or use --method auto"
     )
     return [
         f"{shown} {100 * left:.3g} %, above {100 * DOUBTFUL_FORCE_ERROR:g} %: the effort is noisy, "
-        "or the model lacks an effect that acts on the axis; the intervals do not cover this; "
+        "or the model lacks an effect of the axis; the intervals do not include this; "
         f"{advice}"
     ]

@@ -1,9 +1,9 @@
 """Second fit, with the refused parameters fixed at the bench's values.
 
-A model contains the bench's value of each refused parameter. The other parameters were fitted
-together with another value of the refused parameter, so that they do not explain the log together
-with the bench's value. Therefore they are fitted again with the bench's value fixed. Their
-intervals are widened by the effect of the bench's interval of the fixed parameter.
+A model contains the bench's value of each refused parameter. The first fit had another value of
+this parameter, so that its other parameters do not explain the log together with the bench's value.
+They are therefore fitted again with the bench's value fixed. The bench's interval of the fixed
+parameter widens their intervals.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ def fixed_parameters(
 ) -> dict[str, Interval]:
     """Return the bench's intervals of the parameters that were fitted and then refused.
 
-    An inertia that the encoder's resolution hides stays free: its column is noise and nearly
-    orthogonal to the others (4.27). Parameters that the motion cannot distinguish are not fixed
+    An inertia that the encoder's resolution hides is not fixed: its column is noise and nearly
+    orthogonal to the others (4.27). Parameters that the motion cannot separate are not fixed
     either.
     """
     # if Coulomb friction differs by direction, coulomb and offset stand for two Coulomb frictions
@@ -52,10 +52,10 @@ def refit(
     fit: SlidingFit,
     fixed: Mapping[str, Interval],
 ) -> SlidingFit:
-    """Return the fit by the same method and structure, with these parameters fixed.
+    """Return the fit by the same method and with the same terms, with the parameters `fixed`.
 
     A parameter that `auto` set to 0 stays 0. An inertia that `auto` took from another method is
-    kept. Raises UnusableLogs if the identification method does.
+    kept. Raises UnusableLogs as the method does.
     """
     assert fit.method is not None
     fixed_settings = with_held(settings, fit, fixed)
@@ -94,13 +94,13 @@ def refit(
 def with_held(
     settings: methods.IdentificationSettings, fit: SlidingFit, fixed: Mapping[str, Interval]
 ) -> methods.IdentificationSettings:
-    """Return settings that fix these parameters and keep those dropped by the fit at 0."""
+    """Return settings that fix the parameters `fixed`, and at 0 those that the fit dropped."""
     dropped = {name: fit.parameters[name] for name in fit.dropped if name in fit.parameters}
     return replace(settings, fixed={**dropped, **fixed})
 
 
 def bench_with_inertia(bench: Bench, inertia: Interval) -> Bench:
-    """Return the bench with an identified inertia in place of its own."""
+    """Return the bench with its inertia replaced by an identified one."""
     known = Quantity(inertia.value, inertia.low, inertia.high, bench.mechanics.inertia.unit)
     mechanics = msgspec.structs.replace(bench.mechanics, inertia=known)
     return msgspec.structs.replace(bench, mechanics=mechanics)

@@ -1,15 +1,15 @@
-"""Force error of a model along a measured motion, defined alike for every method.
+"""Force error of a model along a measured motion, with the same definition for every method.
 
     force error = rms(g * u - model) / rms(g * u)
     model = inertia (g * ddx) + friction(g * dx, g * x) + offset + g * load(x)
 
-Here g * is smoothing by a zero-phase kernel (`rows/smoothing.py`); all signals are smoothed alike,
-so that only the frequency band of the motion counts. The rms is taken over the samples that
-certainly slip (`rows/slip_mask.py`).
+Here g * is smoothing by a zero-phase kernel (`rows/smoothing.py`). All signals are smoothed alike,
+so that errors outside the frequency band of the motion have no influence. The rms is taken over the
+samples that certainly slip (`rows/slip_mask.py`).
 
 The smoothing window reduces the encoder's noise to 0.75 % of the acceleration, but is at most a
-sixth of a stroke. It is shortened until at least one sample slips over the whole window. It depends
-on the log alone, not on the method, so that two methods can be compared.
+sixth of a stroke. It is shortened until the axis slips over a whole window at least once. The
+window depends on the log and not on the method, so that methods can be compared.
 """
 
 from __future__ import annotations
@@ -108,7 +108,7 @@ def slip_rows(record: MotionRecord, bench: Bench) -> SlipRows | None:
 def motion_rows(records: Sequence[MotionRecord], bench: Bench) -> list[SlipRows]:
     """Return the slipping samples of all records.
 
-    Of records that are longer than MOST_SAMPLES together, evenly spaced parts are used.
+    If the records together have more than MOST_SAMPLES samples, evenly spaced parts are used.
     """
     share = MOST_SAMPLES / sum(record.position.size for record in records) if records else 1.0
     parts = (part for record in records for part in _parts(record, share))
@@ -140,7 +140,7 @@ def friction_in_slip(
 ) -> Vector:
     """Return the friction force (n,) at positions and velocities (n,) in slip, N m | N.
 
-    Its sign is that of the velocity.
+    The friction has the sign of the velocity.
     """
     out = np.empty(velocity.size)
     for side, chosen in ((1.0, velocity >= 0.0), (-1.0, velocity < 0.0)):

@@ -1,4 +1,4 @@
-"""Identify a model document from logs and a bench in memory, as `frictool identify` does."""
+"""Identification of a model from logs and a bench in memory, as by `frictool identify`."""
 
 from __future__ import annotations
 
@@ -33,12 +33,11 @@ USUAL = IdentificationRequest()
 
 @dataclass(frozen=True, eq=False, repr=False)
 class IdentifiedModel(ResultView):
-    """Model of an axis and the identification behind it.
+    """Model of an axis, and the identification from which it was made.
 
     - model: model document
     - result: identified and refused parameters, with reasons
-    - records: records of the `logs` argument
-    - ramps: records of the `ramps` argument
+    - records, ramps: records of the arguments `logs` and `ramps`
     """
 
     model: Model
@@ -64,28 +63,28 @@ def identify(
     logs
         Logs of motion or of breakaway ramps; the kind of each log is detected.
     bench
-        Bench that the logs were recorded on.
+        Bench on which the logs were recorded.
     request
-        Method and its settings, and what else to estimate.
+        Method, settings, and additional estimates.
     ramps
-        Logs that are known to be breakaway ramps.
+        Logs of breakaway ramps; their kind is not detected.
     loops
         Logs of slow effort loops below the breakaway, for presliding friction.
     provenance
-        Provenance of the model; by default it names this call.
+        Provenance of the model; by default it names this function.
     tell
         Callback for warnings about the logs.
 
     Returns
     -------
     IdentifiedModel
-        Model with an interval for each parameter in SI units, and the identification behind it.
+        Model with an interval for each parameter in SI units, and the identification result.
 
     Raises
     ------
     NothingIdentified
         If the logs give neither inertia nor friction, or if position and drive have opposite signs.
-        The message holds the reasons.
+        The message states the reasons.
     UnusableLogs
         If only `loops` are passed and they do not give presliding friction.
     LogError
@@ -130,10 +129,10 @@ def identify(
 
 @dataclass(frozen=True)
 class PreparedLog:
-    """Record of a log, and what it tells of the actuator.
+    """Record of a log, and its signals of the actuator.
 
-    - currents: commanded and measured current (n,), A, with their period, s; None without both
-    - winding: signals of the motor's winding; None without voltage, current and position
+    - currents: commanded and measured current (n,), A, and their period, s; None if one is missing
+    - winding: signals of the motor's winding; None if voltage, current or position is missing
     """
 
     record: MotionRecord

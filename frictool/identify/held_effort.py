@@ -1,17 +1,17 @@
-"""Detect a logged effort that changes far less often than the position is logged.
+"""Detection of a logged effort that changes far less often than the position is logged.
 
-A current read at 20 Hz, or a set point that is held, repeats its value in many rows of a log at 1
-kHz. On average the logged value is late by half of the time between two updates. The fitted inertia
-and viscous friction then have errors of tens of per cent, but narrow intervals.
+A current read at 20 Hz, or a held set point, has the same value in many rows of a log at 1 kHz. On
+average this value is late by half of the time between two updates. The fitted inertia and viscous
+friction then have errors of tens of per cent, but narrow intervals.
 
-A drive can also hold its true effort between two updates of a slow controller. The logged effort
-looks the same in both cases, but the motion differs. Let y be the effort that the motion needs,
-y_held its value at the last update, and b the residual share:
+But a drive may also hold its true effort between two updates of a slow controller. The logged
+efforts of both cases look the same; the motions differ. Let y be the effort that the motion needs,
+and y_held its value at the last update:
 
     logged effort = inertia a + viscous v + coulomb sign(v) + offset + declared loads
                     + b (y_held - y)
 
-b is 1 for an effort that was read too rarely, and 0 for an effort that acted as it was logged.
+The coefficient b is 1 if the effort was read too rarely, and 0 if it acted as logged.
 """
 
 from __future__ import annotations
@@ -54,10 +54,10 @@ class HeldEffort:
     """Held effort of a record and its effect on the parameters.
 
     - hold: number of samples between two updates
-    - low, high: interval of the share b
-    - logged, interpolated: inertia with the effort as logged, and interpolated between updates
-    - effect: largest change of a parameter between these two fits. That of the inertia is relative
-      to the inertia; that of the others is an effort relative to the rms of the effort.
+    - low, high: interval of the coefficient b
+    - logged, interpolated: inertia fitted to the effort as logged, and interpolated between updates
+    - effect: largest change of a parameter between these two fits; for the inertia, relative to the
+      inertia; for other parameters, as an effort relative to the rms effort
     """
 
     hold: int
@@ -71,12 +71,12 @@ class HeldEffort:
 def slow_effort_warnings(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> list[str]:
-    """Return a warning for each record whose effort may be a slow sample.
+    """Return a warning for each record whose effort may have been read too rarely.
 
     Raises
     ------
     UnusableLogs
-        If the effort of a record is certainly a slow sample.
+        If the effort of a record was certainly read too rarely.
     """
     warnings = []
     for record in records:
@@ -84,16 +84,16 @@ def slow_effort_warnings(
         if effect is None or effect.high < SLOW or effect.effect < LEAST_EFFECT:
             continue
         rates = (
-            f"changes every {1e3 * effect.hold * record.period:.3g} ms only, the position every "
+            f"changes every {1e3 * effect.hold * record.period:.3g} ms, the position every "
             f"{1e3 * record.period:.3g} ms"
         )
         unit = si_unit("inertia", bench.axis)
-        advice = "log the current as often as the position, and not a set point"
+        advice = "log the measured current as often as the position"
         if effect.low > SLOW:
             raise UnusableLogs(
-                f"{Path(record.name).name}: the effort {rates}, and differs from the true "
-                f"effort in between: the inertia would be {effect.logged:.4g} {unit} instead "
-                f"of about {effect.interpolated:.4g} {unit}; {advice}"
+                f"{Path(record.name).name}: the effort {rates}; the inertia would be "
+                f"{effect.logged:.4g} {unit} instead of about {effect.interpolated:.4g} {unit}; "
+                f"{advice}"
             )
         warnings.append(
             f"{Path(record.name).name}: the effort {rates}; the log does not show whether "
@@ -106,8 +106,8 @@ def slow_effort_warnings(
 def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
     """Return the number of samples between updates of a held effort (n,), and the updates' indices.
 
-    An update is a sample whose value differs from the previous one. The result is None if the
-    effort is not held between updates.
+    An update is a sample whose value differs from the previous one. Return None if the effort is
+    not held between updates.
     """
     change = np.diff(effort)
     updates = np.flatnonzero(change) + 1
@@ -123,7 +123,7 @@ def hold_of(effort: Vector) -> tuple[int, NDArray[np.int64]] | None:
 def held_effort(
     record: MotionRecord, bench: Bench, settings: IdentificationSettings
 ) -> HeldEffort | None:
-    """Return the effect of a record's held effort; None if it is not held or cannot be assessed."""
+    """Return the effect of a record's held effort; None without a hold or if undetermined."""
     record = record.part(slice(0, MOST_SAMPLES))
     hold = hold_of(record.effort)
     if hold is None:
@@ -170,7 +170,7 @@ def held_effort(
 def interpolated(effort: Vector, hold: int, updates: NDArray[np.int64]) -> Vector:
     """Return the effort (n,) interpolated linearly between its updates.
 
-    Each value counts as measured at the first sample that has it.
+    Each value is assigned to the first sample that has it.
     """
     at = np.flatnonzero(_updated(effort.size, hold, updates))
     return np.asarray(np.interp(np.arange(effort.size), at, effort[at]))

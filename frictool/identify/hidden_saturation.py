@@ -1,18 +1,18 @@
-"""Find an effort that saturates where noise hides its flat tops.
+"""Detection of a saturated effort whose flat tops are hidden by noise.
 
 A saturated effort stays at a level L although the motion needs more. The search fits
 
     effort = clip(inertia a + viscous v + coulomb s + offset + n, low, high)
 
-to the slipping samples, and the same equation without clip. The nuisance terms n are x, v |v|, and
-on a rotary axis sin x and cos x, so that a load over position or speed is not taken for a
-saturation. The parameters come from the samples whose effort the equation predicts between the
-limits: a selection by the measured effort would bend the fit. The limits are near the extremes of
-the effort, on both sides or on one.
+to the slipping samples, and the same equation without clip. The additional terms n are x, v |v|,
+and on a rotary axis sin x and cos x, so that a load over position or speed is not taken for a
+saturation. The parameters are fitted to the samples whose predicted effort is between the limits; a
+selection by the measured effort would bias the fit. The limits are near the extremes of the effort,
+on one or both sides.
 
-The effort is saturated if the clip halves the squared residual, if the equation predicts more than
-a limit for a significant share of the samples, and if the effort does not rise with the predicted
-one there.
+The effort is saturated if three conditions hold: the clip at least halves the squared residual; the
+predicted effort exceeds a limit in a significant share of the samples; and in these samples the
+effort does not rise with the predicted effort.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ EXCESS = (1.05, 3.0)  # allowed range of the largest predicted effort relative t
 
 @dataclass(frozen=True)
 class HiddenSaturation:
-    """Level of a saturated effort and largest predicted effort there, N m | N; share of samples."""
+    """Level of a saturated effort, largest effort needed [N m | N], and share of the samples."""
 
     level: float
     needed: float

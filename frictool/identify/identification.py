@@ -1,4 +1,4 @@
-"""Identify sliding parameters from logs of motion and the breakaway from ramps.
+"""Identification of sliding parameters from logs of motion, and of the breakaway from ramps.
 
 Each parameter that is not identified has a reason.
 """
@@ -50,13 +50,13 @@ ORDER = (*PARAMETERS, *CURVE)  # of identified parameters in a model and its vie
 
 @dataclass(frozen=True, kw_only=True)
 class Identification(Outcome):
-    """Outcome of the logs of one axis, with further data for the model and its reader.
+    """Outcome of the logs of one axis, with data for the model and for its views.
 
     - method: method of the fit
     - confidence: confidence of every interval, 0 to 1
     - kinds: log name -> `sliding` or `ramp`
     - warnings: doubts about the logs or the result
-    - over_rate: breakaway over the rate of the ramp, from a table of breakaways; None without one
+    - over_rate: breakaway over the rate of the ramp from a table of breakaways, or None
     """
 
     method: str
@@ -66,7 +66,7 @@ class Identification(Outcome):
     over_rate: BreakawayOverRate | None = None
 
     def with_table(self, over_rate: BreakawayOverRate, bench: Bench) -> Identification:
-        """Return the identification with the breakaway of a table."""
+        """Return the identification with its breakaway replaced by that of a table."""
         outcome = Outcome(self.identified, self.refused)
         outcome = outcome.merge(accept({"breakaway": over_rate.interval}, bench))
         coulomb = outcome.identified.get("coulomb")
@@ -78,11 +78,10 @@ class Identification(Outcome):
 
 
 class NothingIdentified(UnusableLogs):
-    """Error for logs that give neither inertia nor friction; `result` holds the reasons.
+    """Error: the logs give neither inertia nor friction; `result` contains the reasons.
 
-    The message names the parameters of each reason, unless one reason holds for all of them.
-
-    exit_code is 1 if no fit was possible. It is 4 if a fit gave neither, or if position and drive
+    The message names the parameters of each reason, unless one reason holds for all parameters.
+    exit_code is 1 if no fit was possible, and 4 if a fit gave neither, or if position and drive
     have opposite signs.
     """
 
@@ -112,9 +111,9 @@ def identify_records(
     method: str,
     settings: methods.IdentificationSettings,
 ) -> Identification:
-    """Return the identification of the axis of `bench` from records and from known `ramps`.
+    """Return the identification of the axis of `bench`.
 
-    The kind of each of `records` is detected: sliding or ramp.
+    The kind of each of `records` is detected, sliding or ramp; `ramps` contains ramps only.
 
     Raises
     ------
@@ -122,7 +121,7 @@ def identify_records(
         If the records give neither inertia nor friction, or if position and drive have opposite
         signs.
     LogError
-        If a log is passed twice, or cannot be of this axis.
+        If a log occurs twice, or cannot be of this axis.
     """
     logs = sort_logs(records, ramps, bench, method, settings)
     logs, free, outcome, wider = _estimate(logs)

@@ -1,4 +1,4 @@
-"""Decide whether an interval is informative: physically possible and narrow enough."""
+"""Checks whether an interval is informative: physically possible and narrow enough."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ LARGEST_FACTOR = 10.0  # largest ratio of the upper to the lower end of an inter
 
 
 def too_vague(name: str, interval: Interval) -> str | None:
-    """Return why an interval is too wide for a parameter that is above 0, or None."""
+    """Return why the interval of a positive parameter is too wide, or None."""
     if name not in POSITIVE:
         return None
     if interval.low <= 0.0:
@@ -22,20 +22,20 @@ def too_vague(name: str, interval: Interval) -> str | None:
 def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> str | None:
     """Return why an interval is not usable, or None if it is.
 
-    An interval is not accepted if it is impossible, too wide, or no narrower than the interval of
-    the bench (4.2.1). An interval without a value in common with the bench's interval is accepted
-    even if it is the wider one, because the bench's value would not explain the log.
+    An interval is not usable if it is impossible, too wide, or no narrower than the interval of the
+    bench (4.2.1). An interval that does not overlap the bench's is usable even if it is wider,
+    because the bench's value would not explain the log.
 
-    Viscous and Coulomb friction may be 0, so that the ratio of their ends says nothing about an
-    interval that is narrower than the bench's; only its part above 0 is compared. The ratio counts
-    if the bench cannot judge: if its interval is disjoint and narrower, or if it has a value alone.
+    Viscous and Coulomb friction may be 0. Of an interval that is narrower than the bench's, only
+    the part above 0 is compared, and the ratio of the ends has no limit. The ratio is limited if
+    the bench's interval is disjoint and narrower, or if the bench has a value without an interval.
     """
     shown = f"[{interval.low:.4g}, {interval.high:.4g}]"
     if not interval.half_width < float("inf"):
         return "the motion does not repeat often enough to compute its uncertainty"
     if name in NEVER_NEGATIVE and interval.value < 0.0:
         hint = (
-            "; do position and drive have the same positive direction (encoder.direction)?"
+            "; check that position and drive have the same positive direction (encoder.direction)"
             if interval.high < 0.0
             else ""
         )
@@ -72,9 +72,9 @@ def _factor(interval: Interval) -> str:
 
 
 def without_negative(name: str, interval: Interval, known: Quantity | None) -> Interval:
-    """Return a friction of 0 for a slightly negative one that contradicts the bench.
+    """Return the interval with its negative friction raised to 0, if it contradicts the bench.
 
-    The interval has to hold 0; any other interval is returned unchanged.
+    An interval that does not contain 0 is returned unchanged.
     """
     nearly_none = (
         name in NEVER_NEGATIVE
@@ -96,11 +96,10 @@ def contradicts(interval: Interval, known: Quantity | None) -> bool:
 
 
 def below_coulomb(breakaway: Interval, coulomb: Interval) -> str | None:
-    """Return why a breakaway below this Coulomb friction is impossible; None if it is not below."""
+    """Return why a breakaway below Coulomb friction is impossible; None if it is not below."""
     if breakaway.high >= coulomb.low:
         return None
     return (
-        f"the log's interval [{breakaway.low:.4g}, {breakaway.high:.4g}] lies below Coulomb "
-        f"friction, [{coulomb.low:.4g}, "
-        f"{coulomb.high:.4g}], and friction at rest is no smaller than in slip"
+        f"the log's interval [{breakaway.low:.4g}, {breakaway.high:.4g}] is below Coulomb "
+        f"friction [{coulomb.low:.4g}, {coulomb.high:.4g}]; allowed: not below friction in slip"
     )

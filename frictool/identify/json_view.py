@@ -17,7 +17,7 @@ from frictool.identify.model_document import unit_of
 
 
 def as_view(result: Identification, bench: Bench, model: Model | None = None) -> dict[str, Any]:
-    """Return the identification as a mapping of built-in types, for JSON."""
+    """Return the identification as a mapping of built-in types that JSON can represent."""
     fit, ramp = result.fit, result.ramp
     return {
         "method": result.method,

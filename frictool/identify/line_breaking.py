@@ -1,4 +1,4 @@
-"""Join lines of text, with long lines broken between words."""
+"""Joining of lines of text; long lines are broken between words."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ INDENT = 4  # characters, extra indent of continuation lines
 
 
 def bounded(lines: Iterable[str]) -> str:
-    """Join lines; break each line that is longer than LONGEST between two words."""
+    """Join lines, and break lines longer than LONGEST between words."""
     broken = list[str]()
     for line in lines:
         if len(line) <= LONGEST:

@@ -1,7 +1,7 @@
 """Warnings about logs that disagree about a parameter.
 
-The interval of all logs together is then much wider than that of one log, and the common model fits
-none of them.
+The interval from all logs together is then much wider than that from one log, and the common model
+fits no log well.
 """
 
 from __future__ import annotations
@@ -25,13 +25,12 @@ MOST_LOGS = 20  # largest number of logs compared; the first ones are used
 def pooling_warnings(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings, fit: SlidingFit
 ) -> list[str]:
-    """Return a warning for each parameter with a much wider interval than from a single log.
+    """Return a warning for each parameter whose interval is much wider than from one log.
 
-    The interval from all logs must be more than WIDER times as wide.
-
-    `fit` is the fit of all logs, without parameters fixed at values of the bench. Each log alone is
-    fitted with the same method and structure. For output error, least squares are used for both
-    sides, since output error needs a search for each log.
+    The interval from all logs must be more than WIDER times as wide. `fit` is the fit of all logs
+    without fixed parameters. Each single log is fitted with the same method and terms. In place of
+    output error, least squares are used for all fits, since output error needs a search for each
+    log.
     """
     if len(records) < 2:
         return []
@@ -72,7 +71,7 @@ def pooling_warnings(
             reason = "because the logs disagree" if apart else OTHERS_DIFFER
             out.append(
                 f"{name}: the interval from all logs is {ratio:.3g} times as wide as that of "
-                f"{best} alone, {reason} ({values}); identify them one by one (--each log), or "
-                "leave out the log of another state of the machine"
+                f"{best} alone, {reason} ({values}); use --each log, or leave out logs of "
+                "another state of the machine"
             )
     return out

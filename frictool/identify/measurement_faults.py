@@ -1,15 +1,15 @@
-"""Refuse records whose logged effort or position differs from that of the axis.
+"""Detection of records whose logged effort or position differs from that of the axis.
 
-- saturated effort: flat tops below the actuator's limit, since the sensor saturates first; if
-  noise hides the flat tops, an effort that stays at a level although the motion needs more
+- saturated effort: flat tops below the actuator's limit, because the sensor saturates first. If
+  noise hides the flat tops, the effort stays at a level although the motion needs more.
 - clipped encoder: the position stops at its extreme within a sample, although the effort is too
   small to brake the axis that fast
 - commanded effort: the effort follows from the motion alone, without friction. It was computed from
   the encoder, by a controller with the drive off or by a model, and not measured.
 - effort by position: a gravity compensation commands the effort, and another force moves the axis
 
-The third fault is detected after a fit: the residual is tiny, and the fitted friction is almost
-zero. The last one is looked for only if a fit gives neither inertia nor friction.
+A commanded effort is detected after a fit: the residual is tiny, and the fitted friction is almost
+zero. An effort by position is tested only if a fit gives neither inertia nor friction.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ FEWEST_SAMPLES = 100  # in each direction
 
 
 def refuse_unmeasured(records: list[MotionRecord], bench: Bench) -> None:
-    """Raise UnusableLogs if the effort of a record is saturated, or its encoder clipped."""
+    """Raise UnusableLogs if the effort of a record is saturated, or its encoder is clipped."""
     for record in records:
         _refuse_saturated(record, bench)
         _refuse_hidden_saturation(record, bench)
@@ -136,10 +136,10 @@ def _commanded_by_position(record: MotionRecord) -> str | None:
     if left > LEFT_BY_POSITION * varies or abs(value[-1]) > NO_FRICTION * np.sqrt(varies):
         return None
     return (
-        f"{Path(record.name).name}: the position alone gives all but "
-        f"{100.0 * np.sqrt(left / varies):.2g} % of the effort, in both directions of motion: the "
-        "effort was commanded by the position (gravity compensation), and another force moves the "
-        "axis; log a motion that the drive causes"
+        f"{Path(record.name).name}: the position alone explains all but "
+        f"{100.0 * np.sqrt(left / varies):.2g} % of the effort, in both directions: the effort is "
+        "a gravity compensation, and another force moves the axis; log a motion that the drive "
+        "causes"
     )
 
 

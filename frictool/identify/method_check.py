@@ -1,9 +1,9 @@
-"""Warn if the requested method predicts much worse than least squares.
+"""Warning if the requested method predicts much worse than least squares.
 
 Both methods are fitted to each half of the logs and predict the other half (`method_comparison`).
-The simulated position and the force error are compared. If the logs are too short for halves, or a
-half does not suit the method, the comparison uses the logs that were fitted. Parameters that are
-fixed in the model are fixed for both methods.
+The simulated position and the force error are compared. If the logs are too short for halves, or
+the method refuses a half, the logs of the fit are compared. Parameters that are fixed in the model
+are fixed for both methods.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def method_warnings(
 ) -> list[str]:
     """Return a warning if least squares predict the logs much better than the method of the fit.
 
-    `rows` are the slipping samples of the logs (`motion_rows`).
+    `rows`: slipping samples of the logs (`motion_rows`).
     """
     row = METHODS[fit.method or REFERENCE]
     if (
@@ -77,7 +77,7 @@ def method_warnings(
     ):
         unit = si_unit("position", bench.axis)
         lines += [
-            f"the simulated position is off by {requested.position:.3g} {unit} (rms), instead of "
+            f"the rms error of the simulated position is {requested.position:.3g} {unit}, not "
             f"{reference.position:.3g} {unit}"
         ]
     return _warning(fit, how, lines)
@@ -130,9 +130,7 @@ def _scores(
     sides = halves(records)
     choices: list[tuple[Sides, Rows, str]] = [((records, records), [rows, rows], "the logs")]
     if sides is not None:
-        choices.insert(
-            0, (sides, [motion_rows(side, bench) for side in sides], "strokes that were not seen")
-        )
+        choices.insert(0, (sides, [motion_rows(side, bench) for side in sides], "unseen strokes"))
     for compared, rows_of, how in choices:
         scores = regression_scores(
             compared, rows_of, ComparedData(records, bench, fixed_settings, fits)

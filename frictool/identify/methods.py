@@ -1,4 +1,4 @@
-"""Identification methods by name, with the data that each one suits.
+"""Table of the identification methods, with the data that each method suits.
 
 A method's module is imported only when the method runs, so that `--help` stays fast.
 """
@@ -31,12 +31,12 @@ class IdentificationMethod:
     - reads: names of the OPTIONS that it reads
     - velocity: True if the method works with a measured velocity and no position
     - load: True if it fits the load terms of the bench
-    - known_inertia: True if it takes the inertia from the bench and does not estimate it
+    - known_inertia: True if it uses the inertia of the bench and does not estimate it
     - whole_curve: True if it fits a curve over speed without the inertia. The parameters of the
-      curve are identified or refused together, and never fixed; no comparison with REFERENCE
-    - differentiates: True if it takes plain differences, which need a fine encoder and no gaps
-    - known_terms: name of the function that fits load terms that were chosen before, or None. The
-      method itself chooses them by simulations, a search that is not repeated for warnings
+      curve are identified or refused together, never fixed, and not compared with REFERENCE
+    - differentiates: True if it uses plain differences, which need a fine encoder and no gaps
+    - known_terms: name of the function that fits load terms that are already known, or None. It is
+      used for warnings in place of the method, which would search the terms again
     """
 
     name: str
@@ -62,9 +62,9 @@ class IdentificationMethod:
         settings: IdentificationSettings,
         terms: tuple[str, ...],
     ) -> SlidingFit:
-        """Return the fit with these load terms.
+        """Return the fit with the load terms `terms`.
 
-        Raises UnusableLogs if this identification method cannot use the records.
+        Raises UnusableLogs if the method cannot use the records.
         """
         if self.known_terms is not None:
             return self._function(self.known_terms)(records, bench, settings, terms)
@@ -82,25 +82,25 @@ class IdentificationMethod:
 _ROWS = (
     IdentificationMethod(
         "auto",
-        "least squares, the power balance, sines or output error: chosen from encoder and motion, "
+        "least squares, power balance, sines or output error: chosen from encoder and motion, "
         "with the reason",
-        "any log; drops a term that does not help to predict strokes that the fit has not seen",
+        "any log; drops terms that do not improve the prediction of unseen strokes",
         ("window",),
         velocity=True,
         load=True,
     ),
     IdentificationMethod(
         "least-squares",
-        "least squares: zero-phase Savitzky-Golay, only samples certain to slip, QR",
-        "any encoder, sticks and backlash; refuses the inertia that quantisation hides",
+        "least squares on zero-phase smoothed signals, of samples that certainly slip",
+        "any encoder, stick and backlash; refuses an inertia that quantisation hides",
         ("window",),
         velocity=True,
         load=True,
     ),
     IdentificationMethod(
         "power-balance",
-        "the power balance: the same, weighted by velocity; with --time-constant on "
-        "filtered differences, all samples",
+        "power balance: least squares weighted by velocity; with --time-constant on filtered "
+        "differences of all samples",
         "friction that falls over speed beyond the slowest samples (Stribeck)",
         ("window", "time_constant"),
         velocity=True,
@@ -108,15 +108,15 @@ _ROWS = (
     ),
     IdentificationMethod(
         "weighted",
-        "the same, weighted by the inverse variance of the measurement errors, found over speed",
-        "an encoder or a friction that is worse at some speeds than at others",
+        "least squares weighted by the inverse variance of the errors, estimated over speed",
+        "errors of the encoder or of the friction model that depend on speed",
         ("window",),
         velocity=True,
         load=True,
     ),
     IdentificationMethod(
         "conditioned",
-        "the power balance scaled by sqrt(2)/V, with the condition number before and after",
+        "power balance scaled by sqrt(2)/V, with the condition number before and after",
         "very high or low speeds in SI units",
         ("window",),
         velocity=True,
@@ -124,77 +124,78 @@ _ROWS = (
     ),
     IdentificationMethod(
         "weak",
-        "the weak (integral) form: windows of (1 - s^2)^3, nothing differentiated",
-        "a coarse encoder; closest to the best possible precision of the inertia",
+        "weak (integral) form: windows of (1 - s^2)^3, without derivatives of signals",
+        "a coarse encoder; precision of the inertia close to the Cramér-Rao bound",
         ("window",),
     ),
     IdentificationMethod(
         "instrumental",
         "instrumental variables from the logged reference",
-        "a noisy position and a reference that the axis followed",
+        "a noisy position, and a logged reference that the axis followed",
         ("window",),
     ),
     IdentificationMethod(
         "total-least-squares",
-        "total least squares: the encoder's noise in the regressors is accounted for",
+        "total least squares, which includes the encoder's noise in the regressors",
         "short windows, an encoder much noisier than the effort",
         ("window",),
     ),
     IdentificationMethod(
         "recursive",
-        "recursive least squares in square-root form: the last of the log counts most",
+        "recursive least squares in square-root form, with the largest weights at the end of the "
+        "log",
         "parameters that drift along the log (warming up, wear)",
         ("window", "forgetting"),
         velocity=True,
     ),
     IdentificationMethod(
         "ordinary",
-        "plain least squares on differences, every sample alike",
+        "plain least squares on differences, with equal weights of all samples",
         "comparison with published values",
         ("time_constant",),
     ),
     IdentificationMethod(
         "threshold",
-        "least squares on differences, only samples faster than a threshold",
+        "least squares on differences of samples faster than a threshold",
         "comparison; a fine encoder and a known Stribeck velocity",
         ("time_constant", "threshold"),
     ),
     IdentificationMethod(
         "sines",
-        "sines: mean effort over mean speed of each stroke's middle; finds the "
-        "knees of friction over speed",
-        "any encoder, strokes at several speeds; friction only, the inertia is the bench's",
+        "sines: mean effort over mean speed in the middle of each stroke, with knees of friction "
+        "over speed",
+        "any encoder, strokes at several speeds; friction only, with the bench's inertia",
         velocity=True,
         known_inertia=True,
     ),
     IdentificationMethod(
         "output-error",
-        "simulation error: the simulated axis, driven by the measured effort, follows the "
-        "measured position; load terms by held-out halves",
-        "a model that has to simulate; several strokes, and an effort that was measured",
+        "output error: fit of the position simulated with the measured effort; load terms by "
+        "the prediction of unseen strokes",
+        "a model for simulation; several strokes with a measured effort",
         load=True,
         known_terms="simulation_error",
     ),
     IdentificationMethod(
         "stribeck-curve",
-        "the Stribeck curve: mean effort over runs at constant speeds",
-        "runs at constant speeds, slow ones too; gives the breakaway and the Stribeck velocity "
-        "where friction falls with speed",
+        "Stribeck curve: mean effort of runs at constant speeds",
+        "runs at constant speeds, including slow ones; also gives breakaway and Stribeck velocity "
+        "if friction falls with speed",
         whole_curve=True,
     ),
     IdentificationMethod(
         "friction-force",
-        "the friction force of a known inertia, causal filter, and its curve over speed, as "
+        "friction force with a known inertia and a causal filter, and its curve over speed, as "
         "published for a rack-and-pinion stage",
-        "one stroke, one direction, an inertia that was weighed; to compare with published values",
+        "one stroke in one direction, a measured inertia; to compare with published values",
         ("cutoff_hz", "filter_order"),
         velocity=True,
         whole_curve=True,
     ),
     IdentificationMethod(
         "inverse-dynamic",
-        "the published EMPS pipeline: Butterworth, central differences, decimation, ordinary "
-        "least squares",
+        "published EMPS pipeline: Butterworth, central differences, decimation, ordinary least "
+        "squares",
         "a fine encoder, no backlash, long strokes; to compare with published values",
         ("cutoff_hz", "filter_order", "padding", "skip", "decimate"),
         differentiates=True,
@@ -228,7 +229,7 @@ class MethodOption:
 
     @property
     def readers(self) -> str:
-        """Return the names of the methods that read it."""
+        """Return the names of the methods that read the option."""
         return ", ".join(name for name, row in METHODS.items() if self.name in row.reads)
 
 
@@ -283,7 +284,7 @@ class PublishedFilters:
 
 @dataclass(frozen=True)
 class IdentificationSettings:
-    """Options of the identification methods; None selects the method's own choice.
+    """Options of the identification methods; None selects the default of the method.
 
     - confidence: confidence of the intervals, 0 to 1
     - window: smoothing window, samples, odd
@@ -291,8 +292,8 @@ class IdentificationSettings:
     - threshold: least speed of a sample in (4.18), rad/s | m/s
     - forgetting: weight of a squared residual one stroke back, in ]0, 1]
     - pipeline: filters of inverse-dynamic and friction-force
-    - fixed: sliding parameters held at the interval of the bench (name -> interval) in a second
-      fit, since the first one did not identify them
+    - fixed: name -> interval of sliding parameters that a second fit fixes at the bench's interval,
+      because the first fit did not identify them
     """
 
     confidence: float = 0.95
@@ -305,7 +306,7 @@ class IdentificationSettings:
 
     @classmethod
     def of_options(cls, confidence: float, options: Mapping[str, Any]) -> IdentificationSettings:
-        """Return the settings with these values of OPTIONS; None selects the default."""
+        """Return the settings with the values of OPTIONS in `options`; None selects the default."""
         names = {one.name for one in fields(cls)}
         filters = {name: value for name, value in options.items() if name not in names}
         pipeline = PublishedFilters(**{n: one for n, one in filters.items() if one is not None})
@@ -324,10 +325,10 @@ class IdentificationRequest:
     settings : IdentificationSettings
         Confidence and options of the method.
     measurement : bool
-        Also estimate properties of the bench: backlash, delay, lag of the current loop.
+        True to estimate also backlash, delay and current-loop lag of the bench.
     keep_bench_values : bool
-        If the logs give neither inertia nor friction, return a model of the bench's values, marked
-        as such, instead of raising NothingIdentified.
+        True to return a model with the bench's values, marked as such, if the logs give neither
+        inertia nor friction. Otherwise NothingIdentified is raised.
     breakaway_table : RateTable or None
         Single breakaways over the rate of the ramp; they replace the breakaway of ramps.
     """
@@ -344,7 +345,7 @@ def run(
 ) -> SlidingFit:
     """Return the sliding parameters by a method of METHODS.
 
-    Raises UnusableLogs if the records do not give any.
+    Raises UnusableLogs if the records determine none.
     """
     _check(method, records, bench)
     return METHODS[method].estimate(records, bench, settings)

@@ -1,6 +1,6 @@
 """Model document of an identification.
 
-A parameter that no log gives carries the bench's interval, or else an assumption; its `source` says
+A parameter that is not identified has the bench's interval or an assumed one; its `source` states
 which.
 """
 
@@ -24,7 +24,7 @@ BREAKAWAY_RATIO, LARGEST_BREAKAWAY_RATIO = (1.1, 1.5)
 
 
 def model_of(result: Identification, bench: Bench, provenance: Provenance) -> Model:
-    """Return the model document of a result, with the bench copied verbatim."""
+    """Return the model document of a result; it contains the bench verbatim."""
     estimates = {name: _estimate(name, result, bench) for name in PARAMETERS if name != "breakaway"}
     estimates["breakaway"] = _breakaway(result, bench, estimates["coulomb"])
     estimates |= {

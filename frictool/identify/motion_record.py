@@ -1,13 +1,13 @@
 """Position and effort of one log on a uniform clock, the input of every method.
 
-If the drive has a lag (`loop_time_constant_s` > 0), the logged effort is a continuous quantity
-measured at the instant of its row. Without a lag, the effort of a row is held until the next row.
-The record states which case applies, since half a sample of misalignment between the readings
-causes an error of viscous T/2 in the inertia.
+If the drive has a lag (`loop_time_constant_s` > 0), the logged effort is a continuous quantity,
+measured at the time of its row. Without a lag, the effort of a row is held until the next row. The
+record states which case applies, because half a sample between position and effort causes an error
+of viscous T/2 in the inertia, with the period T.
 
-A log with a measured velocity and no position becomes a record too: its position is the trapezoidal
-integral of the velocity, starting at 0. Second differences of this position are differences of the
-velocity, so that methods without a term over the position work unchanged. The absolute position is
+If a log has a measured velocity and no position, the position of its record is the trapezoidal
+integral of the velocity from 0. Second differences of this position are differences of the
+velocity, so that methods without terms over position need no change. The absolute position is
 unknown, and velocity errors accumulate in it. Methods that depend on the position refuse such a
 record (`methods`).
 """
@@ -47,7 +47,7 @@ class MotionRecord:
     - period: sample period, s
     - resolution: one encoder count, rad | m; for a measured velocity, one velocity count times the
       period
-    - lag: time constant of the drive, s; 0 if the effort of a sample is held until the next
+    - lag: time constant of the drive, s; 0 if an effort is held until the next sample
     - reference: reference of the bench's controller, (n,), rad | m, or None
     - velocity: measured velocity, (n,), rad/s | m/s; None if the position was measured
     """
@@ -65,12 +65,12 @@ class MotionRecord:
 
     @property
     def measured(self) -> Vector:
-        """Return the measured motion signal (n,), the position or else the velocity."""
+        """Return the measured motion signal (n,): the position or, without one, the velocity."""
         return self.position if self.velocity is None else self.velocity
 
     @property
     def count(self) -> float:
-        """Return one count of the measured motion signal, rad | m, or rad/s | m/s."""
+        """Return one count of `measured`, rad | m, or rad/s | m/s."""
         return self.resolution if self.velocity is None else self.resolution / self.period
 
     def part(self, kept: slice | IntVector) -> MotionRecord:
@@ -98,12 +98,12 @@ def make_record(
     Raises
     ------
     LogError
-        If the time does not increase, if fewer than 3 samples are finite, or if no period exists
-        (`ERRATIC`).
+        If the time does not increase, if fewer than 3 samples are finite, or if more than half of
+        the intervals differ from the median by more than ERRATIC.
 
     Notes
     -----
-    A record whose intervals jitter is put on a uniform grid of its median period (`_on_grid`).
+    A record with jittering intervals is interpolated to a uniform grid of its median period.
     """
     good = np.isfinite(time) & np.isfinite(position) & np.isfinite(effort)
     time, position, effort = time[good], position[good], effort[good]
@@ -208,7 +208,7 @@ def velocity_record(
     Raises
     ------
     LogError
-        As `make_record`, and if the velocity does not change.
+        As `make_record`, or if the velocity does not change.
     """
     good = np.isfinite(time) & np.isfinite(velocity) & np.isfinite(effort)
     time, velocity, effort = time[good], velocity[good], effort[good]
@@ -237,12 +237,12 @@ def velocity_count(velocity: Vector) -> float:
 def record_of(log: Log, bench: Bench) -> MotionRecord:
     """Return the record of a log's main stream.
 
-    The effort is taken from the channel `effort`, else it is the drive signal times the constant.
+    The effort is the channel `effort` or, without one, the drive signal times the constant.
 
     Raises
     ------
     LogError
-        If both position and velocity are missing, or both drive and effort.
+        If position and velocity are both missing, or drive and effort are both missing.
     """
     stream = log.main
     lag = bench.actuator.loop_time_constant_s

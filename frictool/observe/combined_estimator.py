@@ -1,10 +1,10 @@
-"""All estimates along a log, sample by sample: velocity, friction and wear, each with an interval.
+"""Estimates of velocity, friction and wear along a log, each with an interval at every sample.
 
     MotionBlock ──wear/──▶ WearEstimate after each move ─┐
                 ──velocity.py──▶ velocity ───────────────┴─friction_tracker.py──▶ friction
 
-The estimates at a sample use no later sample. Wear changes when a move has ended; before the first
-move it is the prior.
+The estimates at a sample use no later sample. The wear changes only at the end of a move; before
+the end of the first move it is the prior.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class WearEstimation(Protocol):
 
     @property
     def estimate(self) -> WearEstimate:
-        """Present estimate of the wear."""
+        """Estimate of the wear after the samples so far."""
         ...
 
     def take(self, piece: MotionBlock) -> list[WearEstimate]:
@@ -44,7 +44,7 @@ class WearEstimation(Protocol):
         ...
 
     def finish(self) -> list[WearEstimate]:
-        """Return the estimates of moves that end with the log."""
+        """Return the estimate after the move that the end of the log cuts off, if any."""
         ...
 
 
@@ -52,11 +52,11 @@ class VelocityEstimation(Protocol):
     """Interface of a velocity estimator (velocity.py)."""
 
     def take(self, piece: MotionBlock) -> Matrix:
-        """Return value, low, high (3, n) [rad/s | m/s]."""
+        """Return the velocity's value, lower and upper bound (3, n) [rad/s | m/s]."""
         ...
 
     def figures(self) -> dict[str, Any]:
-        """Return the errors so far by name (SI); `velocity_rms` is one of them."""
+        """Return the velocity errors so far by name (SI), including `velocity_rms`."""
         ...
 
 
@@ -65,7 +65,7 @@ class EstimateBlock:
     """Estimates at the samples of a block.
 
     piece: samples of the log. velocity, friction, wear: (3, n), rows value, lower and upper bound.
-    second: output of the second observer; None without one.
+    second: output of a second observer, or None.
     """
 
     piece: MotionBlock
@@ -75,7 +75,7 @@ class EstimateBlock:
     second: ObserverOutput | None = None
 
     def samples(self) -> SampleBlock:
-        """Return the samples as in the log, with the columns FIELDS."""
+        """Return the samples of the log with the estimates, as columns FIELDS."""
         time = np.rint(self.piece.time * NS).astype(np.int64)
         return SampleBlock(time, (self.piece.position, *self.velocity, *self.friction, *self.wear))
 
@@ -101,7 +101,7 @@ def estimate_along(
 ) -> Iterator[EstimateBlock]:
     """Yield the estimates of friction, velocity and wear for each block of samples.
 
-    `second` is a second observer that runs along; its output is part of the estimates.
+    `second`: second observer, whose output is added to the estimates.
     """
     friction = FrictionTracker(model, confidence)
     for piece in pieces:

@@ -1,10 +1,9 @@
-"""Wear estimate of a unit at commissioning, and the ratio of a later one to it.
+"""Wear estimate of a unit at commissioning, and the ratio of a later estimate to it.
 
-Errors that both estimates share cancel in the ratio. Two such errors are a wrong actuator constant,
-which scales both estimates alike (wear/constant_error.py), and a friction that differs from the
-model's by a factor. Both estimates also share the error of the model's shape over position and
-speed (the floor of an interval). This error is kept in both intervals, so that the ratio's interval
-is rather too wide.
+Errors that both estimates share cancel in the ratio: a wrong actuator constant, which scales both
+alike (wear/constant_error.py), and a factor between the friction of the unit and of the model. Both
+estimates also share the error of the friction's shape over position and speed (FLOOR). It remains
+in both intervals, so that the ratio's interval is rather too wide.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from frictool.observe.interval_estimate import EstimateRange, WearEstimate
 
 @dataclass(frozen=True)
 class Commissioning:
-    """Wear of a unit at commissioning, and the name of the file that contains the wear."""
+    """Wear of a unit at commissioning, and the name of its file."""
 
     wear: EstimateRange
     source: str
@@ -34,25 +33,23 @@ def commissioning_of_estimate(estimate: WearEstimate, source: str) -> Commission
     if not estimate.moves or not estimate.wear.low > 0.0:
         raise InputFileError(
             source,
-            (
-                f"gives no wear for comparison: {estimate.moves} moves; a commissioning log "
-                "needs some"
-            ),
+            f"does not determine the wear in {estimate.moves} moves; allowed: more moves",
         )
     return Commissioning(estimate.wear, source)
 
 
 def read_commissioning(path: Path) -> Commissioning:
-    """Return the commissioning from the JSON of an `observe run`.
+    """Return the commissioning from the JSON output of `observe run`.
 
-    Raises InputFileError if the file cannot be read or is something else.
+    Raises InputFileError if the file cannot be read or has other contents.
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         wear = EstimateRange(*(float(content["wear"][key]) for key in ("value", "low", "high")))
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputFileError(
-            path, f"is no --json of `frictool observe run`: {type(error).__name__} {error}"
+            path,
+            f"is no --json output of `frictool observe run`: {type(error).__name__} {error}",
         ) from None
     if not 0.0 < wear.low <= wear.value <= wear.high:
         raise InputFileError(

@@ -1,7 +1,7 @@
 """Plot of wear, friction and velocity over time, each with its interval, as SVG.
 
-The signals are decimated to minima and maxima while the log is read (streamed_decimation.py). A log
-of hours needs no more memory than a short one and keeps its peaks.
+The signals are decimated to minima and maxima while the log is read (streamed_decimation.py).
+Memory does not grow with the length of the log, and peaks are kept.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def drawing(name: str) -> AbstractContextManager[None]:
 
 
 class EstimatePlot:
-    """Plot of the estimates of one log, filled block by block."""
+    """Plot of the estimates of one log, to which blocks are added one by one."""
 
     def __init__(self, axis: Axis) -> None:
         self._axis = axis
@@ -47,7 +47,7 @@ class EstimatePlot:
         self._trace.take(part.piece.time, np.concatenate([part.wear, part.friction, part.velocity]))
 
     def drawn(self, name: str, limit: float | None) -> str:
-        """Return the `<svg>` element.
+        """Return the plot as an `<svg>` element.
 
         name: name of the log, for the alternative text. limit: largest allowed wear.
         """

@@ -22,7 +22,10 @@ ESTIMATE = "estimate"  # metadata record with the final estimate, each value as 
 
 
 def write(one: LogObserver, parts: Iterator[EstimateBlock], stream: BinaryIO, notes: Notes) -> None:
-    """Write the estimates of a log; parts: its estimate blocks; notes: further metadata records."""
+    """Write the estimates of a log.
+
+    parts: blocks of estimates. notes: additional metadata records.
+    """
     first = next(parts)
     shift = max(0, -round(float(first.piece.time[0]) * NS))
     made = one.feed.made

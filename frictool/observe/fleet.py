@@ -29,7 +29,7 @@ WORTH_SHARING = 50_000_000
 
 @dataclass(frozen=True)
 class FleetResult:
-    """Outcome of one log, or the reason why there is none."""
+    """Outcome of one log, or the reason why the log has no outcome."""
 
     member: FleetLog
     origin: LogOrigin
@@ -38,7 +38,7 @@ class FleetResult:
 
     @property
     def lost(self) -> bool:
-        """True if the log could not be read, or not as a whole."""
+        """True if all or part of the log could not be read."""
         return self.outcome is None or bool(self.outcome.losses)
 
 
@@ -54,8 +54,8 @@ def observe_logs(
 ) -> list[FleetResult]:
     """Return the result of each log, in the order of `fleet`.
 
-    cores, cluster: as in `workers/job_sharing.py`; small fleets are observed in this process. tick:
-    function called with the completed fraction (0 to 1).
+    cores, cluster: number of processes, or address of a Dask cluster (`workers/job_sharing.py`). A
+    small fleet needs neither. tick: function called with the completed fraction (0 to 1).
     """
     few = (
         sum(member.path.stat().st_size for member in fleet if member.path.is_file()) < WORTH_SHARING
@@ -73,7 +73,7 @@ def observe_logs(
 
 @dataclass(frozen=True)
 class ObserveJob:
-    """Picklable function that observes one log and keeps no samples."""
+    """Picklable function that observes one log and returns no samples."""
 
     model: Model
     settings: ObservationSettings
@@ -102,7 +102,7 @@ class ObserveJob:
             )
 
     def lost(self, member: FleetLog, reason: str) -> FleetResult:
-        """Return the result of a log that gave no outcome."""
+        """Return the result of a log without an outcome, with the reason."""
         return FleetResult(
             member, origin_by_name(member.name, self.settings.patterns), None, reason
         )

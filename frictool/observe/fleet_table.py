@@ -42,8 +42,8 @@ SEEN_LAST = ("kind", "moves", "velocity_rms", "duration_s", "reason")
 class FleetRow:
     """Result for one log.
 
-    ratio: wear relative to that of the unit at commissioning. reason: reason of the verdict, or of
-    a missing result. first: True if the other logs of the unit are compared with this one.
+    ratio: wear relative to the wear of the unit at commissioning. reason: reason for the verdict,
+    or for a missing result. first: True if the other logs of the unit are compared with this log.
     """
 
     file: str
@@ -57,11 +57,11 @@ class FleetRow:
 
     @property
     def alarm(self) -> bool | None:
-        """True above the limit; None if undecided, or without a limit or a result."""
+        """True if the wear is above the limit; None if undecided or without a result."""
         return None if self.verdict is None else self.verdict.exceeded
 
     def cells(self) -> dict[str, Any]:
-        """Return the value of each column; None if it has none."""
+        """Return column -> value; None for an empty cell."""
         out = self.outcome
         estimate = None if out is None else out.estimate
         return {
@@ -79,7 +79,7 @@ class FleetRow:
         }
 
     def as_json(self) -> dict[str, Any]:
-        """Return the JSON object of `observe run` for this log, with the fields of the row."""
+        """Return the JSON object of `observe run` for this log, extended by the row's fields."""
         outcome = {} if self.outcome is None else self.outcome.as_json()
         ratio = {} if self.ratio is None else {"ratio": self.ratio.as_json()}
         limit = None if self.verdict is None else self.verdict.limit
@@ -110,8 +110,9 @@ def rows(
 ) -> list[FleetRow]:
     """Return one row per log, sorted by unit, date and file.
 
-    limit: largest allowed ratio to commissioning, or wear if the ratio is unknown. commissioning:
-    wear at commissioning, for all units; None: from the first log of each unit with an estimate.
+    limit: largest allowed ratio to commissioning, or largest allowed wear if the ratio is unknown.
+    commissioning: wear at commissioning of all units; None: from the first log of each unit that
+    has an estimate.
     """
     first = {} if commissioning is not None else _first_logs(fleet)
     made = [_row(one, limit, commissioning, first) for one in fleet]
@@ -164,7 +165,7 @@ def _row(
 
 
 def counts(table: Sequence[FleetRow]) -> dict[str, int]:
-    """Return the numbers of logs above the limit, undecided, unreadable, and with data lost."""
+    """Return four numbers of logs: above the limit, undecided, unreadable, with data lost."""
     return {
         "above_limit": sum(bool(row.alarm) for row in table),
         "undecided": sum(row.verdict is not None and row.verdict.exceeded is None for row in table),
@@ -193,7 +194,7 @@ def headline(table: Sequence[FleetRow], limit: float | None) -> str:
 
 
 def text_table(table: Sequence[FleetRow]) -> TextTable:
-    """Return the table as texts; columns without a value are left out."""
+    """Return the table as text cells; empty columns are left out."""
     cells = [{name: _short(value) for name, value in _joined(row).items()} for row in table]
     ordered = [*(name for name in COLUMNS if name not in SEEN_LAST), *SEEN_LAST]
     names = [name for name in ordered if any(one.get(name) for one in cells)]

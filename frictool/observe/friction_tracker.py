@@ -41,7 +41,7 @@ WIDTH, LOOSE = 0.2, 0.4
 
 
 class FrictionTracker:
-    """Friction estimator that takes a log block by block; `confidence` is that of the intervals."""
+    """Estimator of friction along a log, block by block; intervals have the given `confidence`."""
 
     def __init__(self, model: Model, confidence: float = 0.95) -> None:
         self._axes = np.stack(
@@ -61,10 +61,11 @@ class FrictionTracker:
     def take(
         self, piece: MotionBlock, velocity: Matrix, known: Sequence[tuple[int, WearEstimate]]
     ) -> Matrix:
-        """Return friction (3, n): value, low, high [N m | N], positive against positive motion.
+        """Return the friction's value, lower and upper bound (3, n) [N m | N].
 
-        velocity: value, low, high (3, n) [rad/s | m/s]. known: pairs (first sample, wear estimate
-        from there on); the first pair starts at sample 0.
+        A positive friction opposes positive motion. velocity: value, lower and upper bound (3, n)
+        [rad/s | m/s]. known: pairs (first sample, wear estimate from this sample on); the first
+        pair has sample 0.
         """
         if not piece.follows:
             self._state[KNOWN], self._state[GAPS:] = 0.0, 0.0
@@ -163,10 +164,10 @@ def _with_viscous(model: Model, end: int) -> Model:
 def estimate_starts(
     piece: MotionBlock, before: WearEstimate, estimates: Sequence[WearEstimate]
 ) -> list[tuple[int, WearEstimate]]:
-    """Return pairs (first sample of the block, estimate from there on).
+    """Return pairs (index of a sample in the block, wear estimate from this sample on).
 
-    An estimate starts one sample after the last that it uses. If several start at one sample, the
-    last counts.
+    An estimate holds from the sample after the last that it uses. If several estimates start at the
+    same sample, the last of them is used.
     """
     starts = [0, *(int(np.searchsorted(piece.time, one.time, side="right")) for one in estimates)]
     pairs = [

@@ -10,7 +10,7 @@ Kind = Literal["none", "multiplicative", "additive", "directional", "zones"]
 
 @dataclass(frozen=True)
 class EstimateRange:
-    """Estimated value with the interval that holds the true one at the requested confidence."""
+    """Estimated value, and interval that contains the true value with the requested confidence."""
 
     value: float
     low: float
@@ -46,17 +46,16 @@ class WearZone:
 
 @dataclass(frozen=True)
 class WearEstimate:
-    """State of knowledge about wear after some moves.
+    """Estimate of the wear after some moves.
 
-    time: time [s] of the last sample in the estimate. moves: number of moves in it. wear: dry
-    friction relative to the model's (1: no wear), over all directions and zones. kind: kind of wear
-    that the data show; `none` if they show none. forward, backward: wear of each direction. added:
-    growth of the friction [N m | N], for kind additive. zones: for kind zones.
+    time: time [s] of the last sample used. moves: number of moves used. wear: mean over directions
+    and zones of the dry friction relative to the model's (1: no wear). kind: kind of wear in the
+    data, or `none`. forward, backward: wear of each direction. added: increase of the friction [N m
+    | N], for kind additive. zones: for kind zones.
 
-    scale: factor that a wrong actuator constant puts on all wears alike, from the bench's range of
-    that constant. No interval here includes it, and a ratio to commissioning is free of it. others:
-    further parameters from the same moves, relative to the model's (inertia, viscous, ...).
-    warnings: as text.
+    scale: common factor of all wears due to the error of the actuator constant, from the bench's
+    range. The intervals do not include it, and it cancels in a ratio to commissioning. others:
+    other parameters relative to the model's (inertia, viscous, ...). warnings: lines of text.
     """
 
     time: float

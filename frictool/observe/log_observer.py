@@ -60,7 +60,7 @@ def estimated_velocity(model: Model, confidence: float) -> VelocityEstimation:
 
 @dataclass(frozen=True)
 class EstimatorFactories:
-    """Functions that make the estimators for a model and a confidence."""
+    """Functions that make the wear and velocity estimators from a model and a confidence."""
 
     wear: Callable[[Model, float], WearEstimation] = estimated_wear
     velocity: Callable[[Model, float], VelocityEstimation] = estimated_velocity
@@ -83,11 +83,11 @@ class LogObserver:
     ) -> None:
         """Open the log and set up the estimators.
 
-        observer: path and document of a second observer. A tracking observer replaces the velocity
-        estimator instead.
+        observer: path and document of a second observer. If it is a tracking observer, it replaces
+        the velocity estimator.
 
-        Raises LogError as `open_stream` does, DocumentError if the observer is for another axis or
-        period, FrictoolError if the model has no dry friction.
+        Raises LogError as `open_stream` does, DocumentError if the observer has another kind of
+        axis or another period, and FrictoolError if the model has no dry friction.
         """
         self.name = name or LogName(path.name)
         self.settings = settings
@@ -128,7 +128,7 @@ class LogObserver:
         if self.wear.estimate.moves:
             return []
         if self.feed.gaps * OFTEN > self.feed.samples:
-            grid = f"put it on a grid first: `frictool ingest --resample {self.feed.period:.6g}`"
+            grid = f"resample it first: `frictool ingest --resample {self.feed.period:.6g}`"
             return [
                 f"no move determines the wear: the log's clock breaks {self.feed.gaps} times, "
                 f"and a move must not contain a break; {grid}"
@@ -148,7 +148,7 @@ class LogObserver:
         )
 
     def wear_alone(self) -> WearEstimate:
-        """Return the final wear estimate; call this instead of iterating `parts`."""
+        """Return the final wear estimate; call this method instead of iterating `parts`."""
         for piece in self.feed.pieces():
             self.wear.take(piece)
         self.wear.finish()
@@ -160,7 +160,7 @@ class LogObserver:
         return self.feed.made.progress
 
     def outcome(self) -> ObservationOutcome:
-        """Return the outcome; complete when `parts` has ended."""
+        """Return the outcome; call this after `parts` has ended."""
         log = self.feed
         made = self.feed.made
         origin = origin_of(

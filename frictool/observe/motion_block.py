@@ -2,9 +2,9 @@
 
     log ──sample_stream.py──▶ MotionBlock, MotionBlock, ... ──▶ velocity, wear
 
-The log is never held in memory: an hour is many blocks. After a gap or a jump of the clock a block
-has `follows` False. Estimators then forget the axis's position and motion, and keep what they have
-learned.
+A log is processed block by block and is never held in memory. The block after a gap or a jump of
+the clock has `follows` False. Estimators then forget the position and the motion of the axis, and
+keep the parameters that they have estimated.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ class MotionBlock:
 
     time [s], position [rad | m], effort [N m | N]: (n,), finite. The effort is the drive times its
     constant. follows: True if the first sample is one period after the previous block's last.
-    velocity: (n,) [rad/s | m/s] from a simulation or a sensor, if the log has it; it is used for
-    comparison only.
+    velocity: (n,) [rad/s | m/s] from a simulation or a sensor, for comparison only; None if the log
+    has no velocity.
     """
 
     time: Vector

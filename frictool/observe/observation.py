@@ -1,4 +1,4 @@
-"""Observation of one log in one call, with inputs and results in memory."""
+"""Observation of one log in one call, without files."""
 
 from __future__ import annotations
 
@@ -57,11 +57,11 @@ def observe(
     commissioning : Commissioning, optional
         wear of the unit at commissioning
     observer : Observer, optional
-        second observer; a tracking one replaces the velocity estimator
+        second observer; a tracking observer replaces the velocity estimator
     settings : ObservationSettings, optional
-        window, stream and confidence of the intervals
+        time window, stream, and confidence of the intervals
     provenance : Provenance, optional
-        origin to be written into the estimates; None: this call
+        origin to be written into the estimates; None: the name of this function
 
     Returns
     -------
@@ -71,9 +71,9 @@ def observe(
     Raises
     ------
     LogError
-        the log cannot be read, or is not of the model's bench
+        the log cannot be read, or does not fit the model's bench
     DocumentError
-        the observer is for another axis or period
+        the observer has another kind of axis or another period
     FrictoolError
         the model has no dry friction
     """

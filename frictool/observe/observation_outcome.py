@@ -17,11 +17,11 @@ from frictool.observe.wear_limit import WearVerdict, judge
 from frictool.presentation.sections import TextTable
 
 KINDS = {
-    "none": "none that the log shows",
+    "none": "no wear visible in the log",
     "multiplicative": "all dry friction by one factor",
     "additive": "one effort added to the dry friction",
-    "directional": "another factor in either direction",
-    "zones": "another factor in each zone of the travel",
+    "directional": "a factor for each direction",
+    "zones": "a factor for each zone of the travel",
 }
 
 
@@ -30,8 +30,9 @@ class ObservationOutcome:
     """Outcome of observing one log.
 
     duration: length of the log [s]. period: sample period [s]. figures: velocity errors by name,
-    SI. ratio: wear relative to the wear at commissioning, which is read from the file `reference`.
-    observer: results of the second observer. doubts: reasons why the log may not be of this rig.
+    SI. ratio: wear relative to the wear at commissioning. reference: file with the wear at
+    commissioning. observer: results of the second observer. doubts: reasons why the log may be of
+    another rig.
     """
 
     source: str
@@ -55,7 +56,7 @@ class ObservationOutcome:
 
     @property
     def warnings(self) -> list[str]:
-        """All warnings, as text."""
+        """All warnings, each one line of text."""
         return [*self.remarks, *self.doubts, *self.estimate.warnings]
 
     def as_json(self) -> dict[str, Any]:
@@ -108,7 +109,7 @@ def with_verdict(
 
 
 def heading(outcome: ObservationOutcome) -> str:
-    """Return a line with file, samples, duration and moves."""
+    """Return a line with the file name, the duration and the numbers of samples and moves."""
     moves = outcome.estimate.moves
     return (
         f"{Path(outcome.source).name}: {outcome.samples} samples, {outcome.duration:.6g} s, "
@@ -117,7 +118,7 @@ def heading(outcome: ObservationOutcome) -> str:
 
 
 def lines(outcome: ObservationOutcome, model: Model) -> list[str]:
-    """Return the outcome as lines of text, the verdict last."""
+    """Return the outcome as lines of text; the last line is the verdict."""
     return [
         heading(outcome),
         *facts(outcome, model).lines(),
@@ -126,7 +127,7 @@ def lines(outcome: ObservationOutcome, model: Model) -> list[str]:
 
 
 def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
-    """Return the text of each result in the outcome, by name."""
+    """Return name -> text for each result of the outcome."""
     estimate = outcome.estimate
     effort = si_unit("effort", model.axis)
     position = si_unit("position", model.axis)
@@ -154,12 +155,12 @@ def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
         shown.append(
             (
                 "scale",
-                f"{_range(estimate.scale)}   (uncertainty of the actuator's constant; it does not "
-                "affect a ratio)",
+                f"{_range(estimate.scale)}   (uncertainty of the actuator's constant; it cancels "
+                "in a ratio)",
             )
         )
     shown += [
-        (name.replace("_", " "), f"{_range(one)}   (over the model's)")
+        (name.replace("_", " "), f"{_range(one)}   (relative to the model's)")
         for name, one in estimate.others.items()
     ]
     shown += [("velocity", text) for text in _velocity(outcome, si_unit("velocity", model.axis))]
@@ -192,8 +193,8 @@ def _velocity(outcome: ObservationOutcome, unit: str) -> list[str]:
     zero_phase = "the zero-phase velocity" + (f" of {cutoff:.3g} Hz" if cutoff is not None else "")
     for ending, reference in (
         ("", zero_phase),
-        ("_true", "the true one"),
-        ("_measured", "the measured one"),
+        ("_true", "the true velocity"),
+        ("_measured", "the measured velocity"),
     ):
         rms, other, at = (
             figures.get(f"{name}{ending}")
@@ -203,7 +204,7 @@ def _velocity(outcome: ObservationOutcome, unit: str) -> list[str]:
             against = (
                 ""
                 if other is None
-                else "; best low-pass filter of the difference"
+                else "; best low-pass of the difference quotient"
                 f"{f', {at:.3g} Hz' if at is not None else ''}: {other:.4g} {unit}"
             )
             shown.append(f"{rms:.4g} {unit} rms from {reference}{against}")

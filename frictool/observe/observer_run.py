@@ -1,7 +1,7 @@
-"""Run of an observer along a log, block by block, from position and effort to estimates.
+"""Run of an observer along a log, block by block.
 
 The run executes the same program as the simulation and the exported C code. After a gap the
-observer forgets the axis's position and speed, and keeps the wear that it has learned.
+observer forgets the position and the speed of the axis, and keeps its estimate of the wear.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ MISS = "miss"  # name of the innovation in control/tracking_observer.py
 class ObserverOutput:
     """Estimates of an observer at the n samples of a block, each (n,).
 
-    time [s], position [rad | m], velocity [per s]. friction [N m | N]: has the sign of the
-    velocity. wear: ratio [1], or increase of friction [N m | N] for an additive observer; None if
-    the observer has none. miss: measured minus predicted position beyond the dead zone [rad | m];
-    tracking observers only.
+    time [s], position [rad | m], velocity [rad/s | m/s]. friction [N m | N]: has the sign of the
+    velocity. wear: factor of the friction, or added friction [N m | N] of an additive observer;
+    None if the observer does not estimate wear. miss: measured minus predicted position outside the
+    dead zone [rad | m], of tracking observers only.
     """
 
     time: Vector
@@ -42,7 +42,7 @@ class ObserverOutput:
 class ObserverRun:
     """Observer with its state, run on successive blocks of a log's samples.
 
-    `take` runs it on a block. The state is kept for the next block if that follows without a gap.
+    The state continues into the next block if there is no gap in between.
     """
 
     def __init__(self, observer: Observer) -> None:

@@ -1,4 +1,4 @@
-"""HTML page with picture, verdict and figures of one log or of a fleet.
+"""HTML page with plot, verdict and results of one log or of a fleet.
 
 The template escapes every text that comes from a file.
 """
@@ -46,7 +46,7 @@ def page_of_log(
 def page_of_fleet(
     table: Sequence[FleetRow], limit: float | None, picture: str, provenance: Provenance
 ) -> str:
-    """Return the HTML text for a fleet; picture: the `<svg>` element of the trend."""
+    """Return the HTML text for a fleet; `picture` is the `<svg>` element of the trend."""
     alarms = {row.alarm for row in table} if limit is not None else {None}
     return render_page(
         FOLDER,

@@ -1,9 +1,9 @@
-"""Plausibility check of the estimates of a log against the model's rig.
+"""Check whether the estimates of a log are plausible for the model's rig.
 
-Estimates of another rig are useless, however narrow their intervals. The check uses the inertia,
-because it does not wear. The estimated inertia must be in the bench's range of inertia and actuator
-constant, widened by the spread between units. Otherwise the log is of another rig, its clock or
-drive is not that of the bench, or its signal saturates.
+The estimates of a log from another rig are useless. The check uses the inertia, which does not
+change with wear. The estimated inertia must be in the bench's range, widened by the uncertainty of
+the actuator constant and by the spread between units. Otherwise the log is from another rig, its
+clock or drive is not that of the bench, or its drive signal saturates.
 """
 
 from __future__ import annotations
@@ -12,10 +12,7 @@ from frictool.documents.model import Model
 from frictool.observe.interval_estimate import EstimateRange, WearEstimate
 from frictool.observe.wear.parameter_restriction import INERTIA_SPREAD
 
-TRY = (
-    "is this the rig of the log, does its drive's signal saturate, "
-    "are the units and the constant right?"
-)
+TRY = "check the rig of the log, the units, the constant, and whether the drive's signal saturates"
 
 
 def implausible(model: Model, estimate: WearEstimate) -> tuple[str, ...]:
@@ -24,8 +21,7 @@ def implausible(model: Model, estimate: WearEstimate) -> tuple[str, ...]:
     odd = [] if inertia is None or estimate.moves == 0 else _inertia(model, inertia, estimate.scale)
     if estimate.moves and estimate.wear.high <= 0.0:
         odd.append(
-            "the wear is below 0, which is impossible for dry friction: is the sign of the "
-            "position or of the drive reversed?"
+            "the wear is below 0, which is impossible; check the signs of position and drive"
         )
     return tuple(odd)
 

@@ -1,10 +1,10 @@
-"""Stream of motion blocks from any log, for the estimators; the log is never held in memory.
+"""Stream of motion blocks from a log of any format; the log is never held in memory.
 
     file ──logs/log_assembly.py──▶ samples of one stream, SI ──▶ MotionBlock, MotionBlock, ...
 
-A canonical log is read as it is, a raw one by the columns of the model's bench. A gap, or an
-interval that differs from the period by more than a tenth, ends a block; the next block has
-`follows` False.
+A canonical log is read directly, a raw log with the columns of the model's bench. An interval
+between two samples that differs from the period by more than a tenth is a gap. A gap ends a block,
+and the next block has `follows` False.
 """
 
 from __future__ import annotations
@@ -52,11 +52,11 @@ OPENING_SAMPLES = 1 << 16
 
 @dataclass
 class SampleStream:
-    """One stream of a log while it is read; its counts are complete when `pieces` has ended.
+    """Stream of a log while it is read; its counts are complete when `pieces` has ended.
 
-    period: sample period [s] of the bench, or of the log if the two differ by more than 1 %. truth:
-    True if the velocity in the log comes from a simulation, not from a sensor. gaps: number of
-    breaks of the clock. longest_gap: s. first, last: times of the first and the last sample [s].
+    period: sample period [s] of the bench, or of the log if both differ by more than 1 %. truth:
+    True if the velocity in the log comes from a simulation. gaps: number of gaps. longest_gap: s.
+    first, last: times of the first and the last sample [s].
     """
 
     made: LogAssembly
@@ -90,7 +90,7 @@ class SampleStream:
         return self.made.losses
 
     def remarks(self) -> tuple[str, ...]:
-        """Return warnings about the log as text; complete when `pieces` has ended."""
+        """Return warnings about the log, one line each; complete when `pieces` has ended."""
         odd = [
             text
             for text in (*self.warnings, *self.made.warnings)
@@ -111,9 +111,9 @@ class SampleStream:
         return tuple(dict.fromkeys(odd))
 
     def pieces(self) -> Iterator[MotionBlock]:
-        """Yield the blocks, once.
+        """Yield the blocks; call this once.
 
-        Raises LogError if the log is damaged or its clock breaks too often.
+        Raises LogError if the log is damaged or has too many gaps.
         """
         before: int | None = None
         for samples in _grouped(self._blocks):
@@ -154,8 +154,7 @@ class SampleStream:
                 largest = f"{name} is {values[most]:g} at {samples.time[most] / NS:.9g} s"
                 raise LogError(
                     self.source,
-                    f"stream {self.topic}: {largest}; allowed: {LARGEST:g} at most; "
-                    "is its unit right?",
+                    f"stream {self.topic}: {largest}; allowed: {LARGEST:g} at most; check its unit",
                 )
 
     def _count(self, samples: SampleBlock, jumps: Vector) -> None:
@@ -175,13 +174,13 @@ def open_stream(
     topic: str | None = None,
     salvage: bool = False,
 ) -> SampleStream:
-    """Open the stream `topic` of a log, by default /axis or the only one, within a time window.
+    """Open the stream `topic` of a log, by default /axis or the only stream, within a time window.
 
     Raises LogError if
 
     - the file cannot be read or mapped,
-    - it has no such stream, or the stream has no position or no drive,
-    - its kind of axis is not the bench's, or its period differs by more than 20 %,
+    - the stream is missing, or has no position or no drive,
+    - its kind of axis differs from the bench's, or its period by more than 20 %,
     - it has no uniform clock.
     """
     made = assemble([path], bench, salvage)
@@ -261,8 +260,8 @@ def _require(source: str, ready: PendingStream, made: LogAssembly, bench: Bench)
     has = f"stream {ready.head.topic} has no {' and no '.join(missing)}; it has {', '.join(fields)}"
     others = [flow.head.topic for flow in made.flows if flow.head.topic != ready.head.topic]
     hint = (
-        f"; where another stream has it ({', '.join(others[:3])}), "
-        "`frictool ingest --resample S` puts all on one clock"
+        f"; if another stream ({', '.join(others[:3])}) has it, join the streams with "
+        "`frictool ingest --resample S`"
         if others
         else ""
     )
@@ -326,7 +325,7 @@ def _refuse_clock(source: str, broken: float, period: float) -> None:
     )
     raise LogError(
         source,
-        f"{reason}; put it on a grid first: "
+        f"{reason}; resample it first: "
         f"`frictool ingest {Path(source).name} --resample {period:.6g}`",
     )
 

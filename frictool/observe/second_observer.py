@@ -1,4 +1,4 @@
-"""Second observer along the same log, from an observer.yaml; it writes a separate stream."""
+"""Second observer, from an observer.yaml, that runs along the log and writes its own stream."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ SAME_PERIOD = 1e-3  # relative tolerance of the sample period
 
 
 class SecondObserver:
-    """Observer with the sums of its velocity errors."""
+    """Observer, and the sums of its velocity errors."""
 
     def __init__(self, observer: Observer, cutoff: float) -> None:
-        """Set up the observer; `cutoff` [Hz] is that of the zero-phase reference velocity."""
+        """Set up the observer; `cutoff` [Hz]: cut-off of the zero-phase reference velocity."""
         self.observer = observer
         self._run = ObserverRun(observer)
         self._figures = VelocityErrors(cutoff, observer.sample_period_s)
@@ -43,7 +43,7 @@ class SecondObserver:
     def head(self) -> StreamHeader:
         """Header of the output stream.
 
-        An additive observer has the column `added` (friction) instead of `wear`.
+        An additive observer has the column `added` (added friction) instead of `wear`.
         """
         axis, kind = self.observer.axis, self.observer.kind
         units = {
@@ -83,7 +83,7 @@ def samples_of(output: ObserverOutput) -> SampleBlock:
 
 
 def check_observer(path: Path, observer: Observer, model: Model, period: float) -> None:
-    """Raise DocumentError about `path` unless the observer has the log's axis and period [s]."""
+    """Raise DocumentError for `path` unless the observer has the log's axis and period [s]."""
     if observer.axis != model.axis:
         raise DocumentError(
             path, f"found {observer.axis}; the model's axis is {model.axis}", line=None, key="axis"

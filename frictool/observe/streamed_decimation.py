@@ -1,6 +1,6 @@
-"""Decimation of signals for a plot while they are read: minimum and maximum per column.
+"""Decimation of signals for a plot while a log is read: minimum and maximum per column.
 
-The columns widen as the log grows.
+A column of the plot is a time interval; the columns widen as the log grows.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ MOST = 1200  # columns of a plot, about two per printed point; at most twice as 
 class DecimatedTrace:
     """Minimum and maximum of `count` signals in each column of a plot.
 
-    Each column covers the same number of consecutive samples, across gaps too; the last column may
-    be incomplete.
+    Each column has the same number of consecutive samples, even across gaps; the last column may
+    have fewer.
     """
 
     def __init__(self, count: int) -> None:

@@ -1,15 +1,13 @@
-"""Estimate of the velocity along a log, with its interval, from earlier samples only.
-
-The inputs are the encoder and the drive.
+"""Causal estimate of the velocity along a log, with its interval, from encoder and drive.
 
     MotionBlock ──mean effort of each period──▶ tracking observer ──▶ velocity
     velocity ──kernels/velocity_interval.py──▶ interval
              ──velocity_errors.py────────────▶ rms error, compared with the low-pass (5.70)
 
-The observer is that of control/tracking_observer.py. For a drive with a lag, the effort of a period
-is the mean of the samples at its two ends. The last sample of a block therefore enters the observer
-when the next block is there. A drive without a lag holds its value over the period. The estimate at
-a sample uses no later sample.
+The observer is that of control/tracking_observer.py. If the drive has a lag, the effort of a period
+is the mean of the samples at its two ends. The last sample of a block is therefore processed with
+the next block. A drive without a lag holds its value over the period. The estimate at a sample uses
+no later sample.
 """
 
 from __future__ import annotations
@@ -41,10 +39,10 @@ CALIBRATED = NormalDist().inv_cdf(0.975)
 
 
 class VelocityEstimator:
-    """Velocity estimator that takes a log block by block.
+    """Estimator of the velocity along a log, block by block.
 
-    confidence: confidence of the intervals. observer: tracking observer; None: designed from the
-    model.
+    confidence: confidence of the intervals. observer: tracking observer; None: it is designed from
+    the model.
     """
 
     def __init__(
@@ -55,7 +53,7 @@ class VelocityEstimator:
         )
         tracking = self.observer.tracking
         if tracking is None:
-            raise ValueError("the velocity's interval is that of a tracking observer")
+            raise ValueError("a velocity interval needs a tracking observer")
         self._run = ObserverRun(self.observer)
         self._lagged = model.bench.actuator.loop_time_constant_s > 0.0
         self._bandwidth = tracking.bandwidth_rad_s
@@ -75,14 +73,14 @@ class VelocityEstimator:
         self._waiting: tuple[MotionBlock, Vector] | None = None
 
     def take(self, piece: MotionBlock) -> Matrix:
-        """Return value, low, high (3, n) [rad/s | m/s] at the samples of a non-empty block."""
+        """Return value, lower and upper bound (3, n) [rad/s | m/s] at the samples of a block."""
         estimate = self._along(piece)
         half = self._half(piece, estimate)
         self._figures.take(piece.position, estimate.velocity, piece.velocity, piece.follows)
         return np.stack([estimate.velocity, estimate.velocity - half, estimate.velocity + half])
 
     def figures(self) -> dict[str, Any]:
-        """Return the velocity errors (SI) and the observer's bandwidth, at the end of the log."""
+        """Return the velocity errors and the observer's bandwidth (SI) at the end of the log."""
         return self._figures.figures() | {"observer_bandwidth_rad_s": self._bandwidth}
 
     def _along(self, piece: MotionBlock) -> ObserverOutput:

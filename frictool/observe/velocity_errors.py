@@ -3,9 +3,9 @@
     position ──central difference, Butterworth forwards and backwards──▶ zero-phase velocity
              ──difference, low-passes of many cut-offs (kernels/low_pass_bank.py)──▶ (5.70)
 
-The reference is the zero-phase velocity. It needs later samples and is computed in blocks, with a
-margin on either side that is as long as the filter's memory. The cut-off of (5.70) is the best one
-for this log, which a real-time target cannot know; the observer has no such advantage.
+The reference is the zero-phase velocity. It needs later samples, and is computed in blocks with
+margins as long as the filter's memory. The cut-off of (5.70) is the best one for this log. A
+controller cannot know it in advance, so that the comparison favours the low-pass over the observer.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ LEAST = 12  # samples, shortest piece that is compared
 class ErrorSums:
     """Sums of squared errors, and number of samples.
 
-    low_passes: (2 b + 1,), one for each column of the bank.
+    low_passes: (2 b + 1,), one for each filter of the bank.
     """
 
     low_passes: Vector
@@ -46,9 +46,9 @@ class ErrorSums:
 
 @dataclass
 class PendingSamples:
-    """Samples (n,) that are still needed: position, estimate and true velocity.
+    """Last samples (n,) of position, estimated and true velocity that are still needed.
 
-    compared: number of samples that have been compared already.
+    compared: number of these samples that have been compared already.
     """
 
     position: list[Vector] = field(default_factory=list)
@@ -58,7 +58,7 @@ class PendingSamples:
 
 
 class VelocityErrors:
-    """Errors of a velocity, summed over a log block by block.
+    """Errors of an estimated velocity, summed over a log block by block.
 
     cutoff: cut-off frequency of the zero-phase velocity [Hz]. period: sample period [s].
     """
@@ -77,7 +77,7 @@ class VelocityErrors:
     def take(self, position: Vector, estimate: Vector, truth: Vector | None, follows: bool) -> None:
         """Add samples (n,) of a block.
 
-        truth: velocity from a simulation or a sensor, in all blocks of a log or in none.
+        truth: velocity from a simulation or a sensor; a log has it in all blocks or in none.
         """
         if not follows:
             self._compare(last=True)

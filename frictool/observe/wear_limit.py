@@ -1,6 +1,6 @@
-"""Verdict whether wear is above a limit, by the ratio to commissioning if this ratio is known.
+"""Verdict on the wear, or on its ratio to commissioning if known, against a limit.
 
-The ratio is free of errors of the actuator's constant. The rules apply in this order:
+Errors of the actuator's constant cancel in the ratio. The first rule that applies decides:
 
     interval                                   exceeded       certain   reason
     no move yet                                undecided      no        only the prior is known
@@ -11,8 +11,8 @@ The ratio is free of errors of the actuator's constant. The rules apply in this 
     lower end at most 1, limit above 1         undecided      no        the unit may be healthy
     else                                       by the value   no
 
-If friction has worn in one direction or zone only, the mean hides it. The limit is therefore
-exceeded, too, if a direction or zone is above it with certainty.
+The mean hides wear of a single direction or zone. The limit is therefore also exceeded if the whole
+interval of a direction or zone is above it.
 """
 
 from __future__ import annotations
@@ -31,7 +31,8 @@ HEALTHY = 1.0  # wear of a unit like the model
 class WearVerdict:
     """Verdict against a limit of the wear.
 
-    exceeded: None if undecided. certain: True if the whole interval agrees. reason: one line.
+    exceeded: None if undecided. certain: True if the whole interval is on one side of the limit.
+    reason: one line.
     """
 
     limit: float
@@ -48,8 +49,8 @@ def judge(
 ) -> WearVerdict:
     """Return the verdict about the wear, or about its ratio to commissioning.
 
-    doubts: reasons why the log may not be of this rig (rig_plausibility.py). If there are any, a
-    pass becomes undecided; an alarm stays an alarm.
+    doubts: reasons why the log may be of another rig (rig_plausibility.py). With doubts, a pass
+    becomes undecided, but an alarm remains an alarm.
     """
     verdict = _of_all_and_parts(estimate, limit, ratio)
     return verdict if verdict.exceeded or not doubts else WearVerdict(limit, None, False, doubts[0])

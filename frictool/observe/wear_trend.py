@@ -1,4 +1,4 @@
-"""Plot of a fleet's wear over the date, one line per unit, each log with its interval."""
+"""Plot of a fleet's wear over the date, with one line per unit and an interval per log."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ UNNAMED = "no unit"
 
 
 def trend(table: Sequence[FleetRow], limit: float | None) -> str:
-    """Return the `<svg>` element of the trend.
+    """Return the plot as an `<svg>` element.
 
-    The plot shows ratios to commissioning if any are known (1 for the first log of a unit), else
-    the wear. If a log has no date, all logs are drawn in the order of the table.
+    It shows ratios to commissioning if any are known (1 for the first log of a unit), else the
+    wear. If a log has no date, the abscissa is the order of the logs in the table.
     """
     ratios = any(row.ratio is not None for row in table)
     shown = [(row, estimate) for row in table if (estimate := _shown(row, ratios)) is not None]
@@ -49,7 +49,7 @@ def trend(table: Sequence[FleetRow], limit: float | None) -> str:
             _draw(axes, number, unit, points)
         if limit is not None:
             axes.axhline(limit, color=LIMIT, linestyle=(0, (4, 2)), linewidth=1.0)
-        axes.set_ylabel("wear over that at commissioning [1]" if ratios else "wear [1]")
+        axes.set_ylabel("wear relative to commissioning [1]" if ratios else "wear [1]")
         _abscissa(axes, dated)
         if 1 < len(units) <= MOST_NAMED:
             axes.legend(loc="best", fontsize="small", framealpha=0.9)

@@ -130,7 +130,7 @@ def test_the_scheme_and_the_table_for_people(tmp_path: Path) -> None:
     result = run("assess", "--bench", CLUTCH, "-o", target)
     assert result.code == 0
     for words in (
-        "inertia differenced sample by sample, worst case: up to 442 %; wanted +-5 %?  no",
+        "inertia from differences of samples, worst case: up to 442 %; wanted +-5 %?  no",
         "inertia/viscous is known to be 0.0146 to inf s; narrow enough?  no",
         "inertia: weak form",
         "sines on a position loop",
@@ -178,7 +178,7 @@ def test_a_precision_that_no_test_reaches_names_the_encoder_that_would() -> None
     assert counts > 56
     linear = run("assess", "--bench", EMPS, "--wanted", "0.01%")
     assert linear.code == 1
-    assert "by a test that is" in linear.stderr
+    assert "try a test that is" in linear.stderr
 
 
 @pytest.mark.parametrize("wanted", ["mass=5%", "inertia=", "nan", "0", "100%", "-5%"])

@@ -208,8 +208,8 @@ def test_a_requested_method_that_simulates_far_worse_is_told(method: str) -> Non
     )
     assert (requested.code, plain.code) == (0, 0)
     told = re.search(
-        rf"warning: {method} predicts strokes that were not seen worse .* off by (\S+) m \(rms\), "
-        r"instead of (\S+) m",
+        rf"warning: {method} predicts unseen strokes worse .* simulated position is (\S+) m, "
+        r"not (\S+) m",
         requested.stderr,
     )
     assert told is not None, requested.stderr

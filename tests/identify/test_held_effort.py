@@ -75,8 +75,8 @@ def test_a_current_that_is_read_at_20_hz_is_refused(tmp_path: Path, method: str)
     refused(
         result,
         1,
-        "slow.csv: the effort changes every 50 ms only, the position every 1 ms",
-        "log the current as often as the position",
+        "slow.csv: the effort changes every 50 ms, the position every 1 ms",
+        "log the measured current as often as the position",
     )
     assert not model.exists()
 
@@ -104,7 +104,7 @@ def test_a_motion_that_does_not_tell_is_warned_of(tmp_path: Path) -> None:
     )
     result = run("identify", log, "--bench", bench, "--method", "least-squares")
     assert result.code == 0, result.stderr
-    assert "warning: sine.csv: the effort changes every 50 ms only" in result.stderr
+    assert "warning: sine.csv: the effort changes every 50 ms" in result.stderr
     assert "does not show whether it acted as logged" in result.stderr
 
 

@@ -196,7 +196,7 @@ def test_a_fit_that_leaves_much_of_the_effort_says_so() -> None:
     assert 0.2 < found.fit.residual < 0.5
     (warning, other) = found.warnings
     assert other.startswith(
-        "ordinary predicts strokes that were not seen worse than least-squares: the force error is "
+        "ordinary predicts unseen strokes worse than least-squares: the force error is "
     )
     assert warning.startswith(
         f"residual of the method's own equations {100 * found.fit.residual:.3g} %, above 20 %: "

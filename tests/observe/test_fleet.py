@@ -275,7 +275,7 @@ def test_the_trend_is_drawn_over_the_date_with_the_limit(
             rig.model, rig.folder, "--date", DATE, "--wear-limit", "1.25", "--plot", tmp_path / name
         )
         assert (tmp_path / name).read_bytes() == again
-        for text in ("U17", "U23", "wear over that at commissioning [1]"):
+        for text in ("U17", "U23", "wear relative to commissioning [1]"):
             assert f">{text}<" in again.decode()
     observe(
         rig.model,

@@ -41,7 +41,7 @@ def test_before_any_move_nothing_is_implausible() -> None:
 
 def test_wear_below_zero_is_told_and_not_judged() -> None:
     found = told(1.0, wear=-1.0)
-    assert "reversed" in implausible(clutch(), found)[0]
+    assert "signs of position and drive" in implausible(clutch(), found)[0]
     verdict = judge(found, 1.25)
     assert verdict.exceeded is None
     assert "below 0" in verdict.reason

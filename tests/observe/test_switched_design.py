@@ -234,17 +234,14 @@ def test_a_decay_that_costs_much_of_gamma_is_told() -> None:
     fast = additive.design(_model(), SwitchedObserverSettings(decay=0.97), NOWHERE)
     assert fast.switched is not None
     assert fast.switched.smallest_gamma is not None
-    assert any("choose one nearer to 1" in line for line in notes(fast, _model()))
-    assert not any("choose one nearer to 1" in line for line in notes(_clutch(), _model()))
+    assert any("choose a --decay nearer to 1" in line for line in notes(fast, _model()))
+    assert not any("choose a --decay nearer to 1" in line for line in notes(_clutch(), _model()))
 
 
 def test_notes_tell_a_coarse_encoder_with_its_figures_and_are_silent_of_a_fine_one() -> None:
     told = notes(_clutch(), _model())
-    assert (
-        "one count, 0.1122 rad, in one sample looks like 112.2 rad/s, 11.2 times the switch speed"
-        in told[0]
-    )
-    assert any("ms of motion make up for a rest of any length" in line for line in told)
+    assert "one count, 0.1122 rad, changes the estimated speed by up to" in told[0]
+    assert any("the effect of any rest decays in" in line for line in told)
     fine = multiplicative.design(_model(emps=True), SwitchedObserverSettings(), NOWHERE)
     assert not any("coarse" in line for line in notes(fine, _model(emps=True)))
 

@@ -1,4 +1,4 @@
-"""Assessment of each parameter, of a finer encoder's effect, and of the sensor's entropy."""
+"""Assessment of a bench: achievable precision of each parameter, and entropy of the encoder."""
 
 from __future__ import annotations
 
@@ -29,9 +29,9 @@ USUAL = AssessmentRequest()
 
 
 class NotIdentifiable(FrictoolError):
-    """Error: a wanted precision cannot be reached.
+    """Error: a requested precision cannot be reached.
 
-    The message names the parameters, and the encoder that would suffice.
+    The message names the parameters, and an encoder with which they can be identified.
     """
 
     exit_code = EXIT_NO
@@ -42,13 +42,13 @@ class ParameterAssessment:
     """Assessment of one parameter; precisions are relative half widths.
 
     - wanted: requested precision
-    - known: a-priori precision, None without an interval
-    - target: the smaller one of `wanted` and `known`
-    - least: Cramér-Rao bound of the proposed test, None for other than sliding parameters
+    - known: precision of the a-priori interval; None without an interval
+    - target: the smaller of `wanted` and `known`
+    - least: Cramér-Rao bound of the proposed test; None if the parameter is no sliding parameter
     - doubled: precision with half the encoder step
-    - step: coarsest encoder step [rad | m] with which the parameter is identifiable; None if none
-      down to FINEST suffices
-    - counts: counts per revolution of an encoder with that step; None for a linear axis
+    - step: coarsest encoder step [rad | m] with which the parameter is identifiable; None if no
+      step down to FINEST suffices
+    - counts: counts per revolution of an encoder with this step; None for a linear axis
     """
 
     parameter: str
@@ -69,9 +69,9 @@ class Assessment(ResultView):
     - bench: assessed bench
     - facts: inputs of the decision
     - rows: assessment of each parameter
-    - entropy: metric entropy of the encoder, None on an endless travel
+    - entropy: metric entropy of the encoder; None if the travel is unlimited
     - constant: relative half width of the effort constant
-    - drive: shortest responses to a step over the a-priori intervals, None without its length
+    - drive: shortest step responses over the a-priori intervals; None if the length is unknown
     """
 
     bench: Bench
@@ -83,14 +83,14 @@ class Assessment(ResultView):
 
 
 def assess(bench: Bench, request: AssessmentRequest = USUAL) -> Assessment:
-    """Return the parameters that a bench can identify, with the precision to expect.
+    """Return which parameters a bench can identify, and the expected precision.
 
     Parameters
     ----------
     bench
         Bench with its a-priori intervals.
     request
-        Wanted precisions, and the proposed test.
+        Requested precisions, and the proposed test.
 
     Returns
     -------
@@ -142,7 +142,7 @@ def _row(
 def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> float | None:
     """Return the coarsest step below the bench's that makes the parameter identifiable.
 
-    The search is a bisection of the step's logarithm; None if no step suffices.
+    Return None if no step suffices. The search bisects the logarithm of the step.
     """
 
     def fine(step: float) -> bool:
@@ -161,7 +161,7 @@ def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> flo
 
 
 def unreachable_parameters(assessment: Assessment, counted: set[str]) -> list[ParameterAssessment]:
-    """Return the rows of `counted` parameters that are not identifiable and not exactly 0."""
+    """Return the rows of parameters in `counted` that are not identifiable and not exactly 0."""
     return [
         row
         for row in assessment.rows

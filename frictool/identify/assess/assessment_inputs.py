@@ -1,7 +1,4 @@
-"""Inputs of the decision scheme: encoder step, sample period, top speed, largest effort, priors.
-
-The inputs include the proposed test. `with_step` changes them to another encoder step.
-"""
+"""Inputs of the decision scheme: encoder step, period, limits, a-priori axis, and proposed test."""
 
 from __future__ import annotations
 
@@ -27,17 +24,17 @@ class AssessmentInputs:
 
     - axis: a-priori axis
     - sensing: period, encoder step, noise of the effort
-    - speed, effort: largest values
-    - strokes: proposed sines
-    - fastest, slowest: a-priori time constants inertia/viscous, s
-    - known: parameter -> relative half width of its a-priori interval, if it has one
+    - speed, effort: largest speed, rad/s | m/s, and largest effort, N m | N
+    - strokes: strokes of the proposed sines
+    - fastest, slowest: shortest and longest a-priori time constant inertia/viscous, s
+    - known: parameter -> relative half width of its a-priori interval
     - inertia: lower end, value and upper end
     - breakaway: expected breakaway, N m | N
     - rate: slope of the proposed ramps, N m/s | N/s
     - onsets: number of onsets of the proposed ramps
     - presliding: expected distance z_max, rad | m
 
-    The last four are 0 for recorded motion.
+    breakaway, rate, onsets and presliding are 0 for recorded motion.
     """
 
     axis: PriorAxis
@@ -77,7 +74,7 @@ class AssessmentRequest:
     Attributes
     ----------
     wanted : mapping of str to float
-        Parameter -> relative half width of its interval; a missing parameter has that of WANTED.
+        Parameter -> requested relative half width; WANTED for a missing parameter.
     duration : float
         Duration of the proposed sines, s.
     noise : float or None
@@ -87,7 +84,7 @@ class AssessmentRequest:
     presliding : float or None
         Expected presliding distance z_max, rad | m; None for the default.
     step : float or None
-        Length of the step for the drive's shortest response, rad | m; None for the travel.
+        Length of the step whose shortest response is computed, rad | m; None for the travel.
     """
 
     wanted: Mapping[str, float] = field(default_factory=dict)

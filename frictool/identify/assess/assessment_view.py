@@ -12,7 +12,7 @@ from frictool.identify.assess.decision_text import scheme
 
 
 def unreachable(row: ParameterAssessment) -> str:
-    """Return a line on a precision that cannot be reached, with the remedy."""
+    """Return a line that names a precision that cannot be reached, and the remedy."""
     wanted = f"{row.parameter}: {100.0 * row.target:.3g} % cannot be reached"
     if row.step is not None:
         encoder = (
@@ -20,14 +20,14 @@ def unreachable(row: ParameterAssessment) -> str:
             if row.counts is None
             else f"{math.ceil(row.counts)} counts per revolution (a step of {row.step:.3g} rad)"
         )
-        return f"{wanted} with this encoder; {encoder} could"
+        return f"{wanted} with this encoder; try {encoder}"
     precision = row.verdict.precision
     if precision is None or not math.isfinite(precision):
         return f"{wanted}: {row.verdict.why}"
     longer = (precision / row.target) ** 2
     return (
-        f"{wanted} by a finer encoder, but by a test that is {longer:.3g} times as long, or by "
-        "less noise of the measured drive"
+        f"{wanted} with any encoder; try a test that is {longer:.3g} times as long, or less noise "
+        "of the measured drive"
     )
 
 
@@ -122,8 +122,8 @@ def lines(assessment: Assessment) -> list[str]:
         )
     if assessment.constant > 0.0:
         output.append(
-            f"the error of the effort constant, up to +-{100.0 * assessment.constant:.3g} %, "
-            "scales every parameter alike and is not included"
+            f"not included: the error of the effort constant, up to "
+            f"+-{100.0 * assessment.constant:.3g} %, which scales every parameter alike"
         )
     return output
 

@@ -1,4 +1,4 @@
-"""Decision scheme of figure 4.4 as text, with this bench's path and numbers."""
+"""Decision scheme of figure 4.4 as text, with the answers and numbers of a bench."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def _differentiated(assessment: Assessment, row: ParameterAssessment, what: str)
     raw = raw_bound(row.parameter, assessment.facts)
     lines = [
         _question(
-            f"{what} differenced sample by sample, worst case",
+            f"{what} from differences of samples, worst case",
             up_to(raw),
             row.target,
             raw <= row.target,

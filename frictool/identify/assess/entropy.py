@@ -1,7 +1,7 @@
 """Metric entropy of the sensor (annex B).
 
-n equal counts over the travel hold ln n nats, or log2 n bits, of information on the position. Twice
-the resolution adds ln 2 for any n; twice the information needs n^2 counts.
+A position sensor with n equal counts over the travel has the entropy ln n nats, or log2 n bits.
+Doubling the resolution adds ln 2 nats for any n. Doubling the entropy needs n^2 counts.
 """
 
 from __future__ import annotations
@@ -33,16 +33,16 @@ class SensorEntropy(NamedTuple):
 
 
 def metric_entropy(measures: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:
-    """Return the entropy (4) of a partition, -sum mu ln mu, in nats.
+    """Return the entropy -sum mu ln mu of a partition in nats, annex (4).
 
-    `measures` (n,) are the measures of the cells; their sum is 1.
+    `measures` (n,): measures mu of the cells, with sum 1.
     """
     occupied = measures[measures > 0.0]
     return float(-(occupied * np.log(occupied)).sum())
 
 
 def sensor_entropy(travel: float, step: float) -> SensorEntropy:
-    """Return the entropy (5) of an encoder of `step` over `travel`, both in rad | m."""
+    """Return the entropy of an encoder, annex (5); travel and step are in rad | m."""
     counts = travel / step
     nats = math.log(counts) if counts > 1.0 else 0.0
     return SensorEntropy(counts, nats, math.log(2.0) / nats if nats > 0.0 else math.inf, counts**2)

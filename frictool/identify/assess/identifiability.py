@@ -1,4 +1,4 @@
-"""Decide by figure 4.4 which method identifies each parameter to the wanted precision, and why.
+"""Decision by figure 4.4 which method identifies a parameter with the requested precision.
 
     differentiation   least squares, if the worst case of (4.3) | (4.4) is within the target
     filtered          least squares, if (4.8) | (4.9) is within the target, with the slowest filter
@@ -7,10 +7,10 @@
                       viscous, Coulomb: sines on a position loop (4.38), which need no measured
                       velocity
 
-This differs from the thesis in one respect. If the inertia fails (4.8), the thesis uses the
-a-priori value. But (4.8) sums the errors of all counts with the worst sign, whereas these errors
-average out over windows of a stroke. The weak form is therefore judged by the error that remains
-after averaging.
+One decision differs from the thesis. If (4.8) exceeds the target for the inertia, the thesis uses
+the a-priori value. But (4.8) adds the errors of all counts with the worst sign, whereas these
+errors average out over windows of a stroke. The weak form is therefore judged by its error after
+averaging.
 """
 
 from __future__ import annotations
@@ -43,13 +43,12 @@ LOOPS = "slow effort up and down below the breakaway"
 class Identifiability:
     """Verdict on one parameter; precisions are relative to the a-priori value.
 
-    - precision: half width of the expected 95 % interval, None if no value can be expected
-    - bound: largest error due to quantisation: of differentiation, with the filter if there is one;
-      of ramps, the largest delay of an onset; of presliding, one count. None if quantisation has
-      no influence.
-    - why: reason, as text
-    - method, test: proposed method and test, None without one
-    - filter: time constant of the filter, s
+    - precision: half width of the expected 95 % interval; None if no value can be expected
+    - bound: largest error due to quantisation; None if quantisation has no influence. It is the
+      error of (filtered) differences, of a ramp's latest onset, or of one count in presliding.
+    - why: reason for the verdict, as text
+    - method, test: proposed method and test, or None
+    - filter: time constant of the filter, s, or None
     """
 
     identifiable: bool
@@ -62,7 +61,7 @@ class Identifiability:
 
 
 def verdict(parameter: str, facts: AssessmentInputs, wanted: float) -> Identifiability:
-    """Return the verdict on a parameter for a wanted relative half width.
+    """Return the verdict on a parameter for a requested relative half width.
 
     `parameter` is inertia, viscous, coulomb, breakaway or presliding.
     """
@@ -74,9 +73,9 @@ def verdict(parameter: str, facts: AssessmentInputs, wanted: float) -> Identifia
 def differentiation(
     parameter: str, facts: AssessmentInputs, wanted: float
 ) -> Identifiability | None:
-    """Return least squares if the worst case of differentiation is within the target, else None.
+    """Return the verdict for least squares, with a filter if needed.
 
-    A filter is included if it is needed.
+    None if the worst-case error of differentiation exceeds the target.
     """
     raw = raw_bound(parameter, facts)
     precision = statistical(facts)[parameter]
@@ -94,7 +93,7 @@ def differentiation(
 
 
 def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
-    """Return why differencing sample by sample fails, and the precision expected of windows."""
+    """Return why differences of samples are too inaccurate, and the precision of windows."""
     raw = raw_bound(parameter, facts)
     precision = statistical(facts)[parameter]
     if facts.dynamics_known:
@@ -114,12 +113,12 @@ def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
 
 
 def worst_case(bound: float) -> str:
-    """Return the text on the worst-case error of differencing, which is a bound."""
-    return f"worst case of one encoder count, differencing sample by sample: {up_to(bound)}"
+    """Return a text with the worst-case relative error of differences of samples."""
+    return f"worst case of one encoder count in differences of samples: {up_to(bound)}"
 
 
 def up_to(bound: float) -> str:
-    """Return an upper bound as text, in per cent."""
+    """Return "up to ... %" for a relative bound."""
     return f"up to {100.0 * bound:.3g} %"
 
 
@@ -133,7 +132,7 @@ def raw_bound(parameter: str, facts: AssessmentInputs) -> float:
 
 
 def statistical(facts: AssessmentInputs) -> dict[str, float]:
-    """Return the relative 95 % half widths of windowed least squares over the proposed sines."""
+    """Return parameter -> relative 95 % half width of windowed least squares."""
     return _statistical(facts.strokes, facts.axis, facts.sensing)[0]
 
 

@@ -1,4 +1,4 @@
-"""Worst-case errors of differentiation by quantisation: (4.3), (4.4), filtered (4.8), (4.9)."""
+"""Worst-case errors of differences due to quantisation: (4.3), (4.4), filtered (4.8), (4.9)."""
 
 from __future__ import annotations
 
@@ -9,10 +9,11 @@ from numpy.typing import NDArray
 
 
 def acceleration_error(step: float, response: NDArray[np.float64]) -> float:
-    """Return the largest error of an acceleration by counts of `step`, rad/s^2 | m/s^2.
+    """Return the largest error of an acceleration due to an encoder `step`, rad/s^2 | m/s^2.
 
-    Each sample is off by half a count with the worst sign. response (n,) is the impulse response
-    from the counted signal to the acceleration; (1, -2, 1)/T^2 for the double difference of (4.3).
+    Each sample has an error of half a step with the worst sign. response (n,): impulse response
+    from the position to the acceleration, such as (1, -2, 1)/T^2 for the second difference of
+    (4.3).
     """
     return 0.5 * step * float(np.sum(np.abs(response)))
 
@@ -23,7 +24,7 @@ def inertia_error(
     """Return the relative error of the inertia, (4.3) or (4.8).
 
     - effort: largest effort, N m | N
-    - ratio: share of the noise power that a filter leaves, 0 to 1
+    - ratio: share of the noise power that passes the filter, 0 to 1
     """
     return (
         inertia

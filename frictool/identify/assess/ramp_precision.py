@@ -1,9 +1,10 @@
-"""Precision of the breakaway from ramps (4.3), before they are played.
+"""Expected precision of the breakaway from ramps (4.3).
 
-The encoder shows a motion when the axis reaches the next edge, a distance s of at most one count.
-Without a drop of friction, that takes t = (6 inertia s/R)^(1/3) after the onset, while the ramp of
-R [N m/s | N/s] grows by R t. `identify` subtracts the mean delay. The remaining errors are the
-spread of s, which averages out over onsets, and the effect of the inertia's range, which remains.
+A motion is visible when the axis reaches the next encoder edge, after a distance s of at most one
+count. If friction does not drop at the onset, this takes t = (6 inertia s/R)^(1/3) on a ramp of R
+[N m/s | N/s], and the effort grows by R t meanwhile. `identify` subtracts the mean excess. Two
+errors remain: the scatter of s, which averages out over onsets, and the range of the inertia, which
+does not.
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ SPREAD = math.sqrt(3.0 / 5.0 - (3.0 / 4.0) ** 2)
 class RampPrecision(NamedTuple):
     """Precision of the breakaway, N m | N.
 
-    - latest: largest excess of the ramp at a visible onset
-    - deviation: standard deviation of the corrected mean of all onsets
+    - latest: largest excess of the effort over the breakaway when the motion becomes visible
+    - deviation: standard deviation of the corrected mean over all onsets
     """
 
     latest: float

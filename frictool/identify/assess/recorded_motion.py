@@ -1,8 +1,7 @@
-"""Inputs of the decision scheme from recorded motion, in place of the test that `assess` proposes.
+"""Inputs of the decision scheme from recorded motion, in place of a proposed test.
 
-A stroke of a record counts as the half sine of its distance and duration. A few strokes, evenly
-spaced over the durations, represent all strokes. If the bench has no interval of a parameter, an
-interval of less than a factor of two is useful.
+A stroke of a record counts as a half sine with the same distance and duration. A few strokes,
+evenly spaced over the durations, represent all strokes.
 """
 
 from __future__ import annotations

@@ -1,13 +1,13 @@
-"""Precision of the method of sines (4.38), predicted before a measurement.
+"""Expected precision of the method of sines (4.38).
 
-A stroke is averaged over |sin| > 1/2. Its mean effort has the noise of its samples; its mean speed
-follows from the counts at its ends:
+A stroke is averaged over |sin| > 1/2. The mean effort has the noise of n samples; the mean speed
+follows from the encoder counts at both ends:
 
     variance = noise^2/n + (viscous step)^2/(6 duration^2)
 
-The a-priori range of the inertia, times the mean acceleration, adds an error. The mean acceleration
-is 0 if the axis follows the sine. The position loop is assumed to keep the speeds at both ends of
-the gate equal to within FOLLOWED of the top speed. Repetition does not average this part; it is
+The uncertainty of the inertia times the mean acceleration adds an error. The mean acceleration is 0
+if the axis follows the sine exactly. The position loop is assumed to keep the difference of the
+speeds at both ends within FOLLOWED of the top speed. Repetition does not reduce this error; it is
 added as a bound.
 """
 
@@ -29,8 +29,8 @@ FOLLOWED = 0.03  # difference of the speeds at the ends of the gate, relative to
 def sines_half_width(facts: AssessmentInputs, quantile: float) -> Vector:
     """Return the half widths (2,) of viscous and coulomb in SI units.
 
-    `quantile` is the number of standard deviations in a half width. The result is inf if all
-    strokes have one speed (4.37).
+    `quantile`: number of standard deviations in a half width. The result is inf if all strokes have
+    the same speed (4.37).
     """
     rows = np.array([[MEAN * stroke.speed, 1.0] for stroke in facts.strokes])
     duration = np.array([stroke.duration for stroke in facts.strokes]) * (

@@ -1,19 +1,19 @@
-"""Precision of least squares over smoothing windows (weak form), predicted before a measurement.
+"""Expected precision of least squares over smoothing windows (weak form).
 
-Convolved with a bell g whose second difference is c (weak_form.py), the equation of motion needs no
-derivative of a measurement:
+With the convolution * by a bell g with the second difference c (weak_form.py), the equation of
+motion contains no derivative of a measurement:
 
     inertia (c*x) + viscous (g*dx) + coulomb (g*sign v) + offset = g*u + n
     n = g*e_u - (inertia c + viscous g*d) * e_x
 
-Ordinary least squares has the covariance N^-1 C N^-1 with N = G'G, and C the covariance of G'n,
-which treats the overlap of windows exactly. The encoder's noise also enters the regressor c*x. It
-attenuates the inertia by its share of the regressor's power, so that too short a window shows a
-large error.
+e_u and e_x are the errors of effort and position. Ordinary least squares with the regressors G has
+the covariance N^-1 C N^-1, with N = G'G and C the covariance of G'n, which includes the overlap of
+windows exactly. The encoder's noise also enters the regressor c*x. It attenuates the inertia by its
+share of the regressor's power, so that a window that is too short has a large error.
 
-The result exceeds the Cramér-Rao bound since the weights are equal. It is a standard deviation,
-whereas (4.3) and (4.8) are worst-case bounds: count errors are nearly independent once the axis
-moves about a count per sample.
+The result exceeds the Cramér-Rao bound, because all rows have equal weight. It is a standard
+deviation, whereas (4.3) and (4.8) are worst-case bounds: the errors of counts are nearly
+independent once the axis moves about one count per sample.
 """
 
 from __future__ import annotations
@@ -44,12 +44,12 @@ def weak_deviation(
     window: int | None = None,
     share: float = 1.0,
 ) -> tuple[Vector, int]:
-    """Return the rms errors (4,) of SLIDING in SI units over a window, and the window in samples.
+    """Return the rms errors (4,) of SLIDING in SI units, and the window in samples.
 
-    - window: samples; None selects the best one for the inertia
-    - share: share of the acceleration's power that columns other than SLIDING leave unexplained
+    - window: samples; None selects the best window for the inertia
+    - share: part of the acceleration's power that columns other than SLIDING do not explain
 
-    The errors are inf if no stroke is longer than its window.
+    The errors are inf if no stroke is longer than the window.
     """
     best = np.full(4, np.inf)
     chosen = window or SHORTEST

@@ -1,24 +1,23 @@
 """Breakaway from ramps (4.3, figure 4.6), corrected for the delay of the encoder.
 
-The thesis takes the largest effort before each visible motion. At that time the axis has already
-moved for some time while the ramp continued, so that this maximum is too high by several steps of
-the ramp. Here the ramp is a line fitted to the effort at rest, evaluated at the onset that the
-later motion reveals (`onset`). This needs the inertia and the friction in slip; their uncertainty
-widens the interval.
+The thesis takes the largest effort before each visible motion. This maximum is too high by several
+steps of the ramp, because the axis moves for some time before its motion is visible. Here a line is
+fitted to the effort at rest, and evaluated at the onset, whose time follows from the later motion
+(`onset`). The onset depends on the inertia and the friction in slip; their uncertainty widens the
+interval.
 
-Breakaway is a function of position and direction (`position_law`); a constant is the simplest one.
-Friction in slip determines how fast the visible motion is, and is assumed to be proportional to the
-breakaway (4.42).
+The breakaway is constant, or a function of position and direction (`position_law`). The friction in
+slip is assumed to be proportional to the breakaway (4.42).
 
 - breakaway: mean over the range of positions and over both directions, so that an offset of the
   effort cancels
-- fall: Stribeck velocity from another log, or the falls that the encoder's changes allow
-  (`stribeck_velocity`). The value assumes an immediate fall if that is allowed. The interval
-  includes the breakaways of all allowed falls.
-- interval: spread between onsets (each left out in turn), and the ranges of the axis's parameters
-  (`combined_interval`). For a held ramp, two errors of half a step are added that do not average
-  out: the breakaway lies anywhere within a step of the ramp, and the encoder's changes are late by
-  up to half a sample.
+- fall: fall of friction after the onset, by a Stribeck velocity from another log, or within the
+  range that the encoder's changes allow (`stribeck_velocity`). The value assumes an immediate fall
+  if it is allowed. The interval includes the breakaways of all allowed falls.
+- interval: spread between onsets (jackknife), and the ranges of the axis's parameters
+  (`combined_interval`). For a sampled ramp, two errors of half a step are added, because they do
+  not average out: the breakaway lies within a step of the ramp, and the encoder's changes are late
+  by up to half a sample.
 """
 
 from __future__ import annotations
@@ -58,7 +57,7 @@ class BreakawayOverPosition:
     - forward, backward: mean breakaway of each direction, N m | N
     - powers: coefficients of each direction, lowest power first, N m | N
     - coefficients: interval of each coefficient
-    - common: both directions have the same polynomial
+    - common: True if both directions have the same polynomial
     """
 
     low: float
@@ -74,16 +73,15 @@ class BreakawayOverPosition:
 class Breakaway:
     """Mean breakaway of ramp logs.
 
-    - interval: mean breakaway, N m | N; with `rising`, that after a long rest
-    - forward, backward: mean |effort| of each direction, N m | N, NaN without onsets
+    - interval: mean breakaway, N m | N; with `rising`, the breakaway after a long rest
+    - forward, backward: mean |effort| of each direction, N m | N; NaN without onsets
     - onsets: number of onsets
     - delay: mean correction for the encoder's delay, N m | N
-    - position: position of each onset, (n,), rad | m
-    - direction: direction of each onset, (n,), +-1
-    - friction: |effort| without the offset at each onset, (n,), N m | N
+    - position, direction: rad | m and +-1 of each onset, (n,)
+    - friction: |effort - offset| at each onset, (n,), N m | N
     - fall: falls of friction over speed that the interval includes
-    - by_position: polynomials over position, None if the breakaway is constant
-    - rising: law over the time at rest, None if the breakaway does not grow with it
+    - by_position: polynomials over position; None if the breakaway is constant
+    - rising: law over the time at rest; None if the breakaway does not grow with this time
     """
 
     interval: Interval
@@ -100,7 +98,7 @@ class Breakaway:
 
     @property
     def parameter(self) -> Interval:
-        """Return the breakaway for a model; the forward mean if it varies with position."""
+        """Return the breakaway for a model: the forward mean if it varies with position."""
         return self.interval if self.by_position is None else self.by_position.forward
 
 
@@ -114,10 +112,10 @@ def breakaway(
     """Return the breakaway of ramp logs.
 
     - axis: intervals of `inertia`, `viscous`, `coulomb` and `offset`
-    - stribeck: fall that another log gives; if None, the onsets bound it
+    - stribeck: fall of friction from another log; None: the range that the onsets allow
 
-    With one direction only, the offset is subtracted. Raises UnusableLogs if both directions have
-    fewer than five onsets, or if a load starts the axis.
+    If the ramps have one direction only, the offset is subtracted. Raises UnusableLogs if each
+    direction has fewer than five onsets, or if a load starts the axis.
     """
     data = onset_data(records, bench)
     nominal = {name: known.value for name, known in axis.items()}
@@ -198,7 +196,7 @@ def _wider(full: Interval, mean: Interval) -> Interval:
 
 @dataclass(frozen=True)
 class BreakawayFit:
-    """Polynomials of the breakaway over position, in agreement with the onsets.
+    """Breakaway over position as fitted polynomials, and the onsets computed with them.
 
     - shape: factors of friction at the onsets, (n,); None if friction is constant
     - friction: breakaway at the onsets, (n,), N m | N
@@ -240,9 +238,10 @@ def _levels(structure: PolynomialOrders) -> list[Vector]:
 class BreakawayErrors:
     """Errors of the coefficients (p,) of a fit.
 
-    - ranges: shifts at both ends of each parameter of the axis and of the rest position
-    - falls: shifts with the falls that the interval includes
-    - half_step: half a step of a held ramp, N m | N
+    - ranges: shifts of the coefficients at both ends of each axis parameter and of the rest
+      position
+    - falls: shifts of the coefficients with the falls that the interval includes
+    - half_step: half a step of a sampled ramp, N m | N
     """
 
     solution: LeastSquaresSolution
@@ -252,7 +251,7 @@ class BreakawayErrors:
     confidence: float
 
     def interval(self, weights: Vector) -> Interval:
-        """Return the interval of the sum of the coefficients with these weights (p,)."""
+        """Return the interval of the weighted sum of the coefficients, with `weights` (p,)."""
         value = float(weights @ self.solution.value)
         statistical = np.linalg.norm(weights * self.solution.half_width(self.confidence))
         deviation = float(statistical) / float(scipy.special.ndtri(0.5 + 0.5 * self.confidence))

@@ -1,15 +1,16 @@
 """Friction map over position and speed (figure 4.13), from ramps and sliding logs (4.40)-(4.42).
 
-Sliding alone does not reveal how friction varies with position; ramps alone do not reveal its level
-in slip. The ramps give C_s(x) per direction (`breakaway`), and friction in slip has the same shape:
+Sliding logs do not show how friction varies with position; ramps do not show its level in slip. The
+ramps give the breakaway C_s(x) per direction (`breakaway`). The friction in slip C_r is assumed to
+have the same shape:
 
     C_r(x, direction) = level(direction) C_s(x, direction)/mean C_s
     beta = mean C_s/mean C_r
 
-The levels and the viscous pieces come from the gated means of the strokes (`sines`). In the
-equation of a stroke, the shape is averaged over the positions of that stroke. Different strokes may
-therefore cover different positions. If the directions have separate polynomials, an offset of the
-effort cannot be distinguished from half their difference: the bench's offset is used, or none.
+The levels and the viscous friction come from means over strokes (`sines`). In the equation of a
+stroke, the shape is averaged over the positions of that stroke, so that strokes may cover different
+positions. If the directions have separate polynomials, an offset of the effort cannot be
+distinguished from half their difference. The offset is then the bench's, or 0.
 """
 
 from __future__ import annotations
@@ -37,8 +38,8 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.typing import Vector
 
 OFFSET_REASON = (
-    "friction differs between the directions by more than a constant, and the logs cannot "
-    "separate half of this difference from an offset; give mechanics.offset in the bench"
+    "the difference of friction between the directions varies with position, and the logs cannot "
+    "separate half of it from an offset; state mechanics.offset in the bench"
 )
 
 
@@ -47,8 +48,8 @@ class IdentifiedFrictionMap:
     """Friction map from sliding logs and ramps.
 
     - fit: fit of the sliding logs, with laws over position and speed
-    - ramp: breakaway that agrees with the fit
-    - beta: breakaway over friction in slip (4.42)
+    - ramp: breakaway, evaluated with the Coulomb friction of the fit
+    - beta: mean breakaway divided by mean friction in slip (4.42)
     """
 
     fit: SlidingFit
@@ -64,10 +65,11 @@ def friction_map(
     bench: Bench,
     settings: IdentificationSettings,
 ) -> IdentifiedFrictionMap:
-    """Return the friction map for ramps whose breakaway friction `first` varies with position.
+    """Return the friction map of sliding `records` and `ramps`.
 
-    `axis` has the same meaning as in `breakaway`; its offset is the bench's. The ramps are
-    evaluated again with the Coulomb friction of the map. Raises UnusableLogs as `sines` does.
+    first: breakaway of the ramps, which varies with position. axis: parameter intervals as in
+    `breakaway`, with the bench's offset. The ramps are evaluated again with the Coulomb friction of
+    the map. Raises UnusableLogs as `sines` does.
     """
     rows = gated_rows(records, bench)
     offset = axis["offset"].value
@@ -132,7 +134,7 @@ def _fitted(
 
 
 def shape_along(rows: StrokeRows, law: BreakawayOverPosition) -> Vector:
-    """Return C_s over its mean (n,) at each sample; constant beyond the range of the ramps."""
+    """Return C_s/mean C_s (n,) at each sample; it is constant outside the range of the ramps."""
     lengths = np.diff(np.append(rows.means.starts, rows.position.size))
     forward = np.repeat(rows.means.sign > 0.0, lengths)
     place = np.clip(rows.position, law.low, law.high)
@@ -144,7 +146,7 @@ def shape_along(rows: StrokeRows, law: BreakawayOverPosition) -> Vector:
 
 
 def breakaway_laws(ramp: Breakaway, bench: Bench, sliding: Laws | None = None) -> Laws:
-    """Return the laws of sliding and of a varying breakaway."""
+    """Return the laws of a model with a varying breakaway; the laws of `sliding` are kept."""
     law = ramp.by_position
     laws = sliding or Laws()
     if ramp.rising is not None:

@@ -1,4 +1,4 @@
-"""Time of the onset of motion, from the encoder's changes after it.
+"""Time of the onset of motion, from the encoder's changes after the onset.
 
 Under an effort that grows at a rate r, an axis breaks away at t0 and its friction falls at once to
 Coulomb friction. With l = viscous/J and excess = |effort(t0)| - coulomb, it moves by
@@ -7,19 +7,19 @@ Coulomb friction. With l = viscous/J and excess = |effort(t0)| - coulomb, it mov
     phi2(x) = (e^x - 1 - x)/x^2
     phi3(x) = (phi2(x) - 1/2)/x
 
-A coarse encoder reveals the times of its changes well. Half a sample before a change was seen, s =
-start + (counts before); `start` is the unknown distance from the rest position to the first change,
-between 0 and one count. t0 minimises the squared differences in s, with `start` eliminated. The
-excess follows from t0 along the ramp.
+Even a coarse encoder shows the times of its changes well. Half a sample before the log shows a
+change, the travel is s = start + (distance between the first and this change). `start` is the
+unknown distance, at most one count, from the rest position to the first change. t0 minimises the
+squared differences in s, with `start` eliminated. The ramp gives the excess at t0.
 
-A preference for the `expected` start, with the weight `timing`, decides what the changes leave
-open. `timing` is the variance of s at a change, due to sampling, relative to that of a uniform
-start, 1/12 count^2. With a single change, t0 and `start` cannot be separated, and only the
-preference decides.
+If the changes do not determine `start`, a prior decides: a term with the weight `timing` prefers
+the `expected` start. `timing` is the variance of s at a change due to sampling, divided by the
+variance of a uniform start, 1/12 count^2. With a single change, only the prior separates t0 and
+`start`.
 
-If friction falls over a Stribeck velocity v_s, by excess (1 - exp(-(v/v_s)^exponent)), the travel
-is integrated into a table. The excess of a table is that of the previous onset estimate; this is
-iterated ROUNDS times.
+With a Stribeck velocity v_s, friction falls by excess (1 - exp(-(v/v_s)^exponent)) over the speed
+v. The travel is then integrated numerically into a table, with the excess of the previous onset
+estimate. This is iterated ROUNDS times.
 """
 
 from __future__ import annotations
@@ -61,9 +61,9 @@ def phi3(x: float) -> float:
 
 @kernel
 def travel(t: float, excess: float, rate: float, inertia: float, viscous: float) -> float:
-    """Return s(t), rad | m, of the module's formula.
+    """Return the travel s(t) after the onset, rad | m, by the formula above.
 
-    It is 0 for t <= 0; a negative excess counts as 0.
+    s is 0 for t <= 0. A negative excess is replaced by 0.
     """
     if t <= 0.0:
         return 0.0
@@ -77,9 +77,8 @@ def travel_table(
 ) -> Table:
     """Return position and velocity (STEPS + 1, 2) at multiples of `step` s after the onset.
 
-    Friction falls from the breakaway by `excess` to Coulomb friction over the Stribeck velocity
-    `velocity` with this exponent; for inf it does not fall. The integration is a fourth-order
-    Runge-Kutta method.
+    Friction falls by `excess`, from the breakaway to Coulomb friction, over the Stribeck velocity
+    `velocity`; with inf it does not fall. The integration is a fourth-order Runge-Kutta method.
     """
     table = np.zeros((STEPS + 1, 2))
     slopes = np.zeros(4)
@@ -139,13 +138,13 @@ def misfit(
     table_step: float,
     table: Table,
 ) -> tuple[float, float]:
-    """Return the sum of squares of the model's travel minus (start + `seen`), and the best start.
+    """Return the sum of squares of s(time - t0) - (start + `seen`), and the best start.
 
     - time, seen: times [s] of the encoder's changes, and distances [rad | m] at them, (n,)
     - ramp: |effort| at time 0, and its rate per s
     - axis: inertia, viscous, coulomb
-    - expected: preferred start, rad | m; the start is kept within one count
-    - timing: weight of the preference for `expected`, see the module
+    - expected, timing: preferred start, rad | m, and weight of this preference (see above)
+    - resolution: encoder step, rad | m; the start is between 0 and one step
     - table, table_step: result of `travel_table` and its step, s; with one row, friction falls at
       once
     """
@@ -182,7 +181,7 @@ def least_misfit(
     table_step: float,
     table: Table,
 ) -> float:
-    """Return the onset [s] with the least `misfit`, at most `span` s before time[0].
+    """Return the onset [s] with the least `misfit`, within `span` s before time[0].
 
     The other arguments are those of `misfit`.
     """
@@ -240,9 +239,9 @@ def onset_time(
 ) -> tuple[float, float, float, int]:
     """Return (t0 [s], start [rad | m], misfit, status of STATUS) of the onset.
 
-    - span: searched time before time[0], s
-    - velocity, exponent: Stribeck velocity, rad/s | m/s, and exponent of the fall; for the velocity
-      0 friction falls at once, for inf it does not fall
+    - span: length of the searched interval before time[0], s
+    - velocity, exponent: Stribeck velocity, rad/s | m/s, and exponent of the fall. With velocity 0,
+      friction falls at once; with inf, it does not fall.
 
     The other arguments are those of `misfit`.
     """
@@ -266,5 +265,5 @@ def onset_time(
 
 
 def search_span(resolution: float, rate: float, inertia: float, counts: float) -> float:
-    """Return the time [s] in which `counts` pass if a ramp of `rate` accelerates a free inertia."""
+    """Return the time [s] in which an effort `rate` t moves a free inertia by `counts`."""
     return float(np.cbrt(6.0 * counts * resolution * inertia / rate))

@@ -1,5 +1,6 @@
-"""Breakaways in a log of ramps: the line of the effort at rest, and the encoder's changes after it.
+"""Detection of breakaways in a log of ramps.
 
+A breakaway has a line fitted to the effort at rest, and the encoder's changes after the onset.
 Onsets inside the backlash after a reversal are left out, since only the motor moves there.
 """
 
@@ -27,15 +28,15 @@ LEFT_THE_RAMP = 5.0
 
 @dataclass(frozen=True)
 class BreakawayOnset:
-    """One breakaway; its time 0 is when motion is seen.
+    """One breakaway; the time is 0 at the first visible motion.
 
     - direction: +1 or -1
-    - level, rate: line of |effort|: value at time 0, N m | N, and slope per s
+    - level, rate: value at time 0, N m | N, and slope per s of the line fitted to |effort|
     - time: times of the encoder's changes, (n,), s
-    - seen: distance at each change from the first change, (n,), rad | m
-    - position: middle of the count at rest, rad | m
-    - rested: time without a count before the onset, s
-    - timing: weight of a preferred rest position, see `onset`
+    - seen: distance between the first and each change, (n,), rad | m
+    - position: middle of the encoder count at rest, rad | m
+    - rested: time at rest before the onset, s
+    - timing: weight of the preferred rest position (`onset.py`)
     """
 
     direction: float
@@ -64,7 +65,7 @@ def _rests(record: MotionRecord) -> list[tuple[int, int]]:
 
 
 def find_onsets(record: MotionRecord, bench: Bench) -> list[BreakawayOnset]:
-    """Return every breakaway under a growing effort with the load attached."""
+    """Return every breakaway under a growing effort, outside the backlash."""
     width = bench.mechanics.backlash
     gap = 0.0 if width is None else max(width.interval) + 2.0 * record.resolution
     strokes, rests = find_strokes(record), _rests(record)

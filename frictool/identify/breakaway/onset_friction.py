@@ -1,9 +1,8 @@
-"""Friction at the onsets of ramps: the effort at which each motion has begun.
+"""Friction at the onsets of ramps: the effort at which each motion begins.
 
-The rest position within a count also follows from the changes, within the limits of their timing. A
-test that takes the ramp back after a fixed number of counts brings the axis to rest at nearly the
-same position each time. Ambiguities of a single onset are therefore resolved by the mean of all
-onsets (`OnsetData.rest`).
+The rest position within an encoder count also follows from the changes, but often not uniquely. A
+test that withdraws the ramp after a fixed number of counts brings the axis to rest at nearly the
+same position each time. Therefore the mean rest position of all onsets is used (`OnsetData.rest`).
 """
 
 from __future__ import annotations
@@ -48,15 +47,15 @@ def efforts(
     shape: Vector | None = None,
     fall: StribeckFall = IMMEDIATE,
 ) -> tuple[Vector, Vector, Vector]:
-    """Return |effort| (n,), rest position within its count (n,), and misfit (n,) of each onset.
+    """Return |effort| (n,), rest position (n,) and misfit (n,) of each onset.
 
-    The rest position is between 0 and 1; the misfit of the encoder's changes is relative to
+    The rest position within an encoder count is between 0 and 1; the misfit is relative to
     `timing`.
 
     - axis: `inertia`, `viscous`, `coulomb` and `offset` in SI units
     - start: expected rest position, 0 to 1
     - shape: factors of `coulomb` at the onsets, (n,)
-    - fall: fall of friction over the speed
+    - fall: fall of friction over speed after the onset
     """
     out, positions, squares = np.empty(len(onsets)), np.empty(len(onsets)), np.empty(len(onsets))
     for k, onset in enumerate(onsets):
@@ -88,7 +87,7 @@ def efforts(
 
 @dataclass(frozen=True)
 class OnsetData:
-    """Onsets that are used, their positions, and known data of the axis."""
+    """Selected onsets, their positions, and known data of the axis."""
 
     onsets: list[BreakawayOnset]
     positions: BreakawayPositions
@@ -106,8 +105,7 @@ class OnsetData:
     ) -> float:
         """Return the misfit of `efforts`, averaged over the onsets, for a fall of friction.
 
-        The function stops and returns inf once the onsets computed so far imply a mean above
-        `most`.
+        Return inf if the mean exceeds `most`; the remaining onsets are then skipped.
         """
         every = slice(None, None, math.ceil(len(self.onsets) / ONSETS_COMPARED))
         onsets = self.onsets[every]
@@ -123,7 +121,7 @@ class OnsetData:
     def fall_range(
         self, axis: Mapping[str, Interval], shape: Vector | None, confidence: float
     ) -> StribeckVelocityRange:
-        """Return the falls allowed with parameters in the intervals of `axis`."""
+        """Return the falls that agree with the onsets, for parameters in the intervals `axis`."""
         nominal = {name: known.value for name, known in axis.items()}
         ends = [
             {**nominal, name: end}
@@ -140,10 +138,10 @@ class OnsetData:
     def rest(self, axis: Mapping[str, float], shape: Vector | None) -> tuple[float, float]:
         """Return the mean rest position within a count, 0 to 1, and its standard deviation.
 
-        The position fitted to an onset depends linearly on the expected one: fitted = a + lean
-        expected. For expected = fitted = a/(1 - lean) the timing of the changes alone determines
-        the position. This value is combined with a position that is uniform within the count, each
-        weighted by its inverse variance.
+        The position fitted to an onset depends linearly on the expected position: fitted = a + lean
+        expected. At expected = fitted = a/(1 - lean), only the timing of the changes determines the
+        position. This value and a uniform position within the count are averaged with weights
+        1/variance.
         """
         low, high = (
             efforts(self.onsets, axis, self.resolution, expected, shape, self.fall)[1]
@@ -163,9 +161,9 @@ class OnsetData:
     def friction(
         self, axis: Mapping[str, float], shape: Vector | None, deviations: float = 0.0
     ) -> Vector:
-        """Return the friction (n,) at the onsets: |effort| without the offset.
+        """Return the friction |effort - offset| (n,) at the onsets [N m | N].
 
-        The rest position is `deviations` standard deviations from its mean.
+        The rest position is its mean plus `deviations` standard deviations.
         """
         offset = axis["offset"] if self.offset is None else self.offset
         mean, deviation = self.rest(axis, shape)
@@ -187,7 +185,7 @@ class OnsetData:
 
 
 def onset_data(records: list[MotionRecord], bench: Bench) -> OnsetData:
-    """Return the onsets of the directions that have enough of them."""
+    """Return the onsets of each direction that has at least FEWEST_ONSETS."""
     onsets = [onset for record in records for onset in find_onsets(record, bench)]
     used = [
         onset

@@ -3,11 +3,11 @@
     |friction| = sum_k c_k P_k(xi)
 
 xi is the position scaled to [-1, 1], and P_k is a Legendre polynomial, so that c_0 is the mean over
-the range. The order is the smallest whose leave-one-out error is within two standard errors of the
-best order's, compared breakaway by breakaway. With this rule a needless order is accepted in one
-log of twenty; with one standard error (Breiman et al. 1984) it is accepted in three of twenty. The
-same rule decides between a polynomial for each direction and a common one with an offset of the
-effort.
+the range. Orders are compared by their leave-one-out errors, paired by breakaway. The order is the
+smallest one whose error is within two standard errors of the smallest error. This rule accepts an
+order that is too high in 1 log of 20; one standard error (Breiman et al. 1984) accepts it in 3 of
+20. The same rule decides between one polynomial per direction and a common polynomial with an
+offset of the effort.
 """
 
 from __future__ import annotations
@@ -32,8 +32,8 @@ ROWS_PER_TERM = 6  # breakaways needed for each coefficient
 class PolynomialOrders:
     """Polynomial orders of the friction over position.
 
-    - orders: forward and backward, -1 for a direction without data
-    - common: one polynomial of order orders[0] for both directions, and an offset
+    - orders: orders forward and backward; -1 for a direction without data
+    - common: True for one polynomial of order orders[0] in both directions, and an offset
     """
 
     orders: tuple[int, int]
@@ -41,13 +41,13 @@ class PolynomialOrders:
 
     @property
     def constant(self) -> bool:
-        """Return whether friction depends on neither position nor direction."""
+        """Return True if friction depends on neither position nor direction."""
         return max(self.orders) == 0 and (self.common or min(self.orders) < 0)
 
 
 @dataclass(frozen=True)
 class BreakawayPositions:
-    """Positions (n,), rad | m, directions (n,), +-1, and range [low, high] of breakaways."""
+    """Positions (n,) [rad | m], directions (n,) [+-1] and position range of breakaways."""
 
     position: Vector
     direction: Vector
@@ -66,8 +66,7 @@ class BreakawayPositions:
     def design(self, structure: PolynomialOrders) -> Matrix:
         """Return the regressors (n, p) of the friction, first forward, then backward.
 
-        With a common polynomial the columns are Legendre polynomials, then the direction. The
-        coefficient of the direction is the offset.
+        With a common polynomial the last column is the direction; its coefficient is the offset.
         """
         if structure.common:
             return np.column_stack((legvander(self.scaled, structure.orders[0]), self.direction))
@@ -78,18 +77,17 @@ class BreakawayPositions:
         return np.column_stack(sides)
 
     def powers(self, coefficients: Vector) -> tuple[float, ...]:
-        """Return the power coefficients (SI, constant first) of a Legendre series in xi."""
+        """Return the coefficients of position^i (SI, constant first) of a Legendre series in xi."""
         series = Legendre(coefficients, domain=[self.low, self.high])
         return tuple(
             float(c) for c in series.convert(kind=Polynomial, domain=[-1, 1], window=[-1, 1]).coef
         )
 
     def power_weights(self, rows: Matrix) -> Matrix:
-        """Return the matrix (m, p) that maps fitted to power coefficients of one polynomial.
+        """Return the matrix (m, p) from all fitted coefficients to the powers of one polynomial.
 
-        The coefficients (p,) of all polynomials and of the offset are in the order of `design`.
-        `rows` (m, p) selects the m Legendre coefficients of the polynomial in question. Row i of
-        the result gives its coefficient of position^i, SI.
+        The p fitted coefficients are in the order of `design`. `rows` (m, p) selects the m Legendre
+        coefficients of the polynomial. Row i of the result gives its coefficient of position^i, SI.
         """
         convert = np.zeros((rows.shape[0], rows.shape[0]))
         for k, unit in enumerate(np.eye(rows.shape[0])):
@@ -104,7 +102,7 @@ def fit_polynomials(
     """Return the least-squares coefficients of friction over position, in the order of `design`.
 
     Successive breakaways are not independent, because the rest position within an encoder count
-    changes slowly. FOLLOWING of them therefore count as one.
+    changes slowly. FOLLOWING successive breakaways therefore count as one.
     """
     together = FOLLOWING if friction.size >= FOLLOWING * FEWEST_GROUPS else 1
     return solve(
@@ -118,8 +116,7 @@ def fit_polynomials(
 def sides_of(structure: PolynomialOrders, value: Vector) -> tuple[Vector, Vector]:
     """Return the Legendre coefficients of the forward and the backward polynomial.
 
-    `value` has all coefficients in the order of `design`; the offset is left out. The result is
-    empty for a direction without data.
+    `value`: all coefficients in the order of `design`. A direction without data has an empty array.
     """
     if structure.common:
         return value[:-1], value[:-1]
@@ -128,7 +125,7 @@ def sides_of(structure: PolynomialOrders, value: Vector) -> tuple[Vector, Vector
 
 
 def choose_structure(positions: BreakawayPositions, friction: Vector) -> PolynomialOrders:
-    """Return the polynomial orders that the frictions (n,) [N m | N] support."""
+    """Return the polynomial orders that the data support; friction (n,) [N m | N]."""
     forward = positions.direction > 0.0
     present = (bool(np.any(forward)), bool(np.any(~forward)))
     orders = [
@@ -166,13 +163,13 @@ def _smallest_as_good(errors: list[Vector]) -> int:
 
 
 def as_good(simple: Vector, best: Vector) -> bool:
-    """Return True if errors (n,) of a simple fit are within SURE standard errors of the best's."""
+    """Return True if errors (n,) exceed those of the best fit by at most SURE standard errors."""
     more = simple**2 - best**2
     return bool(np.mean(more) <= SURE * np.std(more) / np.sqrt(more.size))
 
 
 def left_out(rows: Matrix, friction: Vector) -> Vector:
-    """Return the leave-one-out errors (n,) of a fit with regressors `rows` (n, p)."""
+    """Return the leave-one-out errors (n,) of a least-squares fit with regressors `rows` (n, p)."""
     q, _ = np.linalg.qr(rows)
     residual = friction - q @ (q.T @ friction)
     return np.asarray(residual / np.maximum(1.0 - np.sum(q**2, axis=1), 1e-6))

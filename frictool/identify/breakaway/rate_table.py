@@ -1,8 +1,8 @@
 """Breakaway over the rate of the ramp, from a table of single breakaways.
 
-The table is a CSV with two columns: the effort at which the axis started to move, and the rate at
-which the effort was raised. Columns are named `effort` and `rate`, or stand in this order. The
-effort is in N m | N; the rate may have any unit.
+The table is a CSV file with two columns: effort at which the axis started to move, and rate of the
+effort's ramp. The columns are named `effort` and `rate`, or are in this order. The effort is in N m
+| N; the rate may have any unit.
 """
 
 from __future__ import annotations
@@ -44,11 +44,11 @@ class BreakawayAtRate:
 
 @dataclass(frozen=True)
 class BreakawayOverRate:
-    """Breakaway of a table.
+    """Breakaway over the rate of the ramp.
 
     - rates: mean breakaway at each rate, in ascending order
-    - per_decade: rise for a rate ten times as fast, N m | N; None for one rate
-    - interval: mean of all rates, from the lowest to the highest end at a rate
+    - per_decade: increase of the breakaway for a tenfold rate, N m | N; None for a single rate
+    - interval: mean over the rates; its ends are the lowest and the highest end at any rate
     """
 
     rates: tuple[BreakawayAtRate, ...]
@@ -57,13 +57,13 @@ class BreakawayOverRate:
 
 
 def read_rate_table(path: Path) -> RateTable:
-    """Return the table of a CSV file; raise LogError with the line that is none."""
+    """Return the table of a CSV file; raise LogError with the number of an invalid line."""
     if path.stat().st_size > LARGEST:
-        raise LogError(str(path), f"is larger than {LARGEST} bytes, and no table of breakaways")
+        raise LogError(str(path), f"is larger than {LARGEST} bytes; allowed: a table of breakaways")
     try:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except UnicodeDecodeError:
-        raise LogError(str(path), "is no text in UTF-8") from None
+        raise LogError(str(path), "is not a text file in UTF-8") from None
     order = (0, 1)
     rows: list[tuple[float, float]] = []
     for number, line in enumerate(lines, start=1):
@@ -95,10 +95,10 @@ def read_rate_table(path: Path) -> RateTable:
 
 
 def breakaway_over_rate(table: RateTable, confidence: float) -> BreakawayOverRate:
-    """Return the breakaway at each rate of a table, and its rise.
+    """Return the breakaway at each rate of a table, and its increase with the rate.
 
-    A rate with a single breakaway has the scatter of the other rates. Raises LogError if every rate
-    has one breakaway.
+    A rate with a single breakaway is assumed to have the scatter of the other rates. Raises
+    LogError if every rate has a single breakaway.
     """
     rates, index = np.unique(table.rate, return_inverse=True)
     count = np.bincount(index)
@@ -148,7 +148,7 @@ def _rise(
 
 
 def rate_lines(over_rate: BreakawayOverRate, unit: str) -> list[str]:
-    """Return the lines on the breakaway over the rate."""
+    """Return the breakaway over the rate as lines of text."""
     at = ", ".join(
         f"{one.rate:g}: {one.mean.value:.4g} [{one.mean.low:.4g}, {one.mean.high:.4g}] "
         f"({one.count})"

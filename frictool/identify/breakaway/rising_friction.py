@@ -3,9 +3,9 @@
     F_s(t) = full (1 - (1 - fresh) tau/(tau + t))      t: time at rest before the breakaway
                                                        (friction/rising_breakaway.py)
 
-For a fixed tau the law is linear in `full` and in `full (1 - fresh)`; tau is searched. The law is
-used only if it predicts left-out breakaways better than a constant. Ramps of several rates are
-needed, since with a single rate t is always the same.
+For a fixed tau the law is linear in `full` and `full (1 - fresh)`; tau is searched. The law is used
+only if it predicts left-out breakaways better than a constant. The ramps need several rates, since
+t is always the same at a single rate.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ class RisingFriction:
     """Breakaway that grows with the time at rest.
 
     - full: breakaway after a long rest, N m | N
-    - fresh: breakaway just after a stop, relative to `full`
+    - fresh: breakaway just after a stop, divided by `full`
     - rise_time: time constant tau, s
     """
 
@@ -41,7 +41,7 @@ class RisingFriction:
 def rising_friction(
     rested: Vector, direction: Vector, friction: Vector, confidence: float
 ) -> RisingFriction | None:
-    """Return the law, or None if a constant is as good.
+    """Return the law, or None if a constant breakaway predicts equally well.
 
     - rested: time at rest before each breakaway, (n,), s
     - direction: direction of each breakaway, (n,), +-1

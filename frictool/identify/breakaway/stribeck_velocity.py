@@ -1,14 +1,14 @@
-"""Falls of friction over speed that agree with the encoder's changes after the onsets.
+"""Range of Stribeck velocities that agree with the encoder's changes after the onsets.
 
-Friction falls from the breakaway to Coulomb friction over the speed (2.34). The slower it falls,
-the later the encoder shows the motion. An onset that is corrected for an immediate fall then gives
-too high a breakaway. The finer the encoder, the better its changes determine the fall.
+Friction falls from the breakaway to Coulomb friction with increasing speed (2.34). With a slow
+fall, the encoder shows the motion later. The breakaway is then too high if an immediate fall is
+assumed. A fine encoder determines the fall better than a coarse one.
 
 `allowed_fall` keeps each pair of Stribeck velocity and exponent whose misfit exceeds the least
 misfit of the preferred exponent by at most the chi-square quantile with one degree of freedom. The
-other exponents widen the interval and do not change the value: they can imitate friction that
-varies with position. The misfit is the mean over
-the onsets: a repetitive test repeats its timing errors, so that all onsets count as one.
+other exponents widen the interval only and do not change the value, because they can imitate
+friction that varies with position. The misfit is averaged over the onsets, which count as one: a
+repetitive test repeats its timing errors.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ EXPONENTS = (2.0, 1.0, 0.5)  # exponents of a Stribeck curve that fits try, the 
 
 
 class StribeckFall(NamedTuple):
-    """Fall of friction by 1 - exp(-(v/velocity)^exponent).
+    """Fall of friction over speed v, proportional to 1 - exp(-(v/velocity)^exponent).
 
     At velocity 0, friction falls at once; at inf, it does not fall. The velocity is in rad/s | m/s.
     """
@@ -42,7 +42,7 @@ NO_FALL = StribeckFall(math.inf)
 
 
 class Misfit(Protocol):
-    """Function that compares the onsets with a fall, for given parameters of the axis."""
+    """Function that returns the misfit of the onsets for a fall of friction."""
 
     def __call__(self, fall: StribeckFall, most: float) -> float:
         """Return the misfit averaged over the onsets, or inf if the average exceeds `most`."""
@@ -50,11 +50,11 @@ class Misfit(Protocol):
 
 @dataclass(frozen=True)
 class StribeckVelocityRange:
-    """Fall of the breakaway's value, and the falls in its interval.
+    """Fall of friction for the breakaway's value, and falls for its interval.
 
-    - value: fall with which the breakaway is computed
+    - value: fall with which the value of the breakaway is computed
     - ends: falls whose breakaways the interval includes
-    - known: the range comes from another log and not from the ramps' onsets
+    - known: True if the range comes from another log and not from the onsets
     """
 
     value: StribeckFall
@@ -80,25 +80,25 @@ class StribeckVelocityRange:
 def allowed_fall(
     nominal: Misfit, ends: Sequence[Misfit], scale: float, confidence: float
 ) -> StribeckVelocityRange:
-    """Return the range of falls that the onsets allow.
+    """Return the range of falls of friction that agree with the onsets.
 
     Parameters
     ----------
     nominal
         Misfit with the axis's most likely parameters.
     ends
-        Misfits with one parameter each at an end of its interval.
+        Misfits, in each of which one parameter of the axis is at an end of its interval.
     scale
-        Speed at which the ramp alone passes a count, rad/s | m/s.
+        Speed after one count if only the ramp accelerates the axis, rad/s | m/s.
     confidence
         Confidence of the chi-square quantile, 0 to 1.
 
     Returns
     -------
     StribeckVelocityRange
-        For each exponent, the range extends to the next rejected velocity of the grid. The value
-        is an immediate fall if that is allowed, else the fall of the preferred exponent with the
-        least misfit.
+        For each exponent, the range extends to the next rejected velocity of the grid. The value is
+        an immediate fall if it is allowed, else the fall with the preferred exponent and the least
+        misfit.
     """
     columns = [
         [IMMEDIATE, *(StribeckFall(scale * step, exponent) for step in steps.tolist()), NO_FALL]

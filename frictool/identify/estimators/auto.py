@@ -1,28 +1,29 @@
-"""Choose the method by the decision scheme of figure 4.4, applied to the recorded motion.
+"""Choice of the method by the decision scheme of figure 4.4, applied to the recorded motion.
 
-The verdicts on the encoder and the motion are those of `assess/identifiability.py`.
+`assess/identifiability.py` judges the encoder and the motion.
 
 Loads and disturbing effects are searched first (`explanation_search`). The following steps fit
-the supported ones together with the sliding parameters.
+those that the logs support together with the sliding parameters.
 
-1. If `assess` refuses differentiated velocities, the method is sines, unless least squares over
-   smoothing windows agree with it, and their intervals are at most half as wide.
-2. If the efficient estimate (`least_squares`) and the robust one (`power_balance`) disagree by more
-   than their intervals, power-balance is preferred. The disagreement means that friction at low
-   speed is not viscous + Coulomb.
+1. If differentiated velocities are too inaccurate, the method is sines. Exception: least squares
+   over smoothing windows agree with sines, and their intervals are at most half as wide.
+2. If the efficient estimate (`least_squares`) and the robust estimate (`power_balance`) disagree by
+   more than their intervals, power-balance is preferred. The disagreement means that friction at
+   low speed is not viscous + Coulomb.
 3. Otherwise least-squares is preferred.
 4. The candidates are the methods of steps 2 and 3, the same methods with the load terms that the
-   simulation selects, and output error. The best prediction of unseen strokes wins; the preferred
-   method stays if its error is within a tenth of the best (`method_comparison`).
-5. If assess assigns the inertia to the weak form, and steps 1 to 4 do not identify the inertia, the
-   weak form gives it. Otherwise output error gives it, which differentiates nothing.
+   simulation selects, and output error. The preferred method is used if its prediction error of
+   unseen strokes is within a tenth of the smallest error; otherwise the candidate with the smallest
+   error is used (`method_comparison`).
+5. If steps 1 to 4 do not identify the inertia, it comes from the weak form if `assess` proposes
+   the weak form for the inertia, otherwise from output error, which differentiates nothing.
 
-If more than 70 % of the motion consists of runs at constant speed, and the bench declares no loads,
-the method is `stribeck-curve`, and none of these steps is done.
+If more than 70 % of the motion is at constant speed, and the bench declares no loads, the method is
+`stribeck-curve`, and none of these steps is done.
 
 Step 2 is Hausman's test in terms of intervals. Viscous friction, and an offset that the bench does
-not declare, are dropped if unseen strokes are predicted no worse without them. Steps 2 and 3 also
-apply to strokes that are not sines.
+not declare, are dropped if the prediction of unseen strokes does not become worse. Steps 2 and 3
+also apply to strokes that are not sines.
 """
 
 from __future__ import annotations
@@ -158,7 +159,10 @@ def _speeds(
 
 
 def decide_identifiability(parameter: str, facts: AssessmentInputs) -> Identifiability:
-    """Return the verdict of `assess` at its wanted precision, else at the bench's (4.2.1)."""
+    """Return the verdict at the usual precision or, if negative, at the bench's (4.2.1).
+
+    Without an interval in the bench, the second precision is a relative half width of 1.
+    """
     known = facts.known.get(parameter, 1.0)
     first = verdict(parameter, facts, min(WANTED, known))
     return first if first.identifiable else verdict(parameter, facts, known)
@@ -179,13 +183,13 @@ def _weak(
 def inertia_over_position(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit | None:
-    """Return the weak-form fit if it has friction over position and an inertia, else None."""
+    """Return the weak-form fit if it includes friction over position and inertia, else None."""
     fit = _weak(records, bench, settings)
     return fit if fit is not None and fit.details["position_order"] > 0 else None
 
 
 def joined(fit: SlidingFit, other: SlidingFit, method: str, why: str) -> SlidingFit:
-    """Return `fit` with the inertia of the weak form or of output error."""
+    """Return `fit` with the inertia of `other`: the weak form or output error."""
     refused = {name: reason for name, reason in fit.refused.items() if name != "inertia"}
     parameters = {"inertia": other.parameters["inertia"], **fit.parameters}
     details = {name: other.details[name] for name in WEAK_DETAILS if name in other.details}
@@ -213,13 +217,13 @@ def _differentiated(
     apart = disagreement(efficient, robust)
     if apart is None:
         why = (
-            "equal weights and weights by speed agree within their intervals: friction is "
+            "least squares with equal weights and with weights by speed agree: friction is "
             "viscous and Coulomb at all speeds used"
         )
         fits = [replace(efficient, method=REFERENCE, why=why)]
     else:
         why = (
-            f"{apart} with equal weights lies outside its interval with weights by speed: friction "
+            f"{apart} with equal weights is outside its interval with weights by speed: friction "
             "differs at low speed, where weights by speed are small"
         )
         fits = [
@@ -234,7 +238,7 @@ def _differentiated(
 
 
 def disagreement(one: SlidingFit, other: SlidingFit) -> str | None:
-    """Return the first friction parameter, as text, whose intervals do not overlap; else None."""
+    """Return a text on the first friction parameter whose intervals do not overlap, or None."""
     for name in ("viscous", "coulomb"):
         a, b = one.parameters.get(name), other.parameters.get(name)
         if a is not None and b is not None and (a.low > b.high or b.low > a.high):

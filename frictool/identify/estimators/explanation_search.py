@@ -1,23 +1,23 @@
-"""Competing explanations of the effort, weighed by the prediction of unseen strokes.
+"""Search of loads and disturbing effects that explain the effort of unseen strokes.
 
 `auto` adds one hypothesis at a time to inertia, viscous, Coulomb and offset:
 
-- loads: a spring and, on a rotary axis, gravity; harmonics of a ripple, with wave numbers from the
+- loads: a spring; gravity on a rotary axis; harmonics of a ripple, with wave numbers from the
   spectrum of the residual over the position (`position_spectrum`)
 - effects that only disturb the fit (`rows/effects.py`), such as a drifting offset
-- viscous friction by direction, which competes with the others, but is never added: the simulation
-  decides on it (`structure_selection`)
+- viscous friction by direction, which competes with the others, but is never added here:
+  `structure_selection` decides on it
 
-All hypotheses are columns of one regression, reduced once to triangles. The score of each is the
-squared prediction error of all strokes, each half predicted by a fit to the other half. The best
-hypothesis is used if
+All hypotheses are columns of one regression, reduced once to triangular matrices. The score of a
+hypothesis is the sum of squared prediction errors of all strokes; a fit to one half of the strokes
+predicts the other half. The best hypothesis is used if it passes two tests:
 
-1. the squared errors of the strokes decrease significantly. For a load, which is a statement about
-   the machine, the rms prediction error also falls by more than a fifth
-   (`term_selection.clearly_better`); for an effect, the sum of the squares by a twentieth; and
-2. its parameters differ from 0 in the joint test over clusters (`joint_test`). FALSE_ALARM is the
-   level of all tests together: one half is divided among the hypotheses, one among the wave numbers
-   of a ripple.
+1. The squared errors of the strokes decrease significantly. For a load, which is a statement about
+   the machine, the rms error also falls by more than a fifth (`term_selection.clearly_better`); for
+   an effect, the sum of squares falls by at least a twentieth.
+2. Its parameters differ from 0 in the joint test over clusters (`joint_test`). FALSE_ALARM is the
+   level of all tests together: one half is divided among the hypotheses, one half among the wave
+   numbers of a ripple.
 
 A load is not used if an effect predicts the strokes equally well. A hypothesis is removed again if
 it no longer passes the first test; harmonics of a ripple stay. Significant hypotheses that are not
@@ -112,7 +112,7 @@ class ExplanationSearch:
         return cls(used, bench, settings, windows)
 
     def smoother(self, factor: float) -> ExplanationSearch:
-        """Return the search with longer windows; a window is at most a quarter of a stroke."""
+        """Return the search with windows longer by `factor`, at most a quarter of a stroke."""
         longest = (LONGEST_SHARE * stroke_samples(record) for record in self.records)
         windows = tuple(
             max(window, 2 * int(0.5 * min(factor * window, most)) + 1)
@@ -132,7 +132,7 @@ class ExplanationSearch:
 
     @property
     def hypotheses(self) -> tuple[Hypothesis, ...]:
-        """Return the hypotheses of this axis that the bench does not declare, without ripple."""
+        """Return the hypotheses, except ripple, that the bench does not declare."""
         named = () if self.bench.load is None else self.bench.load.terms
         measured = any(record.velocity is not None for record in self.records)
         return tuple(
@@ -145,7 +145,7 @@ class ExplanationSearch:
         )
 
     def samples(self, waves: tuple[float, ...]) -> RegressionSamples:
-        """Return the rows with the columns of all hypotheses and of a ripple of these waves.
+        """Return the rows with the columns of all hypotheses and of ripples at `waves`.
 
         Raises UnusableLogs if nothing slips.
         """
@@ -167,7 +167,7 @@ class ExplanationSearch:
         return samples
 
     def rows(self, waves: tuple[float, ...]) -> ReducedRows:
-        """Return the reduced rows of `samples`.
+        """Return the rows of `samples`, reduced to triangular matrices.
 
         Raises UnusableLogs if nothing slips, or if the motion does not determine Coulomb friction
         and offset.
@@ -179,9 +179,9 @@ class ExplanationSearch:
         return self.reduced_rows(samples, waves)
 
     def reduced_rows(self, samples: RegressionSamples, waves: tuple[float, ...]) -> ReducedRows:
-        """Return the rows reduced to triangles; the base is what the bench declares.
+        """Return the rows reduced to triangular matrices.
 
-        Parameters that the samples hold fixed are not in the base.
+        The base columns are those that the bench declares, without parameters fixed in the samples.
         """
         names = parameters_of(samples)[0]
         plain, _, cluster, stroke = reduced(
@@ -196,7 +196,7 @@ class ExplanationSearch:
 
     @property
     def noise(self) -> float:
-        """Return the noise of the acceleration (rms) in the first record, rad/s^2 | m/s^2."""
+        """Return the rms noise of the acceleration in the first record, rad/s^2 | m/s^2."""
         record = self.records[0]
         response = acceleration_response(record, self.windows[0])
         return measurement_noise(record) * float(np.linalg.norm(response))
@@ -204,7 +204,7 @@ class ExplanationSearch:
     def ripple(
         self, rows: ReducedRows, waves: tuple[float, ...], used: Sequence[Hypothesis]
     ) -> tuple[Hypothesis, SpectrumPeak] | None:
-        """Return the harmonic at the highest peak of the residual's spectrum, or None."""
+        """Return a ripple at the highest peak of the residual's spectrum, or None."""
         position = rows.samples.loads.get(TERMS[SPRING][0])
         if position is None or len(waves) == MOST_HARMONICS:
             return None
@@ -249,7 +249,7 @@ def _thinned(record: MotionRecord, share: float) -> MotionRecord:
 
 @dataclass(frozen=True)
 class Trial:
-    """Hypothesis with its squared prediction errors of the strokes, (s,), and its level."""
+    """Hypothesis, squared prediction errors of the s strokes with it, and level of its test."""
 
     hypothesis: Hypothesis
     rows: ReducedRows
@@ -291,10 +291,10 @@ def _trials(
 def search_explanations(
     records: Sequence[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> tuple[LoadTerms | None, tuple[Explanation, ...]]:
-    """Return the load terms that the logs support, and what explains or is left in the effort.
+    """Return the load terms that the logs support, and all explanations of the effort.
 
-    The terms are None if the bench declares its loads, if no hypothesis is supported, or if nothing
-    slips.
+    The terms are None if the bench declares its loads, if the logs support no hypothesis, or if
+    nothing slips. An explanation is used in the fit, or left in the residual.
     """
     try:
         search = ExplanationSearch.of(records, bench, settings)

@@ -1,20 +1,20 @@
-"""Friction force of a known inertia, and its curve over speed (K. Mnich's scripts).
+"""Friction force with a known inertia, and its curve over speed (K. Mnich's scripts).
 
-The procedure is that published for a rack-and-pinion stage.
+The procedure was published for a rack-and-pinion stage:
 
-    filter     the same causal low-pass for velocity and effort, so that they stay aligned
+    filter     same causal low-pass for velocity and effort, so that their delays are equal
     force      effort - inertia (v[k] - v[k-1])/T, with the bench's inertia
     curve      coulomb + viscous v + (breakaway - coulomb) (v/v_p) e^(1 - v/v_p)
                for each direction of motion, and an offset
 
 The breakaway is the largest friction of the curve. It is reached at the speed v_p, and not at rest
-as in (2.34). v_p is therefore no Stribeck velocity, and is reported in the details. For a given v_p
-the other parameters are linear, so that only v_p is searched.
+as in (2.34). v_p is therefore not a Stribeck velocity, and is reported in the details. For a fixed
+v_p the other parameters are linear, so that only v_p is searched.
 
-Every sample of a stroke counts, also at rest, as in the publication. Samples at rest shift Coulomb
+As in the publication, every sample of a stroke counts, even at rest. Samples at rest shift Coulomb
 friction towards the effort at rest; select the moving part of the log with `ingest --from --to`.
 The intervals take into account that the filter correlates the residuals (`newey_west`). They do not
-include errors from samples at rest, from the inertia, or from the instruments' clocks.
+include errors from samples at rest, from the inertia, or from different clocks of the instruments.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ def friction_force(
 ) -> SlidingFit:
     """Return viscous, Coulomb, breakaway and offset; the inertia is the bench's.
 
-    Raises UnusableLogs if the records do not determine the curve, or if the motion is in one
-    direction only and the bench gives no offset.
+    Raises UnusableLogs if the records do not determine the curve, or if the motion has one
+    direction only and the bench has no offset.
     """
     pipeline = settings.pipeline or PublishedFilters()
     rows = joined(

@@ -1,4 +1,4 @@
-"""Rows of all hypotheses of `explanation_search`, reduced to triangles, and the fits to them."""
+"""Rows of all hypotheses of `explanation_search` as triangular matrices, and fits to them."""
 
 from __future__ import annotations
 
@@ -24,12 +24,14 @@ ABOVE_NOISE = 3.0
 
 @dataclass(frozen=True)
 class ReducedRows:
-    """Rows of all hypotheses, reduced to triangles (g, q, q) of runs with q - 1 columns.
+    """Rows of all hypotheses, reduced to g triangular matrices (q, q) by QR.
+
+    A run is a group of successive rows; each has one matrix with q - 1 columns and the effort.
 
     - names: names of the columns, (q - 1,)
     - base: names of the columns that are always in the fit
     - cluster, stroke: cluster and stroke of each run, (g,)
-    - noise: effort (rms) of the encoder's noise in the inertia's column for an inertia of 1
+    - noise: rms noise of the acceleration due to the encoder, rad/s^2 | m/s^2
     """
 
     samples: RegressionSamples
@@ -41,22 +43,22 @@ class ReducedRows:
     noise: float
 
     def columns(self, hypotheses: Sequence[Hypothesis]) -> list[int]:
-        """Return the indices of the columns of the base and of these hypotheses."""
+        """Return the indices of the columns of the base and of `hypotheses`."""
         chosen = {*self.base, *(name for one in hypotheses for name in one.names)}
         return [k for k, name in enumerate(self.names) if name in chosen]
 
     @cached_property
     def half(self) -> IntVector:
-        """Return the half of each run, 0 or 1, (g,)."""
+        """Return the half of the data, 0 or 1, to which each run belongs, (g,)."""
         return halved(self.stroke)
 
     @cached_property
     def sides(self) -> Tensor:
-        """Return the triangle of each half, (2, q, q); each is computed once for all trials."""
+        """Return the triangular matrix of each half of the data, (2, q, q)."""
         return np.array([_triangle(self.plain[self.half == side]) for side in (0, 1)])
 
     def fitted(self, columns: Sequence[int]) -> Vector:
-        """Return the parameters (p,) of these columns, fitted to all rows."""
+        """Return the parameters (p,) of `columns`, fitted to all rows."""
         return least(self.sides[:, :, [*columns, -1]])[0]
 
     def squares(self, hypotheses: Sequence[Hypothesis]) -> Vector | None:
@@ -78,13 +80,13 @@ class ReducedRows:
         return by_stroke(out, self.stroke)
 
     def probability(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> float:
-        """Return the probability of the data if the tested hypothesis does not act."""
+        """Return the p-value of the test that the parameters of `tested` are 0."""
         columns = self.columns([*others, tested])
         indices = [k for k, column in enumerate(columns) if self.names[column] in tested.names]
         return joint_probability(self.plain[:, :, [*columns, -1]], self.cluster, indices)
 
     def effort(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> float:
-        """Return the effort (rms, N m | N) that the tested hypothesis explains."""
+        """Return the rms effort [N m | N] that the hypothesis `tested` explains."""
         columns = self.columns([*others, tested])
         value = self.fitted(columns)
         factor = np.zeros(len(self.names))
@@ -94,10 +96,11 @@ class ReducedRows:
         return size / float(np.sqrt(self.samples.velocity.size))
 
     def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
-        """Return whether the travel and the encoder's noise allow the tested hypothesis.
+        """Return True if the rows separate `tested` and its effort exceeds the noise.
 
-        A derivative of the acceleration explains the noise itself. Any other column that resembles
-        the acceleration without its noise explains what the noise takes from the inertia's column.
+        A derivative of the acceleration explains the encoder's noise. Any other column that
+        resembles the acceleration explains the part of the effort by which noise attenuates the
+        inertia.
         """
         columns = self.columns([*others, tested])
         names = [self.names[k] for k in columns]
@@ -136,12 +139,12 @@ class ReducedRows:
         return float(triangle[-1, -1] ** 2) / self.samples.velocity.size
 
     def table(self, hypotheses: Sequence[Hypothesis]) -> Matrix:
-        """Return the columns (n, p) of the base and of these hypotheses."""
+        """Return the columns (n, p) of the base and of `hypotheses`."""
         named = dict(zip(SLIDING, self.samples.columns, strict=True)) | self.samples.loads
         return np.column_stack([named[self.names[k]] for k in self.columns(hypotheses)])
 
     def residual(self, hypotheses: Sequence[Hypothesis]) -> Vector:
-        """Return the residual effort (n,) of the rows."""
+        """Return the residual effort (n,) of the rows in a fit with `hypotheses`."""
         value = self.fitted(self.columns(hypotheses))
         return np.asarray(self.samples.effort - self.table(hypotheses) @ value)
 

@@ -2,8 +2,8 @@
 
     0 = sum z (u - inertia a - viscous v - coulomb s - offset)
 
-The instruments z are acceleration, velocity, its sign and 1, computed from the reference that the
-axis followed and smoothed like the position. They correlate with the motion but not with the
+The instruments z are acceleration, velocity, its sign and 1. They are computed from the reference
+of the position, smoothed like the position. They correlate with the motion but not with the
 encoder's noise, so that noisy regressors cause no bias.
 """
 
@@ -39,7 +39,7 @@ WEAKEST = 0.1  # least correlation of the velocity with the reference's velocity
 def instrumental(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return inertia, viscous, Coulomb and offset.
+    """Return inertia, viscous, Coulomb and offset of records with a reference.
 
     Raises UnusableLogs if a record has no reference, or does not follow it.
     """
@@ -92,7 +92,7 @@ def by_instruments(
 ) -> dict[str, Interval]:
     """Return each parameter with its interval, by instrumental variables.
 
-    `z` holds the instruments of acceleration, velocity and sign, each (n,).
+    `z`: instruments of acceleration, velocity and sign, each (n,).
     """
     names, columns = free_columns(samples)
     p, every = len(names), (*z, np.ones(z[0].size))

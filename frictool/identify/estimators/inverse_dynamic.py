@@ -8,17 +8,17 @@
                one sample in ten
     solve      ordinary least squares on [acceleration, velocity, sign(velocity), 1]
 
-The effort does not pass the Butterworth filter: all signals share the decimation filter, whose band
-is well below it.
+Only the position passes the Butterworth filter. All signals pass the decimation filter, whose band
+is well below the Butterworth filter's.
 
-The values are those of the published pipeline, the intervals are not. The pipeline has systematic
-errors that its residuals do not show. It treats a held effort as measured at its sample, which is
-half a period early. It also treats samples at rest, and reversals smeared by the decimation filter,
-as slip. The power balance (`power_balance`) has neither error, so that the reported interval spans
-the pipeline's interval and that of the power balance.
+The values are those of the published pipeline; the intervals are wider. The pipeline has two
+systematic errors that its residuals do not show. It treats a held effort as measured at its sample,
+which is half a period early. It treats samples at rest, and reversals smeared by the decimation
+filter, as slip. The power balance (`power_balance`) has neither error. The reported interval
+contains the intervals of the pipeline and of the power balance.
 
-A log that violates the conditions of the method is an error. Within a backlash only the motor
-moves, and an encoder whose noise is large relative to the speed produces false reversals.
+The method refuses a log with much motion inside the backlash, where only the motor moves. It also
+refuses a log whose encoder noise is so large relative to the speed that false reversals occur.
 """
 
 from __future__ import annotations
@@ -50,8 +50,7 @@ def inverse_dynamic(
     """Return inertia, viscous, Coulomb and offset by the published pipeline.
 
     The intervals include its systematic errors. Raises UnusableLogs if a record is too short for
-    the filters, if much of the motion is within the backlash, or if the power balance finds no
-    slip.
+    the filters, if much of the motion is inside the backlash, or if no sample slips.
     """
     pipeline = settings.pipeline or PublishedFilters()
     confidence = settings.confidence

@@ -1,9 +1,9 @@
 """Least squares (4.11)-(4.15) on smoothed signals of all samples that certainly slip.
 
-The slip mask is (4.18) with a derived threshold. The noise of the effort is the same at every
-speed, so that equal weights are efficient. The mask leaves out stick and the Stribeck effect, to
-which the power balance (4.23) gives little weight. If friction falls over speed beyond the mask,
-use `power_balance`; `auto` detects this.
+The slip mask is (4.18) with a threshold derived from encoder and motion. The noise of the effort
+does not depend on speed, so that equal weights are efficient. The mask excludes stick and the
+Stribeck effect. If friction still falls with speed outside the mask, `power_balance` is better;
+`auto` detects this.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Loads as hypotheses of `explanation_search`, and the structure of terms that it has accepted."""
+"""Loads as hypotheses of `explanation_search`, and the terms of the accepted hypotheses."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ LOADS = (
         SPRING,
         TERMS[SPRING],
         WHAT["spring"],
-        "take the spring off the axis, or declare load.terms: [offset, spring]",
+        "remove the spring, or declare load.terms: [offset, spring]",
         is_load=True,
         needs_position=True,
     ),
@@ -39,12 +39,12 @@ LOADS = (
 
 
 def declared_term(one: Hypothesis) -> Term:
-    """Return the name of a hypothesis in `load.terms`."""
+    """Return the name in `load.terms` that belongs to a hypothesis."""
     return cast(Term, DECLARED.get(one.term, one.term))
 
 
 def wave_numbers(load: LoadTerms | None) -> tuple[float, ...]:
-    """Return the wave numbers of the ripple of a load, 1/rad | 1/m."""
+    """Return the wave numbers of a load's ripple, 1/rad | 1/m."""
     if load is None or load.ripple is None:
         return ()
     return tuple(2.0 * np.pi * one / load.ripple.per.value for one in load.ripple.numbers)
@@ -57,9 +57,9 @@ def harmonic(term: str, what: str = "a ripple over the position", settle: str = 
 
 @dataclass(frozen=True)
 class Structure:
-    """Terms beyond the four sliding parameters, and the wave numbers (1/rad | 1/m) of the ripple.
+    """Load terms of a fit, and the wave numbers (1/rad | 1/m) of their ripple.
 
-    The terms of harmonics are those of RIPPLES, one for each wave number.
+    Each wave number has one term of RIPPLES.
     """
 
     terms: tuple[str, ...] = ()

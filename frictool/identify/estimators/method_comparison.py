@@ -1,23 +1,23 @@
-"""Choose the method whose model predicts unseen strokes best.
+"""Choice of the method whose model predicts unseen strokes best.
 
 - candidates: the regressions that `auto` requests, without and with the load terms that the
   simulation selects, and output error
-- scores: error of the simulated position (rms) and force error; each half of the logs is predicted
-  by a fit to the other half
-- allowed: candidates with a force error of at most twice the smallest; a model with a wrong effort
-  may still simulate the position well
-- winner: the first candidate, in the order of preference, with a position error within a tenth of
-  the smallest allowed one. Output error wins only if the regression of the same structure does not
+- scores: rms error of the simulated position, and force error; a fit to one half of the logs
+  predicts the other half
+- allowed: candidates with a force error of at most twice the smallest, since a model with a wrong
+  effort may still simulate the position well
+- winner: the first allowed candidate, in the order of preference, with a position error within a
+  tenth of the smallest. Output error wins only if the regression of the same structure does not
   contradict it.
 
 Order of preference: the method of the decision scheme (`auto`), another regression, output error.
-Output error is last since its parameters also absorb effects that a regression leaves out. Values
-of different structures are not compared: an offset has another meaning if viscous friction differs
-by direction.
+Output error is last because its parameters also absorb effects that the structure does not include.
+Values of different structures are not compared: an offset has another meaning if viscous friction
+differs by direction.
 
 An effect that is removed from the effort (`rows/effects.py`) cannot be simulated; the preferred
-method is then used. If the logs are too short for halves, the regressions are compared on the
-fitted logs. Output error then takes no part, since it minimises the compared error.
+method is then used. If the logs are too short for halves, the regressions are compared on the logs
+of the fit. Output error is then no candidate, because it minimises the compared error.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ class PredictionScore:
     """Errors of a candidate on unseen strokes.
 
     - squares: mean square of the position error in each stroke, (s,), rad^2 | m^2
-    - force: force error, relative
+    - force: relative force error
     - fit: function that fits the candidate to all logs
     """
 
@@ -91,7 +91,7 @@ class PredictionScore:
 
 @dataclass(frozen=True)
 class ComparedData:
-    """Logs, bench and settings, and the regressions of all logs, the preferred one first."""
+    """Logs, bench, settings, and the regressions of all logs in the order of preference."""
 
     records: list[MotionRecord]
     bench: Bench
@@ -99,12 +99,12 @@ class ComparedData:
     fits: Sequence[SlidingFit]
 
     def all(self, bench: Bench) -> tuple[list[MotionRecord], Bench, IdentificationSettings]:
-        """Return the arguments of a method."""
+        """Return the arguments of a method: all records, `bench` and the settings."""
         return self.records, bench, self.settings
 
 
 def best_by_prediction(data: ComparedData) -> SlidingFit:
-    """Return the fit whose model predicts best."""
+    """Return the fit of the winner."""
     records = data.records
     bench = data.bench
     first = data.fits[0]
@@ -159,7 +159,7 @@ def _winner(
         if not rest:
             raise
         second, other, _ = _winner(rest, scores, declared)
-        return second, other, f"; {winner.name} is not taken: {error}"
+        return second, other, f"; {winner.name} is not used: {error}"
     twin = next(
         (score for score in scores if score is not winner and score.terms == winner.terms), None
     )
@@ -168,9 +168,9 @@ def _winner(
     apart = contradicted(regression, fit) if simulated and twin in others else None
     doubtful = None if declared else _doubtful_load(regression, fit)
     if apart is not None and twin is not None and rest:
-        against = f"its {apart} contradicts that of {twin.name}, so that both lack an effect"
+        against = f"its {apart} contradicts that of {twin.name}; both models lack an effect"
     elif doubtful is not None and rest:
-        against = f"its {doubtful} does not differ from 0 beyond doubt"
+        against = f"its {doubtful} does not differ from 0 with certainty"
     else:
         return winner, _spanning(fit, regression) if simulated else fit, ""
     second, other, _ = _winner(rest, scores, declared)
@@ -209,7 +209,7 @@ def _spanning(simulated: SlidingFit, regression: SlidingFit) -> SlidingFit:
 
 
 def contradicted(regression: SlidingFit, simulated: SlidingFit) -> str | None:
-    """Return the first parameter whose regressed value is outside output error's interval."""
+    """Return the first parameter whose regression value is outside output error's interval."""
     for name in SLIDING:
         regressed, interval = regression.parameters.get(name), simulated.parameters.get(name)
         if (
@@ -253,7 +253,7 @@ def regression_scores(
 ) -> list[PredictionScore]:
     """Return the scores of the regressions with the load terms `terms`.
 
-    A method that a half does not suit, or to which it gives a negative friction, has no score.
+    A method has no score if it refuses one half, or if its friction in one half is negative.
     """
     scores = []
     declared = bench_with_terms(data.bench, terms) if terms else data.bench

@@ -1,20 +1,19 @@
-"""Output error: fit of the simulated motion to the measured one ("simulation error", table 4.1).
+"""Output error: fit of the simulated to the measured motion ("simulation error" of table 4.1).
 
 Nothing is differentiated or filtered. The search starts from the power balance.
 
 In open loop, an error of the effort shifts the position for a long time, so that the residuals do
 not show the uncertainty of a parameter. The interval is computed from errors of the effort instead.
-An observer follows the measured position, and the effort that it has to add is what the model
-lacks. This effort is added to the simulation stroke by stroke (or by clusters, `clusters`), and the
-resulting change of the parameters is the stroke's influence. The variance is the sum of the squared
-influences, which holds for any correlation within a stroke. The effort errors are computed with the
-regression's parameters. With the parameters of the simulation these errors would be too small,
-because the simulation was fitted to them. In closed loop, the residuals themselves are errors of
-the effort.
+An observer follows the measured position; the effort that it adds to the model is the effort error.
+This error is added to the simulation one stroke (or cluster, `clusters`) at a time; the resulting
+change of the parameters is the influence of the stroke. The variance is the sum of the squared
+influences, for any correlation within a stroke. The effort errors are computed with the parameters
+of the regression, since those of the simulation are fitted to the same motion and would make the
+errors too small. In closed loop, the residuals themselves are errors of the effort.
 
-Over many seconds the position says little about the inertia. If the regression gives a much
-narrower interval of the inertia, the regression's inertia is used, and the simulation gives the
-other parameters.
+Over many seconds the position depends little on the inertia. If the regression has a much narrower
+interval of the inertia, the inertia is fixed at the regression's value, and the simulation gives
+the other parameters.
 """
 
 from __future__ import annotations
@@ -66,9 +65,9 @@ MOST_CLUSTERS = 60
 def influences(
     simulated: SegmentSimulation, fitted: SimulationFit, regressed: Mapping[str, float]
 ) -> Matrix:
-    """Return the shift of the parameters (c, p) by the effort errors of each cluster.
+    """Return the shift (c, p) of the p parameters due to the effort errors of each cluster.
 
-    `regressed` are the regression's parameters, with which the effort errors are computed.
+    `regressed`: parameters of the regression, with which the effort errors are computed.
     """
     errors = simulated.missing_effort({**fitted.values, **regressed})
     numbers = _cluster_numbers(simulated, errors)
@@ -150,11 +149,11 @@ def simulation_error(
     terms: tuple[str, ...],
     servo: PositionServo | None = None,
 ) -> SlidingFit:
-    """Return the parameters of a structure (`load_terms`) by output error.
+    """Return the fit of the load terms `terms` by output error.
 
-    The simulation runs in open loop, or under `servo` along the logged reference. Raises
-    UnusableLogs if nothing moves, if the motion is in one direction only, or if a closed loop has
-    no reference.
+    The simulation runs in open loop, or in closed loop with `servo` along the logged reference.
+    Raises UnusableLogs if nothing moves, if the motion has one direction only, or if a closed loop
+    has no reference.
     """
     start = power_balance(records, bench_with_terms(bench, terms), settings)
     if "coulomb" in start.refused:
@@ -260,7 +259,7 @@ def _with_inertia(
 
 
 def start_values(start: SlidingFit, bench: Bench) -> dict[str, float]:
-    """Return the start of the search: plausible values of the regression, else of the bench."""
+    """Return the start of the search: plausible values of the regression, otherwise the bench's."""
     known = load_values(start.laws)
     for name in SLIDING:
         prior = getattr(bench.mechanics, name)
@@ -327,10 +326,10 @@ def _insignificant_loads(fit: SlidingFit, terms: tuple[str, ...]) -> tuple[str, 
 def output_error(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> SlidingFit:
-    """Return open-loop output error on the structure that best predicts unseen data.
+    """Return the fit by open-loop output error, with the load terms that best predict unseen data.
 
-    Raises UnusableLogs as `simulation_error` does, or if Coulomb friction by direction or an effect
-    that cannot be simulated is declared.
+    Raises UnusableLogs as `simulation_error` does, or if the bench declares Coulomb friction by
+    direction or an effect that cannot be simulated.
     """
     if bench.load is not None and "coulomb_by_direction" in bench.load.terms:
         raise UnusableLogs(
@@ -353,7 +352,7 @@ def simulated_fit(
     terms: tuple[str, ...],
     errors: Mapping[str, float],
 ) -> SlidingFit:
-    """Return the fit of a structure without its insignificant position-dependent loads."""
+    """Return the fit of `terms` without insignificant loads over position."""
     fit = simulation_error(records, bench, settings, terms)
     while bench.load is None and (needless := _insignificant_loads(fit, terms)):
         terms = tuple(term for term in terms if term not in needless)

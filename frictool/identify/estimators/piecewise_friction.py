@@ -3,17 +3,17 @@
     friction = (coulomb + sum_j viscous_j max(min(|v|, knee_j+1) - knee_j, 0)) sign(v)
     knee_0 = 0
 
-A row is a mean over a part of a stroke. Each piece is averaged over the speeds in that part, so
-that a knee within the part stays sharp. For fixed knees the model is linear. Knees are added one at
-a time, and all knees are then placed again in turn. Schwarz's criterion (BIC), with the independent
-strokes as data, decides when to stop; a knee costs two parameters, its speed and its slope. With
-n strokes and p parameters, the penalty p log n is multiplied by n/(n - p - 2) (McQuarrie, 1999):
-without this factor, a few strokes support knees that the axis does not have.
+A row is a mean over a part of a stroke. Each straight piece is averaged over the speeds in that
+part, so that a knee within the part stays sharp. For fixed knees the model is linear. Knees are
+added one at a time; after each addition, all knees are optimised in turn. Schwarz's criterion
+(BIC), with the independent strokes as data, decides when to stop; a knee costs two parameters, its
+speed and its slope. With n strokes and p parameters, the penalty p log n is multiplied by n/(n - p
+- 2) (McQuarrie, 1999), since few strokes would otherwise support false knees.
 
-A nuisance regressor is free during the search for knees: the mean acceleration, times an error of
-the bench's inertia, can also bend the means over speed. Effort that it explains is no evidence of a
-knee. The interval of a knee comes from the same jackknife as the others, with the derivative by the
-knee's speed as one more regressor.
+The search for knees has an additional regressor, the mean acceleration, because an error of the
+bench's inertia can also bend the means over speed. Effort that this regressor explains is no
+evidence of a knee. The intervals of all parameters come from a jackknife; for a knee, the
+derivative with respect to its speed is one more regressor.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ EVIDENCE = 6.0
 class StrokeMeans:
     """Rows (m,), each a mean over a part of a stroke.
 
-    - columns: regressors besides the pieces, (m, p)
+    - columns: regressors other than the straight pieces, (m, p)
     - effort, sign: mean effort [N m | N] and direction (+-1) of each part, (m,)
     - weight, cluster: weight of each row, and number of its cluster, (m,)
     - speed: |v| of the samples of all parts, (n,), rad/s | m/s
@@ -67,7 +67,7 @@ class StrokeMeans:
         return self.sign * self.mean(np.clip(self.speed, low, high) - low)
 
     def share_beyond(self, knee: float) -> Vector:
-        """Return the signed share (m,) of each part that is faster than a knee."""
+        """Return direction times share of the samples faster than a knee, for each part (m,)."""
         return self.sign * self.mean((self.speed > knee).astype(np.float64))
 
 
@@ -75,7 +75,8 @@ class StrokeMeans:
 class PiecewiseFriction:
     """Least-squares fit of friction with straight pieces over speed.
 
-    - solution: coefficients of [viscous of each piece, columns, derivatives by the knees]
+    - solution: coefficients of the pieces' viscous friction, the columns, and the derivatives with
+      respect to the knees
     - knees: speeds in ascending order, rad/s | m/s
     - residual: residual of each row, (m,)
     """
@@ -88,7 +89,7 @@ class PiecewiseFriction:
 def fit_pieces(means: StrokeMeans, most: int = MOST_KNEES) -> PiecewiseFriction:
     """Return the piecewise friction with the knees that the rows support, at most `most`.
 
-    Raises SingularRegressors if the rows do not determine even one piece.
+    Raises SingularRegressors if the rows do not determine a single piece.
     """
     knees: tuple[float, ...] = ()
     best: tuple[float, ...] = ()
@@ -105,7 +106,7 @@ def fit_pieces(means: StrokeMeans, most: int = MOST_KNEES) -> PiecewiseFriction:
 
 
 def design(means: StrokeMeans, knees: tuple[float, ...]) -> Matrix:
-    """Return the regressors (m, 1 + number of knees + p): the pieces, then the columns."""
+    """Return the regressors (m, 1 + number of knees + p): straight pieces, then `means.columns`."""
     edges = (0.0, *knees, np.inf)
     return np.column_stack(
         [*(means.piece(low, high) for low, high in itertools.pairwise(edges)), means.columns]

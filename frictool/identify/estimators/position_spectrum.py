@@ -1,8 +1,8 @@
-"""Spectrum of a residual over the position: least-squares periodogram on a grid of wave numbers.
+"""Periodogram of a residual over the position, on a grid of wave numbers.
 
-The residual is summed in bins of the position, and one FFT of the bins gives the amplitude
-2 |sum r exp(-i n x)|/m of each wave number n. It is computed for both halves of the strokes; the
-smaller amplitude of the two counts, so that a peak has to occur in both halves.
+The residuals r at the positions x are summed in bins of the position. An FFT of the bins gives the
+amplitude 2 |sum r exp(-i n x)|/m for each wave number n; m is the number of samples. The amplitude
+is the smaller one of the two halves of the strokes, so that a peak has to occur in both halves.
 """
 
 from __future__ import annotations
@@ -27,9 +27,9 @@ class SpectrumPeak:
     """Peak of a spectrum over the position.
 
     - number: wave number n, 1/rad | 1/m
-    - amplitude: amplitude of the residual there, N m | N
-    - resolution: 2 pi/travel, the difference of two wave numbers that the travel can separate
-    - tried: number of wave numbers that the spectrum can distinguish
+    - amplitude: amplitude of the residual at n, N m | N
+    - resolution: 2 pi/travel, the smallest difference of two wave numbers that can be separated
+    - tried: number of wave numbers that can be separated
     """
 
     number: float
@@ -56,7 +56,7 @@ def highest_peak(
     shortest
         Shortest period [rad | m].
     excluded
-        Wave numbers [1/rad | 1/m] that do not count, with their neighbours.
+        Wave numbers [1/rad | 1/m] that are excluded, with their neighbours.
 
     Returns
     -------
@@ -94,7 +94,7 @@ def highest_peak(
 
 
 def snapped(peak: SpectrumPeak) -> float:
-    """Return the wave number of a rotary axis, a whole number if the peak is near to it."""
+    """Return the peak's wave number on a rotary axis, rounded if it is near a whole number."""
     nearest = float(round(peak.number))
     near = abs(nearest - peak.number) <= min(SNAP * peak.resolution, FARTHEST)
     return nearest if near and nearest >= 1.0 else peak.number

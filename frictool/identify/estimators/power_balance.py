@@ -2,9 +2,9 @@
 
     v u = inertia v a + viscous v^2 + coulomb |v| + offset v
 
-The weight reduces the influence of stick and the Stribeck effect (4.2.5.2) without a mask. With a
-time constant the method is that of the thesis: differences through the first-order filter of 4.2.2,
-all samples. Without one it uses smoothed signals and the slip mask.
+The weight reduces the influence of stick and the Stribeck effect (4.2.5.2) without a mask. If a
+time constant is set, the method is that of the thesis: all samples, and differences through the
+first-order filter of 4.2.2. Otherwise the method uses smoothed signals and the slip mask.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ POWER_BALANCE = "power-balance"
 
 
 def by_speed(samples: RegressionSamples) -> Vector:
-    """Return the weight of each row (n,): its speed."""
+    """Return the weight of each row (n,), which is its speed."""
     return np.abs(samples.velocity)
 
 

@@ -1,12 +1,12 @@
 """Recursive least squares (4.16) in square-root form, by Givens rotations of the QR triangle.
 
-(4.16) updates a gain F, which rounding makes indefinite on long logs. F starts at 1000 I; the error
-caused by this start hardly decays (278 % of F_c in table 4.4). The triangle starts at zero. Per
-median stroke, the weights of all earlier squared residuals are multiplied by `forgetting`, so that
-the end of the log counts most.
+(4.16) updates a gain F, which becomes indefinite on long logs because of rounding. The start at F =
+1000 I causes an error that hardly decays (278 % of F_c in table 4.4). Here the triangle starts at
+zero. In the duration of a median stroke, the weights of earlier squared residuals are multiplied by
+`forgetting`, so that the end of the log has the largest weight.
 
-The last value is that of least squares with these weights, which also gives its interval (`fit`).
-`path` shows the values along the log, and thereby drift.
+The last value and its interval are those of least squares with these weights (`fit`). `path`
+returns the values along the log, which show a drift.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def recursive(
 
 
 def row_forgetting(samples: RegressionSamples, of_stroke: float) -> float:
-    """Return the forgetting factor per row, given the factor `of_stroke` per median stroke."""
+    """Return the forgetting factor per row from the factor `of_stroke` per median stroke."""
     lengths = np.bincount(samples.stroke)
     return float(of_stroke ** (1.0 / np.median(lengths[lengths > 0])))
 
@@ -58,10 +58,10 @@ def _fit(
 
 
 def path(samples: RegressionSamples, of_stroke: float) -> Matrix:
-    """Return the estimates (n, 4) after each row, in the order of SLIDING; NaN until determined.
+    """Return the estimates (n, 4) after each row, in the order of SLIDING.
 
-    Columns are scaled to unit length, so that the test for a determined solution does not depend on
-    SI units.
+    Estimates are NaN until the rows determine them. The test for this uses columns of unit length,
+    so that it does not depend on the units.
     """
     rows = np.column_stack((*samples.columns, samples.effort))
     scale = np.linalg.norm(rows[:, :-1], axis=0)

@@ -1,11 +1,11 @@
-"""Simulate segments of records with an axis model, and fit its parameters.
+"""Simulation of segments of records with an axis model, and fit of its parameters.
 
-- open loop: the measured effort drives the model; the residual is the position
+- open loop: the measured effort drives the model; the residual is the error of the position
 - closed loop: the bench's controller (its gains, `PositionServo`) drives the model along the
-  measured reference; the residual is the effort
+  measured reference; the residual is the error of the effort
 
-The search is Gauss-Newton in a trust region, with a Jacobian by differences: a simulation costs
-less than a filter.
+The search is a Gauss-Newton method in a trust region. The Jacobian is computed by differences,
+because a simulation is fast.
 """
 
 from __future__ import annotations
@@ -47,9 +47,9 @@ OBSERVER = 10.0  # settling times of the observer in a median stroke
 
 @dataclass(frozen=True)
 class SegmentSimulation:
-    """Simulation of segments with the axis of a structure.
+    """Simulation of segments with a model of certain load terms.
 
-    - terms: load terms of the structure
+    - terms: load terms of the model
     - servo: the bench's controller; None for the open loop
     - fixed: parameters with fixed values, SI
     """
@@ -66,9 +66,9 @@ class SegmentSimulation:
         return tuple(name for name in names_of(self.terms) if name not in self.fixed)
 
     def residual(self, values: Mapping[str, float]) -> Vector:
-        """Return measured minus simulated signal (n,) over all segments.
+        """Return the measured minus the simulated signal (n,) over all segments.
 
-        It is the position, rad | m, or in closed loop the effort, N m | N.
+        The signal is the position [rad | m] or, in closed loop, the effort [N m | N].
         """
         return np.concatenate([self.of_segment(segment, values) for segment in self.segments])
 
@@ -108,10 +108,7 @@ class SegmentSimulation:
         return np.asarray(out)
 
     def missing_effort(self, values: Mapping[str, float]) -> list[Vector]:
-        """Return the effort (m,) per segment that an observer adds to follow the measured position.
-
-        It is in N m | N.
-        """
+        """Return per segment the effort (m,) [N m | N] that an observer adds to the model."""
         gains = of_each_record(self.segments, observer_gains)
         return [
             self._observe(segment, values, gain)
@@ -146,20 +143,20 @@ def _state(segment: RecordSegment, p: Vector) -> Vector:
 
 
 def observer_rate(record: MotionRecord) -> float:
-    """Return the observer's rate, 1/s: fast within a stroke, slow relative to the sampling rate."""
+    """Return the observer's rate, 1/s: fast relative to a stroke, slow relative to the samples."""
     lengths = np.bincount(find_strokes(record).number)
     return min(OBSERVER / (float(np.median(lengths)) * record.period), 0.1 / record.period)
 
 
 def observer_gains(record: MotionRecord) -> Vector:
-    """Return the observer gains (2,) of engine/effort_replay.py, a double pole at its rate."""
+    """Return the observer gains (2,) of engine/effort_replay.py for a double pole at the rate."""
     rate = observer_rate(record)
     return np.array([2.0 * rate * record.period, rate**2 * record.period])
 
 
 @dataclass(frozen=True)
 class SimulationFit:
-    """Values of all parameters, residual (n,), and its Jacobian (n, p) by the free parameters."""
+    """Values of all parameters, residual (n,), and Jacobian (n, p) for the free parameters."""
 
     values: dict[str, float]
     residual: Vector
@@ -167,7 +164,7 @@ class SimulationFit:
 
 
 def estimate(simulated: SegmentSimulation, known: Mapping[str, float]) -> SimulationFit:
-    """Return the values with the least squared residual, starting from `known` SI values.
+    """Return the values with the least squared residual; the search starts at `known` [SI].
 
     Raises UnusableLogs if the search does not converge.
     """
@@ -195,7 +192,7 @@ def estimate(simulated: SegmentSimulation, known: Mapping[str, float]) -> Simula
         gtol=1e-9,
     )
     if not solution.success and solution.status != 0:
-        raise UnusableLogs(f"the search for the output error does not end: {solution.message}")
+        raise UnusableLogs(f"the search of output error does not converge: {solution.message}")
     values = dict(zip(names, (solution.x * scale).tolist(), strict=True))
     return SimulationFit(
         {**simulated.fixed, **values}, solution.fun * size, solution.jac * size / scale

@@ -1,19 +1,18 @@
-"""Method of sines (4.34)-(4.39): friction from mean effort over mean speed, stroke by stroke.
+"""Method of sines (4.34)-(4.39): friction from the mean effort over the mean speed of strokes.
 
-No derivative of a measurement is needed beyond the choice of samples. The equation (4.17) is
-averaged over the middle of a stroke, where the speed is above half of the stroke's largest (|sin| >
-1/2):
+The velocity is used only to select samples. The equation (4.17) is averaged over the middle of a
+stroke, where the speed is above half of the stroke's largest speed (|sin| > 1/2):
 
     <u> = inertia <a> + viscous <v> + coulomb s + offset
     <a> = (v at the end - v at the beginning)/duration, nearly 0
 
 The thesis averages over whole periods. Stick at the reversals then biases viscous friction by +4 to
-+9 % and Coulomb friction by -16 to -21 %. The gate excludes it. <v> comes from encoder counts over
-a duration, so that any encoder suits that passes many counts in a stroke.
++9 % and Coulomb friction by -16 to -21 %. The middle of a stroke excludes stick. <v> is a distance
+over a duration, so that even a coarse encoder is sufficient if a stroke has many counts.
 
-The inertia is not estimated. The effort of the bench's inertia is subtracted, and its range widens
-the intervals, by almost nothing if the axis follows the sine. Knees between speed regimes are
-estimated (`piecewise_friction`). The strokes must have several speeds, but need not be sines.
+The inertia is not estimated. The effort of the bench's inertia is subtracted, and the range of this
+inertia widens the intervals slightly. Knees between speed regimes are estimated
+(`piecewise_friction`). The strokes must have different speeds, but need not be sines.
 """
 
 from __future__ import annotations
@@ -121,7 +120,7 @@ def _column(name: str, means: StrokeMeans) -> Vector:
 
 
 def without(rows: StrokeRows, fixed: Mapping[str, Interval]) -> StrokeRows:
-    """Return the rows with the effort of the fixed parameters subtracted."""
+    """Return the rows after the effort of the fixed parameters has been subtracted."""
     if not fixed:
         return rows
     means = rows.means
@@ -177,14 +176,14 @@ def _coulomb_and_offset(
 
 
 def gated_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
-    """Return the rows of strokes that determine the friction line; raises as `sines`."""
+    """Return `stroke_rows`; raise UnusableLogs if they do not determine the friction line."""
     rows = stroke_rows(records, bench)
     _check(rows.means)
     return rows
 
 
 def stroke_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
-    """Return the means over the middles of all strokes, with columns of Coulomb and offset.
+    """Return the means over the middles of all strokes, with columns for Coulomb and offset.
 
     Raises UnusableLogs if no stroke is long enough.
     """
@@ -255,7 +254,7 @@ def _check(means: StrokeMeans) -> None:
 
 
 def fit_rows(rows: StrokeRows, bench: Bench, confidence: float) -> tuple[PiecewiseFriction, Vector]:
-    """Return the pieces of friction over speed, and half widths (p,) with the inertia's share."""
+    """Return friction over speed, and half widths (p,) that include the inertia's range."""
     means = rows.means
     inertia = bench.mechanics.inertia
     pieces = fit_pieces(
@@ -287,12 +286,12 @@ def _of_inertia(
 
 
 def not_negative(interval: Interval) -> Interval:
-    """Return zero friction for a negative value whose interval contains 0 (4.4.2.2)."""
+    """Return the interval with its value set to 0 if it is negative and 0 is inside (4.4.2.2)."""
     return Interval(0.0, 0.0, interval.high) if interval.value < 0.0 < interval.high else interval
 
 
 def regimes_of(pieces: PiecewiseFriction, half: Vector, bench: Bench) -> tuple[Regime, ...]:
-    """Return the viscous friction above each knee, for the model document."""
+    """Return the speed regimes of a model document: viscous friction above each knee."""
     first = pieces.solution.value.size - len(pieces.knees)
     out = []
     for index, knee in enumerate(pieces.knees, start=1):
@@ -302,9 +301,9 @@ def regimes_of(pieces: PiecewiseFriction, half: Vector, bench: Bench) -> tuple[R
 
 
 def regime(knee: float, reach: float, viscous: Interval, bench: Bench) -> Regime:
-    """Return the document's regime: viscous friction above a knee.
+    """Return the speed regime of a model document.
 
-    `knee` and its half width `reach` are in rad/s | m/s.
+    `knee` and its half width `reach` are in rad/s | m/s; `viscous` is the friction above the knee.
     """
     above = Quantity(knee, max(knee - reach, 0.0), knee + reach, si_unit("velocity", bench.axis))
     return Regime(above, not_negative(viscous).estimate("viscous", bench.axis))

@@ -2,15 +2,15 @@
 
     effort = (coulomb + (breakaway - coulomb) e^(-|v/v_s|^delta)) s + viscous v + offset
 
-A run is a part of a stroke that keeps within two counts of a straight line. If such parts make up
-too few runs, a run is a whole stroke whose position keeps within 2.7 % of its distance from a line
-and whose speed drifts by a twentieth at most. At constant speed inertia has no effect. If all runs
-have one direction, the offset is the bench's, and its range widens the interval of Coulomb
-friction.
+A run is a part of a stroke whose position stays within two counts of a straight line over time. If
+there are too few such runs, whole strokes are used: the position must stay within 2.7 % of the
+stroke's distance from a line, and the speed may drift by at most a twentieth. At constant speed the
+inertia has no effect. If all runs have the same direction, the offset is the bench's, and its range
+widens the interval of Coulomb friction.
 
 For fixed (v_s, delta) the other parameters are linear. v_s is searched; delta is 2 or, if the data
-support it, 1 or 1/2 ((2.34) allows any). Schwarz's criterion (BIC) decides between the curve and a
-straight line. The interval of v_s comes from its derivative as one more regressor.
+support it, 1 or 1/2. Schwarz's criterion (BIC) decides between the curve and a straight line. For
+the interval of v_s, the derivative with respect to v_s is one more regressor.
 """
 
 from __future__ import annotations
@@ -53,8 +53,8 @@ FALL = ("breakaway", "stribeck_velocity")
 class ConstantSpeedRuns:
     """Means of runs at constant speed, one row (m,) per run.
 
-    - speed: speed, > 0, (m,), rad/s | m/s
-    - sign: direction, (m,)
+    - speed: |v|, (m,), rad/s | m/s
+    - sign: direction, +-1, (m,)
     - effort: mean effort, (m,), N m | N
     - samples: number of samples, (m,)
     """
@@ -66,14 +66,14 @@ class ConstantSpeedRuns:
 
     @property
     def one_way(self) -> bool:
-        """Return whether all runs have one direction, so that the offset is no parameter."""
+        """Return True if all runs have the same direction, so that the offset is not fitted."""
         return bool(np.all(self.sign == self.sign[0]))
 
     def design(self, velocity: float, exponent: float) -> Matrix:
         """Return the regressors (m, 4) in the order of NAMES.
 
-        If `velocity` is 0, the fall is left out. If all runs have one direction, the offset is left
-        out.
+        Without the column of the Stribeck effect if `velocity` is 0, and without the offset if all
+        runs have the same direction.
         """
         offset = () if self.one_way else (np.ones(self.sign.size),)
         plain = (self.sign, self.sign * self.speed, *offset)
@@ -84,7 +84,7 @@ class ConstantSpeedRuns:
         )
 
     def squares(self, velocity: float, exponent: float) -> float:
-        """Return the weighted residual squares of the best curve with this v_s and exponent."""
+        """Return the weighted sum of squared residuals for a Stribeck velocity and an exponent."""
         weight = np.sqrt(self.samples)
         rows = self.design(velocity, exponent) * weight[:, None]
         right = self.effort * weight
@@ -96,15 +96,15 @@ def stribeck_curve(
 ) -> SlidingFit:
     """Return the fit of a Stribeck curve, or of a straight line, to runs at constant speed.
 
-    Both have Coulomb friction, viscous friction and offset; the curve also has breakaway friction
+    Curve and line have Coulomb friction, viscous friction and offset; the curve also has breakaway
     and Stribeck velocity. The line is fitted if friction does not fall with speed, or if the runs
-    do not determine breakaway and Stribeck velocity; both are then refused.
+    do not determine breakaway and Stribeck velocity, which are then refused.
 
     Raises
     ------
     UnusableLogs
-        If a direction that occurs has fewer than six runs at constant speed, if all runs have one
-        speed, or if all runs have one direction and the bench has no `mechanics.offset`.
+        If a direction has one to five runs at constant speed, if all runs have the same speed, or
+        if all runs have the same direction and the bench has no `mechanics.offset`.
     """
     runs = find_runs(records)
     offset = None
@@ -225,7 +225,7 @@ def find_runs(records: list[MotionRecord]) -> ConstantSpeedRuns:
 
 
 def runs_prevail(records: list[MotionRecord]) -> bool:
-    """Return whether SPEEDS_SHARE of the moving samples belong to runs, with their end blocks."""
+    """Return True if more than SPEEDS_SHARE of the moving samples belong to runs."""
     rows = _rows(records)
     moving = sum(np.count_nonzero(find_strokes(record).sign) for record in records)
     return sum(row[3] + 2.0 * BLOCK for row in rows) > SPEEDS_SHARE * moving

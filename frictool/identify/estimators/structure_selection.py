@@ -1,19 +1,19 @@
-"""Choose the load terms of the simulated axis by the prediction of unseen data.
+"""Choice of the load terms of a simulated axis by the prediction of unseen data.
 
-Each half of the records is simulated with a fit to the other half.
+A fit to one half of the records simulates the other half.
 
-- half: the strokes before or after the middle of each record, cut at a reversal, at which a
+- half: the strokes before or after the middle of each record; the cut is at a reversal, where a
   simulation can begin at rest
-- candidates: output error on the four sliding parameters, with one more load term at a time
+- candidates: output error with the four sliding parameters and one more load term at a time
   (`load_terms`)
 - declared terms: if the bench declares its loads, these are kept and no others are tried
-- choice: a term is kept if the squares of the predicted strokes decrease beyond chance (Student's
-  test of pairs of strokes) and the held-out error falls by a fifth. The fifth is required since
-  strokes of one record share the conditions of one day, and days differ more than strokes do.
+- choice: a term is kept if two conditions hold. The squared errors of the predicted strokes
+  decrease significantly (Student's test of paired strokes), and the held-out error falls by a
+  fifth. The second condition is required because conditions differ more between days than between
+  strokes of one record.
 
-A structure with more terms always has a smaller error on the data to which it was fitted. If the
-log is too short for halves, nothing is compared and nothing added. Of long records, evenly spaced
-parts are simulated: an effect that does not show in five minutes is not worth a term.
+A model with more terms always has a smaller error on the data of its fit. If the logs are too short
+for halves, no term is added. Of long records, evenly spaced parts are simulated.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ MOST_COMPARED = 300_000  # largest number of simulated samples in a half
 
 
 def halves(records: Sequence[MotionRecord]) -> Sides | None:
-    """Return the records before and after the reversal nearest to their middle.
+    """Return the parts of the records before and after the reversal nearest to the middle.
 
-    The result is None if a record has too few strokes.
+    None if a record has too few strokes.
     """
     before, after = [], []
     for record in records:
@@ -65,12 +65,12 @@ def halves(records: Sequence[MotionRecord]) -> Sides | None:
 
 @dataclass(frozen=True)
 class HeldOutPrediction:
-    """Prediction of unseen strokes by one structure.
+    """Prediction of unseen strokes with certain load terms.
 
-    - terms: load terms of the structure
+    - terms: load terms
     - squares: mean square of the position error in each stroke, (s,), rad^2 | m^2
     - values: parameters fitted to each half
-    - errors: held-out error (rms, rad | m) of every structure compared, by name
+    - errors: name -> held-out rms error [rad | m] of every compared choice of terms
     """
 
     terms: tuple[str, ...]
@@ -102,7 +102,7 @@ def predict_halves(
 
 
 def comparison_segments(side: Sequence[MotionRecord]) -> list[RecordSegment]:
-    """Return the segments of a half that are simulated."""
+    """Return the segments of one half that are simulated."""
     return thinned(whole(side), MOST_COMPARED)
 
 
@@ -122,7 +122,7 @@ def stroke_squares(simulated: SegmentSimulation, values: Mapping[str, float]) ->
 def choose_terms(
     records: Sequence[MotionRecord], bench: Bench, known: Mapping[str, float], confidence: float
 ) -> tuple[tuple[str, ...], dict[str, float]]:
-    """Return the load terms to keep, and the held-out error (rms, rad | m) of each structure."""
+    """Return the load terms to keep, and name -> held-out rms error [rad | m] of each choice."""
     sides = halves(records)
     if sides is None:
         return declared_terms(bench), {}
@@ -133,7 +133,7 @@ def choose_terms(
 def choose_structure(
     sides: Sides, bench: Bench, known: Mapping[str, float], confidence: float
 ) -> HeldOutPrediction:
-    """Return the declared structure, or, if the bench declares none, the one that predicts best.
+    """Return the prediction with the declared terms or, without any, with the best terms.
 
     Terms are added one at a time.
     """

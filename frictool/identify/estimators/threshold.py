@@ -1,8 +1,7 @@
 """Least squares on differences of the samples faster than a threshold (4.18).
 
-The thesis leaves the threshold to the technician. The default is a tenth of the top speed, which is
-above the Stribeck effect of most axes. `least_squares` derives its own threshold from encoder and
-motion.
+In the thesis the user chooses the threshold. The default is a tenth of the top speed, which is
+above the Stribeck effect of most axes. `least_squares` derives a threshold from encoder and motion.
 """
 
 from __future__ import annotations
@@ -25,7 +24,7 @@ def threshold(
 ) -> SlidingFit:
     """Return inertia, viscous, Coulomb and offset of the samples with |v| above the threshold.
 
-    Raises UnusableLogs if there are too few.
+    Raises UnusableLogs if too few samples are above the threshold.
     """
     return differenced_fit(records, bench, settings, lambda rows: faster(rows, settings.threshold))
 

@@ -1,16 +1,16 @@
 """Total least squares, for an encoder with much noise in acceleration and velocity.
 
 Ordinary least squares attenuates the parameters of noisy regressors. Here the noise of the rows is
-known: acceleration and velocity have the noise of the position (`position_noise`) through their
-filters, sign and constant have none, and the effort's noise follows from the residuals. With M the
-mean of the products of the rows [regressors, effort], and S that of their noise, the estimate
-solves (Golub and Van Loan 1980, generalised)
+known: acceleration and velocity have the filtered noise of the position (`position_noise`), sign
+and constant have none, and the noise of the effort follows from the residuals. M is the mean of
+row' row over the rows [regressors, effort], and S is the same mean for their noise. The estimate
+theta solves (Golub and Van Loan 1980, generalised)
 
     (M - lambda S) [theta; -1] = 0
 
-with lambda the smallest generalised eigenvalue; lambda is 1 if S is correct. The noise of
-acceleration and velocity at one instant is uncorrelated, since one filter is even and the other
-odd.
+lambda is the smallest generalised eigenvalue, which is 1 if S is correct. The noises of
+acceleration and velocity at the same time are uncorrelated, because one filter is even and the
+other odd.
 """
 
 from __future__ import annotations
@@ -102,9 +102,9 @@ def _noise(samples: RegressionSamples, window: int, record: MotionRecord) -> Mat
 
 
 def errors_in_variables(mean: Matrix, noise: Matrix) -> Matrix:
-    """Return theta (p,) from the mean products and their noise, each (p + 1, p + 1).
+    """Return theta (p,) from the matrices M and S above, each (p + 1, p + 1).
 
-    Rows are [regressors, effort]; the effort's noise must be positive.
+    The last row and column belong to the effort, whose noise must be positive.
     """
     scale = np.sqrt(np.diag(mean))
     m, s = mean / np.outer(scale, scale), noise / np.outer(scale, scale)

@@ -3,21 +3,21 @@
     inertia int(phi'' x) + viscous int(phi x') + coulomb int(phi sign v) + offset int(phi)
         = int(phi u)
 
-Only the test function is differentiated, by its exact second difference; its analytic second
+Only the test function is differentiated, by its exact second difference; the analytic second
 derivative would bias the inertia by 4-5 %. Successive windows start a sixth of their length apart,
-since closer ones add no information.
+since closer windows add no information.
 
-Friction that varies with position, or bends over speed, gets its own columns if the prediction of
-unseen strokes improves (`weak_structure`). Coulomb friction and offset are then the means over the
+Friction over position, and knees over speed, have additional columns if these improve the
+prediction of unseen strokes (`weak_structure`). Coulomb friction and offset are then means over the
 range of positions, and viscous friction is that below the first knee.
 
-The window, and the decision if the inertia is identifiable, follow `assess`
-(assess/weak_form_precision.py) with the strokes of the records. The encoder's noise in the
-regressor attenuates the inertia: by the share of white noise at most, and by nothing if the count
-errors are as regular as a sawtooth's. Half of that share is added to the value, and the interval
-covers +- half of it (`combined_interval`). Identical strokes have identical count errors, which may
-shift the inertia up or down. In that case nothing is added to the value, and the interval covers +-
-the whole share.
+The length of the window, and the decision if the inertia is identifiable, follow from the expected
+precision (assess/weak_form_precision.py) for the strokes of the records. The encoder's noise in the
+regressor attenuates the inertia. The attenuation is largest for white noise, and 0 if the rounding
+errors are a regular sawtooth. Half of the largest attenuation is added to the value, and the
+interval covers +- half of it (`combined_interval`). Identical strokes have identical rounding
+errors, which may shift the inertia up or down. In that case nothing is added to the value, and the
+interval covers +- the whole attenuation.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ REPEATED = 0.5  # least ratio of clusters to strokes; below it most strokes repe
 def weak(records: list[MotionRecord], bench: Bench, settings: IdentificationSettings) -> SlidingFit:
     """Return inertia, viscous, Coulomb and offset by the weak form.
 
-    Raises UnusableLogs if no window slips throughout.
+    Raises UnusableLogs if the axis does not slip during any whole window.
     """
     facts = recorded_facts(records, bench)
     axis = facts.axis

@@ -1,11 +1,12 @@
-"""Choose position polynomials and speed knees for the weak form by unseen strokes.
+"""Choice of position polynomials and speed knees for the weak form, by unseen strokes.
 
-- order: the smallest whose prediction of unseen strokes is as good as the best order's. It is 0
-  unless the best order beats a constant beyond chance and by a fifth of the held-out error.
+- order: the smallest order whose prediction of unseen strokes is as good as that of the best order.
+  It is 0 unless the best order is better than a constant significantly and by a fifth of the
+  held-out error.
 - knees: added one at a time at the speed that explains most, and kept by the same rule
 
-The order is chosen again with each knee: a bend over speed looks like a dependence on position
-until it has its own column.
+The order is chosen again after each knee, because a bend over speed looks like a dependence on
+position until it has its own column.
 """
 
 from __future__ import annotations
@@ -47,8 +48,8 @@ def choose_structure(
 ) -> FrictionStructure:
     """Return the structure that the strokes support.
 
-    `samples` hold all position columns of the records behind `parts`; a row is correlated with
-    `overlap` others.
+    `samples`: rows with all position columns, computed from the records in `parts`; a row is
+    correlated with `overlap` others.
     """
     best = _Comparison(samples, parts, (), overlap, confidence).of_best_order()
     for _ in range(MOST_KNEES):

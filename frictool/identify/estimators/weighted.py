@@ -1,8 +1,8 @@
 """Least squares weighted by the inverse variance of the errors over speed (footnote, 4.2.5.1).
 
-The encoder's error of a row, and the friction that the model lacks, differ over speed. The
-residuals of a fit with equal weights give the variance in classes of speed with equally many rows.
-A row is weighted by the inverse variance of its class.
+Errors of the encoder, and friction that the model does not include, vary with speed. The rows are
+divided into classes of speed with equally many rows. The residuals of a fit with equal weights give
+the variance in each class. A row is weighted by the inverse variance of its class.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ def weighted(
 
 
 def inverse_deviation(samples: RegressionSamples) -> Vector:
-    """Return the weight of each row (n,), the inverse deviation of residuals in its speed class.
+    """Return for each row (n,) the inverse standard deviation of the residuals in its class.
 
-    Raises UnusableLogs as `residuals`.
+    Raises UnusableLogs as `residuals` does.
     """
     residual = residuals(samples, np.ones(samples.velocity.size))
     speed = np.abs(samples.velocity)

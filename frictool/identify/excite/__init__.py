@@ -1,4 +1,4 @@
-"""Excitation tests for a bench, one module per kind, and the information that a test can give."""
+"""Excitation tests for a bench, one module per kind, and the information that a test provides."""
 
 from typing import TYPE_CHECKING
 

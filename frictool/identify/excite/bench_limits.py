@@ -1,7 +1,7 @@
-"""Limits of a bench at the worst case of its a-priori intervals: travel, speed and effort.
+"""Worst-case limits of a bench over its a-priori intervals: travel, speed and effort.
 
-The effort is that of the weakest actuator on the heaviest axis. A reference within these limits can
-therefore be followed by every axis that the bench may be (4.2.3):
+The effort is that of the weakest actuator on the heaviest axis. Every axis within the intervals can
+therefore follow a reference within these limits (4.2.3):
 
     inertia_high |a| + viscous_high |v| + coulomb_high + |offset| + load.most <= constant_low limit
 """
@@ -29,11 +29,11 @@ ROUNDING = 1e-9
 class BenchLimits:
     """Worst-case limits of a bench in SI units.
 
-    - low, high: ends of the travel without its margins, infinite if the bench declares no travel
+    - low, high: ends of the travel less its margins; infinite if the bench declares no travel
     - speed: top speed
     - effort: least effort at the drive's limit
     - inertia, viscous, coulomb, offset: largest a-priori values
-    - load: largest effort of the declared loads anywhere on the travel
+    - load: largest effort of the declared loads over the travel
     - drive, drive_limit: drive signal and its limit, A | V
     """
 
@@ -52,7 +52,10 @@ class BenchLimits:
 
     @property
     def steady(self) -> float:
-        """Return the effort needed at any speed, N m | N: Coulomb friction, offset and load."""
+        """Return the effort needed at rest and at every speed, N m | N.
+
+        It is the sum of Coulomb friction, offset and load.
+        """
         return self.coulomb + self.offset + self.load
 
     @property
@@ -66,7 +69,7 @@ class BenchLimits:
         return "rad" if self.axis == "rotary" else "m"
 
     def acceleration(self, speed: float) -> float:
-        """Return the acceleration possible at a speed, rad/s^2 | m/s^2; <= 0 if there is none."""
+        """Return the possible acceleration at a speed, rad/s^2 | m/s^2; <= 0 if impossible."""
         return (self.effort - self.viscous * speed - self.steady) / self.inertia
 
 
@@ -92,7 +95,7 @@ def limits_of(bench: Bench) -> BenchLimits:
             "is not certain; raise actuator.limit or narrow mechanics.coulomb"
         )
     if known.top_speed is None and viscous <= 0.0:
-        raise NoSolutionError(f"{bench.name}: no value limits the speed; give mechanics.top_speed")
+        raise NoSolutionError(f"{bench.name}: no value limits the speed; state mechanics.top_speed")
     speed = known.top_speed.value if known.top_speed else left / viscous
     low, high = (known.travel.low, known.travel.high) if known.travel else (-math.inf, math.inf)
     margin = MARGIN * (high - low) if known.travel else 0.0
@@ -123,7 +126,7 @@ def known_load(bench: Bench) -> float:
 
 
 def unsaid_load(bench: Bench) -> str | None:
-    """Return a warning if the bench declares a load over position without its largest effort."""
+    """Return a warning if the bench declares a load over position without `load.most`."""
     named = [term for term in OVER_POSITION if bench.load is not None and term in bench.load.terms]
     if not named or (bench.load is not None and bench.load.most is not None):
         return None
@@ -137,7 +140,7 @@ def unsaid_load(bench: Bench) -> str | None:
 def axis_known(bench: Bench) -> PriorAxis:
     """Return the a-priori axis with its widest backlash.
 
-    A friction whose value is 0 is replaced by its upper end.
+    A friction with the value 0 is replaced by the upper end of its interval.
     """
     known = bench.mechanics
     backlash = max(known.backlash.interval) if known.backlash else 0.0
@@ -147,7 +150,7 @@ def axis_known(bench: Bench) -> PriorAxis:
 
 
 def declared_loads(bench: Bench) -> DeclaredLoads:
-    """Return the loads that the bench declares; an offset if it declares none."""
+    """Return the loads that the bench declares, or an offset if it declares none."""
     if bench.load is None:
         return DeclaredLoads()
     terms = bench.load.terms

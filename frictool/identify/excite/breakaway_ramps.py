@@ -8,13 +8,13 @@ The test controller goes on to
 - the first segment of the other direction, as soon as the position passes a turn.
 
 Without these rules (`open_loop`) the drive reaches the top of every ramp, which few benches
-withstand. In both cases the test is simulated first: on the nominal axis, on the lightest one with
-the least friction, and on the heaviest one with the most. The simulation has no load, since the
-shape of the load is unknown; only the tops of the ramps are raised by `load.most`.
+withstand. In both cases the test is simulated first on three axes: the nominal axis, the lightest
+axis with the least friction, and the heaviest axis with the most friction. The simulation has no
+load, since the shape of the load is unknown; the tops of the ramps are raised by `load.most`.
 
-Rate: after a breakaway under a ramp of R [N m/s | N/s], the axis takes at most t = (6 inertia
-step/R)^(1/3) to show a count, while the effort grows by R t. This growth is kept at 5 % of the
-breakaway F (`identify` corrects for it): R = (0.05 F)^(3/2)/sqrt(6 inertia step).
+Rate: after a breakaway under a ramp of R [N m/s | N/s], the encoder shows a count after at most t =
+(6 inertia step/R)^(1/3), while the effort grows by R t. The rate R = (0.05 F)^(3/2)/sqrt(6 inertia
+step) limits this growth to 5 % of the breakaway F; `identify` corrects for it.
 """
 
 from __future__ import annotations
@@ -48,10 +48,10 @@ NAMES = ("lightest", "nominal", "heaviest")
 
 
 class Ramp(NamedTuple):
-    """Ramp and the rules of its playback, in SI units and units of the drive.
+    """Ramp of the drive, and the rules for playing it.
 
     - rate, top: slope and largest value of the drive signal, A/s | V/s and A | V
-    - low, high: turns, rad | m
+    - low, high: positions at which the direction changes, rad | m
     - advance_on: distance after which the next segment begins, rad | m
     """
 
@@ -64,12 +64,12 @@ class Ramp(NamedTuple):
 
 
 class SimulatedRamps(NamedTuple):
-    """Simulated round of ramps on one axis.
+    """Simulation of one round of ramps, forward and backward, on one axis.
 
-    - forward, backward: number of segments used in each direction
+    - forward, backward: number of ramps played in each direction
     - low, high: range of positions, rad | m
     - speed: top speed, rad/s | m/s
-    - moved: True if every segment moved the axis
+    - moved: True if every ramp moved the axis
     """
 
     forward: int
@@ -81,7 +81,10 @@ class SimulatedRamps(NamedTuple):
 
 
 def breakaway_range(bench: Bench) -> tuple[float, float, float]:
-    """Return the least, expected and largest breakaway, N m | N, of the bench or from Coulomb."""
+    """Return the least, expected and largest breakaway, N m | N.
+
+    Without a breakaway in the bench, they follow from its Coulomb friction.
+    """
     known, coulomb = bench.mechanics.breakaway, bench.mechanics.coulomb
     if known is not None:
         return known.interval[0], known.value, known.interval[1]
@@ -112,9 +115,8 @@ def breakaway_ramps(
 ) -> ExcitationSequence:
     """Return a sequence of breakaway ramps in both directions.
 
-    top [A | V] and rate [A/s | V/s] are chosen if None; `segments` is the number of ramps over the
-    travel in each direction. Raises NoSolutionError that names the limit
-    exceeded.
+    top [A | V], rate [A/s | V/s]: None for the default. segments: number of ramps over the travel
+    in each direction. Raises NoSolutionError; the message names the exceeded limit.
     """
     constant = bench.actuator.constant
     most = breakaway_range(bench)[2]
@@ -123,8 +125,8 @@ def breakaway_ramps(
     unit = "A" if limits.drive == "current" else "V"
     if not needed <= top <= limits.drive_limit:
         raise NoSolutionError(
-            f"{limits.drive}: the ramps rise to {top:.4g} {unit}; allowed: {needed:.4g} (the most "
-            f"that the breakaway may need) to {limits.drive_limit:.4g} (actuator.limit)"
+            f"{limits.drive}: the ramps rise to {top:.4g} {unit}; allowed: {needed:.4g} (for the "
+            f"largest breakaway) to {limits.drive_limit:.4g} (actuator.limit)"
         )
     travel = limits.travel if math.isfinite(limits.travel) else 2.0 * math.pi
     ramp = Ramp(

@@ -1,8 +1,8 @@
 """Runs at constant speeds in both directions, for friction over speed (`stribeck-curve`).
 
-Each run begins and ends at rest with a raised cosine of the speed. Friction and a limited speed
-leave the effort `spare` (`half_sines.spare_effort`); half of it accelerates the axis, and half
-overcomes viscous friction at the top speed. The ramps of the fastest run take half of the travel.
+The speed of each run rises from 0 and falls to 0 as a raised cosine. Half of the effort that dry
+friction and load leave (`half_sines.spare_effort`) accelerates the axis, and half overcomes viscous
+friction at the top speed. The rise and fall of the fastest run take half of the travel.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ SHORTEST_RAMP = 20  # samples from rest to the speed of a run
 def chosen_speeds(
     limits: BenchLimits, period: float, step: float, duration: float, count: int
 ) -> list[float]:
-    """Return `count` speeds in geometric order, rad/s | m/s.
+    """Return `count` speeds in geometric progression, rad/s | m/s.
 
     Parameters
     ----------
@@ -35,14 +35,14 @@ def chosen_speeds(
     period, step
         Sample period [s] and encoder step [rad | m].
     duration
-        Duration of all runs without their ramps [s].
+        Duration of all runs without rise and fall of the speed [s].
     count
         Number of speeds, each in both directions.
 
     Raises
     ------
     NoSolutionError
-        If no effort is left for a motion, or if the slowest speed is not below the fastest.
+        If friction and load leave no effort, or if the slowest speed is not below the fastest.
     """
     spare = 0.5 * spare_effort(limits)
     top = TOP_SHARE * limits.speed
@@ -64,9 +64,9 @@ def chosen_speeds(
 def constant_speeds(
     limits: BenchLimits, period: float, speeds: list[float], duration: float
 ) -> Motion:
-    """Return the runs forward and backward at each speed, from the low end of the travel.
+    """Return the motion of runs forward and backward at each speed, from the low end of the travel.
 
-    `period` and `duration` are in s; `duration` is that of all runs without their ramps.
+    period: s. duration: duration of all runs without rise and fall of the speed, s.
     """
     start = limits.low if math.isfinite(limits.low) else 0.0
     parts: list[Motion] = []

@@ -1,23 +1,25 @@
 """Cramér-Rao bound of a sliding test, from its planned trajectory.
 
-The equation of motion at sample k has positions measured to a count, and efforts measured with
-noise:
+The equation of motion at sample k contains the measured position x and effort u with their errors
+e_x and e_u:
 
     inertia D2 x + viscous D1 x + coulomb sign(v) + offset = u + r
     r = e_u + (inertia D2 + viscous D1) e_x
 
-D1 and D2 are central differences, e_u is white, and e_x is white over a count (variance step^2/12,
-4.2.2). r is a moving average of two samples either way, so that its covariance V over a stroke has
-five diagonals. With the regressors G (n, 4) of the trajectory, a stroke has the information
+D1 and D2 are central differences. e_u is white noise, and e_x is white with the variance step^2/12
+(4.2.2). r depends on e_x at up to two samples on either side, so that its covariance V over a
+stroke has five diagonals. With the regressors G (n, 4) of the trajectory, a stroke has the
+information
 
     M = G' V^-1 G
 
-and strokes add up. If the bench declares loads (`load.terms`), G has one more column for each of
-their parameters, at the positions of strokes about the middle of the travel. G has no column for an
-offset that is declared absent. No unbiased estimator has a variance below the diagonal of M^-1.
+and the M of all strokes are added. If the bench declares loads (`load.terms`), G has an additional
+column for each of their parameters; the strokes are centred on the middle of the travel. If the
+bench declares that there is no offset, G has no column for it. No unbiased estimator has a variance
+below the diagonal of M^-1.
 
-If the axis moves less than a count per sample, e_x is a sawtooth and not white. The sawtooth
-disturbs low frequencies less than assumed here.
+If the axis moves less than a count per sample, e_x is a sawtooth and not white. It then has less
+power at low frequencies than assumed here.
 """
 
 from __future__ import annotations
@@ -50,7 +52,7 @@ class SensorPrecision:
 class DeclaredLoads:
     """Loads that the bench declares in addition to friction.
 
-    - offset: True if there is an offset
+    - offset: True if the effort may have an offset
     - terms: terms of rows/load_terms.py, each with its wave number, 1/rad | 1/m
     - plain: True if the only load is an offset, which every method can fit
     """
@@ -64,9 +66,9 @@ class DeclaredLoads:
 class PriorAxis:
     """A-priori axis of a test, in SI units.
 
-    - backlash: full width; a stroke passes it before its samples count
+    - backlash: full width, rad | m; samples inside it do not count
     - loads: declared loads
-    - middle: middle of the travel, rad | m, about which the strokes go
+    - middle: middle of the travel and of the strokes, rad | m
     """
 
     inertia: float
@@ -79,7 +81,7 @@ class PriorAxis:
 
 @dataclass(frozen=True)
 class PlannedStroke:
-    """Stroke of the position between two turns, a half sine of the speed.
+    """Stroke between two reversals, with a half sine of the speed over time.
 
     - speed: top speed V, rad/s | m/s
     - distance: > 0, rad | m
@@ -120,7 +122,7 @@ def information(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPr
 
 
 def of_sliding(values: Vector, axis: PriorAxis) -> Vector:
-    """Return the values (4,) of SLIDING from `values` (p,) of all columns, 0 without an offset."""
+    """Return the values (4,) of SLIDING from `values` (p,) of all columns; 0 for no offset."""
     return np.asarray([*values[:3], values[3] if axis.loads.offset else 0.0])
 
 
@@ -139,10 +141,10 @@ def cramer_rao(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPre
 def regressors(
     stroke: PlannedStroke, axis: PriorAxis, sensing: SensorPrecision, side: float = 1.0
 ) -> Vector:
-    """Return G (n, p) of the samples of a stroke that certainly slip past the backlash.
+    """Return G (n, p) at the samples of a stroke that certainly slip outside the backlash.
 
-    `side` is 1 for forward and -1 for backward. The first columns are SLIDING, without an absent
-    offset; the columns of the loads follow.
+    `side` is 1 for forward and -1 for backward. The first columns are SLIDING, without the offset
+    if it is absent; the columns of the loads follow.
     """
     duration = stroke.duration
     samples = max(0, math.floor(duration / sensing.period))

@@ -33,15 +33,15 @@ LONGEST = 10_000_000  # samples, longest test; a longer one is a mistaken settin
 
 @dataclass(frozen=True)
 class ExcitationSettings:
-    """Settings of a test in SI units; None selects the test's own choice.
+    """Settings of a test in SI units; None selects the default of the test.
 
-    - amplitude: half the travelled distance, rad | m; for ramps the top in units of the drive
+    - amplitude: half the travelled distance, rad | m; for ramps the largest drive signal
     - frequency: Hz
     - speed: top speed, rad/s | m/s
     - rate: slope of the ramps, units of the drive per s
     - duration: duration of the test, s
-    - repetitions, speeds, harmonics: number of each
-    - seed: seed of the random turns
+    - repetitions, speeds, harmonics: numbers
+    - seed: seed of the random reversal positions
     - open_loop: True if every ramp is played to its top
     """
 
@@ -67,7 +67,7 @@ def excite(kind: str, bench: Bench, settings: ExcitationSettings) -> ExcitationS
     bench
         Bench whose limits the test respects.
     settings
-        Settings of the test; None in a field selects the test's own choice.
+        Settings of the test; None in a field selects the default.
 
     Returns
     -------

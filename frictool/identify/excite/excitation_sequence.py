@@ -24,7 +24,7 @@ class ExcitationSequence(ResultView):
     - columns: name -> samples (n,), SI units
     - units: name -> unit
     - rule: instruction for playing the sequence, as text
-    - figures: name -> value, description of the test
+    - figures: name -> value of numbers that describe the test
     """
 
     kind: str
@@ -87,7 +87,7 @@ def reference_sequence(
 def command_sequence(
     bench: Bench, command: Vector, segment: Vector, rule: str, figures: dict[str, float]
 ) -> ExcitationSequence:
-    """Return a command sequence (n,) of the drive, with the ramp number of each sample."""
+    """Return a sequence of drive commands (n,) with the segment number (n,) of each sample."""
     drive = bench.actuator.drive
     units = {drive: si_unit(drive_dimension(drive, constant=False), bench.axis), "segment": "1"}
     return ExcitationSequence(

@@ -1,4 +1,4 @@
-"""Half sines of the position from turn to turn, with zero speed at each turn."""
+"""Half sines of the position from reversal to reversal, with zero speed at each reversal."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ TOP_SHARE = 0.9
 
 
 def half_sine(start: float, end: float, speed: float, period: float) -> Motion:
-    """Return a half sine from `start` to the sample before `end`, with top speed <= `speed`."""
+    """Return a half sine from `start` to one sample before `end`; the top speed is <= `speed`."""
     samples = max(2, math.ceil(0.5 * math.pi * abs(end - start) / (speed * period)))
     rate = math.pi / (samples * period)
     half = 0.5 * (end - start)
@@ -29,7 +29,7 @@ def half_sine(start: float, end: float, speed: float, period: float) -> Motion:
 
 
 def joined(parts: list[Motion], end: float) -> Motion:
-    """Return one motion of all parts in order, with a last sample at rest at `end`."""
+    """Return the parts in order as one motion, with a last sample at rest at `end`."""
     position, velocity, acceleration = (
         np.concatenate(column) for column in zip(*parts, strict=True)
     )
@@ -37,9 +37,9 @@ def joined(parts: list[Motion], end: float) -> Motion:
 
 
 def spare_effort(limits: BenchLimits) -> float:
-    """Return the effort that TOP_SHARE leaves after dry friction and load, N m | N.
+    """Return TOP_SHARE of the effort at the drive's limit less dry friction and load, N m | N.
 
-    Raises NoSolutionError if it leaves nothing.
+    Raises NoSolutionError if the result is not positive.
     """
     left = TOP_SHARE * limits.effort - limits.steady
     if left <= 0.0:
@@ -53,11 +53,12 @@ def spare_effort(limits: BenchLimits) -> float:
 
 
 def reachable_speed(limits: BenchLimits, distance: float) -> float:
-    """Return the top speed of a half sine over `distance`, rad/s | m/s, within TOP_SHARE.
+    """Return the largest top speed of a half sine over `distance`, rad/s | m/s.
 
-    In a sine, inertia a and viscous v are in quadrature. Their sum is largest between the turn and
-    the top speed: sqrt((inertia V w)^2 + (viscous V)^2) + coulomb + |offset| + load <= effort, with
-    w = 2 V/distance. Raises NoSolutionError if friction and load take all of the effort.
+    In a sine, inertia a and viscous v are in quadrature, so that the largest effort is
+    sqrt((inertia V w)^2 + (viscous V)^2) + coulomb + |offset| + load, with w = 2 V/distance. It
+    must not exceed TOP_SHARE of the effort at the drive's limit. Raises NoSolutionError if friction
+    and load need all of this effort.
     """
     left = spare_effort(limits)
     fourth = (2.0 * limits.inertia / distance) ** 2

@@ -1,11 +1,11 @@
-"""Multisine of the position with a low crest factor of speed; all harmonics have equal speeds.
+"""Multisine of the position; its harmonics have equal speed amplitudes and a low crest factor.
 
     v(t) = V sum_k cos(2 pi k f t + phase_k)
     phase_k = -pi k (k - 1)/K      (Schroeder 1970)
 
-A lower crest factor gives more rms speed for the same top speed. The search starts from Schroeder's
-phases and swaps between time and frequency (Van der Ouderaa, Schoukens and Renneboog 1988): the
-speed is clipped, its phases are kept, and its amplitudes are restored.
+A low crest factor gives a large rms speed for a given top speed. The search starts from Schroeder's
+phases and alternates between time and frequency (Van der Ouderaa, Schoukens and Renneboog 1988):
+the speed is clipped, its phases are kept, and its amplitudes are restored.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def crest(phases: Vector) -> float:
 
 
 def low_crest(harmonics: int) -> Vector:
-    """Return the phases (harmonics,) in rad with the best crest factor met during swapping.
+    """Return the phases (harmonics,) in rad with the lowest crest factor of the search.
 
     It is never above that of Schroeder's phases.
     """
@@ -83,9 +83,8 @@ def multisine(
     """Return the motion and its figures.
 
     - phases: phases of the harmonics, (harmonics,), rad
-    - frequency: frequency of the first harmonic, Hz; with None, travel and speed reach their
-      limits together
-    - amplitude: half the range of positions, rad | m; with None, as large as the limits allow
+    - frequency: frequency of the first harmonic, Hz; None: travel and speed both reach their limits
+    - amplitude: half the range of positions, rad | m; None: as large as the limits allow
     """
     coarse = _sums(_circle(phases), phases)
     reach = 0.5 * float(np.ptp(coarse[0]))

@@ -1,4 +1,4 @@
-"""SVG picture of a test over time, one axes per column."""
+"""SVG plot of a test over time, with one panel per column."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ WIDTH, HEIGHT = 7.0, 1.8  # inches, of each axes
 
 
 def picture(sequence: ExcitationSequence) -> str:
-    """Return the `<svg>` element; equal sequences give identical bytes."""
+    """Return the plot as an `<svg>` element; equal sequences give identical bytes."""
     with drawing(sequence.kind):
         figure = Figure(figsize=(WIDTH, HEIGHT * len(sequence.columns)), layout="constrained")
         axes = figure.subplots(len(sequence.columns), 1, sharex=True, squeeze=False)[:, 0]

@@ -1,8 +1,8 @@
-"""Breakaway ramps for a requested precision: rate and number of onsets of least duration.
+"""Breakaway ramps that reach a requested precision in the shortest time.
 
-The error of the breakaway has a part that averages out over onsets and a part that the range of the
-inertia leaves (assess/ramp_precision.py). Both grow with the rate, and the duration of a ramp falls
-with it; the rate of least duration is searched on a grid.
+The error of the breakaway has a part that averages out over onsets, and a part due to the range of
+the inertia (assess/ramp_precision.py). Both parts grow with the rate, whereas the duration of a
+ramp decreases. The rate with the shortest test is searched on a grid.
 """
 
 from __future__ import annotations
@@ -37,12 +37,13 @@ def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
     bench
         Bench whose limits the test respects on every axis of the a-priori intervals.
     request
-        Wanted precision of the breakaway; with a duration, the ramps are the best of that duration.
+        Requested precision of the breakaway. If it has a duration, the result is the most precise
+        test of this duration.
 
     Returns
     -------
     PreciseTest
-        Drive command with its rules, and the promise.
+        Drive command with its rules, and the promised half width.
 
     Raises
     ------

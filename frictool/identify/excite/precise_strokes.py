@@ -1,4 +1,4 @@
-"""Test of strokes for requested precisions: the shortest one, or the best one of a duration."""
+"""Design of a test of strokes: the shortest for a precision, or the most precise of a duration."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ class PrecisionRequest:
     """Requested precision of a test.
 
     - wanted: parameter -> half width of a 95 % interval relative to the bench's value
-    - duration: duration of the best test, s; None for the shortest test
+    - duration: duration of the most precise test, s; None for the shortest test
     - longest: longest allowed duration of the shortest test, s
     - noise: standard deviation of the measured drive, A | V; None for 0.2 % of its limit
-    - seed: seed of the random turns
-    - factors: parameter -> half width that `identify` reports relative to the expected one;
-      EXPECTED_FACTOR for others
+    - seed: seed of the random reversal positions
+    - factors: parameter -> half width that `identify` reports, divided by the expected half width;
+      EXPECTED_FACTOR for other parameters
     """
 
     wanted: Mapping[str, float]
@@ -62,13 +62,13 @@ class PrecisionRequest:
         return self.factors.get(name, EXPECTED_FACTOR)
 
     def only(self, names: tuple[str, ...]) -> dict[str, float]:
-        """Return the wanted precisions of `names`."""
+        """Return the requested precisions of the parameters `names`."""
         return {name: part for name, part in self.wanted.items() if name in names}
 
 
 @dataclass(frozen=True)
 class PreciseTest:
-    """Test with the precision that it promises, in SI units.
+    """Test with its promised precision, in SI units.
 
     - half_widths: parameter -> promised half width
     - bounds: parameter -> half width of the Cramér-Rao bound
@@ -80,7 +80,7 @@ class PreciseTest:
 
 
 def bench_value(bench: Bench, name: str) -> float:
-    """Return the bench's value of a parameter, to which a precision is relative.
+    """Return the bench's value of a parameter; precisions are relative to it.
 
     Raises
     ------
@@ -104,18 +104,18 @@ def precise_strokes(bench: Bench, request: PrecisionRequest) -> PreciseTest:
     bench
         Bench whose limits the test respects on every axis of the a-priori intervals.
     request
-        Wanted precisions of SLIDING parameters; the others are ignored.
+        Requested precisions of SLIDING parameters; other parameters are ignored.
 
     Returns
     -------
     PreciseTest
-        Reference of the position loop, and its promise. With `request.duration`, the promise may be
-        wider than requested.
+        Reference of the position loop, and the promised half widths. If `request.duration` is set,
+        they may be wider than requested.
 
     Raises
     ------
     NoSolutionError
-        If no test within the limits has the precision. The message names the limit.
+        If no test within the limits reaches the precision. The message names the limit.
     """
     candidates = stroke_candidates(bench, request.noise)
     wanted = stroke_program(bench, request, candidates)
@@ -183,12 +183,12 @@ def _expected_deviation(
 def stroke_program(
     bench: Bench, request: PrecisionRequest, candidates: list[StrokeCandidate]
 ) -> StrokeProgram:
-    """Return the convex program of a request; its last candidate is the pause.
+    """Return the convex program of a request; its last candidate is a pause.
 
     Raises
     ------
     NoSolutionError
-        If the bench has no value that a wanted precision is relative to.
+        If the bench has no value of a parameter with a requested precision.
     """
     size = candidates[0].information.shape[0]
     limit = np.full(size, math.inf)
@@ -213,10 +213,10 @@ def stroke_motion(
     period: float,
     seed: int,
 ) -> Motion:
-    """Return the motion of `times` (k + 1,) repetitions; the last number is of pauses.
+    """Return the motion with `times` (k + 1,) repetitions of the candidates and, last, of pauses.
 
-    The turns are random within SPREAD of the reach at either end, so that strokes meet different
-    encoder counts. Pauses are spread evenly.
+    The positions of the reversals are random within SPREAD of the reach at both ends, so that
+    encoder errors differ between strokes. Pauses are spread evenly.
     """
     draw = np.random.default_rng(seed)
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
@@ -277,6 +277,6 @@ def _unreachable(bench: Bench, request: PrecisionRequest, needed: float | None) 
     limit = (
         f"time: {wanted} needs a test of {needed:.3g} s; allowed: {request.longest:.4g} s"
         if needed is not None
-        else f"travel: strokes on this bench do not tell {', '.join(request.only(SLIDING))} apart"
+        else f"travel: strokes on this bench do not separate {', '.join(request.only(SLIDING))}"
     )
     return NoSolutionError("; ".join([limit, *remedies(bench, request, needed)]))

@@ -1,4 +1,4 @@
-"""Changes of a bench, or of the time, with which a refused precision is reached."""
+"""Changes of bench or duration with which a refused precision can be reached."""
 
 from __future__ import annotations
 
@@ -18,9 +18,9 @@ FACTORS = (2.0, 4.0, 16.0)
 
 
 def remedies(bench: Bench, request: PrecisionRequest, needed: float | None) -> list[str]:
-    """Return the changes that reach the precision, each alone, as text.
+    """Return a text for each single change with which the precision is reached.
 
-    `needed` is the shortest duration on the bench as it is, s.
+    `needed`: shortest duration on the unchanged bench, s.
     """
     shown = [] if needed is None else [f"{needed:.3g} s of time"]
     for change in REMEDIES:

@@ -1,4 +1,4 @@
-"""Promise document of one or two tests."""
+"""Document with the promised half widths of one or two tests."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ METHOD = "auto"  # of `identify`, with which the test was rehearsed
 def promise_of(
     tests: Sequence[PreciseTest], bench: Bench, noise: float | None, provenance: Provenance
 ) -> Promise:
-    """Return the promise of the tests of one bench; `noise` of the drive in A | V."""
+    """Return the promise of the tests of a bench; `noise` is that of the drive, A | V."""
     actuator = bench.actuator
     assumed = DRIVE_NOISE_SHARE * actuator.limit.value if noise is None else noise
 

@@ -1,9 +1,9 @@
-"""Sine of the position (4.25), and its conditioning of the regression (4.30)-(4.33).
+"""Sine of the position (4.25), and the condition number of its regression (4.30)-(4.33).
 
-With the scaling (4.33) by sqrt(2)/V, every top speed V has the same condition, 19, the minimum of
-(4.30). The remaining choice follows (4.3) and (4.4): speed relative to a count per sample, and
-acceleration, which grows with the frequency. Among the sines that the bench can follow, the chosen
-sine has the smallest worst relative Cramér-Rao bound over inertia, viscous and Coulomb friction.
+With the scaling (4.33) by sqrt(2)/V, every top speed V has the condition number 19, the minimum of
+(4.30). The errors (4.3) and (4.4) decrease with the acceleration and the speed. Among the sines
+that the bench can follow, the chosen sine minimises the largest relative Cramér-Rao bound of
+inertia, viscous and Coulomb friction.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ CHOICES = 24  # number of distances tried
 
 
 def condition(speed: float) -> float:
-    """Return kappa(M_2) of (4.30), the condition of viscous and Coulomb friction in a sine.
+    """Return the condition number kappa(M_2) of viscous and Coulomb friction in a sine (4.30).
 
     `speed` is the sine's top speed, rad/s | m/s.
     """
@@ -39,14 +39,14 @@ def condition(speed: float) -> float:
 
 
 def longest_distance(limits: BenchLimits) -> float:
-    """Return the longest stroke [rad | m]: the travel, if finite, or a 1 Hz sine at top speed."""
+    """Return the longest stroke [rad | m]: the travel, or that of a 1 Hz sine at top speed."""
     return limits.travel if math.isfinite(limits.travel) else limits.speed / math.pi
 
 
 def best_stroke(
     limits: BenchLimits, axis: PriorAxis, sensing: SensorPrecision, duration: float
 ) -> PlannedStroke:
-    """Return the sine with the least `worst` relative bound over `duration` [s]."""
+    """Return the sine of `duration` [s] with the smallest `worst` relative bound."""
     longest = longest_distance(limits)
     shortest = min(longest, max(longest / 50.0, axis.backlash + SHORTEST_COUNTS * sensing.step))
     strokes = [
@@ -62,7 +62,7 @@ def _lasting(distance: float, limits: BenchLimits, duration: float) -> PlannedSt
 
 
 def worst(stroke: PlannedStroke, axis: PriorAxis, sensing: SensorPrecision) -> float:
-    """Return the largest relative bound (deviation over value) of the nonzero parameters."""
+    """Return the largest Cramér-Rao bound, relative to the value, of the nonzero parameters."""
     values = (axis.inertia, axis.viscous, axis.coulomb)
     return max(
         float(bound) / value
@@ -72,9 +72,9 @@ def worst(stroke: PlannedStroke, axis: PriorAxis, sensing: SensorPrecision) -> f
 
 
 def sine(stroke: PlannedStroke, limits: BenchLimits, period: float) -> Motion:
-    """Return the sine of round(times) periods, at least one, from the low end of its range.
+    """Return the sine, centred in the travel, from the low end of its range.
 
-    The sine is centred on the middle of the travel.
+    It has round(times) periods of `stroke`, at least one.
     """
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
     low = middle - 0.5 * stroke.distance

@@ -1,7 +1,8 @@
-"""Sines at several speeds for (4.38): half strokes between turns, one speed after the other.
+"""Sines at several speeds for (4.38): half sines between reversals, one speed after the other.
 
-The turns are random, from a seed, within a tenth of the distance at either end. Strokes between
-identical turns would have identical encoder errors, which averaging does not remove.
+The positions of the reversals are random, from a seed, within a tenth of the distance at both ends.
+Strokes between identical positions would have identical encoder errors, which averaging does not
+reduce.
 """
 
 from __future__ import annotations
@@ -44,7 +45,7 @@ def plan(
 
 
 def sines(strokes: list[PlannedStroke], limits: BenchLimits, period: float, seed: int) -> Motion:
-    """Return the strokes of a plan, one speed after the other, with random turns."""
+    """Return the motion of `strokes`, one speed after the other, with random reversal positions."""
     draw = np.random.default_rng(seed)
     middle = 0.5 * (limits.low + limits.high) if math.isfinite(limits.travel) else 0.0
     reach = 0.5 * strokes[0].distance / (1.0 - SPREAD)

@@ -17,7 +17,7 @@ REST = 0.5  # s, after each step
 
 
 def steps(limits: BenchLimits, period: float, amplitude: float | None, repetitions: int) -> Motion:
-    """Return the motion through LEVELS, `repetitions` times.
+    """Return the motion through the positions LEVELS, `repetitions` times.
 
     `amplitude` [rad | m] is half the distance between the outermost levels.
     """

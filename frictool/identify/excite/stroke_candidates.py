@@ -1,14 +1,14 @@
-"""Strokes of which an optimal test is made: distances and speeds within the bench's limits.
+"""Candidate strokes of an optimal test: distances and speeds within the bench's limits.
 
-Each candidate is one stroke forward and one backward. Its information and its drive are those of
-the worst axis of the a-priori intervals:
+Each candidate is one stroke forward and one backward. Its information matrix and its drive are
+those of the worst axis within the a-priori intervals:
 
-- inertia and viscous friction at their upper ends. The covariance of the noise,
-  noise^2 I + step^2/12 T T' with T = inertia D2 + viscous D1, grows with both, so that every other
-  axis gives more information.
-- noise of the effort with the largest drive constant; drive with the smallest.
-- backlash at its upper end. Samples within it, and samples slower than 2 % of the stroke's top
-  speed, where the axis may stick, count as lost.
+- inertia and viscous friction at their upper ends. The covariance of the noise, noise^2 I +
+  step^2/12 T T' with T = inertia D2 + viscous D1, grows with both, so that every other axis gives
+  more information.
+- the largest drive constant for the noise of the effort, the smallest for the drive
+- backlash at its upper end. Samples inside it, and samples slower than 2 % of the stroke's top
+  speed, where the axis may stick, are excluded.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ DRIVE_POINTS = 400  # points of a stroke at which the drive is computed
 class StrokeCandidate:
     """Stroke that a test may repeat, forward and backward.
 
-    - stroke: mean stroke; its turns vary by SPREAD of its reach
-    - reach: distance between the outermost turns, rad | m
+    - stroke: mean stroke; its reversal positions vary by SPREAD of its reach
+    - reach: largest distance between two reversals, rad | m
     - information: information matrix of both directions, (p, p)
     - mean_square: mean square of the drive on the worst axis relative to its limit
     """
@@ -62,7 +62,7 @@ class StrokeCandidate:
 
 
 def worst_axis(bench: Bench) -> PriorAxis:
-    """Return the a-priori axis whose noise is largest."""
+    """Return the a-priori axis with the largest noise."""
     known = bench.mechanics
     return replace(
         axis_known(bench), inertia=known.inertia.interval[1], viscous=known.viscous.interval[1]
@@ -82,7 +82,7 @@ def stroke_candidates(bench: Bench, noise: float | None) -> list[StrokeCandidate
     Raises
     ------
     NoSolutionError
-        If no stroke within the travel passes the backlash and some counts of the encoder.
+        If every stroke within the travel is shorter than the backlash and SHORTEST_COUNTS counts.
     """
     limits = limits_of(bench)
     axis, sensing = worst_axis(bench), worst_sensing(bench, noise)

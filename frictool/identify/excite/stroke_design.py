@@ -1,19 +1,20 @@
-"""Optimal repetitions of candidate strokes: a convex program, and its whole-number solution.
+"""Optimal numbers of repetitions of candidate strokes, by a convex program with rounding.
 
-The information matrices M_k of the candidates add up. The shortest test for the half widths h_i of
-the parameters i, with x_k the number of repetitions of candidate k and tau_k its duration, is
+Candidate k has the duration tau_k and the information matrix M_k, and is repeated x_k times. The
+shortest test for the half widths h_i of the parameters i is
 
     minimise    sum tau_k x_k
     subject to  e_i' (sum x_k M_k)^-1 e_i <= (h_i/q_i)^2       for each requested parameter
                 sum tau_k x_k (rms_k^2 - rms^2) <= 0           drive, if it has an rms limit
                 x_k >= 0
 
-(Pukelsheim 2006, chapter 6; Boyd and Vandenberghe 2004, 7.5). q_i is the number of standard
-deviations of the bound in a half width of the estimator. The best test of a duration minimises the
-largest left side over right side. The pause is a candidate without information and drive.
+(Pukelsheim 2006, chapter 6; Boyd and Vandenberghe 2004, 7.5). q_i is the half width divided by the
+standard deviation at the Cramér-Rao bound. The most precise test of a given duration minimises the
+largest ratio of left to right side over the parameters. A pause is a candidate without information
+and drive.
 
-Rounding: all repetitions are rounded up, and then removed one by one, the longest first, as long as
-every constraint holds. The result satisfies the constraints as whole numbers.
+All x_k are rounded up. Repetitions are then removed one by one, those of the longest strokes first,
+as long as every constraint holds.
 """
 
 from __future__ import annotations
@@ -36,12 +37,12 @@ SINGULAR = 1e12  # condition number above which information is singular
 
 @dataclass(frozen=True)
 class StrokeProgram:
-    """Convex program in whole repetitions of candidates.
+    """Convex program for the numbers of repetitions of k candidates and p parameters.
 
     - information: matrices of the candidates, (k, p, p)
     - duration: durations (k,), s
     - mean_square: mean square of the drive (k,), relative to its limit
-    - limit: (p,) largest variance of each parameter; inf if it is not requested
+    - limit: largest variance of each parameter, (p,); inf for a parameter that is not requested
     - rms: largest rms of the drive over the test relative to its limit
     """
 
@@ -52,7 +53,7 @@ class StrokeProgram:
     rms: float = math.inf
 
     def variances(self, times: Vector) -> Vector:
-        """Return the bound of the variance (p,) of `times` (k,) repetitions; inf if unknown."""
+        """Return the Cramér-Rao variances (p,) for `times` (k,) repetitions; inf if unknown."""
         matrix = np.tensordot(times, self.information, axes=1)
         scale = np.sqrt(np.diag(matrix))
         if not np.all(scale > 0.0):
@@ -63,12 +64,12 @@ class StrokeProgram:
         return np.asarray(np.diag(np.linalg.inv(unit)) / scale**2)
 
     def worst(self, times: Vector) -> float:
-        """Return the largest variance over limit of `times` (k,) repetitions."""
+        """Return the largest ratio of variance to limit for `times` (k,) repetitions."""
         known = self.requested
         return float((self.variances(times)[known] / self.limit[known]).max())
 
     def allowed(self, times: Vector) -> bool:
-        """Return True if the drive's rms is within its limit and the strokes are enough."""
+        """Return True if the drive's rms is within its limit and there are enough strokes."""
         total = float(times @ self.duration)
         square = float((times * self.duration) @ self.mean_square)
         moving = float(times[self.mean_square > 0.0].sum())
@@ -81,7 +82,7 @@ class StrokeProgram:
 
 
 def shortest(program: StrokeProgram) -> Vector | None:
-    """Return the repetitions (k,) of the shortest test, whole numbers; None if there is none."""
+    """Return the whole numbers of repetitions (k,) of the shortest test, or None."""
     shares = _shares(program)
     return None if shares is None else _rounded(program, shares)
 
@@ -89,7 +90,8 @@ def shortest(program: StrokeProgram) -> Vector | None:
 def best_within(program: StrokeProgram, duration: float) -> Vector | None:
     """Return the repetitions (k,) of the most precise test of at most `duration` [s], or None.
 
-    The test is the shortest one for limits that a common factor scales; the factor is bisected.
+    A bisection searches a common factor of all limits for which the shortest test has this
+    duration.
     """
     shares = _shares(program)
     if shares is None:

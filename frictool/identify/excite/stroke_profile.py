@@ -1,8 +1,8 @@
 """Motion of one stroke from rest to rest: a half sine of the speed.
 
-Trapezoids of the speed were tried too. On fine encoders the shortest tests were as long within a
-fifth. On coarse ones `identify` takes means over half sines, and trapezoids needed up to 25 times
-as long.
+Trapezoids of the speed have no advantage. With fine encoders the shortest tests are equally long to
+within a fifth. With coarse encoders `identify` uses means over half sines, and trapezoids need up
+to 25 times as long.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ TOP_SPEED = 0.5 * math.pi  # of a stroke of distance 1 and duration 1
 
 
 def unit_profile(share: Vector) -> tuple[Vector, Vector, Vector]:
-    """Return advance, speed and acceleration (n,) of a stroke of distance 1 and duration 1.
+    """Return position, speed and acceleration (n,) of a stroke of distance 1 and duration 1.
 
     `share` (n,) are times relative to the duration, 0 to 1.
     """

@@ -1,4 +1,4 @@
-"""Survey a log: contents, quality, and the methods that can use it."""
+"""Survey of a log: contents, quality, and the methods that can use it."""
 
 from typing import TYPE_CHECKING
 

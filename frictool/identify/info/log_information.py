@@ -1,4 +1,4 @@
-"""Survey a log and its uses, as `frictool info` does.
+"""Survey of a log and of the methods that can use it, as by `frictool info`.
 
 file -> assemble() -> streams, each read twice -> logs/quality/survey.py
      -> StreamSurvey per stream -> facts -> text_view.py -> text
@@ -41,7 +41,7 @@ from frictool.runtime.object_view import ResultView
 class Information(ResultView):
     """Survey of a log.
 
-    - facts: what `--json` prints: one row per signal, and figures of the whole log
+    - facts: output of `--json`: one row per signal, and properties of the whole log
     - surveys: survey of each stream
     - assembly: the assembled log
     """
@@ -52,24 +52,24 @@ class Information(ResultView):
 
     @property
     def warnings(self) -> list[str]:
-        """Return the warnings from reading that are not among the facts."""
+        """Return the warnings of the reader that `facts` does not contain."""
         return [text for text in self.assembly.warnings if text not in self.facts["odd"]]
 
 
 def info(
     log: Log | Path | str, bench: Bench | None = None, window: TimeWindow = EVERYTHING
 ) -> Information:
-    """Survey a log of any length in bounded memory; the log is read twice.
+    """Return the survey of a log. The log is read twice, in bounded memory.
 
     Parameters
     ----------
     log
         Log in memory, or path of a log file.
     bench
-        Bench of the log. A raw bench file cannot be read without it. With it, samples at the
+        Bench of the log. A raw log needs it for its columns. With a bench, samples at the
         actuator's limit are counted.
     window
-        Time window that is surveyed.
+        Time window of the survey.
 
     Returns
     -------

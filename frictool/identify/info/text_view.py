@@ -1,4 +1,4 @@
-"""Text of a log survey."""
+"""Text view of a log survey."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def table(information: Information) -> str:
     lines += [f"odd: {text}" for text in facts["odd"]]
     lines += [f"dated by: {topic} by {clock}" for topic, clock in facts["dated_by"].items()]
     lines += [
-        f"clock offset: that of {topic} was ahead by {offset}"
+        f"clock offset: the clock of {topic} was ahead by {offset}"
         for topic, offset in facts["clock_offset"].items()
     ]
     for one in facts["clocks"]:
@@ -53,11 +53,11 @@ def _fed(methods: dict[str, str | None]) -> list[str]:
     for name, why in methods.items():
         by_reason.setdefault(why, []).append(name)
     lines = [
-        f"does not feed {', '.join(names)}: {why}"
+        f"does not suit {', '.join(names)}: {why}"
         for why, names in by_reason.items()
         if why is not None
     ]
-    return [f"feeds {', '.join(by_reason[None])}", *lines] if None in by_reason else lines
+    return [f"suits {', '.join(by_reason[None])}", *lines] if None in by_reason else lines
 
 
 def _channels(facts: dict[str, Any]) -> list[str]:
@@ -126,10 +126,10 @@ def _step(position: SignalSurvey) -> str:
     if position.step is not None:
         return f"{position.step:.6g} {position.unit}"
     if position.levels == 1:
-        return "none seen, the position does not change"
+        return "unknown, the position does not change"
     if position.levels < FEWEST_LEVELS:
         return (
-            f"none seen, the position takes {position.levels} values; at least {FEWEST_LEVELS} "
-            "are needed to tell"
+            f"unknown, the position takes {position.levels} values; at least {FEWEST_LEVELS} "
+            "are needed"
         )
-    return "none seen, positions lie on no lattice"
+    return "none, the positions are not multiples of a step"

@@ -1,1 +1,1 @@
-"""Estimate backlash, delay between channels and current-loop lag of the bench from logs."""
+"""Estimation of backlash, delay between channels, current-loop lag and winding of the bench."""

@@ -1,4 +1,4 @@
-"""Document entry of the measured bench properties, each a value or a reason for its absence."""
+"""Measured bench properties of a model document: a value or the reason why it is missing."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.typing import Vector
 
 NO_COMMAND = (
-    "no log holds both the commanded current (channel current_command) and the measured one"
+    "no log has both the commanded current (channel current_command) and the measured current"
 )
 DIMENSIONS = {
     "backlash": "position",
@@ -43,7 +43,7 @@ def measurement(
 
     - records: records of sliding motion
     - currents: commanded and measured current (n,), A, and the period, s, of each log with both
-    - windings: voltage, current and position of each log with all of them
+    - windings: voltage, current and position of each log that has all three
     """
     try:
         width, late = (
@@ -71,7 +71,7 @@ def measurement(
 
 
 def constant_warning(measured: Measurement, bench: Bench) -> str | None:
-    """Return a warning if the back-EMF contradicts the effort constant of the bench, else None."""
+    """Return a warning if the back-EMF contradicts the bench's effort constant, else None."""
     back_emf, resistance = measured.back_emf_constant, measured.resistance
     constant = bench.actuator.constant
     if back_emf is None:

@@ -3,9 +3,9 @@
     lag i' = command - i
     i[k+1] = a i[k] + (1 - a) command[k],    a = e^(-period/lag)
 
-The command of a row is held until the next row. The measured current is gain i + offset + noise;
-the noise need not be white, since i is simulated from the command (output error). Parts of the
-record are left out in turn for the interval.
+The command of a row is held until the next row. The measured current is gain i + offset + noise.
+The noise need not be white, since i is simulated from the command (output error). The interval
+comes from a jackknife over parts of the record.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ SURE = 3.0  # least distance of the lag from 0, in standard deviations
 
 
 def loop_lag(command: Vector, measured: Vector, period: float, confidence: float) -> Interval:
-    """Return the time constant in s from commanded and measured current (n,), A.
+    """Return the time constant [s] from commanded and measured current (n,), A.
 
-    Raises UnusableLogs if they do not determine it.
+    Raises UnusableLogs if the currents do not determine it.
     """
     if command.size < 10 * PARTS or float(np.ptp(command)) == 0.0:
         raise UnusableLogs(
@@ -35,7 +35,7 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
         )
     if np.array_equal(command, measured):
         raise UnusableLogs(
-            "commanded and measured current are the same numbers: log what the sensor measures"
+            "commanded and measured current are identical: log the current of the sensor"
         )
 
     def squares(logarithm: float) -> float:

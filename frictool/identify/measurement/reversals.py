@@ -1,19 +1,20 @@
-"""Backlash and delay from strokes: effort after reversals, and its delay relative to position.
+"""Backlash from the effort after reversals, and delay of the position relative to the effort.
 
     effort = inertia a + (viscous v + coulomb s) [advance >= width] + brush s [advance < width]
              + offset - delay d(effort)/dt
 
-The equation is used in the weak form (`weak`), with each column under its bell. Inside the backlash
-only the motor's own friction (brush) acts. The width is searched. The indicator [advance < width]
-is blurred over a count or the distance per sample, so that the width may lie between two counts.
+`advance` is the distance since the last reversal, and [...] is 1 if the condition holds, else 0.
+The equation is used in the weak form (`weak`). Inside the backlash only the friction of the motor
+(brush) acts. The width is searched. The indicator [advance < width] is smoothed over a count or the
+distance per sample, so that the width may lie between two counts.
 
-The delay is a linear parameter. Its estimation is repeated on the effort shifted by the previous
-value until no delay is left, so that the noise of the derivative does not attenuate it. Only rows
-past the backlash are used, with the bench's or the estimated width, whichever is larger: within the
-backlash, brush friction looks like a delay.
+The delay is a linear parameter, which noise of the derivative attenuates. The estimation is
+therefore repeated, with the effort shifted by the previous delay, until the remaining delay is 0.
+Only rows outside the backlash are used, because brush friction inside it looks like a delay; its
+width is the larger of the bench's and the estimated width.
 
-Schwarz's criterion (BIC) decides if there is a gap at all. Strokes are left out in turn for the
-intervals; the position of a reversal is known to within a count.
+Schwarz's criterion (BIC) decides if there is a backlash. The intervals come from a jackknife over
+strokes; the position of a reversal is known to within a count.
 """
 
 from __future__ import annotations
@@ -54,12 +55,12 @@ LARGEST_DELAY = 0.25  # largest delay relative to the window; beyond it the line
 class ReversalRows:
     """Weak-form rows (n,) of one record, and signals (m,) of all its samples.
 
-    - plain: acceleration, velocity, sign and 1 under the bell, (n, 4)
+    - plain: weighted means of acceleration, velocity, sign and 1, (n, 4)
     - slope: derivative of the effort, (n,)
-    - effort, stroke: effort under the bell, and number of the stroke, (n,)
+    - effort, stroke: weighted mean of the effort, and number of the stroke, (n,)
     - advance, sign, moving: advance, direction and velocity, (m,)
     - mask: True for samples that are rows, (m,)
-    - g: weights of the bell
+    - g: weights of the means, the test function of the weak form
     - count: encoder resolution, rad | m
     - period: sample period, s
     """
@@ -77,7 +78,7 @@ class ReversalRows:
     period: float
 
     def inside(self, width: float) -> Matrix:
-        """Return s and v (n, 2) inside the width, blurred, under the bell."""
+        """Return the weighted means (n, 2) of s and v times the smoothed indicator of `width`."""
         share = np.clip(
             (width - self.advance) / np.maximum(np.abs(self.moving) * self.period, self.count)
             + 0.5,
@@ -95,7 +96,7 @@ class ReversalRows:
 def reversals(
     records: list[MotionRecord], bench: Bench, confidence: float
 ) -> tuple[Interval | UnusableLogs, Interval | UnusableLogs]:
-    """Return the full width of the backlash [rad | m] and the delay [s], or an error for either.
+    """Return the full width of the backlash [rad | m] and the delay [s]; each may be an error.
 
     Raises UnusableLogs if nothing moves.
     """

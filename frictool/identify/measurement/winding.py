@@ -2,20 +2,20 @@
 
     voltage = resistance i + constant v + inductance i' + offset
 
-With a voltage u that is held over a period T, and a speed that changes little in it, the currents
-at two samples obey exactly
+If the voltage u is held over a period T, and the speed is constant during the period, the currents
+at two successive samples satisfy
 
     u = R i[k] + c (i[k+1] - i[k]) + K (x[k+1] - x[k])/T + u0,    c = R/(1 - e^(-R T/L))
 
 The equation is summed with test functions (1 - s^2)^3 (`plant/weak_form.py`), which average the
-noise. The mechanics do not appear: friction, inertia and load need not be known.
+noise. It does not contain friction, inertia or load.
 
-The voltage that acts from a row to the next one is that of the first row (held), that of the row
-before (held, and logged late), or the mean of both rows (measured). All three are fitted. Those
-whose squares are not clearly larger than the smallest are kept, and the intervals hold all of them.
+The voltage between two rows may be that of the first row (held), that of the previous row (held and
+logged late), or the mean of both rows (measured). All three timings are fitted. The intervals
+contain those of every timing whose sum of squares is not clearly larger than the smallest.
 
-Parts of the logs are left out in turn for the intervals. The noise of current and position biases
-the parameters; the intervals include its largest effect.
+The intervals come from a jackknife over parts of the logs. The noise of current and position biases
+the parameters; the intervals include the largest bias.
 """
 
 from __future__ import annotations
@@ -53,11 +53,11 @@ LONGEST_STEP = 1.5  # periods, longest interval of one piece
 
 @dataclass(frozen=True)
 class WindingLog:
-    """Voltage (n,), V, current (n,), A, and position (n,), rad | m, of one log on its clock.
+    """Voltage [V], current [A] and position [rad | m] (n,) of one log.
 
     - piece: number of the unbroken piece of each sample, (n,)
     - period: sample period, s
-    - window: samples of the test function
+    - window: length of the test function in samples
     - noise: noise of the position, rad | m
     """
 
@@ -92,9 +92,10 @@ def winding_log(log: Log, record: MotionRecord) -> WindingLog | None:
 def winding(
     logs: Sequence[WindingLog], bench: Bench, confidence: float
 ) -> dict[str, Interval | UnusableLogs]:
-    """Return resistance [ohm], back-EMF constant [V s/rad | V s/m] and inductance [H], or reasons.
+    """Return resistance [ohm], back-EMF constant [V s/rad | V s/m] and inductance [H].
 
-    A voltage that is the drive of the bench, without lag, is held.
+    A reason replaces a value that is not determined. The voltage is held if it is the bench's drive
+    without lag.
     """
     holds = bench.actuator.drive == "voltage" and bench.actuator.loop_time_constant_s == 0.0
     try:
@@ -141,8 +142,8 @@ def _fit(
     if not error <= LARGEST_ERROR:
         raise UnusableLogs(
             f"resistance, back-EMF and inductance leave {100.0 * error:.3g} % of the voltage "
-            f"(allowed: {100 * LARGEST_ERROR:g} %): do voltage, current and position belong to one "
-            "motor, with the same positive direction?"
+            f"(allowed: {100 * LARGEST_ERROR:g} %); check that voltage, current and position are "
+            "of one motor and have the same positive direction"
         )
     change = names.index(INDUCTANCE)
     fast = not 0.0 < value[0] < value[change]  # the current settles within a period

@@ -1,4 +1,4 @@
-"""Data behind the figures of a model: samples in slip with residuals, and predicted strokes."""
+"""Data of a model's figures: samples in slip with residuals, and predicted strokes."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ FEWEST_CELLS = 16  # least number of cells with samples that give a spectrum
 class SlipSamples:
     """Samples (n,) of all logs that certainly slip, smoothed (`force_error.py`), in SI units.
 
-    - time: time along the logs, which follow each other, s
+    - time: time along the logs, placed one after the other, s
     - position, velocity: rad and rad/s | m and m/s
     - residual: measured effort minus the effort of the model, N m | N
-    - friction: friction of the model at the mean of the travel, plus the residual against the
-      motion, N m | N
+    - friction: friction of the model, averaged over the travel, plus direction times residual, N m
+      | N
     """
 
     time: Vector
@@ -90,9 +90,10 @@ def slip_samples(model: Model, records: Sequence[MotionRecord]) -> SlipSamples |
 
 
 def mean_over_position(samples: SlipSamples, sign: float) -> tuple[Vector, Vector]:
-    """Return the centres (m,) of the cells passed in a direction (+-1, 0: both) and mean residuals.
+    """Return cell centres (m,) [rad | m] over the travel, and mean residuals (m,) [N m | N].
 
-    The travel has `CELLS` cells of equal length. Positions are in rad | m, residuals in N m | N.
+    The travel is divided into CELLS cells of equal length. `sign`: direction +-1, 0 for both. Cells
+    without samples are left out.
     """
     chosen = samples.velocity * sign >= 0.0
     position, residual = samples.position[chosen], samples.residual[chosen]
@@ -111,8 +112,8 @@ def mean_over_position(samples: SlipSamples, sign: float) -> tuple[Vector, Vecto
 def position_spectrum(samples: SlipSamples) -> tuple[Vector, Vector] | None:
     """Return wave numbers (p,), 1/rad | 1/m, and amplitudes (p,), N m | N, of the mean residual.
 
-    It is the Lomb-Scargle periodogram of the residual's mean in each cell of the travel, from one
-    cycle per travel to one cycle per four cells; None if too few cells were passed.
+    The spectrum is the Lomb-Scargle periodogram of the mean residuals per cell, from one cycle per
+    travel to one cycle per four cells. None if too few cells have samples.
     """
     centre, mean = mean_over_position(samples, 0.0)
     if centre.size < FEWEST_CELLS:
@@ -137,10 +138,11 @@ class PositionPrediction:
 
 @dataclass(frozen=True)
 class HeldOutPositions:
-    """Positions that models of one half of the logs predict for the other half.
+    """Positions of each half of the logs, predicted by a model of the other half.
 
-    - held_out: False if the logs are too short for halves; the model then simulates its own logs
-    - segments: one per unbroken piece of the records, their times following each other
+    - held_out: False if the logs are too short for halves; the model then simulates the logs of its
+      fit
+    - segments: one for each unbroken piece of the records, placed one after the other in time
     """
 
     held_out: bool
@@ -148,7 +150,7 @@ class HeldOutPositions:
 
     @property
     def fit(self) -> float:
-        """Return the fit, per cent: 100 (1 - |measured - simulated| / |measured - its mean|)."""
+        """Return the fit in per cent: 100 (1 - |measured - simulated|/|measured - mean|)."""
         error = sum(float(np.sum((one.measured - one.simulated) ** 2)) for one in self.segments)
         size = sum(
             float(np.sum((one.measured - one.measured.mean()) ** 2)) for one in self.segments
@@ -165,7 +167,7 @@ def sliding_records(outcome: IdentifiedModel) -> list[MotionRecord]:
 def held_out_positions(
     outcome: IdentifiedModel, request: IdentificationRequest
 ) -> HeldOutPositions | None:
-    """Return predicted positions: each half of the logs by a model of the other half.
+    """Return the positions of each half of the logs, predicted by a model of the other half.
 
     The result is None if no log has a measured position, or if the simulation fails.
     """

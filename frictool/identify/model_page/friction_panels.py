@@ -36,7 +36,7 @@ MARGIN = 0.03  # free share of an axis beyond the data
 def friction_panels(
     model: Model, samples: SlipSamples | None, ramp: Breakaway | None
 ) -> list[FigurePanel]:
-    """Return the panels of friction that the logs give."""
+    """Return the panels of friction for which the logs have data."""
     laws = model.laws
     mapped = (
         laws is not None
@@ -54,8 +54,8 @@ def friction_panels(
 def band_half_width(model: Model, samples: SlipSamples | None, speed: Vector) -> Vector:
     """Return the half width (n,), N m | N, of the friction's interval at speeds (n,).
 
-    It follows from the intervals of Coulomb and viscous friction and from the correlation of the
-    two estimates, which the speeds v of the samples determine: -mean(v)/rms(v).
+    The half width follows from the intervals of Coulomb and viscous friction and from the
+    correlation -mean(v)/rms(v) of both estimates; v is the speed of the samples.
     """
     coulomb, viscous = (_half(getattr(model.parameters, name)) for name in ("coulomb", "viscous"))
     correlation = 0.0

@@ -1,4 +1,4 @@
-"""Intervals of a model's parameters: relative to the drive constant, absolute, and of the bench."""
+"""Intervals of a model's parameters: for the nominal drive constant, absolute, and the bench's."""
 
 from __future__ import annotations
 
@@ -38,9 +38,9 @@ class ParameterIntervals:
 
 
 def absolute_interval(estimate: Estimate, constant: Quantity) -> Interval:
-    """Return the interval of an effort that includes the interval of the drive constant.
+    """Return the interval of an effort, including the interval of the drive constant.
 
-    An effort in N m | N is the drive times the constant, so that both errors multiply.
+    An effort [N m | N] is the drive times the constant, so that both relative errors multiply.
     """
     scales = [end / constant.value for end in constant.interval]
     ends = [scale * end for scale in scales for end in estimate.interval]

@@ -1,4 +1,4 @@
-"""Figure of a model document: friction over speed, and over position where the model has it."""
+"""Figure of a model document: friction over speed and, if it varies, over position."""
 
 from __future__ import annotations
 
@@ -13,5 +13,5 @@ if TYPE_CHECKING:
 
 
 def model_figure(model: Model) -> Figure:
-    """Return the panels of friction that a model determines without its logs."""
+    """Return the panels of friction that need no logs."""
     return panel_figure(friction_panels(model, None, None))

@@ -26,7 +26,7 @@ WIDE = 0.1  # relative half width above which the page says how to narrow an int
 
 
 def model_panels(outcome: IdentifiedModel, request: IdentificationRequest) -> list[FigurePanel]:
-    """Return all panels that the logs of an identification give."""
+    """Return all panels for which the logs of an identification have data."""
     model = outcome.model
     records = sliding_records(outcome)
     samples = slip_samples(model, records)

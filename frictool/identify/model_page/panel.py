@@ -1,4 +1,4 @@
-"""One panel of the figures of a model, drawn alone on a page or with others in one picture."""
+"""Panel of a model's figures, drawn as a figure of a page or below others in one picture."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def panel_figure(panels: Sequence[FigurePanel]) -> Figure:
 
 
 def scatter(axes: Axes, abscissa: Vector, ordinate: Vector, colour: str, label: str) -> None:
-    """Draw samples (n,) as faint dots; as one image, since a log has many samples."""
+    """Draw samples (n,) as faint dots, in one image because a log has many samples."""
     axes.plot(
         abscissa,
         ordinate,

@@ -1,4 +1,4 @@
-"""Panels of the residual, of the intervals against the bench, and of predicted strokes."""
+"""Panels of the residual, of intervals compared with the bench, and of predicted strokes."""
 
 from __future__ import annotations
 
@@ -28,9 +28,9 @@ ROW = 0.28  # half height of a bar of the intervals, relative to the distance of
 
 
 def residual_panels(samples: SlipSamples, axis: Axis, has_position: bool) -> list[FigurePanel]:
-    """Return the residual over position, over time and as a spectrum over position.
+    """Return panels of the residual: over position, over time, and its spectrum over position.
 
-    `has_position`: False for logs of a velocity, whose absolute position is unknown.
+    `has_position`: False for velocity logs, whose absolute position is unknown.
     """
     over_time = _residual_over_time(samples, axis)
     if not has_position:
@@ -107,7 +107,7 @@ def _spectrum(numbers: np.ndarray, amplitudes: np.ndarray, axis: Axis) -> Figure
 
 
 def interval_panel(rows: Sequence[ParameterIntervals]) -> FigurePanel:
-    """Return the intervals as deviations from the bench's values, per cent.
+    """Return a panel of the intervals as deviations from the bench's values, per cent.
 
     A parameter whose bench value is 0 is shown relative to the bench's Coulomb friction.
     """
@@ -155,7 +155,7 @@ def interval_panel(rows: Sequence[ParameterIntervals]) -> FigurePanel:
 
 
 def prediction_panel(held_out: HeldOutPositions, axis: Axis) -> FigurePanel:
-    """Return measured and simulated position over time, with the fit in per cent."""
+    """Return a panel of measured and simulated position over time, with the fit in per cent."""
     how = (
         "Each half of the logs is simulated by a model that was identified from the other half"
         if held_out.held_out

@@ -1,1 +1,1 @@
-"""Design of observers from a model, with verification before they are written."""
+"""Design of observers from a model; a design is verified before it is written."""

@@ -1,11 +1,11 @@
-"""Observer of friction that has grown by alpha [N m | N] everywhere: (6.20)-(6.26), 3 modes.
+"""Additive observer: friction has grown by alpha [N m | N] everywhere; 3 modes (6.20)-(6.26).
 
     X^+     = A_i X^ + B_i (u - s (f^(y) + alpha)) + L_X (y - C X^)
     alpha^+ = alpha + L_alpha (y - C X^)            s: direction of motion
 
-The thesis prints + B_i alpha in (6.22). With this sign the friction would be f - alpha forward and
-f + alpha backward, in contradiction to figure 6.8, which shows f + alpha, and to the matrices of
-(6.25). Here alpha adds to the friction in both directions, and A_a(i) has -s B_i, as in (6.25).
+The thesis prints + B_i alpha in (6.22). With this sign the friction would be f - alpha forward,
+which contradicts figure 6.8 and the matrices of (6.25). Here alpha adds to the friction in both
+directions, and A_a(i) has -s B_i, as in (6.25).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Notes about the limits of a designed observer, with figures of its bench."""
+"""Notes on the limits of a designed observer, with numbers for its bench."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def notes(observer: Observer, model: Model) -> list[str]:
 
 
 def count_speed(observer: Observer) -> float:
-    """Return the speed of one count per sample [rad/s | m/s]."""
+    """Return the speed of one encoder count per sample [rad/s | m/s]."""
     return observer.bench.encoder.resolution / observer.sample_period_s
 
 
@@ -52,13 +52,10 @@ def _encoder(observer: Observer, switched: Switched) -> str:
     step = observer.bench.encoder.resolution
     speed, wear = (max(abs(mode.gains[row][0]) for mode in switched.modes) * step for row in (1, 2))
     return (
-        f"the encoder is coarse: one count, {step:.4g} {position}, in one sample looks like "
-        f"{seen:.4g} {velocity}, "
-        f"{seen / sigma:.3g} times the switch speed; it moves the estimated speed by up to "
-        f"{speed:.3g} {velocity} and alpha by up to "
-        f"{wear:.3g}{effort}. This observer needs a count below "
-        f"{COARSE * sigma * observer.sample_period_s:.2g} {position}; for this "
-        "encoder take --kind tracking, and observe run for the wear"
+        f"the encoder is coarse: one count, {step:.4g} {position}, changes the estimated speed by "
+        f"up to {speed:.3g} {velocity} and alpha by up to {wear:.3g}{effort}; allowed: below "
+        f"{COARSE * sigma * observer.sample_period_s:.2g} {position}; else use --kind tracking, "
+        "and `observe run` for the wear"
     )
 
 
@@ -89,9 +86,9 @@ def _intervals(observer: Observer, switched: Switched) -> str:
     ):
         return ""
     return (
-        f"at top speed an interval of {min(widths):.3g} {si_unit('position', observer.axis)} is "
-        "passed within one sample; use fewer --intervals, or --transitions "
-        f"direction{_made_up(switched)}"
+        f"at top speed the axis passes an interval of {min(widths):.3g} "
+        f"{si_unit('position', observer.axis)} within one sample; use fewer --intervals, or "
+        f"--transitions direction{_made_up(switched)}"
     )
 
 
@@ -113,26 +110,24 @@ def _turning(observer: Observer, switched: Switched) -> str:
         return ""
     unit = si_unit("velocity", observer.axis)
     return (
-        f"at its limit the drive changes the speed by {change:.3g} {unit} a sample, so that a "
-        f"motion may reverse without passing mode 0 (below {switched.switch_speed.value:g} "
-        f"{unit}); the certificate does not include this switch{_made_up(switched)}"
+        f"the drive changes the speed by up to {change:.3g} {unit} per sample, so that a motion "
+        f"may reverse without passing mode 0 (below {switched.switch_speed.value:g} {unit}); this "
+        f"switch is not certified{_made_up(switched)}"
     )
 
 
 def _made_up(switched: Switched) -> str:
     after = switched.motion_after_turn_s
-    return "" if after is None else f"; {after * 1e3:.3g} ms of motion make up for it"
+    return "" if after is None else f"; its effect decays in {after * 1e3:.3g} ms of motion"
 
 
 def _rest(switched: Switched) -> list[str]:
-    said = (
-        "at rest alpha does not change (an eigenvalue of 1), which the certificate does not cover"
-    )
+    said = "at rest the error of alpha is constant (eigenvalue 1), and the decay is not certified"
     after = switched.motion_after_rest_s
     return [
         said
         if after is None
-        else f"{said}; {after * 1e3:.3g} ms of motion make up for a rest of any length"
+        else f"{said}; the effect of any rest decays in {after * 1e3:.3g} ms of motion"
     ]
 
 
@@ -141,7 +136,8 @@ def _slow(observer: Observer, switched: Switched) -> str:
         time_constant(mode.spectral_radius, observer.sample_period_s) for mode in switched.modes
     )
     return (
-        f"alpha follows within {slowest:.3g} s: choose a --decay below {switched.decay:g}"
+        f"alpha follows slowly, with a time constant of {slowest:.3g} s: choose a --decay below "
+        f"{switched.decay:g}"
         if slowest > SLOW_S
         else ""
     )
@@ -152,8 +148,8 @@ def _dear(switched: Switched) -> str:
     if least is None or switched.quiet is not None or switched.gamma <= DEAR * least:
         return ""
     return (
-        f"a decay of {switched.decay:.5g} makes gamma {switched.gamma / least:.3g} times "
-        "as large as without a decay: choose one nearer to 1"
+        f"gamma is {switched.gamma / least:.3g} times its value without a decay: choose a --decay "
+        f"nearer to 1 than {switched.decay:.5g}"
     )
 
 

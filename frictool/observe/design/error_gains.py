@@ -4,9 +4,8 @@
     in slip   F is the model x'' = a + d/J over one period
     n, a      white errors of the measured position and of the acceleration
 
-The error follows from the steady covariance of e, the sum of A^k Q A'^k, which Smith's method
-computes by doubling. Time is counted in periods here, so that the matrices depend on the gains
-alone.
+Smith's doubling method computes the steady covariance of e, the sum of A^k Q A'^k. The unit of time
+is one period, so that the matrices depend on the gains only.
 """
 
 from __future__ import annotations
@@ -23,11 +22,10 @@ CONVERGED = 1e-12  # relative size of the last step
 
 
 class ErrorGains(NamedTuple):
-    """Standard deviations of the corrected velocity [1/s], relative to a length.
+    """Standard deviation of the velocity error per standard deviation of a position error [1/s].
 
-    rounding: for a white error of the measured position, relative to that error's standard
-    deviation. misfit: for a white error of the acceleration, relative to the standard deviation of
-    the error that it causes in the predicted position.
+    rounding: for a white error of the measured position. misfit: for a white error of the
+    acceleration, per standard deviation of the predicted position's error that it causes.
     """
 
     rounding: float
@@ -35,7 +33,9 @@ class ErrorGains(NamedTuple):
 
 
 def error_gains(gains: tuple[float, float, float], inertia: float, period: float) -> ErrorGains:
-    """Return the gains of a tracking observer with L1 [1], L2 [1/s], L3 [N m/rad | N/m].
+    """Return the error gains of a tracking observer.
+
+    gains: L1 [1], L2 [1/s], L3 [N m/rad | N/m]. inertia: kg m^2 | kg. period: s.
 
     Raises NoSolutionError if the observer's error does not decay.
     """

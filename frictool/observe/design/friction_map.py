@@ -1,4 +1,4 @@
-"""Friction map of an observer: f of (6.2), from a model."""
+"""Friction map f of an observer (6.2), from a model."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ def friction_map(model: Model) -> FrictionMap:
     """Return the friction in slip by direction and position, (4.41) and (4.44).
 
     Each direction's Coulomb level multiplies its normalised position polynomial. The viscous
-    friction is that of low speeds, the mean of both directions. The Stribeck curve, the knees of
-    the viscous friction, the time at rest and loads are left out; see `left_out`.
+    coefficient is that of low speeds, averaged over both directions. `left_out` names effects that
+    the map does not have: Stribeck curve, knees of the viscous friction, time at rest, loads.
     """
     today, laws = model.parameters, model.laws
     opposite = laws.backward if laws is not None else None
@@ -53,7 +53,7 @@ def left_out(model: Model) -> list[str]:
     features = {
         "the Stribeck curve": model.parameters.stribeck_velocity is not None,
         KNEES: bool(laws.regimes),
-        "the directions' own viscous friction": backward_viscous is not None
+        "the difference of viscous friction between directions": backward_viscous is not None
         and backward_viscous.value != model.parameters.viscous.value,
         "the load that depends on position": laws.load is not None,
     }
@@ -61,7 +61,7 @@ def left_out(model: Model) -> list[str]:
 
 
 def friction_at(friction: FrictionMap, direction: int, x: Vector | float) -> Vector:
-    """Return f >= 0 [N m | N] in slip at x [rad | m]; f is constant beyond the map's travel."""
+    """Return f >= 0 [N m | N] in slip at x [rad | m]; f is constant outside the map's travel."""
     powers = friction.forward if direction > 0 else friction.backward
     inside = np.clip(x, friction.over.low, friction.over.high)
     return np.asarray(np.maximum(np.polynomial.polynomial.polyval(inside, powers), 0.0))

@@ -8,11 +8,11 @@
     multiplicative   friction alpha f, so that c = f_m(i) and d = Delta_f(i)       (6.13)-(6.18)
     additive         friction f + alpha, so that c = 1 and d = 1                   (6.20)-(6.26)
 
-The model is discretised by Euler's method, as in (6.18). h is 1 to hold the estimated speed, or 0
-as printed in the thesis. Three entries differ from the print. The sign in A_i for i < 0 is
-positive, because -T f/J would drive a negative motion instead of opposing it. B_0 is 0, because the
-axis is stuck. In mode 0, the C of (6.18) replaces the C of (6.25), because with the printed (C 0)
-alpha is not observable and there are no gains.
+The model is discretised by Euler's method, as in (6.18). With h = 1 the estimated speed is held in
+mode 0; the thesis prints h = 0. Three other entries differ from the thesis. In A_i the sign for i <
+0 is positive, because -T f/J would drive a negative motion instead of opposing it. B_0 is 0,
+because the axis is stuck. In mode 0, the C of (6.18) replaces the C of (6.25): with the printed (C
+0) alpha is not observable and there are no gains.
 """
 
 from __future__ import annotations
@@ -28,10 +28,9 @@ from frictool.lmi.switched_observer_gains import ObserverMode
 
 @dataclass(frozen=True)
 class ModeConstants:
-    """Constants that all modes share, SI.
+    """Constants that all modes share: T [s], J [kg m^2 | kg], viscous [N m s/rad | N s/m].
 
-    period: sample period T [s]. inertia: J. viscous: viscous coefficient. stuck_speed: factor h.
-    weights: diagonal of C-bar.
+    stuck_speed: factor h. weights: diagonal of C-bar.
     """
 
     wear: Literal["multiplicative", "additive"]
@@ -43,10 +42,10 @@ class ModeConstants:
 
     @staticmethod
     def of(observer: Observer) -> ModeConstants:
-        """Return the constants of a switched observer; raise ValueError for another kind."""
+        """Return the constants of a switched observer; raise ValueError for other observers."""
         switched = observer.switched
         if switched is None:
-            raise ValueError("the observer is not a switched one")
+            raise ValueError("the observer is not a switched observer")
         inertia, viscous = observer.inertia.value, observer.friction.viscous
         return ModeConstants(
             switched.wear,
@@ -61,7 +60,7 @@ class ModeConstants:
 def subsystem(
     facts: ModeConstants, direction: int, friction: float, deviation: float
 ) -> ObserverMode:
-    """Return the matrices of a mode: A (3, 3), C (1 or 2, 3), Q (3, 1), C-bar (3, 3)."""
+    """Return the matrices A (3, 3), C (1 or 2, 3), Q (3, 1) and C-bar (3, 3) of a mode."""
     gain = facts.period / facts.inertia
     a = np.array([[1.0, facts.period, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     weight = np.diag(facts.weights)
@@ -79,7 +78,7 @@ def subsystem(
 
 
 def subsystems(observer: Observer) -> dict[int, ObserverMode]:
-    """Return the modes of a switched observer by index; raise ValueError for another kind."""
+    """Return the matrices of a switched observer by mode; raise ValueError for other observers."""
     facts = ModeConstants.of(observer)
     switched = observer.switched
     assert switched is not None

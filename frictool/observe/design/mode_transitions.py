@@ -1,14 +1,14 @@
 """Allowed switches of modes from one sample to the next: figure 6.3.
 
-Modes 1..n are for positive motion, in the intervals of rising position; modes -1..-n are for
-negative motion, in the intervals of that direction; mode 0 is for a stuck axis. In forward motion,
-mode i stays, goes to i + 1, or to 0. In backward motion, mode -i stays, goes to the interval below
-it, or to 0. Any mode may follow mode 0. A motion that reverses therefore passes mode 0.
+Modes 1 to n are for forward motion in position intervals 1 to n, modes -1 to -n for backward motion
+in the intervals of that direction, and mode 0 is for a stuck axis. In forward motion, mode i may
+stay, or switch to i + 1 or 0. In backward motion, mode -i may stay, or switch to the next lower
+interval or 0. From mode 0 every mode is allowed. A motion that reverses therefore passes mode 0.
 
-If repeated turns without mode 0 were allowed, (6.6) would have no gains. A wrong alpha shows in the
-position two samples later; if the direction has changed by then, the correction of alpha has the
-wrong sign. With the gains for figure 6.3, the error of the clutch's modes grows by 1 % a sample
-along (1, 1, -1, -1, ...).
+If repeated reversals without mode 0 were allowed, (6.6) would have no solution. An error of alpha
+appears in the position two samples later. If the direction has changed in between, the correction
+of alpha has the wrong sign. With the clutch's gains for figure 6.3, the error then grows by 1 % per
+sample along the modes (1, 1, -1, -1, ...).
 """
 
 from __future__ import annotations
@@ -21,7 +21,10 @@ Switch = tuple[int, int]
 
 
 def switches(forward: int, backward: int, allowed: Transitions) -> tuple[Switch, ...]:
-    """Return the sorted pairs (mode, mode at the next sample) for these numbers of intervals."""
+    """Return the sorted pairs (mode, mode at the next sample).
+
+    forward, backward: number of intervals of each direction.
+    """
     modes = [*range(-backward, 0), 0, *range(1, forward + 1)]
     pairs = {(i, i) for i in modes} | {(i, 0) for i in modes} | {(0, i) for i in modes}
     if allowed == "direction":

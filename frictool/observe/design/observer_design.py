@@ -1,4 +1,4 @@
-"""Design of an observer of any kind in one call, with inputs and results in memory."""
+"""Design of an observer of any kind in one call, without files."""
 
 from __future__ import annotations
 
@@ -36,13 +36,13 @@ def design_observer(
     settings : SwitchedObserverSettings, optional
         settings of a multiplicative or additive observer; None: the defaults
     bandwidth_rad_s : float, optional
-        bandwidth [rad/s] of a tracking observer; None: by a rule
+        bandwidth [rad/s] of a tracking observer; None: sqrt(delta_a/step) (tracking.py)
     drive_noise : float, optional
         standard deviation of the measured drive [A or V], tracking only
     inertia : float, optional
         inertia [kg m2 or kg], tracking only; None: the model's
     provenance : Provenance, optional
-        origin to be written into the document; None: this call
+        origin to be written into the document; None: the name of this function
 
     Returns
     -------
@@ -52,7 +52,7 @@ def design_observer(
     Raises
     ------
     FrictoolError
-        there is no such kind
+        `kind` is unknown
     NoSolutionError
         there is no observer for these settings, or it fails the verification
     """

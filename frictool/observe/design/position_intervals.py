@@ -1,9 +1,9 @@
 """Position intervals with nearly constant friction: (6.15)-(6.17), figure 6.2.
 
-In each interval the friction must be monotone, so that it stays between its end values; there is
-thus an edge at each extremum. Each monotone stretch is divided at equal steps of the friction.
-Further intervals go to the stretch with the largest deviation: no other n edges give a smaller
-worst Delta_f.
+In each interval the friction must be monotone, so that it stays between its end values. Each
+extremum is therefore an edge between two intervals. A monotone section is divided into parts with
+equal change of friction. Each further interval goes to the section whose parts have the largest
+deviation; this minimises the largest Delta_f.
 """
 
 from __future__ import annotations
@@ -24,9 +24,9 @@ FLAT = 1e-9  # spread of the friction relative to its mean, below which it is co
 
 @dataclass(frozen=True)
 class FrictionInterval:
-    """Interval [low, high] [rad | m] with friction f_m and deviation Delta_f [N m | N].
+    """Interval [low, high] [rad | m] with mean friction f_m and deviation Delta_f [N m | N].
 
-    deviation: half the spread of the friction in the interval.
+    deviation: half the difference of the friction at the two ends.
     """
 
     low: float
@@ -36,10 +36,10 @@ class FrictionInterval:
 
 
 def intervals(friction: FrictionMap, direction: int, count: int) -> list[FrictionInterval]:
-    """Return at most `count` intervals of one direction, rising in position.
+    """Return the intervals of one direction in the order of position, at most `count`.
 
     A constant friction has one interval. Raises NoSolutionError if `count` is less than the number
-    of monotone stretches, so that (6.17) cannot hold.
+    of monotone sections, so that (6.17) cannot hold.
     """
     edges = turning_points(friction, direction)
     levels = friction_at(friction, direction, np.array(edges))
@@ -66,7 +66,7 @@ def intervals(friction: FrictionMap, direction: int, count: int) -> list[Frictio
 
 
 def turning_points(friction: FrictionMap, direction: int) -> list[float]:
-    """Return the ends of the travel and the extrema of the friction between them [rad | m]."""
+    """Return the positions [rad | m] of the travel's ends and of the friction's extrema."""
     powers = friction.forward if direction > 0 else friction.backward
     low, high = friction.over.low, friction.over.high
     slope = [power * value for power, value in enumerate(powers)][1:]

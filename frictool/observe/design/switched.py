@@ -1,4 +1,4 @@
-"""Switched observer from its modes: gains by (6.6), rounded as stored, verified and documented."""
+"""Design of a switched observer from its modes: gains by (6.6), rounding, and verification."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def facts_of(
     friction: FrictionMap,
     wear: Literal["multiplicative", "additive"],
 ) -> ModeConstants:
-    """Return the constants that all modes share."""
+    """Return the constants that all modes of the observer share."""
     inertia = settings.inertia if settings.inertia is not None else model.parameters.inertia.value
     return ModeConstants(
         wear,
@@ -53,9 +53,9 @@ def design_switched(
     modes: list[Mode],
     allowed: tuple[Switch, ...],
 ) -> Observer:
-    """Return the observer with new gains for `modes`.
+    """Return the observer with gains for `modes`.
 
-    Raises NoSolutionError if there are no gains or they fail the verification.
+    Raises NoSolutionError if (6.6) has no solution or the gains fail the verification.
     """
     posed = {
         mode.index: subsystem(facts, mode.direction, mode.friction, mode.deviation)

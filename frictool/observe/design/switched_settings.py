@@ -20,17 +20,19 @@ SLOW = 1.0 / 40.0  # default of Sigma relative to the top speed: 10 rad/s of the
 
 @dataclass(frozen=True)
 class SwitchedObserverSettings:
-    """Options of `observe design`; None: derived from the model.
+    """Options of `observe design`; an option that is None is derived from the model.
 
-    intervals: n of (6.15)-(6.16), for each direction whose friction depends on the position.
-    switch_speed: Sigma [rad/s | m/s]. weights: diagonal of C-bar (6.19). decay: lambda, factor by
-    which the error falls at least in a sample. inertia: value in place of the model's [kg m2 | kg].
-    transitions: `neighbours` as in figure 6.3; `direction`: any interval of a direction may follow
-    any other. stuck_speed: factor by which the estimated speed falls in a sample of mode 0, 1
-    (held) or 0 as in (6.18).
-
-    quiet: allowed ratio of gamma to its smallest value, for gains that pass less of the encoder's
-    noise (lmi/quiet_observer_gains.py); None: (6.6) as it is.
+    - intervals: n of (6.15)-(6.16), for each direction in which friction depends on the position
+    - switch_speed: Sigma [rad/s | m/s]
+    - weights: diagonal of C-bar (6.19)
+    - decay: lambda; in each sample the error falls at least to this fraction
+    - inertia: value in place of the model's [kg m2 | kg]
+    - transitions: `neighbours` as in figure 6.3; `direction`: any interval of a direction may
+      follow any other
+    - stuck_speed: factor of the estimated speed in each sample of mode 0: 1 (held) or 0 as in
+      (6.18)
+    - quiet: gamma may be this many times its smallest value; the gains then pass less encoder noise
+      (lmi/quiet_observer_gains.py). None: smallest gamma, (6.6)
     """
 
     intervals: int = 10
@@ -54,14 +56,14 @@ class SwitchedObserverSettings:
 
 
 class UnsuitableSetting(NoSolutionError):
-    """A setting, such as an option of a command, that no observer of this model can have."""
+    """Error: no observer of this model can have the setting, such as an option of a command."""
 
 
 def decay_of(model: Model, settings: SwitchedObserverSettings) -> float:
-    """Return lambda, the decay in one sample.
+    """Return the decay factor lambda per sample.
 
-    Periods up to DECAY_PERIOD have the same time constant. Longer ones have the same decay per
-    sample, because a faster decay per sample makes gamma larger.
+    For periods up to DECAY_PERIOD the time constant is constant. For longer periods lambda is
+    constant, because a smaller lambda makes gamma larger.
     """
     return (
         settings.decay
@@ -71,9 +73,9 @@ def decay_of(model: Model, settings: SwitchedObserverSettings) -> float:
 
 
 def switch_speed_of(model: Model, settings: SwitchedObserverSettings) -> float:
-    """Return Sigma [rad/s | m/s].
+    """Return the switch speed Sigma [rad/s | m/s].
 
-    Raises NoSolutionError if neither the settings nor the bench's top speed give it.
+    Raises NoSolutionError if neither the settings nor the bench's top speed determine it.
     """
     top = model.bench.mechanics.top_speed
     unit = si_unit("velocity", model.axis)

@@ -23,8 +23,8 @@ def text(observer: Observer, model: Model) -> str:
         f"{observer.sample_period_s * 1e3:g} ms, {len(switched.modes)} modes, "
         f"{len(switched.transitions)} switches, stuck below {switched.switch_speed.value:g} {unit}",
         f"gamma {switched.gamma:.4g}{_without(switched)}, "
-        f"seen in simulation {switched.simulated_gain:.4g}; "
-        f"the error falls by {switched.decay:.5g} a sample at least",
+        f"largest gain in simulation {switched.simulated_gain:.4g}; "
+        f"each sample multiplies the error by at most {switched.decay:.5g}",
         *_table(observer, switched),
         f"two modes that alternate: spectral radius {switched.switching_radius:.4f}",
         f"""alpha: {
@@ -86,8 +86,8 @@ def _tracking(observer: Observer) -> list[str]:
     return [
         f"{observer.name}: tracking observer, {observer.sample_period_s * 1e3:g} ms, bandwidth "
         f"{tracking.bandwidth_rad_s:.4g} rad/s; "
-        f"not corrected within {tracking.cell:.4g} {position}",
-        f"gains of the innovation, a sample: position {tracking.gains[0]:.4g}, "
+        f"dead zone of the innovation {tracking.cell:.4g} {position}",
+        f"gains of the innovation: position {tracking.gains[0]:.4g}, "
         f"speed {tracking.gains[1]:.4g} 1/s, disturbance "
         f"{tracking.gains[2]:.4g} {effort}/{position}",
     ]
@@ -110,11 +110,11 @@ def _without(switched: Switched) -> str:
     least = switched.smallest_gamma
     if switched.quiet is not None and least is not None:
         noise = (
-            "" if switched.noise_gain is None else f", z at most {switched.noise_gain:.4g} times it"
+            "" if switched.noise_gain is None else f"; noise gain at most {switched.noise_gain:.4g}"
         )
         return (
-            f" (at most {switched.quiet:g} times {least:.4g}, "
-            f"for gains that pass less of the encoder's noise{noise})"
+            f" (up to {switched.quiet:g} times the smallest, {least:.4g}, "
+            f"for gains that pass less encoder noise{noise})"
         )
     return "" if least is None or switched.decay == 1.0 else f" ({least:.4g} without a decay)"
 

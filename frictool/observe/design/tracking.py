@@ -1,16 +1,16 @@
 """Design of the tracking observer (control/tracking_observer.py) by its bandwidth.
 
-    gains       three poles at p = exp(-w T) of the error in slip, with the model
+    gains       three poles of the error in slip at p = exp(-w T), with the model
                 x'' = (e + d)/J, d' = 0:
                 L1 = 1 - p^3      L2 = 3/2 (1 - p)^2 (1 + p)/T      L3 = J (1 - p)^3/T^2
     bandwidth   w = RATE sqrt(delta_a/step), at most 1/T
                 delta_a = (spread of the inertia x most effort + spread of the friction + noise)/J
 
-The observer is for coarse encoders. An error delta_a of the acceleration causes an error of the
-speed of about delta_a/w, until the disturbance estimate has taken it up. An innovation of one
-encoder step causes an error of the speed of about step w. The two are equal at
-w = sqrt(delta_a/step), and their sum is flat around this w. RATE and CELL were chosen in the sweep
-of docs/theory/velocity.md.
+The observer is for coarse encoders. An error delta_a of the acceleration causes a speed error of
+about delta_a/w, until the disturbance estimate compensates it. An innovation of one encoder step
+causes a speed error of about step w. Both errors are equal at w = sqrt(delta_a/step), and their sum
+has a flat minimum there. docs/theory/velocity.md shows the sweep from which RATE and CELL were
+chosen.
 """
 
 from __future__ import annotations
@@ -40,11 +40,11 @@ def design_tracking(
 ) -> Observer:
     """Return the tracking observer of a model, at the bench's period.
 
-    bandwidth_rad_s: bandwidth w; None: by the rule. drive_noise: standard deviation of the measured
-    drive [A | V]. cell: dead zone relative to an encoder step. inertia: value used for J
+    bandwidth_rad_s: bandwidth w; None: the value of `bandwidth_of`. drive_noise: standard deviation
+    of the measured drive [A | V]. cell: dead zone of the innovation, in encoder steps. inertia: J
     [kg m2 | kg]; None: the model's.
 
-    Raises UnsuitableSetting if the period does not allow the bandwidth.
+    Raises UnsuitableSetting if the bandwidth is above 1/T.
     """
     bench = model.bench
     believed = model.parameters.inertia.value if inertia is None else inertia
@@ -87,7 +87,7 @@ def gains(bandwidth: float, period: float, inertia: float) -> tuple[float, float
 
 
 def bandwidth_of(model: Model, drive_noise: float = 0.0, inertia: float | None = None) -> float:
-    """Return the bandwidth w [rad/s] by the rule; drive_noise: A | V."""
+    """Return the default bandwidth w [rad/s], RATE sqrt(delta_a/step); drive_noise: A | V."""
     bench = model.bench
     period = model.bench.sample_period_s
     believed = model.parameters.inertia.value if inertia is None else inertia
@@ -100,10 +100,10 @@ def bandwidth_of(model: Model, drive_noise: float = 0.0, inertia: float | None =
 
 
 def spread(model: Model) -> tuple[float, float]:
-    """Return the uncertainties of the inertia (relative) and of the dry friction [N m | N].
+    """Return the relative uncertainty of the inertia and the uncertainty of dry friction [N m | N].
 
-    They are half-widths of the model's intervals; for a parameter without an interval, of the
-    bench's range over the product's life.
+    They are half widths of the model's intervals. A parameter without an interval has the half
+    width of the bench's range over the product's life.
     """
     known = model.bench.mechanics
     today = model.parameters

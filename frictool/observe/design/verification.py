@@ -1,21 +1,21 @@
 """Verification of a switched observer from its stored gains, before the document is written.
 
 The error's recursion is e(k+1) = (A_i - L_i C_i) e(k) + Q_i Delta(k), z = C-bar e (6.5). For every
-sequence of allowed switches, the inequalities promise two things: e' P_i e falls by lambda^2 in
-each sample with Delta = 0, and |z| <= gamma |Delta| from zero error.
+sequence of allowed switches, the inequalities guarantee two properties. With Delta = 0, e' P_i e
+falls to lambda^2 of its value or less in each sample. From zero error, |z| <= gamma |Delta|.
 
-The verification simulates the recursion, independently of the inequalities. It runs every allowed
-pair (the first mode, then the second; also alternating if both switches are allowed) and random
-allowed sequences. The disturbances are white, constant, and the worst, which an iteration of the
-recursion and its adjoint finds.
+The verification simulates the recursion, independently of the inequalities. The mode sequences are
+every allowed switch (one mode, then the other), every pair of modes that may alternate, and random
+allowed sequences. The disturbances are white noise, a constant, and the worst disturbance, computed
+by iterating the recursion and its adjoint.
 
 A rest needs a separate bound. In mode 0 the inequalities treat alpha as measured, but the observer
-uses its own estimate of alpha instead. The error of this estimate stays constant at rest
-(eigenvalue 1), so that the proved decay does not cover it. Over a rest of any length and the first
-sample after it, e' P e may therefore grow by a factor, which is computed from the true recursion.
-The same is done for a switch between two moving modes that is not allowed, such as a turn that
-skips mode 0. The report includes how long a motion must last until its decay makes up for either
-growth.
+uses its estimate of alpha instead. The error of this estimate stays constant at rest (eigenvalue
+1), so that the proved decay does not cover it. Over a rest of any length and the first sample after
+it, e' P e may therefore grow. The verification computes the largest growth from the true recursion.
+It does the same for a switch between two moving modes that is not allowed, such as a reversal that
+skips mode 0. The report states how long a motion must last until e' P e has decayed by the same
+factor.
 """
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ class ObserverVerification:
     """Results of the verification.
 
     gamma: bound of |z|/|Delta|, proved for the stored gains. radii: spectral radius of A_i - L_i
-    C_i by mode. switching_radius: largest spectral radius of a product of two modes that may
-    alternate. simulated_gain: largest |z|/|Delta| in simulation. rest: growth of e' P e over a rest
-    of any length and the sample after it. turn: growth of e' P e over a switch between moving modes
-    that is not allowed.
+    C_i by mode. switching_radius: largest spectral radius of the product of two modes' matrices,
+    over modes that may alternate. simulated_gain: largest |z|/|Delta| in simulation. rest, turn:
+    largest factor by which e' P e grows over a rest of any length and the next sample, and over a
+    switch between moving modes that is not allowed.
     """
 
     gamma: float
@@ -61,7 +61,7 @@ class ObserverVerification:
 
 
 def motion_samples(growth: float, decay: float) -> float | None:
-    """Return the samples of motion whose decay undoes a growth of e' P e; None without decay."""
+    """Return the number of samples until e' P e has decayed by `growth`; None without decay."""
     return None if decay >= 1.0 else max(0.0, math.log(growth) / (-2.0 * math.log(decay)))
 
 
@@ -73,7 +73,7 @@ def verify(
 ) -> ObserverVerification:
     """Verify the stored `gains` (n, m) of each mode with the P of `solution`.
 
-    Raises NoSolutionError with the condition that fails.
+    Raises NoSolutionError; the message states the condition that fails.
     """
     gamma = proved_gamma(modes, switches, gains, solution.p, solution.t, solution.decay)
     if not math.isfinite(gamma):
@@ -86,14 +86,14 @@ def verify(
     for index, value in radii.items():
         if value >= 1.0:
             raise NoSolutionError(
-                f"not verified: mode {index} has an error with an eigenvalue of modulus "
+                f"not verified: the error in mode {index} has an eigenvalue of modulus "
                 f"{value:.6g}; it must be below 1"
             )
     both = [(i, j) for i, j in switches if (j, i) in switches]
     switching = max(radius(loops[j] @ loops[i]) for i, j in both)
     if switching >= 1.0:
         raise NoSolutionError(
-            "not verified: two modes that alternate have an error that grows, "
+            "not verified: the error grows if two modes alternate, "
             f"by {switching:.6g} in two samples"
         )
     gain = _simulated(modes, loops, _sequences(switches), solution)
@@ -113,7 +113,7 @@ def verify(
 
 
 def radius(matrix: Matrix) -> float:
-    """Return the spectral radius."""
+    """Return the spectral radius of a matrix."""
     return float(np.max(np.abs(np.linalg.eigvals(matrix))))
 
 

@@ -1,1 +1,1 @@
-"""Kernels of the estimators that run along a log."""
+"""Kernels of the estimators that process a log sample by sample."""

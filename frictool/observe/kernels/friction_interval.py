@@ -1,14 +1,14 @@
-"""Friction along samples with its interval.
+"""Friction at each sample, with its interval.
 
     slip     direction (wear F(x, |v|) + added) + viscous v     F: dry friction (2.34), (4.41)
     in gap   direction F_gap                                    backlash (4.45)
     rest     effort - offset - load(x)                          at most the worn breakaway
 
-In slip, the friction is the model's law times the wear; at rest, the friction balances the effort.
-The axis counts as at rest if the interval of its velocity contains 0. The axis may still move then,
-so the interval of the friction includes the effort that stops it within one count. The position in
-the backlash follows from the measured position alone, as a play operator, for three widths of the
-backlash: the value and the ends of the interval.
+In slip, the friction is the model's law times the wear; at rest, it balances the effort. The axis
+counts as at rest if the interval of its velocity contains 0. Because the axis may still move then,
+the interval of the friction includes the effort that stops it within one count. The position inside
+the backlash follows from the measured position by a play operator, for three widths of the
+backlash: nominal, least and largest.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ ZONE_SIZE = 5  # from, to, wear, low, high
 
 @kernel
 def dry_friction(p: Vector, x: float, direction: float, speed: float) -> float:
-    """Return dry friction F [N m | N] in slip after a long rest; p: (EXTENDED_SIZE,)."""
+    """Return the dry friction F [N m | N] of slip after a long rest; p: (EXTENDED_SIZE,)."""
     level = float(coulomb_at(p, direction, x))
     if p[STRIBECK_VELOCITY] > 0.0:
         fall = math.exp(-((speed / p[STRIBECK_VELOCITY]) ** p[STRIBECK_EXPONENT]))
@@ -44,7 +44,7 @@ def dry_friction(p: Vector, x: float, direction: float, speed: float) -> float:
 
 @kernel
 def viscous_friction(p: Vector, direction: float, speed: float) -> float:
-    """Return the viscous part [N m | N], with all its regimes of speed."""
+    """Return the viscous friction [N m | N], including its knees over speed."""
     added, viscous = straight_line(p, direction, speed)
     return added + viscous * speed
 
@@ -139,12 +139,13 @@ def friction_along(
 ) -> None:
     """Fill `out` (3, n) with the friction of consecutive samples: value, low, high [N m | N].
 
-    axes: (3, EXTENDED_SIZE), parameters of the model's axis with nominal, least, most viscous
+    axes: (3, EXTENDED_SIZE), parameters of the axis with nominal, least and largest viscous
     friction. load: as in plant/position_load.py. gap: (2, 3), width [rad | m] and friction
-    [N m | N] of the backlash. swing: inertia over two counts. factors: (3, 3), rows wear forward,
-    wear backward, added friction. zones: (k, 5). quantile: quantile of the normal distribution. x,
-    effort: (n,). v: (3, n). state: (STATE_SIZE,), updated in place. The last axis of gap and
-    factors, and the rows of v, are value, low, high.
+    [N m | N] of the backlash. swing: inertia divided by two counts. factors: (3, 3), with the rows
+    wear forward, wear backward and added friction. zones: (k, 5), with the columns start, end
+    [rad | m], then value, low and high of the wear. quantile: quantile of the normal distribution.
+    x [rad | m], effort [N m | N]: (n,). v: (3, n). state: (STATE_SIZE,), updated in place. The
+    three columns of gap and factors, and the three rows of v, are value, low and high.
     """
     p = axes[0]
     # at rest: position, largest static friction forward and backward, load

@@ -1,4 +1,4 @@
-"""Velocity errors of low-passes on the difference quotient of the encoder's position.
+"""Velocity errors of low-pass filters on the difference quotient of the encoder's position.
 
 The bank has m bandwidths (control/speed_filter.py), and 2 m + 1 errors:
 
@@ -6,7 +6,7 @@ entry 0             difference quotient u, not filtered
 entries 1 .. m      first-order low-pass of each bandwidth, v = a v' + b (u + u')
 entries m+1 .. 2m   the same low-pass applied twice, (5.70)
 
-Primes mark values at the previous sample.
+A prime marks the value at the previous sample.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def low_pass_bank(
     state: Matrix,
     squares: Vector,
 ) -> None:
-    """Add the squared velocity errors of each low-pass, summed over n samples, to `squares`.
+    """Add the squared velocity errors of each filter, summed over n samples, to `squares`.
 
     Parameters
     ----------

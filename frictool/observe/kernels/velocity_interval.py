@@ -1,23 +1,23 @@
-"""Half-width of the 95 % interval of an estimated velocity, sample by sample.
+"""Half width of the 95 % interval of an estimated velocity at each sample.
 
     half^2 = (1.96 ROUNDED G_n step/sqrt(12))^2 + max(1.2 h, 1.96 G_a s, G_a r)^2
     half is at most 2 step/(time since the last count) + |v|
 
     G_n, G_a   gains of the observer's linear error (observe/design/error_gains.py)
     ROUNDED    part of a count's rounding that passes the observer's dead zone
-    h          predicted misfit: what remains of |delta_a - its low-pass|/w, where
-               delta_a = unsure a + friction sign(v)/J is the possible error of the model.
-               The disturbance estimate takes up a constant error; only changes count,
-               each for about 1/w
-    s          observed misfit, root mean square over about MEMORY samples in motion: the part
-               of measured minus predicted position that rounding does not explain. Noise of
-               the drive and every other steady misfit show there
-    r          peak of the observed misfit, decaying with the observer's error. Impacts, and
-               friction that begins late, show there
+    h          predicted misfit |delta_a - low-pass of delta_a|/w, where
+               delta_a = unsure a + friction sign(v)/J is the possible error of the model. The
+               disturbance estimate compensates a constant delta_a; a change of delta_a acts for
+               about 1/w
+    s          observed misfit: rms over about MEMORY samples in motion of the part of
+               (measured - predicted position) that rounding does not explain. It includes noise of
+               the drive
+    r          peak of the observed misfit, which decays with the observer's error. Impacts
+               and friction with a delayed onset cause such peaks
 
-Predicted and observed misfit are two estimates of the same error; the larger of them is used.
-ROUNDED and MODEL_PART are chosen so that the intervals cover the true velocity on clutches with the
-bench's spread, with encoders of 56 to 1e5 counts (docs/theory/velocity.md).
+The predicted and the observed misfit estimate the same error; the larger one is used. ROUNDED and
+MODEL_PART are chosen so that the intervals contain the true velocity of simulated clutches within
+the bench's ranges, with encoders of 56 to 1e5 counts (docs/theory/velocity.md).
 """
 
 from __future__ import annotations
@@ -39,10 +39,10 @@ LOW_PASS, LEFT, SINCE, SHOWN, MEAN_SQUARE, PEAK, STATE_SIZE = 0, 1, 2, 3, 4, 5, 
 
 
 class VelocityIntervalConstants(NamedTuple):
-    """Settings of the interval that do not change from sample to sample.
+    """Constants of the interval.
 
-    unsure: relative uncertainty of the inertia. friction: uncertainty of the dry friction over the
-    inertia [rad/s2 | m/s2]. step: encoder step [rad | m]. cell: dead zone of the observer
+    unsure: relative uncertainty of the inertia. friction: uncertainty of the dry friction divided
+    by the inertia [rad/s2 | m/s2]. step: encoder step [rad | m]. cell: dead zone of the observer
     [rad | m]. bandwidth: observer's bandwidth [rad/s]. period: sample period [s]. rounding, misfit:
     `ErrorGains` [1/s].
     """
@@ -67,10 +67,10 @@ def velocity_interval(
     state: Vector,
     half: Vector,
 ) -> None:
-    """Fill half (n,) [rad/s | m/s].
+    """Fill `half` (n,) with the half widths of the velocity's interval [rad/s | m/s].
 
-    velocity, position: (n,), estimated and measured. acceleration: (n,), by the model. miss: (n,),
-    measured minus predicted position beyond the dead zone. state: (6,), kept from block to block.
+    velocity: (n,), estimated. position: (n,), measured. acceleration: (n,), from the model. miss:
+    (n,), measured minus predicted position outside the dead zone. state: (6,), kept between blocks.
     """
     step, period = sizes.step, sizes.period
     pole = math.exp(-sizes.bandwidth * period)

@@ -1,1 +1,1 @@
-"""Estimation of wear from an actuator's ordinary moves, by the equation of motion in weak form."""
+"""Estimation of wear from ordinary moves, by the weak form of the equation of motion."""

@@ -1,16 +1,16 @@
-"""Posterior of a linear model's parameters, and evidence of the data under a belief.
+"""Posterior of a linear model's parameters, and evidence of the data under a prior.
 
-    rows = columns theta + errors       theta ~ N(mean, P), errors ~ N(0, 1)
+    rows = columns theta + errors       prior theta ~ N(mean, P), errors ~ N(0, 1)
 
-Let G = columns' columns, b = columns' effort, M = (P^-1 + G)^-1 = (I + P G)^-1 P, and `best` the
-best fit, G best = b. P may be singular (parameters tied together). Then
+Let G = columns' columns, b = columns' effort, M = (P^-1 + G)^-1 = (I + P G)^-1 P, and let `best` be
+the least-squares fit, G best = b. P may be singular (parameters tied together). Then
 
     theta given the rows ~ N(mean + M (b - G mean), M)
     ln p(rows) = -1/2 ln det(I + G P)
                  - 1/2 (best - mean)' (I + G P)^-1 G (best - mean) + const
 
-and const depends on the rows alone. This form uses the distances of the beliefs from the best fit,
-so that no large numbers are subtracted from each other.
+where const depends on the rows only. This form avoids the subtraction of large numbers, because it
+contains only the distance of the prior mean from the best fit.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ NEGLIGIBLE = 1e-3  # least weight of a component of a mixture
 
 
 def posterior(gram: Vector, right: Vector, mean: Vector, belief: Vector) -> tuple[Vector, Vector]:
-    """Return the posterior mean (p,) and covariance (p, p); the belief may be singular."""
+    """Return the posterior mean (p,) and covariance (p, p); `belief` is the prior covariance."""
     spread: Vector = np.linalg.solve(np.eye(mean.size) + belief @ gram, belief).astype(np.float64)
     return mean + spread @ (right - gram @ mean), spread
 
 
 def best_fit(gram: Vector, right: Vector) -> Vector:
-    """Return the best fit (p,), the shortest if there are several."""
+    """Return the least-squares fit (p,); of several fits, the one with the smallest norm."""
     sizes, directions = np.linalg.eigh(gram)
     determined = sizes > RANK * max(float(sizes[-1]), 0.0)
     along = directions[:, determined]
@@ -39,9 +39,10 @@ def best_fit(gram: Vector, right: Vector) -> Vector:
 
 
 def evidences(gram: Vector, best: Vector, means: Vector, beliefs: Vector) -> Vector:
-    """Return ln p (m,) of the data under m beliefs, up to a constant that all share.
+    """Return ln p (m,) of the data under m priors, up to a common constant.
 
-    best: (p,). means: (m, p). beliefs: (m, p, p).
+    best: (p,), least-squares fit. means (m, p), beliefs (m, p, p): means and covariances of the
+    priors.
     """
     off = best - means
     whole = np.eye(best.size) + gram @ beliefs
@@ -53,9 +54,10 @@ def evidences(gram: Vector, best: Vector, means: Vector, beliefs: Vector) -> Vec
 def mixture(
     gram: Vector, right: Vector, best: Vector, means: Vector, beliefs: Vector, beforehand: Vector
 ) -> tuple[Vector, Vector]:
-    """Return the posterior mean (p,) and covariance (p, p) of a mixture of beliefs.
+    """Return the posterior mean (p,) and covariance (p, p) under a mixture of m priors.
 
-    means: (m, p). beliefs: (m, p, p). beforehand: (m,), log prior weights.
+    means (m, p), beliefs (m, p, p): means and covariances of the priors. beforehand: (m,),
+    logarithms of their weights.
     """
     weights = scipy.special.softmax(evidences(gram, best, means, beliefs) + beforehand)
     chosen = np.flatnonzero(weights > NEGLIGIBLE)

@@ -1,14 +1,14 @@
-"""Detection of a step in one parameter, from the innovations of moves, singly and together.
+"""Detection of a step in one parameter, from the innovations of one or several moves.
 
-Let e be the part of a move that the filter did not predict, with covariance S = r A + A P A. Let
-h = A[:, w] be the effect of a unit step of parameter w on e. The likelihood is greatest for the
-step delta = h'S^-1 e / h'S^-1 h, whose standard deviation is (h'S^-1 h)^-1/2. Numerators and
-denominators of successive moves are summed, weighted with each value of MEMORIES to the power of
-their age, to detect a drift that no single move shows. Without a change, delta is normal with that
-standard deviation, because the innovations are white.
+Let e be the part of a move that the filter did not predict, with covariance S = r A + A P A. Let h
+= A[:, w] be the effect of a unit step of parameter w on e. The maximum-likelihood step is delta =
+h'S^-1 e / h'S^-1 h, with the standard deviation (h'S^-1 h)^-1/2. To detect a drift that no single
+move shows, numerators and denominators of successive moves are summed. A move that is k moves old
+has the weight m^k, for each m in MEMORIES. Without a change, delta is normal with this standard
+deviation, because the innovations are white.
 
-A change of one parameter resembles those of others. Therefore only the likeliest change is
-reported; a priori, a change of the wear is likelier than any other by FAVOUR.
+A change of one parameter resembles changes of others. Therefore only the most likely change is
+reported. The log prior of a change of the wear is larger than that of other changes by FAVOUR.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ EXPLAINED = 2.0  # standard deviations that remain after a parameter has walked
 
 
 class ChangeDetector:
-    """Detector for the parameters of some filters.
+    """Detector of changes of the parameters of several filters.
 
     shape: (k, r), the numbers of filters and of parameters. favoured: index of the wear among the r
     parameters.
@@ -37,10 +37,10 @@ class ChangeDetector:
         )
 
     def seen(self, step: Vector, weight: Vector) -> Vector:
-        """Return the standard deviation (k, r) of each parameter's change; 0 if unlikely.
+        """Return the standard deviation (k, r) of each parameter's change; 0 without a change.
 
-        step, weight: (k, r), h'S^-1 e and h'S^-1 h. A filter that reports a change forgets its
-        sums.
+        step, weight: (k, r), h'S^-1 e and h'S^-1 h. The sums of a filter restart when it reports a
+        change.
         """
         self._steps = MEMORIES * self._steps + step[..., None]
         self._weights = MEMORIES * self._weights + weight[..., None]

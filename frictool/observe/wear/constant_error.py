@@ -5,9 +5,9 @@ estimates alike:
 
     estimate = true (constant of the bench)/(constant of the unit)
 
-This holds for wear, inertia, viscous friction and added friction. No log of the actuator alone
-reveals the error. The bench's range bounds the error. A ratio to the wear of the same unit at
-commissioning is free of it.
+This holds for wear, inertia, viscous friction and added friction. The error is not visible in a log
+of the actuator; the bench's range bounds it. It cancels in a ratio to the wear of the same unit at
+commissioning.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ QUANTILE = 1.96  # of a normal distribution: the bench's interval is taken as a 
 
 
 def scale_of(model: Model) -> EstimateRange | None:
-    """Return the range of a common factor of all estimates; None if the bench gives no range.
+    """Return the common factor of all estimates, 1, with its interval from the bench's range.
 
-    The factor follows from the bench's range of the actuator's constant, and is 1 at its value.
+    None if the bench has no range of the actuator's constant.
     """
     known = model.bench.actuator.constant
     low, high = known.interval

@@ -1,19 +1,19 @@
-"""Bank of filters over moves; each filter allows another deviation of friction over speed.
+"""Bank of filters over moves, which differ in the slope of friction over speed that they allow.
 
     prior N(m, P)  ──move: information A/r, b/r──▶  P' = (P^-1 + A/r)^-1,  m' = m + P' (b - A m)/r
                    ──random walk──▶  the next move
     UNMODELLED     ──evidence of each move──▶ weights ──▶ mean and deviation of the mixture
 
-A slope of friction over speed that the model lacks looks much like wear if all moves are alike.
-Excluding such a slope biases the wear of a plant that has one. Allowing it costs a factor of three
-in precision on a plant that has none. Here the evidence of the moves decides; until it does, the
-interval covers both. A slope is positive, as all viscous friction is, and small ones are likelier a
-priori. Moves that repeat each other repeat the rounding errors of the encoder. Their evidence is
-therefore weighted by EVIDENCE and forgotten over MEMORY moves.
+If all moves are alike, a slope of friction over speed that the model does not include looks much
+like wear. A filter without the slope is biased on a plant that has it. A filter with the slope is
+three times less precise on a plant that does not have it. The evidence of the moves decides between
+the filters; until then, the interval covers both. A slope is positive like all viscous friction;
+the prior prefers small slopes. Similar moves repeat the rounding errors of the encoder. The
+evidence of a move is therefore multiplied by EVIDENCE and forgotten over MEMORY moves.
 
-The measurement of a move is its Gram matrix. Its rows overlap and their errors are correlated. r is
-the variance of a row's residual, learned from the moves, times `inflation`, the number of rows that
-count as one. Parameters are in units of their prior standard deviations.
+The measurement of a move is the Gram matrix of its rows. The rows overlap, so that their errors are
+correlated. r is the variance of a row's residual, estimated from the moves, times `inflation`, the
+number of rows per independent row. Parameters are in units of their prior standard deviations.
 """
 
 from __future__ import annotations
@@ -42,12 +42,13 @@ MEMORY_ROWS = 5000.0  # rows, memory of the variance
 
 
 class FilterBank:
-    """Filters of the same parameters; the parameter `name` walks by `walk` [SI] with each move.
+    """Bank of k filters for the same r parameters.
 
-    The other parameters walk only after a detected change. restrictions: one for each of
-    UNMODELLED, in that order, with equal matrices. variance: prior of a row's residual [(N m)^2 |
-    N^2]. states: (k, r) and spreads: (k, r, r), mean and covariance of filter k, relative to the
-    prior mean, in units of the prior standard deviations.
+    With each move, the parameter `name` makes a random step with the standard deviation `walk`
+    [SI]; the other parameters step only after a detected change. restrictions: one for each slope
+    in UNMODELLED, with equal matrices. variance: prior variance of a row's residual [(N m)^2 |
+    N^2]. states (k, r), spreads (k, r, r): means and covariances, relative to the prior mean, in
+    units of the prior standard deviations.
     """
 
     def __init__(
@@ -85,11 +86,11 @@ class FilterBank:
 
     @property
     def noise(self) -> float:
-        """Noise r of the filter with the smallest residual [(N m)^2 | N^2]."""
+        """Noise variance r of the filter with the smallest residual [(N m)^2 | N^2]."""
         return self.inflation * float(np.min(self._squares)) / self._rows
 
     def take(self, move: Move) -> bool:
-        """Update the filters with a move; return True if it shows a change of `name`."""
+        """Update the filters with a move; return True if the move shows a change of `name`."""
         information, right, squares = self._information(move)
         missed = right - _times(information, self.states)
         index = self._index

@@ -1,4 +1,4 @@
-"""Moves of a log, each as a Gram matrix of its rows, whose size does not depend on the length."""
+"""Moves of a log; the Gram matrix of a move has the same size for every length."""
 
 from __future__ import annotations
 
@@ -14,11 +14,12 @@ from frictool.typing import Vector
 
 @dataclass(frozen=True)
 class Move:
-    """One stroke, from rest or reversal to rest or reversal.
+    """Motion from one rest or reversal to the next.
 
-    gram: (p + 1, p + 1), sum of row' row over its rows; the columns are those of
-    `WeakFormLayout.names`, then the effort [N m | N]. rows: number of rows. time: time [s] of the
-    last sample of the last row. direction: 1 or -1. speed: mean speed over the rows [rad/s | m/s].
+    gram: (p + 1, p + 1), sum of row' row over the weak-form rows of the move; the columns are those
+    of `WeakFormLayout.names`, then the effort [N m | N]. rows: number of rows. time: time [s] of
+    the last sample of the last row. direction: 1 or -1. speed: mean speed over the rows [rad/s |
+    m/s].
     """
 
     gram: Vector
@@ -29,7 +30,7 @@ class Move:
 
 
 class MoveCollector:
-    """Collector of moves along a log; it holds a few windows of samples and one Gram matrix."""
+    """Collector of moves along a log; memory holds a few windows of samples and one Gram matrix."""
 
     def __init__(self, layout: WeakFormLayout) -> None:
         self.layout = layout
@@ -56,7 +57,7 @@ class MoveCollector:
         weak_form_rows.forget(self._state, layout.gap)
 
     def take(self, piece: MotionBlock) -> list[Move]:
-        """Return the moves that ended in this block, or before it if there is a gap between."""
+        """Return the moves that ended in this block, or at a gap before this block."""
         ended: list[Move] = []
         if not piece.follows:
             ended = self.end()
@@ -116,7 +117,7 @@ class MoveCollector:
         return self._position.size
 
     def end(self) -> list[Move]:
-        """End the present move, because the log ends or has a gap; return it if it has rows."""
+        """End the current move at a gap or the end of the log; return it if it has rows."""
         ended = self._closed()
         self._time, self._position, self._effort = (np.empty(0) for _ in range(3))
         self._next = 0

@@ -1,18 +1,18 @@
-"""Linear map from a few parameters to the coefficients of a weak-form row, with their prior.
+"""Linear map from wear and friction parameters to the coefficients of a row, with a prior.
 
-A weak-form row has p columns (`WeakFormLayout.names`), and each column has a coefficient. A kind of
-wear restricts the p coefficients to r parameters. The prior is a mean and a standard deviation of
-each parameter.
+A weak-form row has p columns (`WeakFormLayout.names`), each with a coefficient. A kind of wear
+expresses the p coefficients by r parameters. The prior has a mean and a standard deviation for each
+parameter.
 
     multiplicative   dry_d,z = wear            additive   dry_d,z = 1, level_d = d added
     directional      dry_d,z = wear_d          zones      dry_d,z = wear_z
 
-Every kind also has the inertia, the viscous friction with its bends, and an offset:
-level_d = d offset, from a current sensor for example.
+Here d is the direction (1 or -1), and z the zone. Every kind also has the inertia, the viscous
+friction with its bends, and an offset, level_d = d offset, for example of a current sensor.
 
-The prior is wide for parameters that differ between units or change with age: inertia, wear, and
-the model's viscous friction. `UnmodelledFriction` bounds friction over speed that the model lacks:
-a slope below its knee, or another bend.
+The prior is wide for parameters that differ between units or change with age: inertia, wear and
+viscous friction. `UnmodelledFriction` bounds friction over speed that the model does not include: a
+slope below its knee, or another bend.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ QUANTILE = 1.96  # standard deviations in half the width of an interval
 
 @dataclass(frozen=True)
 class UnmodelledFriction:
-    """Friction over speed that the model lacks, relative to the dry friction, at top speed.
+    """Friction over speed that the model does not include, at top speed, relative to dry friction.
 
-    slope, deviation: mean and standard deviation of a slope from rest on. bend: standard deviation
-    of the friction that each bend adds.
+    slope, deviation: mean and standard deviation of the part that is proportional to speed. bend:
+    standard deviation of the friction that each bend adds.
     """
 
     slope: float = 0.0
@@ -90,12 +90,12 @@ def restriction(
     layout
         Names of the p columns of a row.
     wear
-        For each further parameter, by name: the coefficients (p,) for one unit of it, and its prior
-        mean and standard deviation.
+        name -> coefficients (p,) per unit of the parameter, its prior mean and its prior standard
+        deviation, for each parameter of the kind of wear.
     fixed
         Part (p,) of the coefficients that does not depend on the parameters; None for 0.
     unmodelled
-        Bounds of friction over speed that the model lacks; they widen the prior of the viscous
+        Friction over speed that the model does not include; it widens the prior of the viscous
         friction and its bends.
     """
     known = _known(model, layout, unmodelled)
@@ -139,9 +139,9 @@ def offset_of(
 ) -> tuple[Vector, float, float]:
     """Return coefficients (p,) per unit, prior mean and deviation [N m | N] of the drive's offset.
 
-    The offset is in addition to the model's; if positive, it opposes a positive effort. Its
-    deviation combines `share` of the dry friction and the wider of the model's and the bench's
-    range, in quadrature.
+    The offset is relative to the model's; a positive one opposes a positive effort. The deviation
+    is the root sum of squares of `share` times the dry friction and of the wider range of model and
+    bench.
     """
     known = max(
         _half(quantity)

@@ -1,8 +1,7 @@
 """Count of moves that repeat each other.
 
-Similar moves share the errors of the model, so that together they count as one. Two moves are alike
-if they pass the same zones, that is, if their normalised friction columns differ by less than
-ALIKE.
+Similar moves have the same model errors, so that together they count as one move. Two moves are
+similar if their normalised friction columns differ by less than ALIKE: they pass the same zones.
 """
 
 from __future__ import annotations
@@ -40,5 +39,5 @@ class MoveRepeats:
 
     @property
     def each(self) -> float:
-        """Mean number of moves in a group of like moves; 1 if no two moves are alike."""
+        """Mean number of moves in a group of similar moves; 1 if no two moves are similar."""
         return sum(self._counts) / len(self._counts) if self._counts else 1.0

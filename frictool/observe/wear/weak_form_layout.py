@@ -4,14 +4,14 @@
                                 + sum_j bend_j (|v| - knee_j)+ s
                                 + sum_d,z dry_d,z f(x, s) + sum_d level_d s
 
-s is the direction of the motion, f the model's dry friction (4.43)-(4.44) at the position. For a
-plant like the model, dry_d,z is 1 in every direction d and zone z, and level_d is 0. One row serves
-all kinds of wear: uniform, by direction, by zone or additive wear are restrictions of these columns
-(parameter_restriction.py).
+s is the direction of the motion, f the model's dry friction (4.43)-(4.44) at the position x, and
+(...)+ the positive part. If the plant equals the model, dry_d,z is 1 in every direction d and zone
+z, and level_d is 0. The same row serves all kinds of wear: uniform, by direction, by zone, or
+additive (parameter_restriction.py).
 
-The window is so long that the encoder's counts disturb a row by at most NOISE_SHARE of the dry
-friction. It is at most a third of the time for the travel at top speed, because a longer window
-would not fit into a move.
+The window is so long that the rounding of the encoder disturbs a row by at most NOISE_SHARE of the
+dry friction. It is at most a third of the time for the travel at top speed, so that it fits into a
+move.
 """
 
 from __future__ import annotations
@@ -62,17 +62,17 @@ class WeakFormLayout:
     """Constants of the rows, SI.
 
     period: sample period [s]. window: samples in a window. every: samples between two rows. reach:
-    samples to either side of a sample from which its speed follows. phi: (window,), weight
-    function, 0 at either end. second: (window,), second difference of phi [1/s^2]. effort: (3,),
-    weights of the samples before, at and after in the effort. slowest, fastest: speeds of usable
-    samples [rad/s | m/s]. knees: (h,) [rad/s | m/s].
+    number of samples before and after a sample from which its speed follows. phi: (window,), weight
+    function, 0 at both ends. second: (window,), second difference of phi [1/s^2]. effort: (3,),
+    weights of the effort at the samples before, at and after. slowest, fastest: speed limits of
+    usable samples [rad/s | m/s]. knees: (h,) [rad/s | m/s].
 
     edges: (z + 1,), edges of the zones [rad | m]; the end zones extend beyond the outer edges. dry:
-    (2, c), polynomials of the model's friction [N m | N], backward and forward, constant beyond
+    (2, c), polynomials of the model's friction [N m | N], backward and forward, constant outside
     `mapped` (2,) [rad | m]. count: encoder step [rad | m]. gap: widest backlash plus one count
-    [rad | m]; 0: none. stops: (2,), free range [rad | m]. load: as in plant/position_load.py.
-    offset: the model's offset [N m | N]. friction: mean dry friction over the travel and both
-    directions [N m | N].
+    [rad | m], or 0. stops: (2,), free range [rad | m]. load: as in plant/position_load.py. offset:
+    the model's offset [N m | N]. friction: mean dry friction over the travel and both directions
+    [N m | N].
     """
 
     period: float
@@ -102,7 +102,7 @@ class WeakFormLayout:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of a row's p columns; the column of the effort, after them, has no name."""
+        """Names of a row's p columns; the last column, the effort, has no name."""
         zones = range(self.zones)
         bends = [f"bend_{k}" for k in range(self.knees.size)]
         dry = [f"dry_{side}_{zone}" for side in ("backward", "forward") for zone in zones]
@@ -112,7 +112,10 @@ class WeakFormLayout:
 def layout_of(
     model: Model, period: float | None = None, window: int | None = None, zones: int | None = None
 ) -> WeakFormLayout:
-    """Return the layout for a model, at its bench's period or another [s].
+    """Return the layout for a model.
+
+    period [s]: None for the bench's. window: number of samples. zones: number of zones. None for
+    defaults.
 
     Raises FrictoolError if the model has no dry friction, or if the window is not odd or too short.
     """

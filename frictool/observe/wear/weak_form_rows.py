@@ -1,17 +1,17 @@
-"""Rows of the weak form along a stream of samples, summed move by move as they come.
+"""Weak-form rows along a stream of samples, summed to one Gram matrix per move.
 
     sample k ──gap, speed before and after──▶ slips with the load attached?
-             ──▶ its friction and bends, into a ring of one window
-    every `every` samples of an unbroken run: row of the window that ends at k,
-             from phi over the ring and phi'' over the positions
+             ──▶ friction and bends at k, written into a ring buffer of one window
+    row, at every `every`-th sample of an unbroken run, of the window that ends at k:
+             phi times the ring buffer, phi'' times the positions
     move: sum of row' row
 
-A sample is used if the axis moved in one direction during the `reach` samples before and after it,
-faster than `slowest`. The load must be attached and the axis free of the end stops. The load is
-attached once a play as wide as the widest possible backlash (4.45) would be at its edge from any
-start position. Until then, the position inside the backlash is unknown and no sample is used.
+A sample is used if the axis moves in one direction, faster than `slowest`, during the `reach`
+samples before and after it. The load must be attached, and the axis away from the end stops. The
+load is attached as soon as the axis has moved in one direction by the widest possible backlash
+(4.45). Before, the position inside the backlash is unknown and no sample is used.
 
-A move ends after REST windows of too little speed, at a reversal, or with MOST_ROWS rows.
+A move ends after REST windows below the speed `slowest`, at a reversal, or with MOST_ROWS rows.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ MOVE_SIZE = 5
 def attached(state: Vector, step: float, gap: float) -> float:
     """Move the play by a motor `step` [rad | m].
 
-    Returns 1 or -1 if the load is certain to be carried in that direction, else 0.
+    Return 1 or -1 if the motor certainly carries the load in that direction, else 0.
     """
     if gap == 0.0:
         return 1.0 if step > 0.0 else -1.0 if step < 0.0 else 0.0
@@ -57,7 +57,7 @@ def attached(state: Vector, step: float, gap: float) -> float:
 
 @kernel
 def slips(position: Vector, k: int, reach: int, carried: float, numbers: Vector) -> float:
-    """Return the direction (1 or -1) if sample k certainly slips with the load attached, else 0."""
+    """Return the direction (1 or -1) if the axis certainly slips with its load at k, else 0."""
     before = position[k] - position[k - reach]
     after = position[k + reach] - position[k]
     least, most = (
@@ -90,11 +90,11 @@ def remember(
     dry: Vector,
     numbers: Vector,
 ) -> None:
-    """Write bends and friction of a sample into the ring.
+    """Write bends and friction of a sample into the ring buffer.
 
-    They go to column `index` and again to `index` + window, so that any window is contiguous. ring:
-    (h + z, 2 window). The first h rows are bends. The other z rows are one per zone: the friction
-    [N m | N] at x [rad | m] in the zone of x, and 0 in other zones.
+    They are written to the columns `index` and `index` + window, so that each window is contiguous.
+    ring: (h + z, 2 window). The first h rows are bends. The other z rows, one per zone, contain the
+    friction [N m | N] at x [rad | m] in the zone of x, and 0 in the other zones.
     """
     bends = knees.shape[0]
     zones = edges.shape[0] - 1
@@ -125,9 +125,9 @@ def fill_row(
     load: Vector,
     numbers: Vector,
 ) -> None:
-    """Fill the row (p + 1,) of the window that ends at sample `last`; its last entry is the effort.
+    """Fill the row (p + 1,) of the window that ends at sample `last`.
 
-    first: column of the ring at which the window begins.
+    The last entry is the effort. first: column of the ring buffer at which the window begins.
     """
     window = phi.shape[0]
     bends = ring.shape[0] - zones
@@ -197,8 +197,8 @@ def walk(
     """Process samples from `begin` until a move has ended or fewer than `reach` samples remain.
 
     position, effort: (n,), with at least window + reach samples before `begin`. gram: (p + 1, p +
-    1) and move: (5,), of the present move. Returns the next sample to process; move[ENDED] is 1 if
-    the move has ended.
+    1) and move: (5,), of the current move. Return the index of the next sample to process;
+    move[ENDED] is 1 if the move has ended.
     """
     window = phi.shape[0]
     zones = edges.shape[0] - 1

@@ -1,16 +1,16 @@
-"""Estimator of the wear from successive moves: long memory, fast reaction to sudden changes.
+"""Estimator of the wear from successive moves, with a fast reaction to sudden changes.
 
     MotionBlock ──log_moves.py──▶ Move ──filter_bank.py──▶ wear, inertia, viscous friction, offset
                                    └─wear_kinds.py───▶ kind of wear, by direction and zone
     both ──▶ WearEstimate after each move
 
-Wear, the alpha of (6.13), walks by WALK with each move. If one or several moves show a larger
-change (change_detection.py), the walk grows until it explains them: the wear has grown faster, or
-has jumped (thesis 6.3.2: times 1.5 at 5 s).
+Wear, alpha of (6.13), is a random walk with the standard deviation WALK per move. If one or several
+moves show a larger change (change_detection.py), the walk is enlarged until it explains them: the
+wear has grown faster, or has jumped (thesis 6.3.2: by a factor of 1.5 at 5 s).
 
-The interval is that of the filters, with two further errors in quadrature: the lag behind a wear
-that keeps growing, and FLOOR of the wear. FLOOR is the error from the model's shape over position
-and speed and from the rows' approximations, which remains however many moves there are. It was set
+The variance of the interval is the sum of three: that of the filters, the square of the lag behind
+a growing wear, and the square of FLOOR times the wear. FLOOR is the error that many moves do not
+reduce: of the friction's shape over position and speed, and of the rows' approximations. It was set
 on plants that no acceptance check uses (docs/theory/wear.md).
 """
 
@@ -77,15 +77,15 @@ class WearEstimator:
         self.estimate = WearEstimate(0.0, 0, prior(model), scale=self._scale)
 
     def take(self, piece: MotionBlock) -> list[WearEstimate]:
-        """Return one estimate for each move that ended in this block, or in a gap before it."""
+        """Return one estimate for each move that ended in this block, or at a gap before it."""
         return [self.learn(move) for move in self.moves.take(piece)]
 
     def finish(self) -> list[WearEstimate]:
-        """Return the estimate after the move that ends with the log, if any."""
+        """Return the estimate after the move that the end of the log cuts off, if any."""
         return [self.learn(move) for move in self.moves.end()]
 
     def learn(self, move: Move) -> WearEstimate:
-        """Return the estimate after one more move; also for moves that were collected elsewhere."""
+        """Return the estimate after one more move, from this or another collector."""
         self._count += 1
         if self.bank.take(move):
             self._since, self._before = 0, self._since
@@ -152,8 +152,8 @@ def apart(one: EstimateRange, other: EstimateRange) -> bool:
 def with_kind(alike: WearEstimate, verdict: WearClassification) -> WearEstimate:
     """Return the estimate with its kind of wear.
 
-    alike: estimate for uniform wear. If the kind is not uniform, mean wear and inertia are those of
-    the classification.
+    alike: estimate for uniform wear. For another kind, mean wear and inertia are taken from the
+    classification.
     """
     if verdict.kind not in ALIKE:
         sided = replace(
@@ -187,9 +187,10 @@ def _times(factor: float, side: EstimateRange | None) -> EstimateRange | None:
 
 
 def multiplicative_bank(model: Model, layout: WeakFormLayout) -> FilterBank:
-    """Return the filter bank before any move.
+    """Return the filter bank for uniform wear before any move.
 
-    With white noise of the effort, 1/(every sum phi^2) overlapping rows count as one.
+    With white noise of the effort, 1/(every sum phi^2) overlapping rows count as one independent
+    row.
     """
     inflation = max(1.0, ADDS_UP / (layout.every * float(layout.phi @ layout.phi)))
     kinds = [multiplicative(model, layout, unmodelled) for unmodelled in UNMODELLED]
@@ -197,10 +198,10 @@ def multiplicative_bank(model: Model, layout: WeakFormLayout) -> FilterBank:
 
 
 def prior(model: Model) -> EstimateRange:
-    """Return the wear before any move: 1, in an interval.
+    """Return the prior of the wear: 1, with an interval.
 
-    The interval is the bench's range of the Coulomb friction over life, else the model's interval.
-    The latter holds for the day of the identification only and does not know of later wear.
+    The interval is the bench's range of the Coulomb friction over the product's life. Without it,
+    the interval is that of the model, which does not include wear after the identification.
     """
     for known in (model.bench.mechanics.coulomb, model.parameters.coulomb):
         low, high = known.interval

@@ -1,4 +1,4 @@
-"""Classification of wear: five kinds as prior beliefs of one linear model, compared by evidence.
+"""Classification of wear: five kinds are priors of one linear model, compared by their evidence.
 
     rows = columns theta + errors       theta ~ N(mean, P_kind)
 
@@ -8,22 +8,22 @@
     directional      dry_d,z = w_d
     zones            dry_d,z = w_z
 
-All kinds share the uncertainties of parameter_restriction.py: inertia, viscous friction with its
-bends, and an offset. All allow friction over speed that the model lacks. It is a mixture of beliefs
-whose probabilities are summed; larger friction is less likely (filter_bank.py). Each dry_d,z has
-the standard deviation ROUGH, because no model knows its friction over position better. All are
-scaled alike by the uncertainty of the actuator's constant, so that a wrong constant does not pass
-for wear.
+Here d is the direction (1 or -1) and z the zone. All kinds have the uncertainties of
+parameter_restriction.py: inertia, viscous friction with its bends, and an offset. All kinds allow
+friction over speed that the model does not include, as a mixture of priors in which larger friction
+is less likely (filter_bank.py). Each dry_d,z has the additional standard deviation ROUGH, the usual
+accuracy of a model's friction over position. A common factor for the actuator's constant prevents
+that a wrong constant is taken for wear.
 
-The evidence of a kind (bayesian_evidence.py) is the probability density of the data with the
-parameters integrated out. A kind with more parameters must explain more to win. A kind of wear is
-reported if its evidence exceeds that of `none` by CERTAIN. Of kinds within ALIKE of the best, the
-first in KINDS is reported. Values are posterior means. Their intervals include ROUGH, but not the
-scale (constant_error.py).
+The evidence of a kind (bayesian_evidence.py) is the probability density of the data, integrated
+over the parameters; it favours kinds with few parameters. A kind of wear is reported if its log
+evidence exceeds that of `none` by CERTAIN. Of the kinds within ALIKE of the best, the first in
+KINDS is reported. Values are posterior means. Their intervals include ROUGH, but not the error of
+the actuator's constant (constant_error.py).
 
-The sums fade over MEMORY moves. Each classification first looks for a sudden change among the last
-RECENT moves. The friction has changed if the last moves have more evidence with another friction of
-each direction than with the friction of the moves before. The earlier moves are then forgotten.
+The weights of moves decay over MEMORY moves. Each classification first tests for a sudden change
+within the last RECENT moves. The friction has changed if the last moves have more evidence with
+separate friction levels than with those of the earlier moves. The earlier moves are then forgotten.
 """
 
 from __future__ import annotations
@@ -77,10 +77,11 @@ RECENT = 8  # moves between classifications after that, and moves that are searc
 class WearClassification:
     """Wear by kind, direction and zone.
 
-    evidence: log evidence of each kind relative to `none`. wear: mean wear of both directions and
-    all observed zones, under the kind. forward, backward: None for a direction that was not
-    observed. inertia: relative to the model's, under the kind. added: growth of the friction
-    [N m | N], for kind additive. zones: observed zones, for kind zones.
+    kind: most likely kind; the other values assume this kind. evidence: log evidence of each kind
+    relative to `none`. wear: mean wear of both directions and all observed zones. forward,
+    backward: wear of a direction; None if the direction was not observed. inertia: relative to the
+    model's. added: increase of the friction [N m | N], for kind additive. zones: observed zones,
+    for kind zones.
     """
 
     kind: Kind
@@ -94,7 +95,7 @@ class WearClassification:
 
 
 class WearClassifier:
-    """Classifier that takes moves one by one; it holds a few Gram matrices."""
+    """Classifier of wear that takes moves one by one; memory holds a few Gram matrices."""
 
     def __init__(self, model: Model, layout: WeakFormLayout, confidence: float = 0.95) -> None:
         self.layout = layout
@@ -158,9 +159,10 @@ class WearClassifier:
         self._mean = self._means[LOOSE]
 
     def take(self, move: Move) -> WearClassification | None:
-        """Add a move; return the present classification, None if there are too few moves.
+        """Add a move; return the current classification, or None if there are too few moves.
 
-        The classification is updated at each of the FIRST moves, and later at every RECENT-th.
+        The classification is updated after each of the first FIRST moves, then after every RECENT
+        moves.
         """
         scaled = move.gram * np.outer(self._row, self._row)
         self._repeats.take(move.gram[np.ix_(self._dry, self._dry)])

@@ -1,4 +1,4 @@
-"""Weights of the columns' parameters for the friction of directions and zones.
+"""Weights that give the friction of a direction or zone from the coefficients of a row.
 
 The friction is relative to the model's (4.44).
 """
@@ -20,7 +20,7 @@ SIDES = ("backward", "forward")
 
 
 def zone_edges(layout: WeakFormLayout) -> list[float]:
-    """Return the edges of the zones [rad | m], rounded for printing."""
+    """Return the edges (z + 1,) of the zones [rad | m], rounded for printing."""
     span = float(np.ptp(layout.edges))
     return [
         float(edge) + 0.0
@@ -31,7 +31,7 @@ def zone_edges(layout: WeakFormLayout) -> list[float]:
 
 
 def zone_mean(layout: WeakFormLayout, zone: int) -> Vector:
-    """Return weights (p,) of the plain mean of a zone's two directions."""
+    """Return weights (p,) of the mean over both directions of the friction in a zone."""
     columns = dry_columns(layout, zone=zone)
     return np.asarray(columns / np.sum(columns))
 
@@ -39,7 +39,7 @@ def zone_mean(layout: WeakFormLayout, zone: int) -> Vector:
 def friction_share(layout: WeakFormLayout, zones: Sequence[int], side: str | None = None) -> Vector:
     """Return weights (p,) of the mean friction over `zones`, relative to the model's.
 
-    zones: indices of zones; empty: all zones. side: direction; None: both.
+    zones: indices of zones; empty for all zones. side: direction; None for both.
     """
     sides = SIDES if side is None else (side,)
     bounded = np.all(np.isfinite(layout.edges)) and layout.edges[0] < layout.edges[-1]
