@@ -1,20 +1,19 @@
 """Check that position and drive have the same positive direction.
 
-Inertia resists acceleration, and friction takes energy out of the motion. If the position or the
-drive of a log is negated, the fitted inertia and friction are negative. The check fits the
-following model to the samples of a log that certainly slip:
+If the position or the drive of a log is negated, the fitted inertia and friction are negative. The
+check fits the following model to the samples of a log that certainly slip:
 
     effort = inertia a + friction sign(v) + offset + declared loads
 
-The log is reversed if the larger of the two efforts, inertia rms(a) or friction, is negative beyond
-its uncertainty. The smaller one is ignored, since a delay between position and drive can change its
+The log is reversed if the larger of the two efforts, inertia rms(a) or friction, is significantly
+negative. The smaller effort is ignored, since a delay between position and drive can change its
 sign.
 
-Some logs allow no such fit, for example breakaway ramps or slow motion on a coarse encoder. They
-are judged by strokes: the mean effort from the first to the last count of a stroke is friction plus
-offset. The work of single samples is not used. A controller's derivative action brakes at each
-count, in the sample of the count, so that the sum of effort times count can be negative while the
-mean effort is not.
+Some logs allow no such fit, for example breakaway ramps or slow motion with a coarse encoder. Their
+strokes are tested instead: the mean effort from the first to the last count of a stroke is friction
+plus offset. The work of single samples is not used, because the derivative action of a controller
+brakes in the sample of each count. The sum of effort times count can then be negative although the
+mean effort is positive.
 """
 
 from __future__ import annotations
@@ -43,7 +42,7 @@ from frictool.typing import Vector
 def reversed_sign(
     records: Sequence[MotionRecord], bench: Bench, settings: IdentificationSettings
 ) -> str | None:
-    """Return the message that position and drive have opposite signs in a record, else None."""
+    """Return a message if position and drive have opposite signs in a record, else None."""
     for record in records:
         shown = _negative_effort(record, bench, settings)
         if shown is not None:
@@ -52,11 +51,11 @@ def reversed_sign(
 
 
 def negative_effort(records: Sequence[MotionRecord], bench: Bench, confidence: float) -> str | None:
-    """Return the message that the effort brakes the strokes of a record, else None.
+    """Return a message if the effort brakes the strokes of a record, else None.
 
-    With strokes in both directions, the mean effort along them, without the offset, has to be
-    negative beyond its uncertainty. With too few strokes in a direction, the mean effort of every
-    stroke and the net work have to be negative.
+    With strokes in both directions, the condition is a significantly negative mean effort along the
+    strokes, without the offset. With too few strokes in one direction, the condition is a negative
+    mean effort of every stroke and a negative net work.
     """
     for record in records:
         direction, effort = stroke_efforts(record)
@@ -99,7 +98,10 @@ def stroke_efforts(record: MotionRecord) -> tuple[Vector, Vector]:
 
 
 def stroke_friction(direction: Vector, effort: Vector, confidence: float) -> Interval | None:
-    """Return the mean effort along the strokes without offset; None for too few strokes."""
+    """Return the mean effort in the direction of the strokes, without offset, or None.
+
+    None for too few strokes in one direction.
+    """
     if min(np.count_nonzero(direction > 0.0), np.count_nonzero(direction < 0.0)) < FEWEST_STROKES:
         return None
     columns = np.column_stack((direction, np.ones(direction.size)))
@@ -110,7 +112,7 @@ def stroke_friction(direction: Vector, effort: Vector, confidence: float) -> Int
 
 
 def opposite_signs(records: Sequence[MotionRecord], shown: str, bench: Bench) -> str:
-    """Return the message that names the logs, the evidence and the change to make."""
+    """Return a message with the names of the logs, the evidence and the remedy."""
     direction = bench.encoder.direction
     return (
         f"{listed([Path(record.name).name for record in records])}: position and drive have "

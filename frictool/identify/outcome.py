@@ -1,4 +1,4 @@
-"""Immutable outcome of an identification, built up stage by stage with `merge`."""
+"""Immutable outcome of an identification; each stage adds its part with `merge`."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ Value = TypeVar("Value")
 
 @dataclass(frozen=True)
 class Outcome:
-    """Identified parameters of an axis, reasons for the others, and the estimates behind them.
+    """Identified parameters of an axis, reasons for refused ones, and the underlying fits.
 
     A parameter is identified or refused, not both.
 
     - identified: parameter -> interval in SI units
     - refused: parameter -> reason
-    - fit, ramp: fit of the sliding logs and breakaway of the ramps, None without one
-    - laws: friction and load beyond the parameters
+    - fit, ramp: fit of the sliding logs and breakaway of the ramps, or None
+    - laws: friction and load other than the parameters
     """
 
     identified: Mapping[str, Interval] = field(default_factory=dict)
@@ -35,7 +35,7 @@ class Outcome:
     laws: Laws | None = None
 
     def merge(self, later: Outcome) -> Outcome:
-        """Return this outcome, replaced by `later` wherever `later` holds something."""
+        """Return this outcome, with every entry of `later` in place of its own."""
         kept = _without(self.identified, later.refused)
         refused = _without(self.refused, later.identified)
         return Outcome(
@@ -47,7 +47,7 @@ class Outcome:
         )
 
     def without(self, *names: str) -> Outcome:
-        """Return the outcome without these parameters; they are neither identified nor refused."""
+        """Return the outcome with the parameters `names` neither identified nor refused."""
         identified, refused = _without(self.identified, names), _without(self.refused, names)
         return Outcome(identified, refused, self.fit, self.ramp, self.laws)
 
@@ -59,9 +59,10 @@ def _without(values: Mapping[str, Value], names: Container[str]) -> dict[str, Va
 def accept(
     offered: Mapping[str, Interval], bench: Bench, reasons: Mapping[str, str] | None = None
 ) -> Outcome:
-    """Return the offered parameters as identified if informative, else as not identified.
+    """Return an outcome that identifies the informative intervals of `offered`.
 
-    `reasons` holds the reasons of parameters that a method has rejected itself.
+    The other parameters are refused. `reasons`: reasons of parameters that the method itself has
+    refused.
     """
     identified = dict[str, Interval]()
     refused = dict(reasons or {})
@@ -78,7 +79,7 @@ def accept(
 
 
 def sliding_intervals(identified: Mapping[str, Interval], bench: Bench) -> dict[str, Interval]:
-    """Return the sliding parameters: identified, else the bench's, and 0 for an unknown offset."""
+    """Return identified sliding parameters, the bench's for the others, 0 for an unknown offset."""
     return {name: identified.get(name) or bench_interval(bench, name) for name in SLIDING}
 
 

@@ -1,17 +1,17 @@
-"""Test if many estimates of one parameter come from one population.
+"""Tests whether many estimates of one parameter have the same true value.
 
 The observed scatter is compared with the scatter that the intervals predict. The standard deviation
-s of a value is the half width of its interval over the normal quantile.
+s of an estimate x is the half width of its interval divided by the normal quantile.
 
 With weights w = 1/s^2, Q = sum w (x - mean)^2 has a chi-squared distribution with n - 1 degrees of
 freedom if all estimates have one true value (Cochran, Biometrics 10, 1954). The excess of Q gives
 the variance that the intervals do not explain (DerSimonian and Laird, Controlled Clinical Trials 7,
 1986).
 
-If the tested units are known, Q splits into parts within and between units. In the test between
-units, the unexplained scatter within units is added to s^2. The drift is one common slope over the
-date, about the mean of each unit; its error is widened by the Birge ratio (Birge, Physical Review
-40, 1932).
+If the units are known, Q is the sum of a part within units and a part between units. In the test
+between units, the unexplained scatter within units is added to s^2. The drift is the slope over the
+date that all units have in common, about the mean of each unit. The Birge ratio (Physical Review
+40, 1932) widens its interval.
 """
 
 from __future__ import annotations
@@ -68,8 +68,8 @@ class Population:
     - expected: standard deviation predicted by the intervals
     - whole: test of all values
     - within, between: tests within units and between units; None without enough values
-    - alone: test of each unit's own values
-    - level: probability of rejecting a single population, over all tests together
+    - alone: unit -> test of the values of this unit
+    - level: probability that any of all tests rejects although all true values are equal
     """
 
     count: int
@@ -86,7 +86,7 @@ class Population:
 
     @property
     def changing(self) -> list[str]:
-        """Return the units whose own logs differ from each other."""
+        """Return the units whose logs differ from each other."""
         return [unit for unit, test in self.alone.items() if test.p < self.limit / len(self.alone)]
 
     @property
@@ -97,12 +97,12 @@ class Population:
         )
 
     def rejects(self, test: ScatterTest | ParameterDrift | None) -> bool:
-        """Return whether a test exists and rejects."""
+        """Return True if the test exists and rejects."""
         return test is not None and test.p < self.limit
 
     @property
     def one(self) -> bool:
-        """Return whether no test rejects a common value."""
+        """Return True if no test rejects one common value."""
         return not any(
             self.rejects(test) for test in (self.whole, self.within, self.between, self.drift)
         )
@@ -113,8 +113,8 @@ def populations(
 ) -> dict[str, Population]:
     """Return the population of each parameter with at least two values.
 
-    `confidence` is that of the intervals. It is also the probability that no parameter of one
-    population is rejected, over all parameters together (Bonferroni).
+    `confidence`: confidence of the intervals. It is also the probability that no test of any
+    parameter rejects if all true values are equal (Bonferroni).
     """
     repeated = {name: estimates for name, estimates in values.items() if len(estimates) >= 2}
     return {

@@ -1,8 +1,8 @@
-"""Comparison of an identification with the promise of its test, and reasons for a shortfall.
+"""Comparison of the identified half widths with the promise of the test.
 
 If a half width is larger than promised, the reasons that the log shows are listed in this order:
-the length of the log, the noise of its drive, the noise of its position, and the bound that its
-recorded strokes allow. The last reason is an effect that the model of friction lacks.
+length of the log, noise of the drive, noise of the position, and Cramér-Rao bound of the recorded
+strokes. If none of these applies, the reason is an effect that the friction model does not include.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class PromisedParameter:
 
     - promised: promised half width
     - reached: half width of the identified interval; None if the parameter was refused
-    - reasons: reasons for a shortfall, empty if the promise was kept
+    - reasons: reasons for a larger half width; empty if the promise was kept
     """
 
     parameter: str
@@ -88,7 +88,7 @@ def compare_with_promise(
     Returns
     -------
     list of PromisedParameter
-        One entry a parameter, with the reasons for a shortfall.
+        One entry per parameter, with the reasons for a larger half width.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""Check a record against the bench: values beyond any axis, and jumps of the counter."""
+"""Check of a record against the bench: impossible values, and jumps of the encoder counter."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ def implausible(record: MotionRecord, bench: Bench) -> list[str]:
     Raises
     ------
     LogError
-        With the time of the first position that no encoder or travel allows, or of the first effort
-        that no actuator reaches.
+        If a position exceeds the encoder's or the travel's limits, or an effort the actuator's. The
+        message states the time.
     """
     length, effort = si_unit("position", bench.axis), si_unit("effort", bench.axis)
     counts = MOST_COUNTS * record.resolution
@@ -60,9 +60,9 @@ def implausible(record: MotionRecord, bench: Bench) -> list[str]:
 
 
 def repeats_plausibility_warning(warning: str, bench: Bench) -> bool:
-    """Return True if `implausible` repeats this warning of a log.
+    """Return True if `implausible` gives the same warning as `warning`, which belongs to a log.
 
-    It repeats a warning about jumps if the bench has a top speed.
+    This is the case for a warning about jumps if the bench has a top speed.
     """
     return bench.mechanics.top_speed is not None and warning.startswith(JUMPS)
 

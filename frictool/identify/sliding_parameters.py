@@ -46,12 +46,12 @@ def sliding_fit(logs: AxisLogs) -> SlidingFit:
 
 
 def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
-    """Return the accepted parameters and the fit with the others at the bench's values.
+    """Return the accepted parameters, and the fit with refused ones at the bench's values.
 
-    The fit with the bench's values (`fixed_parameter_refit.py`) is used only if it identifies what
-    the free fit identifies and explains the effort. A value of the bench that the log contradicts
-    would otherwise refuse parameters that the log determines. The intervals include effects that
-    the model lacks; the widened fit names them.
+    The fit with the bench's values (`fixed_parameter_refit.py`) is used only if it identifies all
+    parameters of the free fit and explains the effort. A value of the bench that contradicts the
+    log would otherwise refuse parameters that the log determines. The intervals include effects
+    that the model does not include; the widened fit names them.
     """
     wider = with_unmodelled_effects(logs, fit)
     outcome = accept(wider.fit.parameters, logs.bench, wider.fit.refused)
@@ -80,11 +80,11 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
 
 
 def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:
-    """Return the fit with intervals that include effects which the model lacks.
+    """Return the fit with intervals widened by effects that the model does not include.
 
-    A requested method that leaves a doubtful part of the effort unexplained keeps its own
-    intervals; a warning says that they do not cover the rest (`fit_warnings`). The search compares
-    efforts, of which motion with the drive off has none.
+    If a requested method does not explain a doubtful part of the effort, its intervals are not
+    widened, and a warning states this (`fit_warnings`). Motion with the drive off has no effort for
+    this search.
     """
     if logs.drive_off:
         return WidenedFit(fit)
@@ -95,7 +95,7 @@ def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:
 
 
 def any_negative(fit: SlidingFit | None) -> bool:
-    """Return whether the fit gives a negative value for a parameter that cannot be negative."""
+    """Return True if the fit has a negative value of a parameter that cannot be negative."""
     return fit is not None and any(
         name in NEVER_NEGATIVE and interval.value < 0.0 for name, interval in fit.parameters.items()
     )
@@ -104,7 +104,7 @@ def any_negative(fit: SlidingFit | None) -> bool:
 def with_force_error(
     fit: SlidingFit, logs: AxisLogs, identified: Mapping[str, Interval]
 ) -> SlidingFit:
-    """Return the fit with the force error of `identified`, and of the bench's other parameters.
+    """Return the fit with the force error of a model of `identified` and the bench's other values.
 
     Motion with the drive off has no force error.
     """
@@ -118,8 +118,7 @@ def with_force_error(
 def unexplained(logs: AxisLogs, free: SlidingFit, outcome: Outcome) -> float | None:
     """Return the force error if no value in the bench's ranges explains the effort, else None.
 
-    Each refused parameter has the value of the bench's range that is nearest to that of the free
-    fit.
+    Each refused parameter has the value in the bench's range that is nearest to the free fit.
     """
     assert outcome.fit is not None
     nearest = dict(outcome.identified)

@@ -1,4 +1,4 @@
-"""Text of an identification: one line per parameter, then laws, measurements and refusals."""
+"""Text view of an identification: parameters, then laws, measurements and refusals."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ REMOVED = frozenset(effect.term for effect in EFFECTS)
 
 
 def law_lines(model: Model) -> list[str]:
-    """Return the lines on friction and load laws beyond the parameters."""
+    """Return the lines on friction and load laws other than the parameters."""
     if model.laws is None:
         return []
     lines = []
@@ -148,7 +148,7 @@ def force_line(error: float | None) -> str:
 
 
 def explanation_place(one: Explanation) -> str:
-    """Return whether an explanation is in the model, removed from the effort, or left over."""
+    """Return a text: in the model, removed from the effort, or left in the residual."""
     if one.state == "left":
         return "left in the residual"
     return (
@@ -157,7 +157,7 @@ def explanation_place(one: Explanation) -> str:
 
 
 def explanation_line(one: Explanation, unit: str) -> str:
-    """Return the line on an explanation of the effort, or on what is left in the residual."""
+    """Return the line on one explanation of the effort."""
     place = explanation_place(one)
     verb = "predicts" if len(one.rivals) == 1 else "predict"
     names = " and ".join(one.rivals)
@@ -175,9 +175,9 @@ def explanation_line(one: Explanation, unit: str) -> str:
 
 
 def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
-    """Return the line on the range of Stribeck velocities behind the breakaway's interval.
+    """Return the line on the Stribeck velocities that the breakaway's interval includes.
 
-    If only the onsets bound the range, the line also says how to make it narrower.
+    If the range comes from the onsets only, the line also states how to make it narrower.
     """
     if fall.known:
         return (

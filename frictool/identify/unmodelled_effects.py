@@ -1,31 +1,31 @@
-"""Widen intervals by effects that the model lacks and the residual shows.
+"""Widening of intervals by effects that the model does not include and the residual shows.
 
-An effect that the model lacks leaves the same residual in every stroke, so that the covariance over
-strokes (`regression`) does not include the error that it causes. X are the columns of the model,
-those of the effects that were removed from the effort included.
+Such an effect leaves the same residual in every stroke, so that the covariance over strokes
+(`regression`) does not include the resulting error. X are the columns of the model and of the
+effects that were removed from the effort.
 
 1. Positions and states: the variance between bins of the position, and between bins of the state
    (velocity, sign of the acceleration), is added (`regression/multiway.py`).
-2. Other explanations: the effort is regressed on X and on the columns Z of a hypothesis of the
-   search (`explanation_search`), effort = X d + Z g. A hypothesis is accepted if g differs from 0
-   in the joint test over clusters (`joint_test`), at the level 1 - confidence divided by the number
-   of hypotheses. Hypotheses that predict unseen strokes as well as the best one, or as well as one
-   of the model in its place, are accepted, too. Then more hypotheses are added to the best one,
-   until none is significant by itself. The shift of d against the fit on X alone is the spread
-   between models, which Buckland, Burnham and Augustin (1997) add to the variance within one.
-3. Another window: a lag, a resonance and the encoder's noise act differently in smoothing windows
-   of different lengths. The shift of d with windows of twice the length counts as far as it exceeds
-   chance.
+2. Other explanations: effort = X d + Z g is fitted with the columns Z of a hypothesis of the search
+   (`explanation_search`). A hypothesis is accepted if g differs from 0 in the joint test over
+   clusters (`joint_test`), at the level (1 - confidence)/(number of hypotheses). A hypothesis is
+   also accepted if it predicts unseen strokes as well as the best one, or as well as a hypothesis
+   of the model that it replaces. Then more hypotheses are added to the best one as long as they are
+   significant. The shift of d relative to the fit of X alone is the spread between models, which
+   Buckland, Burnham and Augustin (1997) add to the variance within one model.
+3. Another window: a lag, a resonance and the encoder's noise have different effects in smoothing
+   windows of different lengths. The significant part of the shift of d with windows of twice the
+   length is added.
 
 The end of an interval on the side of the shift moves by the shift, so that the interval contains
-the shifted one. The opposite end moves to a distance of sqrt(half^2 + shift^2) from the value,
-because different effects look alike and may shift a parameter in opposite directions. The largest
-movement by an accepted effect counts. No end moves beyond the interval of the bench, unless the two
-intervals do not overlap.
+the shifted interval. The opposite end moves to a distance of sqrt(half^2 + shift^2) from the value,
+because effects that look alike may shift a parameter in opposite directions. Of all accepted
+effects, the one with the largest movement determines each end. No end moves beyond the interval of
+the bench, unless the two intervals do not overlap.
 
-Noise of the acceleration attenuates its coefficient, and columns that resemble the acceleration
-would explain the rest. If the encoder is so coarse that this noise is not small, the inertia keeps
-its interval, and its effort counts as known.
+Noise of the acceleration attenuates the inertia, and columns that resemble the acceleration would
+explain the remaining effort. If the encoder is so coarse that this noise is not small, the interval
+of the inertia is not widened, and the effort of the inertia is treated as known.
 """
 
 from __future__ import annotations
@@ -79,8 +79,8 @@ NOTABLE = 3.0  # least factor by which a reported effect widens an interval
 class AcceptedEffects:
     """Effects that act together.
 
-    - what: names of the effects, the first one accepted first
-    - significance: of the last one
+    - what: names of the effects in the order of acceptance
+    - significance: p-value of the last effect
     - shift: change of each sliding parameter
     """
 
@@ -93,8 +93,8 @@ class AcceptedEffects:
 class WidenedFit:
     """Fit with intervals that include unmodelled effects.
 
-    - what: most significant effect, if it is certain, or None
-    - ratios: parameters that become much wider, with the ratios of the widths
+    - what: most significant effect, or None if no effect is certain
+    - ratios: parameter -> ratio of the widths, for intervals that become much wider
     """
 
     fit: SlidingFit
@@ -102,9 +102,9 @@ class WidenedFit:
     ratios: Mapping[str, float] = field(default_factory=dict)
 
     def warnings(self, identified: Mapping[str, Interval]) -> tuple[str, ...]:
-        """Return a warning that names the effect, if identified parameters have its intervals.
+        """Return a warning that names the effect, if identified intervals were widened by it.
 
-        Ramps may replace an interval of the fit.
+        Intervals from ramps are not widened.
         """
         wider = [
             f"{name} {ratio:.2g}"
@@ -114,7 +114,7 @@ class WidenedFit:
         if self.what is None or not wider:
             return ()
         return (
-            f"the residual has a structure that the model lacks, most like {self.what}; the "
+            f"the residual shows an effect that the model lacks, most like {self.what}; the "
             f"intervals include its effect ({', '.join(wider)} times as wide)",
         )
 

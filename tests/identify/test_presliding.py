@@ -205,7 +205,7 @@ def test_a_log_of_sliding_is_no_loops() -> None:
         result = run(
             "identify", "--loops", CLUTCH.parents[2] / "sample_logs" / name, "--bench", CLUTCH
         )
-        refused(result, 1, "no law of presliding suits these loops (does the axis slip in them?)")
+        refused(result, 1, "no law of presliding fits these loops (the axis must not slip)")
 
 
 def test_the_clutch_is_refused_in_one_line(tmp_path: Path) -> None:

@@ -69,7 +69,7 @@ def test_a_lacking_effect_widens_the_interval_to_the_truth_and_is_named(bench: B
     assert wide.value == plain.value
     (warning,) = result.warnings(result.fit.parameters)
     assert result.warnings({"coulomb": plain}) == ()
-    assert "friction that falls over speed" in warning
+    assert "friction that falls with speed" in warning
     assert "coulomb" in warning
 
 

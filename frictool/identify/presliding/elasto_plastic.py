@@ -3,8 +3,8 @@
     dz/dx = 1 - alpha(z) stiffness |z|/F_s if z has the sign of the motion, else 1
     F = stiffness z
 
-This is (2.44) without speed, with the alpha of (2.45)-(2.46). The elastic limit is searched as its
-odds, z_ba/(z_max - z_ba), with z_max = F_s/stiffness.
+This is (2.44) at zero speed, with alpha from (2.45)-(2.46). The search variable for the elastic
+limit z_ba is the ratio z_ba/(z_max - z_ba), its odds, with z_max = F_s/stiffness.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ def elasto_plastic_path(
     share: float,
     out: Vector,
 ) -> None:
-    """Fill out (n,) with the force along `position` (n,); it restarts from 0 at `starts` (n,).
+    """Fill out (n,) with the force along `position` (n,); the force is 0 where `starts` is True.
 
-    `share` is the elastic limit relative to z_max.
+    `share`: z_ba/z_max, the relative elastic limit.
     """
     limit = breakaway / stiffness
     z = 0.0
@@ -57,7 +57,7 @@ def elasto_plastic_path(
 
 @kernel
 def slope(z: float, direction: float, limit: float, share: float) -> float:
-    """Return dz/dx at a deflection z."""
+    """Return dz/dx at a deflection z, for a motion in `direction`."""
     size = abs(z) / limit
     if z * direction <= 0.0 or size < share:
         return 1.0
@@ -83,9 +83,9 @@ def _path(loops: PreslidingLoops, value: Vector) -> Vector:
 
 
 def elasto_plastic(loops: PreslidingLoops, confidence: float) -> PreslidingFit:
-    """Return sigma_0, N m/rad | N/m, and z_ba, rad | m.
+    """Return the fit of the stiffness sigma_0, N m/rad | N/m, and the elastic limit z_ba, rad | m.
 
-    Raises UnusableLogs if the loops do not determine them.
+    Raises UnusableLogs if the loops do not determine both.
     """
     fit = fit_path(
         loops, _path, np.array([2.0 * loops.breakaway.value / loops.reach, 1.0]), confidence

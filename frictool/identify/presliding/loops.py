@@ -1,9 +1,9 @@
-"""Path of positions and friction of slow loops below the breakaway.
+"""Positions and friction along slow loops below the breakaway.
 
-The axis hardly accelerates, so that friction is the effort without its offset. While the encoder
-stays within one count, the mean effort belongs to the middle of that count. If the effort reverses
-while the encoder stays within a count, the mean effort belongs to no unique position; this row
-continues the path but is not fitted.
+The axis hardly accelerates, so that friction is the effort less its offset. Each row is a stay of
+the encoder within one count: the mean effort belongs to the middle of the count. If the effort
+reverses during a stay, its mean belongs to no unique position; this row continues the path but is
+not fitted.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ class PreslidingLoops:
     """Rows (n,) of loops, one for each stay of the encoder within a count.
 
     - position: distance from the first count of the record, rad | m
-    - speed: mean speed at the count, rad/s | m/s
-    - force: mean friction at the count, N m | N
-    - branch: number of the branch between two reversals of the effort
-    - used: True for rows whose samples all lie in one branch
-    - starts: True for the first row of each record; the contact is assumed to be relaxed there
-    - breakaway: breakaway friction, N m | N
+    - speed: mean speed during the stay, rad/s | m/s
+    - force: mean friction during the stay, N m | N
+    - branch: number of the branch, which is the path between two reversals of the effort
+    - used: True for rows whose samples are all in one branch
+    - starts: True for the first row of each record, at which the contact is assumed to be relaxed
+    - breakaway: breakaway, N m | N
     - count: encoder resolution, rad | m
     """
 
@@ -61,7 +61,7 @@ class PreslidingLoops:
 def find_loops(records: list[MotionRecord], breakaway: Interval) -> PreslidingLoops:
     """Return the loops of records that never slip.
 
-    Raises UnusableLogs if there are too few loops, or if the encoder does not resolve them.
+    Raises UnusableLogs if there are too few loops, or if the encoder is too coarse for them.
     """
     parts = []
     above = 0
@@ -97,7 +97,7 @@ def find_loops(records: list[MotionRecord], breakaway: Interval) -> PreslidingLo
 
 
 def branches_of(record: MotionRecord) -> NDArray[np.int64]:
-    """Return the branch number (n,) of each sample, from 0; the effort's reversals end branches."""
+    """Return the branch number (n,) of each sample, from 0."""
     points = np.empty(record.effort.size, dtype=np.int64)
     turning = turning_points(record.effort, TURN * float(np.ptp(record.effort)), points)
     turns = np.zeros(record.effort.size, dtype=np.int64)

@@ -2,8 +2,8 @@
 
     F -> s F_s + (F - s F_s) e^(-stiffness |dx|/F_s)          s = sign(dx)
 
-Without speed, (2.40) is dF/dx = stiffness (1 - sign(dx) F/F_s). The formula is its closed form from
-count to count.
+At zero speed, (2.40) is dF/dx = stiffness (1 - sign(dx) F/F_s). The formula above is the solution
+for a displacement dx between two counts.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from frictool.typing import Vector
 def lugre_path(
     position: Vector, starts: NDArray[np.bool_], stiffness: float, breakaway: float, out: Vector
 ) -> None:
-    """Fill out (n,) with the force along `position` (n,); it restarts from 0 at `starts` (n,)."""
+    """Fill out (n,) with the force along `position` (n,); the force is 0 where `starts` is True."""
     for k in range(position.shape[0]):
         if starts[k]:
             out[k] = 0.0
@@ -40,5 +40,5 @@ def _path(loops: PreslidingLoops, value: Vector) -> Vector:
 
 
 def lugre(loops: PreslidingLoops, confidence: float) -> PreslidingFit:
-    """Return sigma_0, N m/rad | N/m; raise UnusableLogs if the loops do not determine it."""
+    """Return the fit of sigma_0, N m/rad | N/m; raise UnusableLogs if it is undetermined."""
     return fit_path(loops, _path, np.array([loops.breakaway.value / loops.reach]), confidence)

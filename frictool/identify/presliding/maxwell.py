@@ -1,12 +1,12 @@
-"""Maxwell-slip elements from slow loops, as a concave, piecewise-linear virgin curve.
+"""Maxwell-slip elements from slow loops; their virgin curve is concave and piecewise linear.
 
     F = sum_i k_i delta_i + offset + damping speed
 
-delta_i follows the path and stops at +-d_i; the last element never slips. The hysteresis has the
-memory of annex A. For fixed yield displacements d_i the model is linear in the non-negative
-stiffnesses k_i. The curve f(z) = sum_i k_i min(z, d_i) reaches the breakaway at z_max; it is
-extended beyond its last point by the parabola of friction/virgin_curve.py. Branches are left out in
-turn for the intervals.
+The deflection delta_i of element i follows the path and is limited to +-d_i; the last element never
+slips. For fixed yield displacements d_i the model is linear in the non-negative stiffnesses k_i.
+The virgin curve f(z) = sum_i k_i min(z, d_i) reaches the breakaway at z_max. Beyond its last point
+it is extended by the parabola of friction/virgin_curve.py. The intervals come from a jackknife over
+branches.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class MaxwellFit:
 
     - displacement: yield displacements d_i, (ELEMENTS,), rad | m
     - force: friction at each displacement, N m | N
-    - stiffness: slope at 0
+    - stiffness: slope of the curve at 0, N m/rad | N/m
     - limit: z_max, rad | m
     - force_error, held_out: as `PreslidingFit`
     """
@@ -61,7 +61,7 @@ def element_paths(
 
 
 def maxwell(loops: PreslidingLoops, confidence: float) -> MaxwellFit:
-    """Return the virgin curve; raise UnusableLogs if the loops stay far below the breakaway."""
+    """Return the virgin curve; raise UnusableLogs if the loops end far below the breakaway."""
     displacement = loops.reach * np.arange(1, ELEMENTS + 1) / ELEMENTS
     columns = np.empty((loops.position.size, ELEMENTS))
     element_paths(loops.position, loops.starts, displacement, columns)

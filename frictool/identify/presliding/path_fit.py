@@ -2,10 +2,10 @@
 
     minimise sum (force - law(path; parameters) - offset - damping speed)^2
 
-The sum runs over the counts that lie in one branch. Parameters are positive and searched as
-logarithms. Branches are left out in turn for the interval, like strokes in sliding (`regression`).
-The uncertainty of the breakaway, and half a count at the ends of the path, are ranges in the
-interval (`combined_interval`). The error on unseen branches shows how well a law suits.
+The sum is over the rows whose samples are in one branch (`loops`). Parameters are positive; the
+search variables are their logarithms. The intervals come from a jackknife over branches, as over
+strokes in sliding (`regression`). They include the range of the breakaway, and half a count at the
+ends of the path (`combined_interval`). The error on unseen branches measures how well a law fits.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class PreslidingFit:
     """Fit of a presliding law.
 
     - parameters: intervals of the parameters, in the order of the law
-    - force_error: rms residual on the fitted branches, relative to the breakaway
+    - force_error: rms residual on the branches of the fit, relative to the breakaway
     - held_out: rms residual on unseen branches, relative to the breakaway
     """
 
@@ -53,7 +53,7 @@ class PreslidingFit:
 
 
 def fit_path(loops: PreslidingLoops, path: Path, start: Vector, confidence: float) -> PreslidingFit:
-    """Return the fit of a law from the start values (p,), SI, with the stiffness first.
+    """Return the fit of a law. start: start values (p,), SI; the first one is the stiffness.
 
     Raises UnusableLogs if the loops do not determine the parameters.
     """
@@ -94,7 +94,7 @@ def fit_path(loops: PreslidingLoops, path: Path, start: Vector, confidence: floa
 
 
 def with_breakaway(loops: PreslidingLoops, value: float) -> PreslidingLoops:
-    """Return the loops with `value` as their known breakaway friction."""
+    """Return the loops with the exact breakaway `value`, N m | N."""
     return replace(loops, breakaway=Interval(value, value, value))
 
 

@@ -1,8 +1,8 @@
-"""Preisach distribution from centred cycles (outlook in 7.2): Everett's table and its scatter.
+"""Preisach distribution from cycles that are centred at 0 (outlook in 7.2): Everett's table.
 
-For each amplitude a = k z/K, k = 1 .. K, the falling branches from +a to -a are used
-(friction/preisach_cycles.py). The r-th branches of all amplitudes give one table. Value and
-interval are the mean and Student's interval of the tables.
+For each amplitude a = k z/K, k = 1 to K, with the largest amplitude z, the falling branches from +a
+to -a are used (friction/preisach_cycles.py). The r-th branches of all amplitudes give one table.
+Value and interval are the mean and Student's interval over all tables.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class EverettTable:
 
     - everett: table relative to `saturation`, (n + 1, n + 1)
     - half_width: half widths of the intervals of its elements, (n + 1, n + 1)
-    - saturation: half the fall of the force from +limit to -limit, N m | N
+    - saturation: half the difference of the forces at +limit and -limit, N m | N
     - limit: largest amplitude, rad | m
     """
 
@@ -47,9 +47,9 @@ class EverettTable:
 
 
 def preisach(loops: PreslidingLoops, confidence: float) -> EverettTable:
-    """Return the table with the most amplitudes of which each occurs at least twice in the loops.
+    """Return the table with the largest K for which every amplitude occurs at least twice.
 
-    Raises UnusableLogs if there are not even two.
+    Raises UnusableLogs if K is less than two.
     """
     centre = 0.5 * float(loops.position.max() + loops.position.min())
     falling = [(x - centre, f) for x, f in _branches(loops) if x[-1] < x[0]]

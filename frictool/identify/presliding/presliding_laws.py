@@ -32,9 +32,9 @@ def presliding(
     bench: Bench,
     confidence: float,
 ) -> Presliding:
-    """Return the presliding laws of loops that never slip.
+    """Return the presliding laws, fitted to loops that never slip.
 
-    The breakaway is in N m | N. Raises UnusableLogs if the loops determine no law.
+    breakaway: N m | N. inertia: kg m^2 | kg. Raises UnusableLogs if the loops determine no law.
     """
     loops = find_loops(records, breakaway)
     fits: dict[str, Any] = {}
@@ -50,7 +50,7 @@ def presliding(
             f"{name}: {refused[name]}" for name, law in LAWS.items() if law.predicts
         )
         raise UnusableLogs(
-            f"no law of presliding suits these loops (does the axis slip in them?): {reasons}"
+            f"no law of presliding fits these loops (the axis must not slip): {reasons}"
         )
     best: Any = min(errors, key=lambda name: errors[name])
     stiffness, limit = fits[best].stiffness, fits[best].limit
@@ -130,9 +130,9 @@ def _preisach(fit: EverettTable, inertia: float, bench: Bench) -> Preisach:
 
 
 class PreslidingLaw(NamedTuple):
-    """Law of presliding under its key in the document.
+    """Presliding law with its key in the document.
 
-    predicts: True if its fit has an error on unseen branches, by which the best law is chosen.
+    predicts: True if its fit has an error on unseen branches; the law with the smallest is chosen.
     """
 
     fit: Callable[[PreslidingLoops, float], Any]
@@ -149,7 +149,7 @@ LAWS = {
 
 
 def with_presliding(model: Model, records: list[MotionRecord]) -> Model:
-    """Return the model with presliding laws, or with the reason why there are none."""
+    """Return the model with presliding laws, or with the reason why it has none."""
     today = model.parameters
     breakaway = Interval(today.breakaway.value, *today.breakaway.interval)
     try:

@@ -1,1 +1,1 @@
-"""Linear least squares with intervals that hold for correlated residuals."""
+"""Linear least squares with intervals for correlated residuals."""

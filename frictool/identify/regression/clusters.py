@@ -1,9 +1,9 @@
-"""Independent units of the intervals: strokes, as a rule.
+"""Clusters of rows, the independent units of the intervals; usually a cluster is a stroke.
 
-Strokes that repeat each other to the count also repeat the encoder's error. They form one cluster,
-however many they are. A servo on a sine of constant amplitude produces such strokes; counting each
-of them would halve the interval. If there are few strokes, each is cut into equal parts instead, so
-that a spread can be computed.
+Strokes with identical counts have identical encoder errors and form one cluster. A servo on a sine
+of constant amplitude produces such strokes; if each counted as independent, the interval would be
+half as wide. If there are few strokes, each is cut into equal parts, so that a spread can be
+computed.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def clusters(stroke: IntVector, sign: Vector, counts: Vector, shortest: int) -> 
 
     - stroke: ascending number of the stroke, (n,)
     - counts: encoder counts per row, (n,)
-    - shortest: rows over which residuals are correlated; a part of a stroke is longer
+    - shortest: rows over which residuals are correlated, the least length of a part of a stroke
     """
     starts = np.flatnonzero(np.concatenate(([True], np.diff(stroke) != 0)))
     lengths = np.diff(np.append(starts, stroke.size))

@@ -1,8 +1,8 @@
-"""Interval of a sum of a normal deviation and of uniform variables with known ranges.
+"""Interval of the sum X of a normal variable and of uniform variables with known ranges.
 
 If one range +-r dominates, the half width is `confidence` times r. A normal distribution of equal
-variance would give 1.96/sqrt(3) r = 1.13 r, which always contains the value. The distribution of
-the sum is inverted from its characteristic function (Gil-Pelaez):
+variance would give 1.96/sqrt(3) r = 1.13 r, which is wider than the whole range. The distribution
+of X follows from its characteristic function (Gil-Pelaez):
 
     P(|X| < h) = 2/pi int_0^inf sin(h t)/t  e^(-deviation^2 t^2/2)  prod_k sinc(r_k t) dt
 """
@@ -22,8 +22,8 @@ TAIL = 9.0  # upper limit of the integral, in units of 1/deviation; e^(-TAIL^2/2
 def half_width(confidence: float, deviation: float, ranges: Sequence[float]) -> float:
     """Return the half width of the central interval of the sum.
 
-    The sum is a normal variable with standard deviation `deviation`, plus one uniform variable
-    within +-r for each r in `ranges`, all in one unit.
+    The sum contains a normal variable with standard deviation `deviation`, and a uniform variable
+    within +-r for each r in `ranges`, all in the same unit.
     """
     halves = np.array([abs(r) for r in ranges if r != 0.0])
     total = float(np.sqrt(deviation**2 + np.sum(halves**2) / 3.0))

@@ -1,4 +1,4 @@
-"""Recursive least squares by Givens rotations of a triangle."""
+"""Recursive least squares by Givens rotations of a triangular matrix."""
 
 from __future__ import annotations
 
@@ -12,7 +12,9 @@ from frictool.typing import Matrix
 
 @kernel
 def givens_path(rows: Matrix, root: float, path: Matrix) -> None:
-    """Fill path (n, p) with the least-squares solution after each row; NaN until determined.
+    """Fill path (n, p) with the least-squares solution after each row.
+
+    It is NaN until the rows determine all parameters.
 
     - rows: [regressors, target], (n, p + 1)
     - root: square root of the forgetting factor of one row

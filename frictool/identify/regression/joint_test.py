@@ -20,12 +20,12 @@ from frictool.typing import IntVector
 
 
 def joint_probability(parts: Tensor, cluster: IntVector, tested: Sequence[int]) -> float:
-    """Return the probability of the data if the tested parameters are 0.
+    """Return the p-value of the hypothesis that the tested parameters are 0.
 
     Parameters
     ----------
     parts
-        Triangles (g, p + 1, p + 1) of runs of rows with p regressors and the target.
+        Triangular matrices (g, p + 1, p + 1) of g runs of rows, with p regressors and the target.
     cluster
         Number (g,) of each run's cluster.
     tested
@@ -34,7 +34,7 @@ def joint_probability(parts: Tensor, cluster: IntVector, tested: Sequence[int]) 
     Returns
     -------
     float
-        0 to 1; 1 if the clusters are too few or a single cluster determines a parameter.
+        p-value; 1 if there are too few clusters or a single cluster determines a parameter.
     """
     try:
         value, scale, _ = least(parts)

@@ -1,16 +1,16 @@
 """Variance of a least-squares fit whose residual repeats at the same positions or phases.
 
-An effect that the model lacks leaves the same residual in every stroke, at the same positions or at
-the same phases of the strokes. The variance over strokes does not see it. Rows are therefore
-grouped a second time, by bins of the position, of the phase or of the time, and the variance over
-these groups is added, less the part that both groupings share (Cameron, Gelbach and Miller, 2011):
+An effect that the model does not include leaves the same residual in every stroke, at the same
+positions or phases. The variance over strokes does not include this residual. Rows are therefore
+grouped a second time, by bins of position, phase or time. The variance over these groups is added,
+less the part that both groupings have in common (Cameron, Gelbach and Miller, 2011):
 
     V = V_strokes + (V_bins - V_both),    V_groups = sum over groups (sum over rows psi)^2
 
-"Both" are the runs of rows in one stroke and one bin. psi = (X^T X)^-1 x r is the influence of a
-row x with the residual r. The residual of a model that lacks nothing is independent between these
-runs. The two terms in brackets are then equal on average; the first one has a relative standard
-deviation of sqrt(2/bins), and only what exceeds it counts.
+V_both is over the groups of rows in the same stroke and the same bin. psi = (X^T X)^-1 x r is the
+influence of a row x with the residual r. If the model is complete, the residual is independent
+between these groups, and the two terms in brackets are equal on average. The first term has a
+relative standard deviation of sqrt(2/bins); only the part beyond this deviation is added.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from frictool.typing import IntVector, Matrix, Vector
 def shared_variance(
     columns: Matrix, residual: Vector, stroke: IntVector, groups: Sequence[IntVector]
 ) -> Vector:
-    """Return the variance (p,) that each further grouping adds to the variance over strokes.
+    """Return the variance (p,) that additional groupings add to the variance over strokes.
 
     Parameters
     ----------
@@ -36,12 +36,12 @@ def shared_variance(
     stroke
         Stroke (n,) of each row.
     groups
-        Further groupings; each is the number (n,) of the group of each row, from 0.
+        Additional groupings; each is the group number (n,) of every row, from 0.
 
     Returns
     -------
     Vector
-        Sum over the groupings, (p,), in squares of the parameters' units.
+        Sum of the added variances over the groupings, (p,), in squared units of the parameters.
     """
     scale = np.linalg.norm(columns, axis=0)
     scaled = columns / scale
@@ -65,6 +65,6 @@ def _squares(influence: Matrix, group: IntVector) -> Vector:
 
 
 def equal_bins(values: Vector, count: int) -> IntVector:
-    """Return the number (n,) of the bin of each value; each bin has as many values."""
+    """Return the bin number (n,) of each value; all bins have equally many values."""
     edges = np.quantile(values, np.arange(1, count) / count)
     return np.searchsorted(edges, values).astype(np.int64)

@@ -1,8 +1,8 @@
 """Standard deviations for correlated residuals of one short record (Newey and West 1987).
 
-With many strokes, the strokes are the independent units (`regression`). In a single stroke some
-rows alone may determine a parameter, so that none can be left out. Here the products of residuals
-up to `reach` rows apart are summed with linearly decreasing weights.
+If there are many strokes, the strokes are the independent units (`regression`). In a single stroke,
+a few rows may determine a parameter alone, so that a jackknife is impossible. Here the products of
+residuals up to `reach` rows apart are summed with linearly decreasing weights.
 """
 
 from __future__ import annotations
@@ -14,14 +14,16 @@ from frictool.typing import Matrix, Vector
 
 
 def newey_west(columns: Matrix, residual: Vector, reach: int) -> Vector:
-    """Return standard deviations (p,) from the regressors (n, p) and residuals (n,).
+    """Return the standard deviations (p,) of the parameters.
+
+    columns: regressors (n, p). residual: (n,). reach: rows over which residuals are correlated.
 
     Raises SingularRegressors if the regressors do not determine the parameters.
     """
     n, p = columns.shape
     scale = np.linalg.norm(columns, axis=0)
     if n <= p or not np.all(scale > 0.0):
-        raise SingularRegressors("the samples used do not excite every parameter")
+        raise SingularRegressors("the motion does not excite every parameter")
     rows = columns / scale
     singular = np.linalg.svd(rows, compute_uv=False)
     if singular[-1] < SINGULAR * singular[0]:

@@ -1,9 +1,9 @@
 """Linear least squares by QR, with intervals for residuals correlated within clusters.
 
-Filtered and quantised signals leave residuals that are correlated over a window and over a stroke,
-so that the textbook covariance is too small by orders of magnitude. Here each cluster (as a rule a
-stroke) is left out in turn: the delete-one-cluster jackknife, CR3 of Bell and McCaffrey (2002).
-Student's quantile is taken at the effective number of clusters for each parameter.
+With filtered and quantised signals, residuals are correlated over a window and over a stroke, so
+that the usual covariance is too small by orders of magnitude. Here the covariance comes from a
+jackknife that leaves out one cluster (usually a stroke) at a time: CR3 of Bell and McCaffrey
+(2002). Student's quantile has the effective degrees of freedom of each parameter.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ class LeastSquaresSolution:
     """Solution of a least-squares problem with p parameters.
 
     - value, deviation, freedom: estimates, standard deviations and degrees of freedom, (p,)
-    - condition: condition number of the weighted regressors with unit columns, the square root of
-      the ratio of eigenvalues in (4.14)
+    - condition: condition number of the weighted regressors with columns of unit length, the square
+      root of the ratio of eigenvalues in (4.14)
     """
 
     value: Vector
@@ -39,7 +39,7 @@ class LeastSquaresSolution:
     condition: float
 
     def half_width(self, confidence: float) -> Vector:
-        """Return half the width (p,) of the two-sided interval at `confidence`."""
+        """Return the half widths (p,) of the two-sided intervals at `confidence`."""
         return np.asarray(
             self.deviation * scipy.special.stdtrit(self.freedom, 0.5 + 0.5 * confidence)
         )
@@ -48,7 +48,7 @@ class LeastSquaresSolution:
 def solve(
     regressors: Matrix, target: Vector, weight: Vector, cluster: IntVector
 ) -> LeastSquaresSolution:
-    """Minimise sum (weight (target - regressors value))^2 over n rows.
+    """Return the `value` that minimises sum (weight (target - regressors value))^2 over n rows.
 
     - regressors: (n, p)
     - target, weight, cluster: (n,)
@@ -57,15 +57,15 @@ def solve(
     """
     starts = np.concatenate(([0], np.flatnonzero(np.diff(cluster)) + 1))
     if target.size <= regressors.shape[1]:
-        raise SingularRegressors("the samples used do not excite every parameter")
+        raise SingularRegressors("the motion does not excite every parameter")
     return solve_triangles(triangles((*regressors.T, target), weight, starts), cluster[starts])
 
 
 def solve_triangles(parts: Tensor, cluster: IntVector) -> LeastSquaresSolution:
-    """Return the solution of `solve` from triangles of runs of weighted rows.
+    """Return the solution of `solve` from the triangular matrices of g runs of weighted rows.
 
-    - parts: triangles of the rows [regressors, target], (g, p + 1, p + 1)
-    - cluster: number of each triangle's cluster, (g,)
+    - parts: QR triangles of the rows [regressors, target], (g, p + 1, p + 1)
+    - cluster: cluster number of each run, (g,)
 
     Raises SingularRegressors if the regressors do not determine the parameters.
     """
@@ -83,7 +83,7 @@ def least(parts: Tensor) -> tuple[Vector, Vector, float]:
     p = whole.shape[1] - 1
     scale = np.linalg.norm(whole[:, :p], axis=0)
     if whole.shape[0] < p or not np.all(scale > 0.0):
-        raise SingularRegressors("the samples used do not excite every parameter")
+        raise SingularRegressors("the motion does not excite every parameter")
     r = whole[:p, :p] / scale
     singular = np.linalg.svd(r, compute_uv=False)
     if singular[-1] < SINGULAR * singular[0]:

@@ -1,10 +1,10 @@
-"""Drop parameters that do not improve the prediction of unseen strokes.
+"""Selection of parameters by the prediction of unseen strokes.
 
-A sliding parameter is dropped if its interval contains 0 and the held-out error is no larger
+A sliding parameter is dropped if its interval contains 0 and the held-out error is not larger
 without it. Its value is then 0, and the other parameters are fitted again without its column. Its
 interval is kept, since the data do not show that the parameter is exactly 0. Load terms are never
-dropped: the bench declares them, or a search has shown that they help (`explanation_search`,
-`structure_selection`).
+dropped: the bench declares them, or a search has shown that they improve the prediction
+(`explanation_search`, `structure_selection`).
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ def held_out_squares(
 ) -> Vector | None:
     """Return the squared prediction error (g,) of each run of rows, by a fit to the other half.
 
-    - plain, weighted: triangles of g runs of rows with q - 1 regressors and the target, (g, q, q)
+    - plain, weighted: triangular matrices (g, q, q) of g runs of rows, without and with weights
     - half: half to which each run belongs, 0 or 1, (g,)
-    - columns: indices of the regressors used
+    - columns: indices of the regressors; the last column is the target
 
-    The result is None if a half does not determine the fit.
+    Return None if a half does not determine the fit.
     """
     chosen = [*columns, -1]
     squares = np.empty(half.size)
@@ -46,15 +46,15 @@ def held_out_squares(
 def held_out_norm(
     plain: Tensor, weighted: Tensor, half: IntVector, columns: list[int]
 ) -> float | None:
-    """Return the root of the sum of `held_out_squares`, or None if that returns None."""
+    """Return the root of the sum of `held_out_squares`, or None if a half is too small."""
     squares = held_out_squares(plain, weighted, half, columns)
     return None if squares is None else float(np.sqrt(np.sum(squares)))
 
 
 def beyond_chance(richer: Vector, simpler: Vector, confidence: float) -> bool:
-    """Return whether the richer squares (s,) are smaller beyond chance.
+    """Return True if the squares `richer` (s,) are significantly smaller than `simpler` (s,).
 
-    Student's test is applied to the pairs of strokes.
+    The test is Student's test of s pairs.
     """
     gain = simpler - richer
     if gain.size < 2:
@@ -64,10 +64,10 @@ def beyond_chance(richer: Vector, simpler: Vector, confidence: float) -> bool:
 
 
 def clearly_better(richer: Vector | None, simpler: Vector | None, confidence: float) -> bool:
-    """Return whether the richer structure's held-out squares (s,) are smaller beyond chance.
+    """Return True if the held-out squares `richer` (s,) are clearly smaller than `simpler` (s,).
 
-    Their sum must also be below WORTH^2 times the sum of the simpler structure. The result is False
-    if a structure has no squares.
+    They must be significantly smaller, and their sum below WORTH^2 times the other sum. Return
+    False if an argument is None.
     """
     if richer is None or simpler is None:
         return False
@@ -88,9 +88,9 @@ def needless(
     high: Vector,
     candidates: list[int],
 ) -> list[int]:
-    """Return the candidate columns without which unseen strokes are predicted no worse.
+    """Return the columns of `candidates` that do not improve the prediction of unseen strokes.
 
-    The columns are tried one at a time, the least significant first.
+    The columns are removed one at a time, beginning with the least significant one.
 
     - low, high: ends of the intervals of all columns, (p,)
     - stroke: stroke of each run, (g,)
@@ -113,5 +113,8 @@ def needless(
 
 
 def halved(stroke: IntVector) -> IntVector:
-    """Return the half, 0 or 1 (g,), by pairs of strokes, so that each half has both directions."""
+    """Return the half of each run, 0 or 1, (g,).
+
+    Pairs of strokes stay together, so that each half has both directions.
+    """
     return (stroke // 2) % 2

@@ -1,8 +1,8 @@
 """QR by blocks of rows (TSQR of Demmel, Grigori, Hoemmen and Langou 2012).
 
-Each run of rows is reduced to one triangle R with R^T R = rows^T rows, which holds all that least
-squares needs of the run, to full precision. Stacked triangles are reduced again by QR as if they
-were rows. Leaving a run out means leaving its triangle out. An hour of samples is read once.
+Each run of rows is reduced to a triangular matrix R with R^T R = rows^T rows. R contains all
+information for least squares with full precision. Stacked matrices R are reduced again by QR, as if
+they were rows. To leave out a run, its R is left out. The samples are read once.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ PIECE = 512 * BLOCK
 def reduce_rows(
     columns: NDArray[np.float64], weight: Vector, starts: IntVector, out: Tensor
 ) -> None:
-    """Reduce q weighted columns (q, n) to the triangles `out` (g, q, q) of g runs.
+    """Reduce q weighted columns (q, n) to the triangular matrices `out` (g, q, q) of g runs.
 
-    Run i consists of the rows starts[i] to starts[i+1] - 1; starts (g + 1,). Householder
-    reflections act on a triangle and the block of rows below it.
+    Run i has the rows starts[i] to starts[i+1] - 1; starts (g + 1,). Householder reflections act on
+    a triangular matrix and the block of rows below it.
     """
     q = columns.shape[0]
     block = np.empty((q, BLOCK))
@@ -66,9 +66,9 @@ def reduce_rows(
 
 
 def triangles(columns: tuple[Vector, ...], weight: Vector, starts: IntVector) -> Tensor:
-    """Return the triangles (g, q, q) of g runs of q columns (n,) with row weights `weight` (n,).
+    """Return the triangular matrices (g, q, q) of g runs of q columns (n,).
 
-    `starts` (g,) are the first rows of the runs.
+    weight: weight of each row (n,). starts: first row of each run, (g,).
     """
     out = np.zeros((starts.size, len(columns), len(columns)))
     for run, bounds in _pieces(np.append(starts, weight.size).astype(np.int64)):
@@ -95,5 +95,5 @@ def _pieces(starts: IntVector) -> Iterator[tuple[int, IntVector]]:
 
 
 def merged(parts: Tensor) -> NDArray[np.float64]:
-    """Return the triangle (q, q) of all runs together, from their triangles (g, q, q)."""
+    """Return the triangular matrix (q, q) of all runs together, from those of g runs (g, q, q)."""
     return np.asarray(np.linalg.qr(parts.reshape(-1, parts.shape[2]), mode="r"))

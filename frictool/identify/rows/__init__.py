@@ -1,1 +1,1 @@
-"""Convert records to regression rows: strokes, slip, filters and differences at one instant."""
+"""Conversion of records to regression rows: strokes, slip, filters and differences."""

@@ -1,9 +1,9 @@
 """Fits on position differences (4.2), unfiltered or through the first-order filter of 4.2.2.
 
-All signals refer to one instant: acceleration is the second difference, velocity the central one,
-and the effort is averaged over the triangle of the second difference. Taken at its own row, the
-velocity of (4.2) would be off by half a sample, and so would a held effort. That causes an error of
-viscous T/2 in the inertia (+12 % of table 4.1's).
+All signals of a row refer to the same time. The acceleration is the second difference, the velocity
+is the central difference, and the effort is averaged with the triangular weights of the second
+difference. The backward difference (4.2) would be late by half a sample, and a held effort early by
+half a sample. This causes an error of viscous T/2 in the inertia (+12 % for table 4.1).
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ def differenced_fit(
     settings: IdentificationSettings,
     weigh: Callable[[RegressionSamples], Vector],
 ) -> SlidingFit:
-    """Return least squares on all samples of all strokes, each row times weigh(samples) (n,).
+    """Return the least-squares fit of all samples of all strokes, with weights weigh(samples) (n,).
 
-    A weight of 0 removes the row. The inertia is refused if quantisation hides it (4.3), as it does
-    on most encoders. Raises UnusableLogs if nothing moves.
+    A weight of 0 removes the row. The inertia is refused if quantisation hides it (4.3), as with
+    most encoders. Raises UnusableLogs if nothing moves.
     """
     time_constant = settings.time_constant or 0.0
     samples, memory = differenced(records, time_constant)
@@ -58,7 +58,7 @@ def differenced_fit(
 
 
 def differenced(records: list[MotionRecord], time_constant: float) -> tuple[RegressionSamples, int]:
-    """Return all samples of the strokes, filtered, and the memory of the filter in rows.
+    """Return the filtered samples of all strokes, and the memory of the filter in rows.
 
     `time_constant` is in s; 0 applies no filter. Raises UnusableLogs if nothing moves.
     """

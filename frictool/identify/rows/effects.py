@@ -1,12 +1,12 @@
-"""Effects that act on real machines and disturb the fit of the sliding parameters: one registry.
+"""Table of effects on real machines that disturb the fit of the sliding parameters.
 
     effort = inertia a + viscous v + coulomb s + offset + load(x) + effect
 
-The columns of a declared effect (`load.terms`) are added to the regression, and the other
-parameters no longer absorb the effect. The model document does not contain the effects. Columns
-over the log's time or the record's travel are the Legendre polynomials P_k, k >= 1, less their mean
-over the samples used. The sliding parameters are therefore means over the samples used. s is the
-direction of the motion, u the effort:
+The columns of a declared effect (`load.terms`) are added to the regression, so that other
+parameters do not absorb the effect. The model document does not contain the effects. P_k are
+Legendre polynomials over the log's time or the record's travel, less their mean over the samples
+used, so that the sliding parameters are means over these samples. s is the direction of the motion,
+u the effort:
 
     drift                   P_k(t), k = 1 to 4                  an offset that changes slowly
     warming                 s P_1, s P_2, v P_1, v P_2 of t     friction that changes along the log
@@ -17,9 +17,9 @@ direction of the motion, u the effort:
     delay                   -du/dt                              current read late, or current loop
     resonance               a''                                 one compliance, to first order
 
-`eccentricity` follows from the true position x + e sin(x + phase) in the equation of motion, to
-first order in e. `delay` and `resonance` are the first terms of the Taylor series in the delay and
-in the square of the resonance's period.
+`eccentricity` is the first-order effect of the true position x + e sin(x + phase) in the equation
+of motion, with a small e. `delay` and `resonance` are the first terms of the Taylor series in the
+delay and in the square of the resonance's period.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ WHAT: dict[Term, str] = {
     "drift": "a drift of the offset",
     "warming": "friction that changes along the log",
     "eccentricity": "an eccentric encoder",
-    "stribeck": "friction that falls over speed",
+    "stribeck": "friction that falls with speed",
     "friction_over_position": "friction over position",
     "inertial_friction": "friction proportional to the inertial load",
     "delay": "a delay or lag between effort and position",
@@ -57,8 +57,8 @@ SLOW_SHARES = (0.05, 0.1, 0.2)  # of the top speed, widths of the columns of `st
 class SmoothedMotion:
     """Smoothed signals (n,) of a record in SI units; they are NaN at the ends of the record.
 
-    `window` is the number of samples of the smoothing, `sign` the direction of each stroke, `used`
-    the mask of the samples in the regression.
+    window: length of the smoothing window in samples. sign: direction of the stroke. used: mask of
+    the samples in the regression.
     """
 
     record: MotionRecord
@@ -72,7 +72,7 @@ class SmoothedMotion:
     def shapes(self, values: Vector, order: int) -> tuple[Vector, ...]:
         """Return polynomials (n,) of degree 1 to `order` over the range of values (n,).
 
-        The mean of each over the samples used is 0.
+        Each polynomial has the mean 0 over the samples used.
         """
         low = float(values.min())
         high = float(values.max())
@@ -84,13 +84,13 @@ class SmoothedMotion:
 
 @dataclass(frozen=True)
 class Hypothesis:
-    """What may act besides inertia, viscous and Coulomb friction and offset.
+    """Effect that may act in addition to inertia, viscous friction, Coulomb friction and offset.
 
     - term: load term, as in `load_terms.TERMS`, or name in `load.terms` of the bench
     - names: parameters, one for each column of the regression
     - what: physical name, as text
-    - settle: change of the bench or test that settles whether it acts, as text
-    - is_load: True if the model document then contains a load
+    - settle: change of the bench or test that shows whether the effect acts, as text
+    - is_load: True if the effect is a load in the model document
     - needs_position: True if the columns depend on the absolute position
     - differentiates: True if the columns are derivatives of the smoothed position
     """
@@ -106,7 +106,7 @@ class Hypothesis:
 
 @dataclass(frozen=True)
 class Effect(Hypothesis):
-    """Hypothesis that disturbs the fit and is not in the model document.
+    """Hypothesis of an effect that disturbs the fit and that the model document does not contain.
 
     - columns: function of the smoothed motion that returns the columns, (n,) each
     """

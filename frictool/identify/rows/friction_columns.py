@@ -1,20 +1,20 @@
-"""Regressors of friction that depends on position, or bends over speed, for the weak form.
+"""Regressors of the weak form for friction over position and for knees over speed.
 
     friction_k, load_k     sign(v) P_k(xi) and P_k(xi), k = 1, 2, ...: a polynomial of the
                            position for each direction (4.44)
     bend_j                 sign(v) max(|v| - knee_j, 0): viscous friction added above a knee
                            (figure 4.10)
-    knee_j                 derivative by the knee's speed, so that the intervals include the
-                           knee's uncertainty
+    knee_j                 derivative with respect to the knee's speed, so that the intervals
+                           include the knee's uncertainty
 
 xi is the position scaled to [-1, 1] over the records, and P_k is a Legendre polynomial, so that
-Coulomb friction and offset stay the means over the range. In a sinusoidal stroke the acceleration
-follows the position. Friction over position therefore needs its own columns, or the inertia is
+Coulomb friction and offset remain means over the range. In a sinusoidal stroke the acceleration is
+proportional to the position. Without columns for friction over position, the inertia would be
 biased.
 
-Each column is weighted by the bell of the acceleration. The speed of the bend is the slope of a
-Savitzky-Golay cubic: a bell would lower the top of a stroke, and count differences would round the
-knee.
+Each column is averaged with the test function of the weak form. The speed in `bend_j` is the slope
+of a Savitzky-Golay cubic: the test function would lower the top speed of a stroke, and differences
+of counts would smooth the knee.
 """
 
 from __future__ import annotations
@@ -41,12 +41,12 @@ SPEED_SHARE = 0.3
 
 @dataclass(frozen=True)
 class FrictionRows:
-    """Rows (m,) of one record, and the signals of its n samples behind them.
+    """Rows (m,) of one record, and signals of its n samples.
 
     - sign: direction of the stroke, (n,)
     - speed: |v|, (n,), rad/s | m/s
     - kept: indices of the samples that are rows, (m,)
-    - bell: weights of the window
+    - bell: weights of the test function over the window
     """
 
     sign: Vector
@@ -55,14 +55,14 @@ class FrictionRows:
     bell: Vector
 
     def under_bell(self, values: Vector) -> Vector:
-        """Return the means (m,) of values (n,), weighted by the bell around each row."""
+        """Return the means (m,) of values (n,), weighted by the test function around each row."""
         return np.convolve(values, self.bell, mode="same")[self.kept]
 
 
 def rows_of(
     record: MotionRecord, sign: Vector, mask: NDArray[np.bool_], window: int
 ) -> FrictionRows:
-    """Return the rows of the samples in `mask` (n,), which certainly slip over `window`."""
+    """Return the rows for the samples in `mask` (n,), which certainly slip over `window`."""
     shortened = max(SHORTEST, 2 * int(0.5 * SPEED_SHARE * window) + 1)
     slope = savitzky_golay(shortened, CUBIC, 1, record.period, last_first=True)
     velocity = np.convolve(record.position - record.position[0], slope, mode="same")
@@ -72,7 +72,10 @@ def rows_of(
 def position_columns(
     record: MotionRecord, rows: FrictionRows, low: float, high: float
 ) -> dict[str, Vector]:
-    """Return the columns (m,) friction_k and load_k up to HIGHEST; low, high [rad | m] scale xi."""
+    """Return the columns friction_k and load_k (m,) up to HIGHEST.
+
+    low, high: positions of xi = -1 and 1, rad | m.
+    """
     xi = 2.0 * (record.position - low) / (high - low) - 1.0
     powers = np.asarray(legvander(xi, HIGHEST), dtype=np.float64)
     out = dict[str, Vector]()
@@ -88,12 +91,12 @@ def names_to(order: int) -> list[str]:
 
 
 def bend_column(parts: Sequence[FrictionRows], knee: float) -> Vector:
-    """Return the column of a viscous friction of 1 above the speed `knee` [rad/s | m/s]."""
+    """Return the column bend_j for unit viscous friction above the speed `knee` [rad/s | m/s]."""
     return np.concatenate(
         [rows.under_bell(rows.sign * np.maximum(rows.speed - knee, 0.0)) for rows in parts]
     )
 
 
 def knee_column(parts: Sequence[FrictionRows], knee: float) -> Vector:
-    """Return the derivative of `bend_column` by the knee's speed."""
+    """Return the derivative of `bend_column` with respect to the knee's speed."""
     return np.concatenate([rows.under_bell(-rows.sign * (rows.speed > knee)) for rows in parts])

@@ -1,13 +1,13 @@
-"""Regressors of loads beyond the four sliding parameters (`load_terms`), smoothed as the position.
+"""Regressors of loads (`load_terms`), smoothed in the same way as the position.
 
-    viscous_backward             excess of viscous friction backward over forward
+    viscous_backward             viscous friction backward minus forward
     stiffness                    x
     gravity_sine, _cosine        sin x, cos x
     ripple_sine, _cosine         sin n x, cos n x
 
-The columns of effects that only disturb the fit follow (`effects`).
+The columns of declared effects (`effects`) follow.
 
-A harmonic needs a sufficient travel: over a short distance its sine cannot be distinguished from a
+A harmonic needs sufficient travel: over a short distance its sine cannot be separated from a
 spring, and its cosine from an offset.
 """
 
@@ -78,10 +78,10 @@ def _smoothed(values: Vector, window: int, period: float) -> Vector:
 
 
 def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str, str]:
-    """Return the harmonics' parameters that the travel cannot separate from others, with reasons.
+    """Return parameter -> reason for harmonics that the travel does not separate from other terms.
 
-    `plain` (g, q, q) holds the triangles of g runs, with the columns `names` and the target; `rows`
-    is the number of rows in all runs.
+    plain: triangular matrices (g, q, q) of g runs, with the columns `names` and the target. rows:
+    number of rows of all runs.
     """
     whole = merged(plain)[:, :-1]
     out = {}
@@ -110,10 +110,10 @@ def indistinct_terms(plain: Tensor, names: Sequence[str], rows: int) -> dict[str
 def by_direction(
     names: tuple[str, ...], coulomb: bool, plain: Tensor, weighted: Tensor
 ) -> tuple[tuple[str, ...], Tensor, Tensor]:
-    """Return the columns transformed to parameters of the forward and the backward direction.
+    """Return the columns for separate parameters of the forward and the backward direction.
 
-    Viscous friction is split if it differs by direction, Coulomb friction and offset if `coulomb`
-    is set.
+    Viscous friction is split if it differs by direction. If `coulomb` is True, Coulomb friction and
+    offset become one Coulomb friction per direction.
     """
     change = np.eye(len(names) + 1)
     out = list(names)

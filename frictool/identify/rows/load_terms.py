@@ -1,4 +1,4 @@
-"""Load terms beyond the four sliding parameters, and the axis that their values describe.
+"""Load terms in addition to the four sliding parameters, and the axis with these loads.
 
     direction   viscous friction backward differs from forward
     spring      + stiffness x
@@ -6,12 +6,12 @@
     ripple      + ripple_sine sin(n x) + ripple_cosine cos(n x)    n known: poles, slots, teeth;
                 ripple_2 to ripple_6 are further harmonics with their own n
 
-Coulomb friction that differs by direction cannot be separated from the offset; therefore it is not
-a load term.
+Coulomb friction that differs by direction is no load term, because it cannot be separated from the
+offset.
 
-A term enters the model only if held-out data support it (`structure_selection`, `term_selection`),
-not because it can be fitted. If the bench declares its terms (`load.terms`), no others are
-considered.
+A term is added to the model only if it improves the prediction of unseen data
+(`structure_selection`, `term_selection`). If the bench declares its terms (`load.terms`), no other
+terms are considered.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ SMALLEST = 1e-6  # least inertia tried, relative to the start value
 
 
 def names_of(terms: tuple[str, ...]) -> tuple[str, ...]:
-    """Return the parameters of a structure, the sliding ones first."""
+    """Return the names of the sliding parameters, then of the parameters of `terms`."""
     return SLIDING + tuple(name for term in terms for name in TERMS[term])
 
 
@@ -79,7 +79,7 @@ def declared_terms(bench: Bench) -> tuple[str, ...]:
 
 
 def possible(bench: Bench) -> tuple[str, ...]:
-    """Return the bench's terms, or else all terms that need no further constant."""
+    """Return the bench's terms or, if it declares none, all terms without a wave number."""
     if bench.load is not None:
         return declared_terms(bench)
     return (DIRECTION, SPRING, GRAVITY) if bench.axis == "rotary" else (DIRECTION, SPRING)
@@ -96,14 +96,14 @@ def wave_number(term: str, bench: Bench) -> float:
 
 
 def start_of(name: str, known: Mapping[str, float]) -> float:
-    """Return a parameter's known value as start value, else its forward value, else 0."""
+    """Return the start value of a parameter: its known value, its forward value, or 0."""
     return known.get(name, known.get(name.removesuffix("_backward"), 0.0))
 
 
 def scale_of(name: str, known: Mapping[str, float], travel: float) -> float:
     """Return the scale of a parameter for the search; `travel` is in rad | m.
 
-    A change by one scale affects the motion about as much as friction does.
+    A change of the parameter by its scale changes the motion about as much as friction does.
     """
     if name == "stiffness":
         return known["coulomb"] / travel
@@ -115,9 +115,9 @@ def scale_of(name: str, known: Mapping[str, float], travel: float) -> float:
 def axis_and_load(
     values: Mapping[str, float], bench: Bench, record: MotionRecord
 ) -> tuple[Vector, Vector]:
-    """Return the parameter arrays of engine/effort_replay.py for SI values of a structure.
+    """Return the parameter arrays of engine/effort_replay.py for `values` [SI].
 
-    The bench supplies the breakaway and the backlash.
+    Breakaway and backlash are the bench's.
     """
     coulomb = values["coulomb"]
     mechanics = bench.mechanics
@@ -221,11 +221,11 @@ def terms_of(laws: LawsDocument | None) -> tuple[str, ...]:
 
 
 def bench_with_terms(bench: Bench, terms: tuple[str, ...]) -> Bench:
-    """Return the bench with these load terms declared, or unchanged if it declares any.
+    """Return the bench with `terms` as its load terms; a bench with load terms is not changed.
 
-    A regression then has the structure of the simulation. In another structure the offset has
-    another meaning: if viscous friction differs by direction, fitting a single one shifts the
-    offset.
+    A regression and a simulation with the same terms have comparable parameters. With other terms
+    the offset has another meaning: if viscous friction differs by direction, a single coefficient
+    shifts the offset.
     """
     if bench.load is not None:
         return bench
@@ -235,7 +235,7 @@ def bench_with_terms(bench: Bench, terms: tuple[str, ...]) -> Bench:
 
 
 def with_laws(fit: SlidingFit, bench: Bench) -> SlidingFit:
-    """Return the fit with its load parameters as laws; an infinite interval is not identified."""
+    """Return the fit with its load parameters as laws, without those of infinite intervals."""
     sliding = {name: interval for name, interval in fit.parameters.items() if name in SLIDING}
     removed = effect_names()
     loads = {

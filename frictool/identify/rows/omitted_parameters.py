@@ -1,11 +1,11 @@
-"""Widen intervals by the effect of parameters that a regression leaves out although they act.
+"""Widening of intervals by the effect of parameters that a regression omits although they act.
 
-- fixed: a parameter held at the bench's value. The other intervals are widened by the effect of the
-  bench's interval of the fixed parameter.
-- hidden: a declared load that the travel cannot separate (`load_columns.indistinct_terms`). The
-  model holds 0 for it, and the other intervals are widened by the possible effect of the load. If
-  the bench declares `load.most`, this is the effect of any load of at most that effort. Otherwise
-  the other parameters are as uncertain as in a fit with the load.
+- fixed: a parameter with the bench's value. The bench's interval of this parameter widens the other
+  intervals.
+- hidden: a declared load that the travel cannot separate (`load_columns.indistinct_terms`). Its
+  value in the model is 0, and its possible effect widens the other intervals. If the bench declares
+  `load.most`, this is the effect of a load with at most this effort. Otherwise the other parameters
+  are as uncertain as in a fit with the load.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ DIRECTIONS = 90  # directions tried in the plane of a harmonic's sine and cosine
 class OmittedParameters:
     """Half widths that the omitted parameters of a regression add to its intervals.
 
-    `names` are the columns of `weighted` (g, q, q), the triangles of runs of rows, before any
+    names: columns of `weighted` (g, q, q), the triangular matrices of g runs of rows, before any
     column is removed.
     """
 
@@ -65,10 +65,10 @@ class OmittedParameters:
     def add_loads(
         self, loads: Mapping[str, Vector], most: float | None, cluster: IntVector, confidence: float
     ) -> None:
-        """Add the effect of the hidden loads; each has an effort up to `most`, if `most` is set.
+        """Add the effect of the hidden loads.
 
         - loads: column (n,) of each load
-        - most: largest effort of a load, N m | N
+        - most: largest effort of each load, N m | N; None if unknown
         - cluster: number of the cluster of each run, (g,)
         """
         if not self._hidden:
@@ -89,7 +89,7 @@ class OmittedParameters:
         self._add(np.minimum(total, effects))
 
     def widened(self, names: Sequence[str], half: Vector) -> Vector:
-        """Return `half` (p,) with the half widths of the omitted parameters added as squares."""
+        """Return the root sum of squares of `half` (p,) and the added half widths."""
         added = dict(zip(self.free, self._added.tolist(), strict=True))
         if "viscous_backward" in names:
             added["viscous_backward"] += added.get("viscous", 0.0)

@@ -1,9 +1,9 @@
-"""Test if the encoder's quantisation hides the inertia, for any differentiating filter.
+"""Test whether the encoder's quantisation hides the inertia, for any differentiating filter.
 
-The test is (4.3) (`assess/quantisation.py`) with the filter's gain in place of that of the double
-difference. Quantisation changes the acceleration by at most D_a = step/2 sum|h|, which shifts the
-inertia by up to J D_a/rms(a). Identification is useful only if that is less than the half width of
-the bench's interval (4.2.1).
+The test is (4.3) (`assess/quantisation.py`) with the filter's impulse response h in place of the
+second difference. Quantisation changes the acceleration by at most D_a = step/2 sum|h|, which
+shifts the inertia by up to J D_a/rms(a). Identification is useful only if this shift is less than
+the half width of the bench's interval (4.2.1).
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ from frictool.typing import Vector
 def unresolved_inertia(
     record: MotionRecord, bench: Bench, response: Vector, acceleration: Vector, smoothing: str
 ) -> str | None:
-    """Return why this encoder does not resolve the inertia, or None.
+    """Return why the encoder is too coarse to identify the inertia, or None.
 
     - response: impulse response from the position (1/s^2) or the measured velocity (1/s) to the
-      acceleration, one value per sample
+      acceleration
     - acceleration: acceleration of the samples used, (n,)
     - smoothing: description of the filter for the message
     """
@@ -59,7 +59,7 @@ def refuse_hidden_inertia(
     acceleration: Vector,
     smoothing: str,
 ) -> SlidingFit:
-    """Return the fit, with its inertia refused if `unresolved_inertia` gives a reason."""
+    """Return the fit; its inertia is refused if `unresolved_inertia` returns a reason."""
     reason = unresolved_inertia(record, bench, response, acceleration, smoothing)
     if reason is None or "inertia" not in fit.parameters:
         return fit

@@ -1,4 +1,4 @@
-"""Regression rows of one or several logs, and the weighted fit on them."""
+"""Regression rows of one or several logs, and their weighted least-squares fit."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ from frictool.typing import IntVector, Vector
 # strokes look alike
 FEWEST_STROKES = 2
 ONE_DIRECTION = (
-    "the motion is in one direction only, in which Coulomb friction and offset are one number; "
+    "the motion has one direction only, so that Coulomb friction and offset cannot be separated; "
     "record both directions, or state mechanics.offset in the bench"
 )
-NO_OFFSET = "the bench says that there is none (load.terms)"
+NO_OFFSET = "the bench declares no offset (load.terms)"
 KNOWN_OFFSET = {
-    "offset": "the motion is in one direction only; the bench's offset is subtracted from the "
+    "offset": "the motion has one direction only; the bench's offset is subtracted from the "
     "Coulomb friction"
 }
 # fields of RegressionSamples with one value a row
@@ -49,9 +49,9 @@ class RegressionSamples:
     - stroke: ascending number of the stroke, (n,)
     - sign: direction s, filtered like the other signals, (n,)
     - counts: encoder counts per row, (n,)
-    - known_offset: the bench's offset, N m | N; it separates Coulomb friction from the offset if
-      the motion is in one direction only
-    - loads: column (n,) of each parameter of the bench's other loads
+    - known_offset: the bench's offset, N m | N; it is used to separate Coulomb friction and offset
+      if the motion has one direction only
+    - loads: parameter -> column (n,), for the declared loads other than the offset
     - terms, most: `load.terms` and `load.most` of the bench
     - fixed: parameters whose effort was subtracted from `effort` (`with_fixed`)
     """
@@ -70,7 +70,7 @@ class RegressionSamples:
 
     @property
     def split_coulomb(self) -> bool:
-        """Return whether Coulomb friction differs by direction, which leaves no offset."""
+        """Return True if Coulomb friction differs by direction; there is then no offset."""
         return self.terms is not None and "coulomb_by_direction" in self.terms
 
     @property
@@ -80,15 +80,14 @@ class RegressionSamples:
 
     @property
     def one_direction(self) -> bool:
-        """Return whether the motion is in one direction only."""
+        """Return True if the motion has one direction only."""
         return bool(np.all(self.sign > 0.0) or np.all(self.sign < 0.0))
 
     @property
     def known_effort(self) -> Vector:
         """Return the effort (n,) of the fixed parameters.
 
-        If the motion is in one direction and Coulomb friction is fixed, it includes the known
-        offset.
+        If the motion has one direction and Coulomb friction is fixed, the known offset is included.
         """
         out = np.zeros(self.sign.size)
         for name, column in zip(SLIDING, self.columns, strict=True):
@@ -106,7 +105,7 @@ class RegressionSamples:
 
 
 def with_fixed(samples: RegressionSamples, fixed: Mapping[str, Interval]) -> RegressionSamples:
-    """Return the samples with the effort of the fixed parameters subtracted."""
+    """Return the samples after the effort of the fixed parameters has been subtracted."""
     if not fixed:
         return samples
     known = replace(samples, fixed=fixed)
@@ -141,13 +140,13 @@ def fit(
 ) -> SlidingFit:
     """Return a weighted least-squares fit of the samples; weight (n,).
 
-    Residuals are correlated over `window` rows. `droppable` parameters that do not improve the
+    Residuals are correlated over `window` rows. Parameters in `droppable` that do not improve the
     prediction (`term_selection`) are set to 0, and the others are fitted without them. A load that
-    the travel cannot separate is refused, and widens the other intervals by its possible effect
-    (`omitted_parameters`). If the motion is in one direction only, Coulomb friction and offset
-    cannot be separated: both are refused, or only the offset if the bench gives it.
+    the travel cannot separate is refused, and its possible effect widens the other intervals
+    (`omitted_parameters`). If the motion has one direction only, Coulomb friction and offset are
+    refused, or only the offset if the bench states it.
 
-    Raises UnusableLogs if there are too few rows or the regressors are dependent.
+    Raises UnusableLogs if there are too few rows, or if the regressors are dependent.
     """
     names, refused = parameters_of(samples)
     plain, weighted, cluster, order = reduced(samples, weight, len(names), window)
@@ -217,7 +216,7 @@ def fit(
 
 
 def shifted(interval: Interval, by: float) -> Interval:
-    """Return the interval moved by a value."""
+    """Return the interval shifted by a value."""
     return Interval(interval.value + by, interval.low + by, interval.high + by)
 
 
@@ -236,9 +235,9 @@ def _without(
 
 
 def less_offset(summed: Interval, offset: Interval, sign: float) -> Interval:
-    """Return Coulomb friction from its sum with the offset in the direction `sign`.
+    """Return Coulomb friction from `summed`, its sum with sign times offset.
 
-    The interval holds for any offset in `offset`.
+    Its interval includes every offset in the interval `offset`.
     """
     value = summed.value - sign * offset.value
     half = summed.half_width
@@ -253,10 +252,11 @@ def less_offset(summed: Interval, offset: Interval, sign: float) -> Interval:
 def reduced(
     samples: RegressionSamples, weight: Vector, parameters: int, window: int
 ) -> tuple[Tensor, Tensor, IntVector, IntVector]:
-    """Reduce the rows to one triangle for each run (g) of rows in one stroke and cluster.
+    """Reduce the rows of each stroke and cluster, a run, to a triangular matrix by QR.
 
-    Returns the triangles without and with weights (g, q, q), the cluster (g,) and the stroke (g,)
-    from 0. The columns are the first `parameters` of SLIDING, the loads, and the effort.
+    Return the matrices of the g runs without and with weights (g, q, q), and their cluster and
+    stroke numbers (g,) from 0. The columns are the first `parameters` of SLIDING, the loads, and
+    the effort.
     """
     columns = (*samples.columns[:parameters], *samples.loads.values(), samples.effort)
     cluster = clusters(samples.stroke, samples.sign, samples.counts, 3 * window)
@@ -268,7 +268,7 @@ def reduced(
 
 
 def residuals(samples: RegressionSamples, weight: Vector) -> Vector:
-    """Return the effort's residuals (n,) of a weighted fit.
+    """Return the residuals (n,) of the effort in a weighted fit.
 
     Raises UnusableLogs if the regressors are dependent.
     """
@@ -284,9 +284,9 @@ def residuals(samples: RegressionSamples, weight: Vector) -> Vector:
 def cluster_products(
     samples: RegressionSamples, columns: tuple[Vector, ...], window: int
 ) -> tuple[Tensor, Vector, IntVector]:
-    """Return for each run of rows in one cluster its products, number of rows and cluster.
+    """Return products (g, q, q), number of rows (g,) and cluster (g,) of g runs of rows.
 
-    The products are (g, q, q) of the q `columns` (n,); the others are (g,).
+    A run is in one cluster; its products are columns' columns, for q `columns` (n,).
     """
     cluster = clusters(samples.stroke, samples.sign, samples.counts, 3 * window)
     starts = np.flatnonzero(np.diff(cluster, prepend=-1) | np.diff(samples.stroke, prepend=-1))
@@ -303,9 +303,9 @@ def intervals(
     names: tuple[str, ...],
     confidence: float,
 ) -> dict[str, Interval]:
-    """Return each parameter of estimate(products, rows) with its jackknife interval.
+    """Return each parameter of estimate(products, rows) with its interval.
 
-    One cluster is left out at a time.
+    The interval comes from a jackknife that leaves out one cluster at a time.
     """
     index = np.unique(cluster, return_inverse=True)[1]
     count = int(index.max()) + 1
@@ -359,7 +359,7 @@ def parameters_of(samples: RegressionSamples) -> tuple[tuple[str, ...], dict[str
 def free_columns(samples: RegressionSamples) -> tuple[tuple[str, ...], tuple[Vector, ...]]:
     """Return names and columns (n,) of the identifiable sliding parameters that are not fixed.
 
-    Raises as `parameters_of`.
+    Raises UnusableLogs as `parameters_of` does.
     """
     names, _ = parameters_of(samples)
     free = [
@@ -373,10 +373,10 @@ def free_columns(samples: RegressionSamples) -> tuple[tuple[str, ...], tuple[Vec
 def spread_as(
     plain: Mapping[str, Interval], fitted: dict[str, Interval], samples: RegressionSamples
 ) -> dict[str, Interval]:
-    """Return the intervals `fitted`, at least as wide as the intervals `plain` of least squares.
+    """Return the intervals `fitted`, widened to at least the intervals `plain` of least squares.
 
-    They are widened only if some parameters are fixed, because the intervals of least squares
-    include the uncertainty of fixed parameters.
+    They are widened only if parameters are fixed, because `plain` includes the uncertainty of the
+    fixed parameters.
     """
     if not samples.fixed:
         return fitted

@@ -1,6 +1,7 @@
-"""Weights of Savitzky and Golay, as `scipy.signal.savgol_coeffs` computes them.
+"""Savitzky-Golay weights, equal to those of `scipy.signal.savgol_coeffs`.
 
-Importing `scipy.signal` takes 0.7 s of processor time, as much as the identification of a log.
+They are computed here because the import of `scipy.signal` takes 0.7 s, as long as the
+identification of a log.
 """
 
 from __future__ import annotations
@@ -16,9 +17,9 @@ from frictool.typing import Vector
 def savitzky_golay(
     window: int, degree: int, derivative: int, period: float, *, last_first: bool = False
 ) -> Vector:
-    """Return the weights that give a derivative at the middle of a window.
+    """Return the weights of a derivative at the middle of a window.
 
-    They are the least weights that are exact for every polynomial up to `degree`.
+    Of all weights that are exact for polynomials up to `degree`, they have the smallest norm.
 
     Parameters
     ----------
@@ -31,7 +32,7 @@ def savitzky_golay(
     period : float
         Time between samples [s].
     last_first : bool, optional
-        True for the order that `numpy.convolve` takes: the weight of the last sample first.
+        True for the order of `numpy.convolve`: the weight of the last sample is first.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Segments of records that are simulated without a restart, and the initial state of each."""
+"""Segments of records that are simulated without a restart, and their initial states."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ START_SHARE = 0.1  # share of the top speed; a slower axis starts from rest
 
 @dataclass(frozen=True)
 class RecordSegment:
-    """Samples [first, last) of a record, in one unbroken piece of its clock."""
+    """Samples [first, last) of a record without a gap."""
 
     record: MotionRecord
     first: int
@@ -49,8 +49,8 @@ class RecordSegment:
     def start(self) -> Vector:
         """Return the initial state (7,): in motion if the encoder shows a speed, else at rest.
 
-        A slow start counts as one from rest with the first samples missing. The simulation forgets
-        that error as fast as the axis forgets its speed.
+        A slow start is treated as a start from rest. The resulting error decays as fast as a speed
+        of the axis.
         """
         position = self.position
         period = self.record.period
@@ -68,7 +68,7 @@ class RecordSegment:
 
 
 def whole(records: Sequence[MotionRecord]) -> list[RecordSegment]:
-    """Return every unbroken piece of the records that is long enough."""
+    """Return every piece of the records without gaps that is long enough."""
     segments = []
     for record in records:
         edges = np.concatenate(
@@ -83,9 +83,9 @@ def whole(records: Sequence[MotionRecord]) -> list[RecordSegment]:
 
 
 def thinned(segments: Sequence[RecordSegment], most: int) -> list[RecordSegment]:
-    """Return the beginnings of evenly chosen segments, at most `most` samples together.
+    """Return the beginnings of evenly chosen segments, with at most `most` samples in total.
 
-    All segments are returned if they are not longer than that.
+    Return all segments if they have at most `most` samples.
     """
     if sum(one.last - one.first for one in segments) <= most:
         return list(segments)
@@ -96,7 +96,7 @@ def thinned(segments: Sequence[RecordSegment], most: int) -> list[RecordSegment]
 
 
 def of_each_record(segments: Sequence[RecordSegment], what: Callable[[MotionRecord], T]) -> list[T]:
-    """Return what(record) for each segment's record, calling it once per record."""
+    """Return what(record) for the record of each segment; `what` is called once per record."""
     results: dict[int, T] = {}
     for segment in segments:
         if id(segment.record) not in results:

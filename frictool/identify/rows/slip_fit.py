@@ -1,14 +1,13 @@
-"""Fits on the smoothed samples that certainly slip; they differ only in their weights.
+"""Fits of the smoothed samples that certainly slip, with any weights.
 
-An inertia that cannot be identified stays in the regression as a nuisance parameter. Over whole
-strokes, acceleration is nearly orthogonal to velocity and its sign (4.27), so that this hardly
-widens the other intervals. An a-priori inertia would add its own error to them, +-16 % in the
-clutch.
+An inertia that cannot be identified remains in the regression as a nuisance parameter. Over whole
+strokes, acceleration is nearly orthogonal to velocity and its sign (4.27), so that this parameter
+hardly widens the other intervals. An a-priori inertia would add the effect of its own error, +-16 %
+for the clutch.
 
-The window is chosen twice. The first choice assumes that the inertia can be identified to any
-precision. The second choice is the shortest window that keeps the attenuation by encoder noise
-below a fifth of the inertia's standard deviation, since a shorter window loses fewer samples near
-reversals.
+The window is chosen twice. The first window is long enough for an inertia of any precision. The
+second window is the shortest one with which encoder noise attenuates the inertia by less than a
+fifth of its standard deviation. A short window loses fewer samples near reversals.
 """
 
 from __future__ import annotations
@@ -53,9 +52,10 @@ def weighted_fit(
     weigh: Callable[[RegressionSamples], Vector],
     droppable: tuple[str, ...] = (),
 ) -> SlidingFit:
-    """Return least squares on the samples that certainly slip; row weights weigh(samples) (n,).
+    """Return the least-squares fit of slipping samples, with weights weigh(samples) (n,).
 
-    Needless parameters of `droppable` are set to 0. Raises UnusableLogs if nothing slips.
+    Parameters in `droppable` that do not improve the prediction are set to 0. Raises UnusableLogs
+    if nothing slips.
     """
 
     def fitting(rows: RegressionSamples, used: int) -> SlidingFit:
@@ -67,9 +67,10 @@ def weighted_fit(
 def slipping_fit(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings, fitting: Fitting
 ) -> SlidingFit:
-    """Return the fit by `fitting` of the samples that certainly slip.
+    """Return the fit by the function `fitting` of the samples that certainly slip.
 
-    The inertia is not identified if the encoder hides it. Raises UnusableLogs if nothing slips.
+    The inertia is refused if the encoder's quantisation hides it. Raises UnusableLogs if nothing
+    slips.
     """
     samples, used = slipping(records, bench, SMALLEST_SHARE, settings.window)
     result = fitting(with_fixed(samples, settings.fixed), used)
@@ -127,7 +128,7 @@ def _own_share(samples: RegressionSamples) -> float:
 
 
 def known_inertia(bench: Bench) -> Interval:
-    """Return the bench's inertia; without an interval of the bench, from 0 to twice the value."""
+    """Return the bench's inertia; without an interval, its interval is 0 to twice the value."""
     known = bench.mechanics.inertia
     return Interval(
         known.value, *(known.interval if known.low is not None else (0.0, 2.0 * known.value))
@@ -153,12 +154,15 @@ def stroke_samples(record: MotionRecord) -> float:
 
 
 def shortest_window(records: list[MotionRecord], share: float) -> int:
-    """Return the longest window that a record needs for noise at `share` of the acceleration."""
+    """Return the window [samples] with which noise is at most `share` of the acceleration.
+
+    It is the longest of the windows that the records need.
+    """
     return max(choose_window(record, stroke_samples(record), share) for record in records)
 
 
 def slipping_window(records: list[MotionRecord], window: int | None) -> int:
-    """Return the requested window, or the longest that a record needs.
+    """Return `window` or, for None, the longest window that a record needs.
 
     Raises UnusableLogs if nothing moves.
     """
@@ -172,7 +176,7 @@ def slipping(
 ) -> tuple[RegressionSamples, int]:
     """Return the samples that certainly slip, and the longest smoothing window of a record.
 
-    Raises UnusableLogs if none slips.
+    Raises UnusableLogs if no sample slips.
     """
     parts, windows = [], []
     for record in records:
@@ -197,9 +201,9 @@ def full_backlash(bench: Bench) -> float:
 def slipping_mask(
     record: MotionRecord, strokes: Strokes, bench: Bench, velocity: Vector, window: int, every: int
 ) -> NDArray[np.bool_]:
-    """Return a mask (n,) of the rows of a record: certain to slip over `window`, one in `every`.
+    """Return a mask (n,) of every `every`-th sample that certainly slips over `window`.
 
-    `velocity` (n,) is smoothed over the same window.
+    velocity: velocity (n,), smoothed over the same window.
     """
     mask = slip_mask(record, strokes, velocity, window, full_backlash(bench))
     if every > 1:
@@ -214,10 +218,9 @@ def slipping_rows(
     signals: tuple[Vector, Vector, Vector],
     every: int = 1,
 ) -> RegressionSamples:
-    """Return the rows of one record that certainly slip, one in `every`.
+    """Return the rows of every `every`-th sample of a record that certainly slips.
 
-    `signals` are smoothed acceleration, velocity and effort (n,). They are overwritten, since an
-    hour of them is large.
+    signals: smoothed acceleration, velocity and effort (n,). They are overwritten to save memory.
     """
     strokes = find_strokes(record)
     mask = slipping_mask(record, strokes, bench, signals[1], window, every)

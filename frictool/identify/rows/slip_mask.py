@@ -1,12 +1,12 @@
 """Mask of the samples that certainly slip in one direction with the load attached.
 
-It is the mask of (4.18) without its tuning. A sample is used if all samples under its smoothing
-window
+The mask is that of (4.18), without a threshold to be tuned. A sample is used if all samples in its
+smoothing window
 
-- lie in one stroke and one unbroken piece of the clock;
-- are past the backlash, counted from the beginning of the stroke;
-- move along the stroke faster than the encoder's noise in one window, and faster than 2 % of the
-  record's top speed.
+- are in one stroke, without a gap;
+- are outside the backlash, measured from the beginning of the stroke;
+- move in the direction of the stroke, faster than the encoder's noise in one window and than 2 % of
+  the record's top speed.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ def mark_slip(
     """Set `mask` (n,) to True for samples that slip over `reach` samples before and after.
 
     A sample slips if its velocity along the stroke exceeds `slowest` and its advance exceeds `gap`.
-    The samples around it must be of one stroke. A NaN velocity does not slip. The mask must be
-    False at the start.
+    All these samples must be in one stroke. A sample with a NaN velocity does not slip. The mask
+    must be False before the call.
     """
     first = 0
     n = velocity.shape[0]
@@ -77,7 +77,7 @@ def slip_mask(
 
 @kernel
 def keep_rows(mask: NDArray[np.bool_], values: Vector | IntVector) -> None:
-    """Move the `values` (n,) selected by `mask` (n,) to the front, in order and in place."""
+    """Move the values selected by `mask` (n,) to the front of `values` (n,), in order."""
     kept = 0
     for k in range(mask.shape[0]):
         if mask[k]:

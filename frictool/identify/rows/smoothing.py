@@ -1,26 +1,27 @@
 """Zero-phase smoothing with the same kernel for acceleration, velocity and effort (4.2.2).
 
-The Savitzky-Golay second derivative c (a cubic over W samples) annihilates straight lines. It
-therefore is the second difference of a kernel g with sum 1. Convolving the equation of motion with
-g gives, without an alignment error,
+The Savitzky-Golay filter c for the second derivative (a cubic over W samples) is 0 for straight
+lines. It is therefore the second difference of a kernel g with sum 1. The convolution * of the
+equation of motion with g gives, without an error of alignment,
 
     J (c * x) + viscous (g * dx) + coulomb (g * sign v) + offset = g * u_
 
-- c * x: acceleration, the Savitzky-Golay filter itself
+- c * x: acceleration by the Savitzky-Golay filter
 - dx: central difference (x[k+1] - x[k-1])/(2 T)
-- u_: effort averaged over the triangle that a second difference of positions applies to the
-  acceleration. Without a lag, the effort is held from its sample on, and (u[k-1] + u[k])/2 is
-  exact. With a lag, the effort is measured at its instant, and approaches a held command like 1 -
-  e^(-t/lag) in between; the weights of `effort_weights` are exact, (1, 4, 1)/6 for a long lag.
+- u_: mean of the effort with the triangular weights by which a second difference of positions
+  averages the acceleration. Without a lag, the effort is held from its sample on, and the mean is
+  (u[k-1] + u[k])/2. With a lag, the effort is measured at its sample, and approaches a held command
+  like 1 - e^(-t/lag) between samples; the weights are those of `effort_weights`, (1, 4, 1)/6 for a
+  long lag.
 
 The smoothing therefore adds no bias for any W: J, viscous, coulomb and offset are those of the
-unsmoothed equation. (Straight lines between the samples of a lagging current would change the
-clutch's inertia by -0.07 %.)
+unsmoothed equation. (Linear interpolation of a lagging current would change the clutch's inertia by
+-0.07 %.)
 
-Window: the smallest odd W for which the noise of the position contributes at most a share s of
-the acceleration (rms), between 11 samples and a sixth of the median stroke. The noise of the
-position is its quantisation noise, step/sqrt(12), or the estimate from its fourth differences,
-whichever is larger. The noise attenuates the estimated inertia by s^2; `slip_fit` chooses s.
+The window W is the smallest odd number for which the noise of the position causes at most a share s
+of the rms acceleration. W is between 11 samples and a sixth of the median stroke. The noise of the
+position is the larger of the quantisation noise, step/sqrt(12), and the estimate from fourth
+differences. The noise attenuates the estimated inertia by s^2; `slip_fit` chooses s.
 """
 
 from __future__ import annotations
@@ -58,7 +59,7 @@ def bump(window: int, period: float) -> Vector:
 
 @kernel
 def fourth_difference_power(position: Vector) -> float:
-    """Return the mean square of the fourth differences of a position (n,), 0 if there are none."""
+    """Return the mean square of the fourth differences of a position (n,), 0 for n < 5."""
     total = 0.0
     count = position.shape[0] - 4
     for k in range(count):
@@ -83,7 +84,7 @@ def position_noise(record: MotionRecord) -> float:
 
 
 def measurement_noise(record: MotionRecord) -> float:
-    """Return the noise (rms, SI) of the velocity if it is measured, else of the position."""
+    """Return the rms noise (SI) of the velocity if it is measured, else of the position."""
     if record.velocity is None:
         return position_noise(record)
     return max(
@@ -101,7 +102,7 @@ def acceleration_response(record: MotionRecord, window: int) -> Vector:
 
 
 def choose_window(record: MotionRecord, stroke_samples: float, share: float) -> int:
-    """Return the smoothing window, odd, by the rule of the module.
+    """Return the smoothing window W by the rule above.
 
     - stroke_samples: median length of a stroke in samples
     - share: allowed share of noise in the acceleration

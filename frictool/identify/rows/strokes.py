@@ -1,4 +1,4 @@
-"""Strokes: the motion between two reversals, and the independent units of the residuals."""
+"""Strokes: motions between two reversals, which are the independent units of the residuals."""
 
 from __future__ import annotations
 
@@ -22,7 +22,8 @@ SHARE_OF_RANGE = 1e-3
 def turning_points(position: Vector, threshold: float, points: NDArray[np.int64]) -> int:
     """Write the indices of the reversals of `position` (n,) into `points`; return their number.
 
-    A reversal has to show by more than `threshold`. The first and last sample are not reversals.
+    The position must return by more than `threshold` after a reversal. The first and last sample
+    are not reversals.
     """
     count, direction, extreme = 0, 0, 0
     lowest, highest = 0, 0
@@ -61,7 +62,7 @@ def fill_strokes(
     """Fill `number`, `sign` and `advance` (n,) of `Strokes`.
 
     - starts: first sample of each stroke, (m,)
-    - fresh: True for a stroke after a break of the clock, (m,)
+    - fresh: True for the first stroke after a gap, (m,)
     """
     n, strokes = position.shape[0], starts.shape[0]
     for stroke in range(strokes):
@@ -93,7 +94,7 @@ class Strokes:
 
 
 def find_strokes(record: MotionRecord) -> Strokes:
-    """Return the strokes of a record; a break of the clock ends a stroke."""
+    """Return the strokes of a record; a gap ends a stroke."""
     position = record.position
     threshold = max(COUNTS * record.resolution, SHARE_OF_RANGE * float(np.ptp(position)))
     points = np.empty(position.size, dtype=np.int64)

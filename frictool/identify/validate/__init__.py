@@ -1,4 +1,4 @@
-"""Compare a model with a measured log."""
+"""Comparison of a model with a measured log."""
 
 from typing import TYPE_CHECKING
 

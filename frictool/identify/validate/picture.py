@@ -1,4 +1,4 @@
-"""SVG picture of measured and simulated signals over time, and of the position error."""
+"""SVG plot of measured and simulated signals over time, and of the position error."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ MEASURED, SIMULATED, REFERENCE = "#444444", "#c0392b", "#1f5fa8"
 
 
 def picture(validation: Validation, name: str) -> str:
-    """Return the `<svg>` element; equal validations give identical bytes."""
+    """Return the plot as an `<svg>` element; equal validations give identical bytes."""
     axis = validation.axis
     with drawing("validate"):
         figure = Figure(figsize=(WIDTH, HEIGHT * 4), layout="constrained")

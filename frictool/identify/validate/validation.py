@@ -1,14 +1,14 @@
-"""Compare a simulated model with the measured axis.
+"""Comparison of a simulated model with the measured axis.
 
 - open loop: the measured effort drives the model
 - closed loop: the bench's controller drives the model along the measured reference; the effort
   error is measured minus simulated effort
 
-Errors are norms relative to the norm of the measured signal, over all samples but the skipped ones.
-Velocity and acceleration of measured and simulated positions are differences after the low-pass of
-the published pipeline (`inverse_dynamic`). The force error of both loops is that of `identify`
-(`force_error.py`): the effort that the model lacks along the measured motion, over the samples that
-certainly slip.
+An error is the norm of the difference divided by the norm of the measured signal, over all samples
+except the skipped ones. Velocity and acceleration of measured and simulated positions are
+differences after the low-pass of the published pipeline (`inverse_dynamic`). The force error is
+that of `identify` (`force_error.py`) for both loops: the part of the effort along the measured
+motion that the model does not explain, over the samples that certainly slip.
 """
 
 from __future__ import annotations
@@ -54,10 +54,10 @@ class ValidationRequest:
     cutoff_hz : float
         Cut-off of the low-pass for velocity and acceleration, Hz.
     servo : PositionServo or None
-        Gains from position to effort. With them, the loop is closed along the measured reference;
-        without them, the measured effort drives the model.
+        Gains from position to effort, for a closed loop along the measured reference. None: the
+        measured effort drives the model.
     moving : bool
-        Start with the measured speed, and not at rest.
+        True to start with the measured speed, False to start at rest.
     """
 
     skip: int = 20
@@ -77,10 +77,10 @@ class Validation(ResultView):
     - loop: `open` or `closed`
     - skip: samples left out at the start of each piece
     - time: time of each sample, (n,), s
-    - measured, simulated: name -> signal (n,), SI units; NaN if the force is unknown
+    - measured, simulated: name -> signal (n,), SI units; the force is NaN where it is unknown
     - position_rmse: rms position error, rad | m
     - largest: largest position error, rad | m
-    - errors: name -> relative error, None if it is undefined
+    - errors: name -> relative error; None if undefined
     - reference: reference of a closed loop, (n,), rad | m, or None
     """
 
@@ -111,8 +111,8 @@ class Validation(ResultView):
         """Return loop, numbers of samples and errors as lines of text."""
         unit = si_unit("position", self.axis)
         how = {
-            OPEN: "the measured effort through the model",
-            CLOSED: "the measured reference through controller and model",
+            OPEN: "the measured effort drives the model",
+            CLOSED: "controller and model follow the measured reference",
         }
         return [
             f"{self.loop} loop: {how[self.loop]}, {self.time.size} samples after the first "
@@ -132,7 +132,7 @@ def _shown(error: float | None) -> str:
 
 
 def validate(model: Model, log: Log, request: ValidationRequest = USUAL) -> Validation:
-    """Replay a measured log through a model, and return the errors.
+    """Simulate a model with the signals of a log, and return the errors.
 
     Parameters
     ----------
@@ -151,8 +151,8 @@ def validate(model: Model, log: Log, request: ValidationRequest = USUAL) -> Vali
     Raises
     ------
     LogError
-        If the log has no unbroken piece longer than the skipped samples, no motion, or no reference
-        for a closed loop, or does not fit the bench of the model.
+        If the log has no motion, no piece without gaps longer than the skipped samples, or no
+        reference for a closed loop, or if it does not fit the bench of the model.
     NoSolutionError
         If the simulation fails.
     """
@@ -310,7 +310,8 @@ def _free_axis(model: Model, record: MotionRecord) -> Vector:
 def replayed_position(model: Model, piece: RecordSegment) -> Vector:
     """Return the position (n,), rad | m, of the model driven by the measured effort of a segment.
 
-    The simulation starts at the measured position and speed. Raises NoSolutionError if it fails.
+    The simulation starts at the measured position and speed. Raises NoSolutionError if the
+    simulation fails.
     """
     n = piece.last - piece.first
     position, velocity = np.empty(n), np.empty(n)
