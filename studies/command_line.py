@@ -1,4 +1,4 @@
-"""frictool commands run within this process, with the exit code and output that a shell sees."""
+"""Run of frictool commands in this process, with the exit code and output that a shell sees."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class CommandResult:
 
 
 def run(*arguments: object) -> CommandResult:
-    """Run `frictool ARGUMENTS` through `frictool.cli.main.main`; an unforeseen error is raised."""
+    """Run `frictool ARGUMENTS` through `frictool.cli.main.main`; unexpected errors are raised."""
     out = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
     err = io.TextIOWrapper(io.BytesIO(), encoding="utf-8", write_through=True)
     code = 0

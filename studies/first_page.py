@@ -1,4 +1,4 @@
-"""The picture of the README: a measured record, its model, and the verdict on a controller for it.
+"""Picture of the README: a measured record, its model, and the verdict on a controller.
 
     python -m studies.first_page DATA_EMPS.mat docs/first_page.svg
 
@@ -40,7 +40,7 @@ WORDS = {"response_time_95": "response 95 %", "modulus_margin": "modulus margin"
 
 
 def main(recorded: Path, target: Path) -> None:
-    """Identify the record, design and judge a controller, and write the picture."""
+    """Identify the model of a record, design and judge a controller, and write the picture."""
     bench, spec = load(RIG / "bench.yaml"), load(RIG / "spec.yaml")
     record = read_log(recorded, bench)
     identified = identify([record], bench, IdentificationRequest())

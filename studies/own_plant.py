@@ -1,11 +1,11 @@
-"""The exported C in a plant of one's own, called through ctypes, against frictool's prediction.
+"""Exported C in an independent plant, called through ctypes, compared with frictool's prediction.
 
     python -m studies.own_plant
 
-The carriage of configs/emps is simulated here in 30 lines of Python with small time steps; the
-controller is the C that `export` writes. The table compares the figures of every corner of the
-ranges of inertia, friction and offset with those that frictool predicts. The exit code is 1 if a
-verdict differs.
+The carriage of configs/emps is simulated here in 30 lines of Python with small time steps. The
+controller is the C code of `export`. The table compares the metrics at every corner of the ranges
+of inertia, friction and offset with frictool's predictions. The exit code is 1 if a verdict
+differs.
 """
 
 from __future__ import annotations
@@ -78,7 +78,7 @@ def play(corner: Corner, breakaway: float, controller: Controller) -> tuple[Vect
 
 
 def figures(positions: Vector, commands: Vector) -> dict[str, float]:
-    """Return the worst figure of each requirement over both steps, in SI and %."""
+    """Return the worst value of each requirement over both steps, in SI and %."""
     worst = dict.fromkeys(SHOWN, 0.0)
     start = positions[0]
     for hold, target in enumerate(LEVELS):

@@ -1,6 +1,6 @@
 """Time-optimal motion of an axis with friction, from rest to rest with one switch of the drive.
 
-The unit of time is the duration of the motion and the unit of acceleration that of the full drive
+The unit of time is the duration of the motion. The unit of acceleration is that of the full drive
 without friction. The drive follows its command with a lag:
 
     v' = u - friction - damping v,    u' = (command - u)/lag,    command = 1, then -1
@@ -23,8 +23,8 @@ def bang_bang_distance(
 ) -> float:
     """Return the distance covered in the duration 1, which includes the `delay` of the drive.
 
-    All arguments are in the units of the module: friction and breakaway relative to the full drive,
-    lag and delay relative to the duration, damping times the duration.
+    friction, breakaway: relative to the full drive. lag, delay: relative to the duration. damping:
+    times the duration.
     """
     forward, backward = (_transition(friction, lag, damping, sign) for sign in (1.0, -1.0))
     moving = -lag * np.log(1.0 - breakaway) if lag > 0.0 else 0.0

@@ -26,7 +26,7 @@ def write(actuator: Actuator, folder: Path) -> None:
 
 
 def bench(actuator: Actuator) -> dict[str, Any]:
-    """Return the rig."""
+    """Return the bench of the actuator."""
     units = _units(actuator)
     turns = actuator.counts_per_turn
     drive_column = {"column": actuator.drive, "unit": units["drive"]}
@@ -66,7 +66,7 @@ def bench(actuator: Actuator) -> dict[str, Any]:
 
 
 def model(actuator: Actuator) -> dict[str, Any]:
-    """Return the model that an identification of this rig would give, over the product's life."""
+    """Return the model of the actuator, with intervals over the product's life."""
     units = _units(actuator)
     breakaway = actuator.breakaway_ratio * actuator.coulomb.value
     values = {
@@ -90,7 +90,7 @@ def model(actuator: Actuator) -> dict[str, Any]:
 
 
 def spec(actuator: Actuator) -> dict[str, Any]:
-    """Return the requirements."""
+    """Return the specification of the actuator."""
     units = _units(actuator)
     return {
         "format": "spec/1",
@@ -127,7 +127,7 @@ def scenario(actuator: Actuator) -> dict[str, Any]:
 
 
 def scenario_of(actuator: Actuator, plant: Plant) -> dict[str, Any]:
-    """Return the same steps for one plant, from its start within a count."""
+    """Return the same steps for one plant, with the plant's start position within a count."""
     units = _units(actuator)
     start = actuator.start + plant.phase * actuator.encoder_step
     keys = {**units, "coulomb": units["effort"]}

@@ -1,8 +1,8 @@
-"""Draws actuators at random: any size, any speed, feasible by construction.
+"""Random actuators of any size and speed, which are feasible by construction.
 
-A text and a number determine an actuator. Times are drawn in sample periods, distances in counts,
-and efforts relative to the drive. The drive's limit follows from the bang-bang motion of the worst
-plant, which needs 25 to 60 % of the requested response time.
+A seed text and a number determine an actuator. Times are drawn in sample periods, distances in
+counts, and efforts relative to the drive. The drive's limit follows from the bang-bang motion of
+the worst plant, which needs 25 to 60 % of the requested response time.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ CORNERS = PHASES * 2 ** len(VARIED)
 
 
 class Interval(NamedTuple):
-    """Value of a parameter with the ends of its interval."""
+    """Value of a parameter, and the ends of its interval."""
 
     value: float
     low: float
@@ -35,7 +35,7 @@ class Interval(NamedTuple):
 
 
 class Plant(NamedTuple):
-    """One plant: parameters in SI, and the start within an encoder's count (0 to 1)."""
+    """One plant: parameters in SI, and start position within an encoder count (0 to 1)."""
 
     inertia: float
     viscous: float
@@ -46,7 +46,7 @@ class Plant(NamedTuple):
 
 @dataclass(frozen=True)
 class Actuator:
-    """An actuator and its requirements, in SI (rotary or linear)."""
+    """Actuator and its requirements, in SI (rotary or linear)."""
 
     name: str
     axis: str  # rotary | linear
@@ -89,17 +89,17 @@ class Actuator:
 
     @property
     def rest_after(self) -> float:
-        """Time after which the axis must be at rest without a drive, s."""
+        """Time after which the axis must be at rest with the drive at 0, s."""
         return 10.0 * self.response
 
     @property
     def long_hold(self) -> float:
-        """Duration of the last step, s, in which rest is judged."""
+        """Duration of the last step, in which rest is judged, s."""
         return 15.0 * self.response
 
 
 def draw(seed: str, number: int) -> Actuator:
-    """Return actuator `number` of a seed; it does not depend on how many are drawn."""
+    """Return actuator `number` of a seed; it does not depend on the number of actuators drawn."""
     rng = _generator(seed, number)
     period = _significant(_decades(rng, 1e-4, 1e-2), 3)
     samples = round(_decades(rng, 60.0, 1000.0))
@@ -175,10 +175,10 @@ def draw(seed: str, number: int) -> Actuator:
 
 
 def draw_plants(actuator: Actuator, seed: str) -> tuple[Plant, ...]:
-    """Return the PLANTS plants on which a controller is judged, the nominal plant first.
+    """Return the PLANTS plants on which a controller is judged; the first one is nominal.
 
-    Each corner of the box of intervals occurs with PHASES phases of the encoder; the other plants
-    are uniform inside the box, and start anywhere within a count.
+    Each corner of the box of intervals occurs with PHASES start positions within a count. The other
+    plants and their start positions are uniformly distributed.
     """
     rng = _generator(f"{seed}: plants of {actuator.name}", 0)
     intervals: list[Interval] = [getattr(actuator, name) for name in VARIED]

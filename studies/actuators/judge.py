@@ -1,7 +1,7 @@
-"""Judges a controller on the plants of an actuator, without frictool's engine, metrics and loops.
+"""Judge of a controller on the plants of an actuator, without frictool's engine and metrics.
 
-The simulation is axis.c, the figures are those of figures.c, the margin is that of `margin.py`. The
-scenario is a step over most of the travel, and the step back, as in `documents.scenario`.
+The simulation is axis.c, the metrics are in figures.c, the margin is in `margin.py`. The scenario
+is a step over most of the travel, and the step back, as in `documents.scenario`.
 """
 
 from __future__ import annotations
@@ -42,9 +42,9 @@ class Run(NamedTuple):
 
 @dataclass(frozen=True)
 class Verdict:
-    """Worst figure and limit of each requirement over the plants, and the plants that meet all.
+    """Worst value over the plants and limit of each requirement; which plants meet all of them.
 
-    Figures are in SI; that of rest is the motion in counts, infinite with a drive.
+    Values are in SI. The value of rest is the motion in counts, or infinite if the drive is not 0.
     """
 
     worst: dict[str, float]
@@ -59,7 +59,7 @@ class Verdict:
 
 
 def axis_record(actuator: Actuator, plant: Plant) -> Vector:
-    """Return the record `axis_t` of axis.c."""
+    """Return the record `axis_t` of axis.c for one plant."""
     scale = plant.coulomb / actuator.coulomb.value
     loose = min(scale * actuator.backlash_coulomb, plant.coulomb)
     return np.array(
@@ -83,10 +83,10 @@ def axis_record(actuator: Actuator, plant: Plant) -> Vector:
 
 
 def play(axis: Vector, reference: Vector, controller: Controller, values: Plant) -> Run:
-    """Return the run of a controller on the axis of a record.
+    """Return the run of a controller on the axis with the record `axis`.
 
-    `values` are the plant's parameters, which a scheduled controller knows. Raises RuntimeError if
-    the motion within a sample does not end.
+    values: parameters of the plant, for a scheduled controller. Raises RuntimeError if the motion
+    within a sample does not end.
     """
     library = judge_library()
     state = np.frombuffer(bytearray(controller.state), dtype=np.uint8)
@@ -120,9 +120,9 @@ def step_reference(actuator: Actuator) -> tuple[Vector, int]:
 
 
 def plant_figures(actuator: Actuator, controller: Controller, plant: Plant) -> Vector:
-    """Return the worst figure of each requirement but the margin, over both steps (6,).
+    """Return the worst value over both steps of each requirement except the margin (6,).
 
-    In SI; the figure of rest is the motion at rest in counts, infinite with a drive.
+    Values are in SI. The value of rest is the motion in counts, or infinite if the drive is not 0.
     """
     reference, second = step_reference(actuator)
     run = play(axis_record(actuator, plant), reference, controller, plant)
@@ -169,7 +169,7 @@ def hold_figures(
 
 
 def limits(actuator: Actuator) -> Vector:
-    """Return the limit of each requirement; the last one, the margin, is a lower limit."""
+    """Return the limit of each requirement. The last one, that of the margin, is a lower limit."""
     return np.array(
         [
             actuator.response,
@@ -184,7 +184,7 @@ def limits(actuator: Actuator) -> Vector:
 
 
 def met(actuator: Actuator, figures: Matrix) -> NDArray[np.bool_]:
-    """Return which of the figures (plants, 7) meet their limits."""
+    """Return a mask of the values (plants, 7) that meet their limits."""
     limit = limits(actuator)
     upper = figures[:, :-1] <= limit[:-1] * (1.0 + TOLERANCE)
     lower = figures[:, -1:] >= limit[-1] * (1.0 - TOLERANCE)

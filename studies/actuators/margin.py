@@ -1,14 +1,15 @@
 """Modulus margin of a controller on a plant, by a sweep over the frequency.
 
-The loop is open at the drive. A controller is C(z) on eta (position or integral of the speed
-reference, minus position), or on a speed error whose speed is the position's difference quotient
-through F(z). A proportional position law closes a second loop:
+The loop is opened at the drive. The input of a controller C(z) is eta (position reference, or
+integral of the speed reference, minus position), or a speed error. Its speed is the difference
+quotient of the position, filtered by F(z). A proportional position law adds a second loop:
 
     C, and C (1 + gain T z/(z - 1))         on eta
     C F (1 - 1/z)/T, and C (F (1 - 1/z)/T + gain)         on the speed error
 
 The plant is the axis in slip with lag and delay, sampled exactly. A square-root law is not linear
-and is in no loop. The margin is the least |1 + L| on the unit circle, 0 for an unstable loop.
+and belongs to no loop. The margin is the least |1 + L| on the unit circle, or 0 for an unstable
+loop.
 """
 
 from __future__ import annotations
@@ -38,7 +39,7 @@ class Sampled(NamedTuple):
 
 
 def margin(actuator: Actuator, plant: Plant, document: Mapping[str, Any]) -> float:
-    """Return the least margin of a controller document's loops with the plant."""
+    """Return the least margin of the loops of a controller document with the plant."""
     period = actuator.period
     linear = _linear(document, plant)
     law = document.get("position_law") or {}
@@ -65,7 +66,7 @@ def linear_input(document: Mapping[str, Any]) -> str:
 
 
 def cascade_margin(actuator: Actuator, plant: Plant, parameters: Vector) -> float:
-    """Return the least margin of the two loops of cascade.c, the position law at its gain."""
+    """Return the least margin of the two loops of cascade.c with a linear position law."""
     _, _, _, _, gain, _, proportional, integral_gain, low_pass, *_ = parameters
     one = np.ones((1, 1))
     pi = Sampled(one, one * actuator.period * integral_gain, one, one * proportional)
@@ -78,7 +79,7 @@ def cascade_margin(actuator: Actuator, plant: Plant, parameters: Vector) -> floa
 
 
 def sampled_axis(actuator: Actuator, plant: Plant) -> Sampled:
-    """Return the axis in slip from the command to the position and its motion over a sample."""
+    """Return the axis in slip from the command to the position and its change over a sample."""
     continuous = np.zeros((4, 4))  # position, speed, drive, command
     continuous[0, 1] = 1.0
     continuous[1, 1] = -plant.viscous / plant.inertia
@@ -109,8 +110,8 @@ def sampled_axis(actuator: Actuator, plant: Plant) -> Sampled:
 def loop_margin(axis: Sampled, controller: Sampled) -> float:
     """Return the least |1 + L| of the loop; 0 if it is unstable.
 
-    The controller has the axis's outputs as inputs. Without feedback of the position, the position
-    itself is no state of the loop.
+    The inputs of the controller are the outputs of the axis. Without feedback of the position, the
+    position is not a state of the loop.
     """
     if not np.any(controller.b[:, POSITION]) and not np.any(controller.d[:, POSITION]):
         kept = slice(1, None)
@@ -133,7 +134,10 @@ def loop_margin(axis: Sampled, controller: Sampled) -> float:
 
 
 def responses(system: Sampled, angles: Vector) -> ComplexVector:
-    """Return the response (outputs, n) of a system with one input at the angles [rad/sample]."""
+    """Return the frequency response (outputs, n) of a system with one input.
+
+    angles: (n,), rad per sample.
+    """
     circle = np.exp(1j * angles)[:, None, None]
     resolvent = np.eye(system.a.shape[0]) * circle - system.a
     states = np.linalg.solve(resolvent, np.broadcast_to(system.b, (angles.size, *system.b.shape)))

@@ -1,8 +1,7 @@
-"""Compiled C of the judge, and of exported controllers, called through ctypes.
+"""Compiled C of the judge and of exported controllers, called through ctypes.
 
-`axis.c` and `cascade.c` are compiled once into build/actuators/; the file's name contains the
-digest of their text. An exported controller is compiled with a few lines that give its functions
-fixed names.
+`axis.c` and `cascade.c` are compiled once into build/actuators/; the file name contains the digest
+of their text. A few additional lines give the functions of an exported controller fixed names.
 """
 
 from __future__ import annotations
@@ -79,7 +78,7 @@ def compile_library(sources: list[Path], target: Path) -> None:
 
 
 def load_exported(folder: Path) -> Controller:
-    """Return the controller that `frictool export --lang c` wrote into `folder`, compiled."""
+    """Compile and return the controller that `frictool export --lang c` wrote into `folder`."""
     (header,) = (path for path in folder.glob("*.h") if not path.stem.endswith("_vectors"))
     name, text = header.stem, header.read_text()
     keys = re.findall(rf"^void {name}_set_(\w+)\([^)]*, double", text, re.MULTILINE)

@@ -1,10 +1,10 @@
-"""Search of a controller by the judge alone: which actuators can be solved at all.
+"""Search for a controller by the judge alone, to find out which actuators have a solution.
 
 The controllers are those of cascade.c. A candidate is a point in the unit cube; RANGES gives the
-meaning of its coordinates, relative to the actuator. A candidate below the modulus margin is slowed
-down until it has the margin. A third of the candidates is drawn at random, the others near the best
-ones. A candidate is simulated on a few extreme plants; one that meets the specification there is
-simulated on all plants, and a plant that fails joins the extreme ones.
+meaning of its coordinates, relative to the actuator. A candidate with too small a modulus margin is
+slowed down until it has the margin. A third of the candidates are random; the others are near the
+best ones. A candidate is simulated on a few extreme plants. If it meets the specification there, it
+is simulated on all plants, and a plant on which it fails is added to the extreme ones.
 """
 
 from __future__ import annotations
@@ -57,7 +57,7 @@ class Solution:
 
 
 def search(actuator: Actuator, plants: Sequence[Plant], candidates: int = CANDIDATES) -> Solution:
-    """Return the first controller that meets the specification on all plants, margin included."""
+    """Return the first controller that meets all requirements, and the margin, on all plants."""
     rng = np.random.default_rng(0)
     loops = _QuickMargin(actuator, plants)
     active = _extreme(plants)

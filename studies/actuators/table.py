@@ -1,4 +1,4 @@
-"""Table of trials: kept line by line while they run, printed, and written as JSON."""
+"""Table of trials, saved line by line while they run, printed, and written as JSON."""
 
 from __future__ import annotations
 
@@ -30,8 +30,7 @@ HEADER = (
 def run_trials(seed: str, count: int, kept: Path, cores: int = 1) -> Iterator[Trial]:
     """Yield the trials of a seed as they end.
 
-    Each trial is appended to the file `kept`. Trials of this seed that the file contains are not
-    run again.
+    Each trial is appended to the file `kept`. Trials of this seed in the file are not repeated.
     """
     header = json.dumps({"seed": seed})
     lines = kept.read_text().splitlines() if kept.is_file() else []
@@ -69,7 +68,7 @@ def _read(line: str) -> Trial | None:
 
 
 def row(trial: Trial) -> str:
-    """Return the line of a trial: verdicts, time, and each requirement's figure over its limit."""
+    """Return the line of a trial: verdicts, time, and value/limit of each requirement."""
     said = {MET: "met", MISSED: "missed", -1: "no end"}.get(trial.code, "refused")
     judged = "-" if not trial.met else "met" if trial.solved else "missed"
     cells = [_cell(trial, name) for name in REQUIREMENTS]

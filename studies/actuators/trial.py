@@ -1,6 +1,7 @@
-"""One trial: frictool designs a controller for an actuator, and the judge tries the exported C.
+"""Trial: frictool designs a controller for an actuator, and the judge simulates the exported C.
 
-The commands are those of a user; synth runs in a process of its own, whose time is measured:
+The commands are those of a user. synth runs in a separate process, whose processor time is
+measured:
 
     frictool synth model.yaml --spec spec.yaml --vertices-only -o controller.yaml
     frictool export controller.yaml --lang c -o c
@@ -34,7 +35,7 @@ MET, MISSED = 0, 1  # exit codes of synth with a controller
 
 @dataclass(frozen=True)
 class Trial:
-    """Result for one actuator; `worst` and `met` are the judge's, empty without a controller."""
+    """Result for one actuator; `worst` and `met` are from the judge, empty without a controller."""
 
     number: int
     actuator: str  # a line of figures
@@ -50,12 +51,12 @@ class Trial:
 
     @property
     def claimed(self) -> bool:
-        """True if synth says that the specification is met."""
+        """True if synth reports that the specification is met."""
         return self.code == MET
 
     @property
     def solved(self) -> bool:
-        """True if the controller meets the specification on all plants, by the judge."""
+        """True if, according to the judge, the controller meets the specification on all plants."""
         return bool(self.met) and all(self.met.values())
 
 
@@ -91,7 +92,7 @@ def try_actuator(seed: str, number: int) -> Trial:
 
 
 def verdict_of(actuator: Actuator, seed: str, folder: Path) -> Verdict:
-    """Return the judge's verdict on FOLDER/controller.yaml with its exported C in FOLDER/c."""
+    """Return the judge's verdict on folder/controller.yaml with its exported C in folder/c."""
     plants = draw_plants(actuator, seed)
     document = yaml.load((folder / "controller.yaml").read_text(), Loader=yaml.CSafeLoader)
     margins = [margin(actuator, plant, document) for plant in plants]
@@ -99,7 +100,7 @@ def verdict_of(actuator: Actuator, seed: str, folder: Path) -> Verdict:
 
 
 def describe(actuator: Actuator) -> str:
-    """Return the figures that decide how hard an actuator is, in one line."""
+    """Return a line with the numbers that determine how difficult an actuator is."""
     nominal = actuator.constant.value * actuator.limit
     return (
         f"{actuator.axis} {actuator.drive}, {1e3 * actuator.period:g} ms, "

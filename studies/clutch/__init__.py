@@ -1,1 +1,1 @@
-"""Experiments on the clutch of configs/clutch, which its Makefile runs."""
+"""Experiments on the clutch; the Makefile of configs/clutch runs them."""

@@ -1,14 +1,15 @@
-"""Friction compensated (5.1) against friction used (5.2): the laws of one rig, each on its nominal
-plant and its vertices, as a table.
+"""Table of control laws of one rig, with compensation (5.1) and with use of friction (5.2).
 
-    python -m studies.clutch.law_comparison SPEC BUILD [LAW...]        BUILD/LAW/run.mcap (make -C
-                                                           configs/clutch compare_laws, configs/emps
-                                                           too)
+    python -m studies.clutch.law_comparison SPEC BUILD [LAW...]
 
-The logs end with a hold of 15 s or more. Response, overshoot, error: the worst over the steps, of
-the nominal plant. Limit cycle: the largest of the last hold on any plant. cycling: how many of all
-plants do; with ?, of how many the hold moves and does not tell. drive at rest: of the command, root
-mean square over the last third, the mean over the plants.
+The logs are BUILD/LAW/run.mcap (make -C configs/clutch compare_laws; also in configs/emps); they
+end with a hold of 15 s or more. The columns are
+
+- response, overshoot, error: worst value over the steps, on the nominal plant
+- limit cycle: largest limit cycle of the last hold on any plant
+- cycling: number of plants with a limit cycle; with ?, number of plants that move during the hold
+  without a certain limit cycle
+- drive at rest: rms command over the last third of the hold, averaged over the plants
 """
 
 from __future__ import annotations
@@ -41,7 +42,7 @@ HEADS = (
 
 @dataclass(frozen=True)
 class Law:
-    """One law on all plants of its log; positions in encoder counts, drive in A or V."""
+    """Results of one law over all plants; positions in encoder counts, drive in A or V."""
 
     name: str
     response: float
@@ -56,7 +57,7 @@ class Law:
 
 
 def law(name: str, spec: Spec, controller: Controller, log: Log) -> Law:
-    """The figures of a log."""
+    """Return the results of a law from its log."""
     step = controller.bench.encoder.resolution
     cycles, drives, own, untold = [(0.0, 0.0)], [], [], 0
     for item, holds in judge(spec, [log], controller).evidence:
@@ -90,7 +91,7 @@ def law(name: str, spec: Spec, controller: Controller, log: Log) -> Law:
 
 
 def table(laws: list[Law], unit: str) -> list[str]:
-    """The laws, one a line."""
+    """Return the table with one line per law."""
     lines = [
         f"{'law':<26}"
         + "".join(f"{head:>15}" for head in HEADS[:-1])

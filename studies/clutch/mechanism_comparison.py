@@ -1,15 +1,16 @@
-"""The exhaustive clutch (2.16)-(2.23) against its one inertia (2.24)-(2.29), same controllers: do
-they do the same, is 5.4.1 met?
+"""Comparison of the exhaustive clutch (2.16)-(2.23) with its one inertia (2.24)-(2.29).
 
-    python -m studies.clutch.mechanism_comparison SPEC BUILD LAW...     BUILD/LAW/exhaustive.mcap,
-                                                                        reduced.mcap
-                                                           (make -C configs/clutch mechanism)
+    python -m studies.clutch.mechanism_comparison SPEC BUILD LAW...
 
-rotor: the largest distance between the two rotors at one time over the whole log; the backlash is 3
-rad wide. response: the worst 95 % response of the steps of each, on the nominal plant. 5.4.1: how
-many plants of each log meet all of it, each judged by itself. Exit code 1 where the rotors part by
-more than the backlash, the responses by more than 5 %, or a law that meets 5.4.1 on the reduced
-clutch misses it on the exhaustive one.
+The logs of each law, with the same controller, are BUILD/LAW/exhaustive.mcap and reduced.mcap (make
+-C configs/clutch mechanism). The columns are
+
+- rotor: largest distance between both rotors at the same time; the backlash is 3 rad wide
+- response: worst 95 % response over the steps, on the nominal plant of each log
+- 5.4.1: number of plants of each log that meet all requirements
+
+The exit code is 1 if the distance of the rotors exceeds the backlash, if the responses differ by
+more than 5 %, or if a law meets 5.4.1 on the reduced clutch but not on the exhaustive one.
 """
 
 from __future__ import annotations
@@ -32,8 +33,11 @@ SAME_RESPONSE = 0.05
 
 @dataclass(frozen=True)
 class Compared:
-    """One law on both: worst distance of the rotors [rad] and when [s]; the plants of each log, the
-    nominal one first."""
+    """One law on both clutches.
+
+    apart, at: largest distance of the rotors [rad] and its time [s]. exhaustive, reduced: plants of
+    each log; the first one is nominal.
+    """
 
     law: str
     apart: float
@@ -43,8 +47,10 @@ class Compared:
 
     @property
     def response_apart(self) -> float:
-        """|difference| of the nominal plants' worst responses, relative to the exhaustive one's;
-        infinite where either never settles."""
+        """Relative difference of the worst responses of the two nominal plants.
+
+        Infinite if one of them never settles.
+        """
         first, second = self.exhaustive[0].response, self.reduced[0].response
         if first is None or second is None or not np.isfinite([first, second]).all():
             return np.inf
@@ -52,15 +58,17 @@ class Compared:
 
     @property
     def meets(self) -> tuple[bool, bool]:
-        """Return if all plants of the exhaustive clutch meet 5.4.1, and if all of the reduced one
-        do."""
+        """Return True for each clutch (exhaustive, reduced) whose plants all meet 5.4.1."""
         return all(plant.all_met for plant in self.exhaustive), all(
             plant.all_met for plant in self.reduced
         )
 
 
 def compared(law: str, spec: Spec, exhaustive: Log, reduced: Log) -> Compared:
-    """The two logs of one law, of the same scenario. Raises ValueError where they are not."""
+    """Return the comparison of two logs of one law.
+
+    Raises ValueError if the logs have different scenarios.
+    """
     first, second = (
         next(one for one in log.streams if one.topic == MAIN_TOPIC) for log in (exhaustive, reduced)
     )
@@ -84,7 +92,7 @@ def _axes(log: Log) -> Log:
 
 
 def missed(found: Compared) -> list[str]:
-    """Return the requirements on a reduction that it misses."""
+    """Return a line for each requirement on the reduction that is not met."""
     out = []
     if found.apart > BACKLASH:
         out.append(
@@ -100,7 +108,7 @@ def missed(found: Compared) -> list[str]:
 
 
 def table(laws: list[Compared]) -> list[str]:
-    """One law a line."""
+    """Return the table with one line per law."""
     lines = [
         f"{'law':<12}{'rotor apart rad':>17}{'at s':>9}{'response ms':>22}{'apart %':>10}"
         f"{'5.4.1 exhaustive':>19}{'reduced':>12}"

@@ -1,25 +1,24 @@
-"""The curves of configs/clutch/mechanism.yaml, which the thesis only draws (figures 2.12-2.14): how
-each number was chosen.
+"""Curves of configs/clutch/mechanism.yaml, which the thesis only draws (figures 2.12-2.14).
 
-    python -m studies.clutch.mechanism_curves        prints them as they stand in the file
+    python -m studies.clutch.mechanism_curves        prints the curves in the format of the file
 
-Published, and kept: the friction map (4.42), (4.44) of tables 4.7 and 4.8, r, the brushes'
-friction, the inertia. In slip the rotor feels
+Known are the friction map (4.42), (4.44) of tables 4.7 and 4.8, the ratio r, the friction of the
+brushes, and the inertia. In slip the friction at the rotor is
 
     C_r+ = C_r2 + (mu_c F_s1 + F_res) r/eta        C_r- = C_r2 + (mu_c F_s1 - F_res) r/eta
                                                    (2.28)-(2.29)
 
-with F_res = F_s2 - F_s1 tan(alpha), so that the mean of both directions gives mu_c F_s1, half their
-difference F_res. Assumed, as is typical of such parts: eta 0.8 of reducer and rack together, mu_c
-0.12 of a greased slideway, 0.6 for the pistons' areas, and the clutch, below. The profile is what
-is left: the angle with which F_s1 tan(alpha) = F_s2 - F_res.
+with F_res = F_s2 - F_s1 tan(alpha). The mean of both directions therefore gives mu_c F_s1, and half
+of their difference F_res. Typical values are assumed for eta (0.8 for reducer and rack together),
+mu_c (0.12 for a greased slideway), the ratio of the piston areas (0.6), and the clutch (below). The
+profile angle alpha follows from F_s1 tan(alpha) = F_s2 - F_res.
 
-Two conclusions about the springs follow. The identified friction grows with theta, so s1 is
+Two conclusions about the springs follow. The identified friction grows with theta, so that s1 is
 compressed as theta grows, and s2, the clutch's spring, relaxes (2.2.2). The diaphragm relaxes when
-the clutch closes (2.2.1), so theta = 0 is the open clutch.
-F_s2 and tan(alpha) are negative, s2 pushes the cart in the positive direction of x. F_s1 rises,
-falls and rises again over x, as the force of a stack of disc springs does. The dip within the first
-3 rad, and the rise in the last 5, are the ends of the published polynomials.
+the clutch closes (2.2.1), so that theta = 0 is the open clutch. F_s2 and tan(alpha) are negative:
+s2 pushes the cart in the positive direction of x. F_s1 rises, falls and rises again over x, like
+the force of a stack of disc springs. The dip in the first 3 rad, and the rise in the last 5 rad,
+are the ends of the published polynomials.
 """
 
 from __future__ import annotations
@@ -56,12 +55,15 @@ WIDTH = 132  # of a line in the file
 
 
 def cone(deflection: Vector) -> Vector:
-    """Almen and Laszlo's force of a coned disc over deflection/thickness, up to a factor."""
+    """Return Almen and Laszlo's force of a coned disc over deflection/thickness.
+
+    It is known up to a factor.
+    """
     return np.asarray(deflection * ((CONE - deflection) * (CONE - 0.5 * deflection) + 1.0))
 
 
 def release_force(way: Vector) -> Vector:
-    """F_c [N] of the clutch at the bearing, pushed by `way` [m] from where it is closed."""
+    """Return the clutch's force F_c [N] at the bearing, `way` [m] from the closed position."""
     peak = cone(np.array([CONE - np.sqrt((CONE**2 - 2.0) / 3.0)]))[0]
     diaphragm = PEAK * cone(ENGAGED + way / STROKE) / peak
     cushion = (
@@ -71,21 +73,24 @@ def release_force(way: Vector) -> Vector:
 
 
 def rotor_torque(theta: Vector) -> tuple[Vector, Vector]:
-    """C_r [N m] of both directions at theta [rad], (4.42), each against the motion."""
+    """Return the friction C_r [N m] forward and backward at theta [rad] (4.42)."""
     forward, backward = (np.polynomial.Polynomial(c)(theta) for c in (FORWARD, BACKWARD))
     return forward / BETA, backward / BETA
 
 
 def slideway(theta: Vector) -> tuple[Vector, Vector]:
-    """mu_c F_s1 and F_res [N] at the cart, from both directions of the identified map."""
+    """Return mu_c F_s1 and F_res [N] at the cart, from both directions of the identified map."""
     forward, backward = rotor_torque(theta)
     to_cart = EFFICIENCY / RATIO
     return (0.5 * (forward + backward) - BRUSHES) * to_cart, 0.5 * (forward - backward) * to_cart
 
 
 def curves() -> dict[str, tuple[Vector, Vector]]:
-    """Name -> (position [m], value): force of s1 [N] and angle [rad] over the cart's way, force of
-    s2 [N] over the slave piston's."""
+    """Return name -> (position [m], value) of the three curves.
+
+    Force of s1 [N] and angle [rad] are over the position of the cart, force of s2 [N] is over the
+    position of the slave piston.
+    """
     theta = np.linspace(0.0, TRAVEL, POINTS)
     x = RATIO * theta
     friction, residual = slideway(theta)
@@ -99,7 +104,7 @@ def curves() -> dict[str, tuple[Vector, Vector]]:
 
 
 def lines(name: str) -> list[str]:
-    """A curve as it stands in the file: mm, N, deg."""
+    """Return the lines of a curve in the format of the file, in mm, N and deg."""
     position, value = curves()[name]
     values = (
         [f"{one:.3f}" for one in np.degrees(value)]

@@ -1,12 +1,15 @@
-"""Figures 2.12 to 2.14 of the thesis, from a mechanism.yaml of the clutch: a page.
+"""Page with figures 2.12 to 2.14 of the thesis, from a mechanism.yaml of the clutch.
 
-    python -m studies.clutch.mechanism_figures MECHANISM PAGE.html        (make -C configs/clutch
-                                                                        mechanism)
+    python -m studies.clutch.mechanism_figures MECHANISM PAGE.html
 
-2.12  what both springs put on the cart, F_s2 and F_s1 tan(alpha), and mu_c F_s1, over its way
-2.13  the cart's resistance F_r5 in both directions (2.28): never driving where the mechanism is
-irreversible (2.27) 2.14  the torque that the rotor feels in both directions, C_r2 + r/eta F_r5,
-beside what was identified (4.42), (4.44)
+`make -C configs/clutch mechanism` runs this command. The figures show
+
+- 2.12: forces of both springs on the cart, F_s2 and F_s1 tan(alpha), and mu_c F_s1, over the
+  position of the cart
+- 2.13: resistance of the cart F_r5 in both directions (2.28); it never drives if the mechanism is
+  irreversible (2.27)
+- 2.14: friction at the rotor in both directions, C_r2 + r/eta F_r5, and the identified friction
+  (4.42), (4.44)
 """
 
 from __future__ import annotations
@@ -61,8 +64,11 @@ $figures
 
 @dataclass(frozen=True)
 class Forces:
-    """Over the cart's way x (n,) [m]: F_s2, F_s1 tan(alpha), mu_c F_s1 [N]; r [m/rad], eta, C_r2 [N
-    m]."""
+    """Forces (n,) over the position x (n,) [m] of the cart, and constants of the clutch.
+
+    The forces are F_s2, F_s1 tan(alpha) and mu_c F_s1 [N]; the constants are r [m/rad], eta and
+    C_r2 [N m].
+    """
 
     x: Vector
     clutch: Vector
@@ -74,7 +80,7 @@ class Forces:
 
     @property
     def cart(self) -> tuple[Vector, Vector]:
-        """F_r5 forward and backward (2.28)."""
+        """Resistance F_r5 forward and backward [N] (2.28)."""
         return (
             self.clutch - self.compensation + self.friction,
             self.clutch - self.compensation - self.friction,
@@ -82,7 +88,7 @@ class Forces:
 
     @property
     def rotor(self) -> tuple[Vector, Vector]:
-        """C_r forward and backward, each against the motion (2.29)."""
+        """Friction C_r at the rotor forward and backward [N m] (2.29)."""
         forward, backward = self.cart
         scale = self.ratio / self.efficiency
         return self.brushes + scale * forward, self.brushes - scale * backward
@@ -91,7 +97,7 @@ class Forces:
 def forces(mechanism: Mechanism) -> Forces:
     """Return the forces on the cart of the clutch's mechanism.
 
-    Raises KeyError if it is another mechanism.
+    Raises KeyError if `mechanism` is not the clutch.
     """
     rack, areas, cam = (
         _link(mechanism, "rack", Rack),
@@ -126,7 +132,7 @@ def _at(curve: Curve, x: Vector) -> Vector:
 
 
 def figures(found: Forces) -> list[str]:
-    """The three `<svg>` elements."""
+    """Return the three figures as `<svg>` elements."""
     way, theta = 1e3 * found.x, found.x / found.ratio
     springs = (
         (found.clutch, FORWARD, "F_s2, the clutch"),

@@ -1,15 +1,17 @@
-"""Control with the velocity of an observer, compared with the difference of the encoder: laws of
-one rig with both, on the same plants.
+"""Comparison of control with an observer's velocity and with the encoder's difference quotient.
 
     python -m studies.clutch.observed_velocity SPEC BUILD LAW...
-        reads BUILD/LAW/{controller,observed}.yaml and BUILD/LAW/{run,observed}.mcap
-        (make -C configs/clutch velocity)
 
-Response, overshoot, error: the worst over the steps, of the nominal plant. meeting: plants that
-meet the specification; cycling: plants with a limit cycle in the last hold. speed: rms error of
-what the controller took for the speed, nominal and worst plant. jitter: rms of what the command
-changes by from sample to sample, mean over the plants. margin: modulus margin of the linear loops
-at the worst vertex.
+The laws of one rig run with both velocities on the same plants. The command reads
+BUILD/LAW/{controller,observed}.yaml and BUILD/LAW/{run,observed}.mcap (make -C configs/clutch
+velocity). The columns are
+
+- response, overshoot, error: worst value over the steps, on the nominal plant
+- meeting: number of plants that meet the specification
+- cycling: number of plants with a limit cycle in the last hold
+- speed: rms error of the controller's velocity, on the nominal and the worst plant
+- jitter: rms change of the command from sample to sample, averaged over the plants
+- margin: modulus margin of the linear loops at the worst vertex
 """
 
 from __future__ import annotations
@@ -45,7 +47,7 @@ RUNS = {"(5.70)": ("controller.yaml", "run.mcap"), "observer": ("observed.yaml",
 
 
 def figures(spec: Spec, controller: Controller, log: Log) -> list[str]:
-    """Return the figures of one law with one velocity, in the order of HEADS."""
+    """Return the table cells of one law with one velocity, in the order of HEADS."""
     own, verdict = law("", spec, controller, log), judge(spec, [log], controller)
     errors = [
         stream_metrics(spec, evidence)[0].get("velocity_error_rms", math.nan)

@@ -1,13 +1,13 @@
-"""Number of plants on which a design meets 5.4.1, its figures there, and table 5.3's energy.
+"""Number of plants on which a design meets 5.4.1, their metrics, and the energy of table 5.3.
 
     python -m studies.clutch.requirement_counts judge SPEC CONTROLLER LOG... -o FIGURES.json
-        writes a line of figures for each plant of the logs
+        writes a line of metrics for each plant of the logs
 
     python -m studies.clutch.requirement_counts print FIGURES.json...
         prints the table (make -C configs/clutch counts)
 
-Each plant is judged by itself with the requirements of `frictool report`. The nominal plant of a
-log counts with no others. Exit code 1 if a design misses its TARGETS.
+Each plant is judged separately with the requirements of `frictool report`. The nominal plant of a
+log is not counted. The exit code is 1 if a design misses its TARGETS.
 """
 
 from __future__ import annotations
@@ -34,8 +34,10 @@ FAST = 0.122  # s
 
 @dataclass(frozen=True)
 class Target:
-    """Numbers of vertices (of 16) and random plants (of 1000) on which a design has to meet the
-    specification; its response [s] at each vertex."""
+    """Least numbers of vertices (of 16) and random plants (of 1000) that meet the specification.
+
+    response: largest response time at a vertex [s], or None.
+    """
 
     vertices: int
     plants: int
@@ -47,10 +49,10 @@ TARGETS = {"speed": Target(16, 995), "position": Target(14, 825), "fast": Target
 
 @dataclass(frozen=True)
 class Plant:
-    """Requirements that one plant met, its worst figures over the steps [s, %, rad], and the energy
-    [A^2] of the steps from 5 to 55 rad and back.
+    """Result of one plant: requirements, worst values over the steps, and energy.
 
-    A value is None where there is none, such as the response of what never settles.
+    met: requirement -> True if it is met. response [s], overshoot [%], error [rad]: worst value;
+    None if undefined. energy [A^2]: of the steps from 5 to 55 rad and back.
     """
 
     name: str
@@ -68,8 +70,10 @@ class Plant:
 
 @dataclass(frozen=True)
 class Counted:
-    """A design on its plants; `margin`: the worst modulus margin over the vertices, with the
-    delay."""
+    """Results of one design on all plants.
+
+    margin: worst modulus margin over the vertices, with the delay.
+    """
 
     design: str
     margin: float
@@ -79,8 +83,10 @@ class Counted:
 
 
 def judged(spec: Spec, log: Log) -> list[Plant]:
-    """A log's streams, each by itself. Raises ValueError where a requirement cannot be told: a
-    count would be of something else."""
+    """Return the result of each stream of a log, judged separately.
+
+    Raises ValueError if a requirement is undecided, since the plant could not be counted.
+    """
     found = []
     for stream in log.streams:
         requirements = {
@@ -114,8 +120,10 @@ def _energies(log: Log, topic: str) -> tuple[float, float]:
 
 
 def counted(spec: Spec, controller: Controller, logs: Iterable[Log]) -> Counted:
-    """The plants of all logs together: vertices by the controller's names for them, the rest drawn
-    at random."""
+    """Return the results of all logs of a design.
+
+    A plant with the name of a vertex of the controller is a vertex; the others are random plants.
+    """
     names = {f"{MAIN_TOPIC}/{vertex.name}" for vertex in controller.verified.vertices}
     nominal: list[Plant] = []
     vertices: list[Plant] = []
@@ -130,7 +138,7 @@ def counted(spec: Spec, controller: Controller, logs: Iterable[Log]) -> Counted:
 
 
 def missed(found: Counted) -> list[str]:
-    """Return the parts of its target that the design misses."""
+    """Return a line for each part of its target that the design misses."""
     target = TARGETS.get(found.design)
     if target is None:
         return []
@@ -159,7 +167,7 @@ def missed(found: Counted) -> list[str]:
 
 
 def table(designs: list[Counted]) -> list[str]:
-    """The counts, and table 5.3 below."""
+    """Return the lines of the counts, then of table 5.3."""
     names = list(designs[0].nominal.met)
     heads = "".join(f"{name.replace('_', ' ').replace(' time 95', ''):>14}" for name in names)
     lines = [
@@ -209,8 +217,10 @@ def _middle_and_worst(values: list[float | None], scale: float, digits: int) -> 
 
 
 def spends_least(designs: list[Counted]) -> bool:
-    """Return True if the speed form spends less than the position form and RST, on the nominal
-    plant and on average on all others."""
+    """Return True if the speed form uses less energy than the position form and RST.
+
+    This must hold for the nominal plant, and for the means over vertices and over random plants.
+    """
     known = {found.design: found for found in designs if found.design in PUBLISHED}
     if len(known) < len(PUBLISHED):
         return True

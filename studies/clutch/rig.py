@@ -1,5 +1,4 @@
-"""The robotised clutch as configs/clutch has it: its model from the sample logs, controllers of its
-designs, and runs of them."""
+"""Robotised clutch of configs/clutch: model from the sample logs, controllers, and runs."""
 
 from __future__ import annotations
 
@@ -27,12 +26,12 @@ FILTER = 1.5e-3  # s, table 4.5: of the differences that table 4.6 is found with
 
 @cache
 def spec() -> Spec:
-    """The specification of 5.4.1."""
+    """Return the specification of 5.4.1."""
     return load(CLUTCH / "spec.yaml", Spec)
 
 
 def identify_model(folder: Path) -> Path:
-    """Identify the clutch from its sample logs, as its Makefile does; return the model's path."""
+    """Identify the clutch from its sample logs as the Makefile does; return the model's path."""
     logs = []
     for name in ("sines", "ramp"):
         logs.append(folder / f"{name}.mcap")
@@ -62,7 +61,7 @@ def controller(name: str) -> Controller:
 
 
 def played(name: str, scenario: str) -> Log:
-    """A controller on the clutch of 4.4 in a scenario of the rig."""
+    """Return a run of a controller on the clutch of 4.4 in a scenario of the rig."""
     return simulate_closed_loop(
         load(CLUTCH / "nonlinear.yaml", Model),
         controller(name),

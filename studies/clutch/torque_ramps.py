@@ -1,20 +1,17 @@
-"""The asymmetry of thesis 4.4.4 (figures 4.14-4.16): torque ramps of the PID's limit cycle, with
-rigid flanks and with ones that yield.
+"""Asymmetry of the PID's torque ramps (thesis 4.4.4, figures 4.14-4.16), by compliant flanks.
 
-    python -m studies.clutch.torque_ramps yielding MECHANISM -o YIELDING      the same mechanism,
-                                                                              its
-                                                                       backlash with flanks that
-                                                                       yield
-    python -m studies.clutch.torque_ramps compare RIGID.mcap YIELDING.mcap    (make -C
-                                                                              configs/clutch
-                                                                       rebound)
+    python -m studies.clutch.torque_ramps yielding MECHANISM -o YIELDING
+        writes the same mechanism with compliant flanks in its backlash
+    python -m studies.clutch.torque_ramps compare RIGID.mcap YIELDING.mcap
+        prints the table (make -C configs/clutch rebound)
 
-The integrator ramps the torque up and down between the two that break the rotor away; on the bench
-"the ramps are not centred around 0", because parts that were wound up push the rotor back. centre:
-the middle of the torques at which the rotor stands, over the second half of a hold; half: half of
-what lies between them. With rigid flanks the rotor cycles inside the backlash against its brushes
-alone, around 0. With compliant flanks it cycles against a wound-up flank. Exit code 1 where a
-rigid centre is beyond a twentieth of its half, or fewer than half of the yielding ones are beyond a
+In a limit cycle the integrator ramps the torque up and down between the two torques at which the
+rotor breaks away. On the bench "the ramps are not centred around 0", because parts under torsion
+push the rotor back. `centre` is the middle of the torques at which the rotor stands, over the
+second half of a hold; `half` is half of their range. With rigid flanks the rotor cycles inside the
+backlash, against the friction of its brushes only, and the ramps are centred at 0. With compliant
+flanks it cycles against a flank under load. The exit code is 1 if a centre with rigid flanks
+exceeds a twentieth of its half, or if fewer than half of the centres with compliant flanks exceed a
 quarter of theirs.
 """
 
@@ -42,8 +39,10 @@ CENTRED, OFF = 0.05, 0.25  # of half the swing
 
 @dataclass(frozen=True)
 class Ramps:
-    """Torques at standstill in a hold at `reference` [rad]: their middle and half range [N m], and
-    the number of turns of the ramp."""
+    """Torques at standstill in a hold at `reference` [rad].
+
+    centre, half: middle and half of the range [N m]. turns: number of reversals of the ramp.
+    """
 
     reference: float
     centre: float
@@ -52,12 +51,12 @@ class Ramps:
 
     @property
     def asymmetry(self) -> float:
-        """|centre| over half: 0 around 0, 1 where the torque keeps its sign."""
+        """|centre|/half: 0 for symmetric ramps, 1 if the torque keeps its sign."""
         return abs(self.centre) / self.half
 
 
 def yielding(mechanism: Mechanism) -> Mechanism:
-    """The clutch's mechanism with compliant flanks in its rack's backlash."""
+    """Return the clutch's mechanism with compliant flanks in the backlash of its rack."""
     rack = mechanism.links["rack"]
     assert isinstance(rack, Rack)
     assert rack.backlash is not None
@@ -84,7 +83,7 @@ def ramps(log: Log) -> list[Ramps]:
 
 
 def missed(rigid: list[Ramps], soft: list[Ramps]) -> list[str]:
-    """Return the observations that contradict the asymmetry in the text."""
+    """Return a line for each result that contradicts the asymmetry of the thesis."""
     out = [
         f"rigid flanks, {one.reference:g} rad: ramps around {one.centre:.4f} N m"
         for one in rigid

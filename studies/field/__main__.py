@@ -1,10 +1,10 @@
-"""Score identification methods on measured records of other people's machines.
+"""Scores of identification methods on measured records of other people's machines.
 
     python -m studies.field FOLDER [PAGE]            make field
 
-FOLDER holds the records that the manifest lists; a manifest.yaml in FOLDER replaces that of this
-package. The table is printed, and written between the markers of PAGE if PAGE is given. Exit code 3
-if no record of the manifest is in FOLDER.
+FOLDER contains the records of the manifest; a manifest.yaml in FOLDER replaces that of this
+package. The table is printed and, with PAGE, written between the markers of this page. The exit
+code is 3 if FOLDER contains no record of the manifest.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def records_of(paths: list[Path], bench: Bench) -> list[MotionRecord]:
 
 
 def divided(records: list[MotionRecord], parts: int) -> list[list[MotionRecord]]:
-    """Return `parts` lists with the first, second, ... part in time of each record."""
+    """Return `parts` lists; list k contains part k in time of every record."""
     edges = [
         np.linspace(0, record.position.size, parts + 1).astype(int).tolist() for record in records
     ]
@@ -51,7 +51,7 @@ def divided(records: list[MotionRecord], parts: int) -> list[list[MotionRecord]]
 
 
 def score_machine(machine: Machine, folder: Path, home: Path) -> list[MethodScore] | str:
-    """Return the scores of all methods on a machine, or the reason why there are none."""
+    """Return the scores of all methods on a machine, or the reason why it has none."""
     bench = load(bench_path(machine, home), Bench)
     groups = [files for patterns in machine.records if (files := files_of(patterns, folder))]
     if not groups:
@@ -70,7 +70,7 @@ def score_machine(machine: Machine, folder: Path, home: Path) -> list[MethodScor
 
 
 def row(machine: str, score: MethodScore) -> str:
-    """Return a row of the table."""
+    """Return the table row of a method on a machine."""
     cells = (
         machine,
         score.method,

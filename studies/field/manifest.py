@@ -13,8 +13,9 @@ NAME = "manifest.yaml"
 class Machine(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     """Machine of a manifest.
 
-    - bench: file of the bench, beside the manifest or in its folder `benches`
-    - records: lists of files or patterns that are fitted together, below the folder of the data
+    - bench: file of the bench, in the folder of the manifest or in its folder `benches`
+    - records: lists of files or patterns below the data folder; the files of a list are fitted
+      together
     - parts: number of equal parts in time into which each record is divided
     - refused: files that an identification must refuse
     - published: parameter -> published value, SI
@@ -36,7 +37,7 @@ class Manifest(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 def read_manifest(folder: Path) -> tuple[Manifest, Path]:
-    """Return the manifest and the folder that holds it: that of the data, else this package's."""
+    """Return the manifest of the data folder or, without one, of this package, and its folder."""
     home = folder if (folder / NAME).is_file() else HERE
     return msgspec.yaml.decode((home / NAME).read_bytes(), type=Manifest), home
 

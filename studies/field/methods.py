@@ -1,7 +1,7 @@
-"""Methods that the field benchmark compares: records and bench -> values with intervals, or reason.
+"""Methods of the field benchmark; each returns values with intervals, or a reason for refusal.
 
-`auto` is the default of `frictool identify`. `plain` is ordinary least squares as most scripts do
-it: differences, a low-pass, every moving sample, and the textbook covariance.
+`auto` is the default of `frictool identify`. `plain` is ordinary least squares as in most scripts:
+differences, a low-pass, every moving sample, and the usual covariance.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def auto(records: Sequence[MotionRecord], bench: Bench) -> FieldFit | str:
 
 
 def plain(records: Sequence[MotionRecord], bench: Bench) -> FieldFit | str:
-    """Return plain least squares of effort on [acceleration, velocity, sign(velocity), 1]."""
+    """Return the least-squares fit of the effort by [acceleration, velocity, sign(velocity), 1]."""
     b, a = butter(4, 2.0 * CUTOFF)
     parts = []
     for record in records:
@@ -86,7 +86,7 @@ METHODS = {"frictool auto": auto, "plain least squares": plain}
 
 
 def peer_rows() -> dict[str, str]:
-    """Return the state of each further method: not installed, or installed and not compared."""
+    """Return name -> state of other methods: not installed, or installed and not compared."""
     return {name: _state(module) for name, module in PEERS.items()}
 
 

@@ -1,10 +1,12 @@
-"""Scores of an identification on the records of one machine, alike for each method.
+"""Scores of an identification on the records of one machine, equally defined for every method.
 
-- held out: force error (`frictool/identify/force_error.py`) of a record's fit on each other record,
-  rms over all pairs
-- across: share of parameter intervals that overlap the interval of another record's fit
-- published: number of published values inside an interval of some record, of all that were fitted
-- refused: number of records without a fit, and how many of the records to be refused were refused
+- held out: rms force error (`frictool/identify/force_error.py`) over all pairs of records, of the
+  fit of the first on the second
+- across: share of the parameter intervals that overlap the interval of another record's fit
+- published: number of published values inside an interval of any record, and number of published
+  values that were fitted
+- refused: number of records without a fit, and number of the records to be refused that were
+  refused
 """
 
 from __future__ import annotations
@@ -26,7 +28,7 @@ PLAYED = ("inertia", "viscous", "coulomb", "offset")
 
 @dataclass(frozen=True)
 class FieldFit:
-    """Values of the sliding parameters, intervals of the identified ones, and further laws."""
+    """Values of the sliding parameters, intervals of the identified ones, and other laws."""
 
     values: dict[str, float]
     intervals: dict[str, Interval]

@@ -1,1 +1,1 @@
-"""Experiments with estimators of velocity, friction and wear."""
+"""Experiments on estimators of velocity, friction and wear."""

@@ -1,18 +1,18 @@
-"""The thesis's two switched observers and the estimator of `observe run` side by side, on the
-second test of 6.3.2, many times.
+"""Comparison of two switched observers and the estimator of `observe run` (6.3.2, second test).
 
-    python -m studies.observers.estimator_comparison [SEEDS]        in make -C configs/clutch
-                                                                    observers
+    python -m studies.observers.estimator_comparison [SEEDS]
 
-Each run is 20 s of steps on the clutch of nonlinear.yaml (encoder of 56 points, backlash, 0.5 A of
-noise) with its own noise and its own phase of the encoder; what estimates believes the inertia 20 %
-low. The switched observers are designed as in that Makefile, with a decay alone and quiet.
+`make -C configs/clutch observers` runs this command. Each run is 20 s of steps on the clutch of
+nonlinear.yaml (encoder with 56 counts per turn, backlash, 0.5 A of noise). Noise and start position
+within a count are random. The inertia of the estimators' model is 20 % too low. The switched
+observers are designed as in the Makefile, with a decay only and with quiet gains.
 
-wear       friction over the model's, over the last 5 s: alpha; of an additive observer f + alpha
-           over f where it slips, by least squares;
-           of the estimator what it knows in the end. bias, sd: over the runs
-velocity   root mean square of the error over all samples
-friction   as in thesis_tests.py, from 5 s on; the estimator's is its wear times the model's map
+wear       mean over the last 5 s of the friction relative to the model's: alpha, or
+           (f + alpha)/f in slip by least squares for an additive observer; for the estimator of
+           `observe run`, its last value. bias, sd: mean error and standard deviation over the runs
+velocity   rms error over all samples
+friction   relative rms error from 5 s on, as in switched_observers.py; the friction of the
+           estimator is its wear times the model's map
 """
 
 from __future__ import annotations
@@ -48,8 +48,11 @@ PROVENANCE = Provenance("written by a test", "0")
 
 @dataclass(frozen=True)
 class Row:
-    """One estimator in one loop at one wear: bias and standard deviation [%], velocity [rad/s],
-    friction [%], the latter two means."""
+    """Results of one estimator in one loop at one wear, over all runs.
+
+    bias, deviation: mean error and standard deviation of the wear [%]. velocity [rad/s], friction
+    [%]: mean errors.
+    """
 
     name: str
     loop: str
@@ -62,7 +65,7 @@ class Row:
 
 @functools.cache
 def designed(kind: str) -> Observer:
-    """As the Makefile designs them for the second test."""
+    """Return the observer of a kind, designed as in the Makefile for the second test."""
     if kind.startswith("multiplicative"):
         quiet = 4.0 if kind == "multiplicative" else None
         return multiplicative.design(
@@ -79,7 +82,10 @@ def designed(kind: str) -> Observer:
 
 
 def truth(log: Run, piece: MotionBlock) -> Vector:
-    """Dry friction (n,) [N m] of the velocity's sign, where the encoder shows the axis to be."""
+    """Return the true dry friction (n,) [N m] at the encoder's positions.
+
+    It has the sign of the velocity.
+    """
     return _of_map(piece, log.velocity, np.full(piece.time.size, log.unit.wear))
 
 
@@ -91,14 +97,14 @@ def _of_map(piece: MotionBlock, velocity: Vector, wear: Vector) -> Vector:
 
 
 def by_observer(kind: str, log: Run) -> Found:
-    """One of the two switched observers along a log."""
+    """Return the errors of a switched observer along a log."""
     piece = log.pieces[0]
     found = next(run_along(designed(kind), log.pieces))
     return _judged(log, piece, found, _alpha if designed(kind).kind == "multiplicative" else _ratio)
 
 
 def by_estimator(log: Run) -> Found:
-    """Return the figures of the estimator of `observe run`."""
+    """Return the errors of the estimator of `observe run`."""
     piece = log.pieces[0]
     wear, velocity = WearEstimator(believed()), VelocityEstimator(believed()).take(piece)[0]
     known = np.full(piece.time.size, wear.estimate.wear.value)
@@ -158,7 +164,7 @@ ESTIMATORS: dict[str, Callable[[Run], Found]] = {
 
 
 def compared(loop: Loop, wear: float, seeds: int) -> list[Row]:
-    """The three in a loop at a wear."""
+    """Return the rows of all estimators in a loop at a wear."""
     found: dict[str, list[Found]] = {name: [] for name in ESTIMATORS}
     for seed in range(seeds):
         phase = (
@@ -185,7 +191,7 @@ def _row(name: str, loop: str, wear: float, found: NDArray[np.float64]) -> Row:
 
 
 def table(rows: list[Row]) -> list[str]:
-    """For people."""
+    """Return the rows as lines of text."""
     heads = (
         f"{'loop':<8}{'wear':>5}  "
         f"{'estimator':<22}{'bias %':>8}{'sd %':>8}{'velocity rad/s':>16}{'friction %':>12}"

@@ -1,18 +1,18 @@
-"""The two tests of thesis 6.3.2 and 6.4.2 in figures: what a switched observer finds along a
-simulated log, beside what the log knows.
+"""Errors of switched observers in the tests of thesis 6.3.2 and 6.4.2, on simulated logs.
 
-    python -m studies.observers.switched_observers BUILD         BUILD/first, BUILD/second: make -C
-                                                       configs/clutch observers
+    python -m studies.observers.switched_observers BUILD
 
-first    friction x 1.5 at 5 s. settled: from when on after that alpha, or of an additive observer
-         the friction over a period of the sine,
-         is within 5 % for good. The other figures: of the last 5 s.
-second   alpha from 2 s on; its mean in the second half of either series of steps, for it depends on
-         the trajectory.
+The command reads BUILD/first and BUILD/second (make -C configs/clutch observers).
 
-Friction is compared where the axis and the observer both slip, root mean square over that of the
-true one; the true one is the model's map at the true position, times its wear. Velocity error: root
-mean square over all samples.
+first    friction is multiplied by 1.5 at 5 s. settled: time after this step from which alpha, or
+         for an additive observer the friction over a period of the sine, stays within 5 %. The
+         other values are over the last 5 s.
+second   alpha from 2 s on, and its mean in the second half of each of the two series of steps,
+         since alpha depends on the trajectory
+
+The friction error is the rms error over samples in which axis and observer both slip, divided by
+the rms true friction. The true friction is the model's map at the true position, times its wear.
+The velocity error is the rms error over all samples.
 """
 
 from __future__ import annotations
@@ -59,8 +59,10 @@ HEADS = {
 
 @dataclass(frozen=True)
 class Truth:
-    """True values of a simulated log, each (n,): time [s], velocity [rad/s], dry friction [N m]
-    with the sign of the velocity."""
+    """True values (n,) of a simulated log: time [s], velocity [rad/s] and dry friction [N m].
+
+    The friction has the sign of the velocity.
+    """
 
     time: Vector
     velocity: Vector
@@ -69,9 +71,12 @@ class Truth:
 
 @dataclass(frozen=True)
 class First:
-    """settled [s], infinite where never; alpha's means before the onset and over the last 5 s [1 |
-    N m]; friction: error [%]; within: part of the samples whose friction is within 5 % of what it
-    is there; velocity: error [rad/s]."""
+    """Results of the first test.
+
+    settled: s, infinite if never. before, after: mean alpha before the step and over the last 5 s
+    [1 | N m]. friction: error [%]. within: share of the samples with a friction error of at most 5
+    %. velocity: error [rad/s].
+    """
 
     settled: float
     before: float
@@ -83,8 +88,11 @@ class First:
 
 @dataclass(frozen=True)
 class Second:
-    """alpha's range, and its mean in the second half of either series of steps [1 | N m]; errors as
-    above."""
+    """Results of the second test.
+
+    low, high: range of alpha. series: mean alpha in the second half of each series of steps
+    [1 | N m]. friction [%], velocity [rad/s]: errors.
+    """
 
     low: float
     high: float
@@ -94,7 +102,7 @@ class Second:
 
 
 def truth(model: Model, main: Stream) -> Truth:
-    """From the stream of a simulation."""
+    """Return the true values from the stream of a simulation."""
     signals, known = main.signals, friction_map(model)
     position, velocity = signals["position_true"], signals["velocity"]
     sides = [friction_at(known, direction, position) for direction in (1, -1)]
@@ -103,7 +111,7 @@ def truth(model: Model, main: Stream) -> Truth:
 
 
 def slipping(known: Truth, found: ObserverOutput, observer: Observer) -> BoolVector:
-    """Where axis and observer both slip."""
+    """Return a mask (n,) of the samples in which axis and observer both slip."""
     assert observer.switched is not None
     sigma = observer.switched.switch_speed.value
     both: BoolVector = (np.abs(known.velocity) >= sigma) & (np.abs(found.velocity) >= sigma)
@@ -111,7 +119,7 @@ def slipping(known: Truth, found: ObserverOutput, observer: Observer) -> BoolVec
 
 
 def first(known: Truth, found: ObserverOutput, observer: Observer) -> First:
-    """The figures of the first test."""
+    """Return the results of the first test."""
     assert found.wear is not None
     time, last = known.time, known.time >= known.time[-1] - 5.0
     both, error = slipping(known, found, observer), found.friction - known.friction
@@ -132,7 +140,7 @@ def first(known: Truth, found: ObserverOutput, observer: Observer) -> First:
 
 
 def second(known: Truth, found: ObserverOutput, observer: Observer) -> Second:
-    """The figures of the second test."""
+    """Return the results of the second test."""
     assert found.wear is not None
     time, both = known.time, slipping(known, found, observer) & (known.time >= SETTLED_AFTER)
     wear, end = found.wear[time >= SETTLED_AFTER], float(time[-1])
@@ -180,7 +188,7 @@ def _rms(values: Vector) -> float:
 
 
 def found_in(log: Log) -> ObserverOutput:
-    """The estimates of `observe run --observer`, from its log."""
+    """Return the estimates of `observe run --observer` from its log."""
     stream = next(stream for stream in log.streams if stream.topic == TOPIC)
     signals = stream.signals
     wear = signals.get("wear", signals.get("added"))
@@ -190,7 +198,7 @@ def found_in(log: Log) -> ObserverOutput:
 
 
 def line(figures: First | Second) -> tuple[str, ...]:
-    """One row of the table, by HEADS."""
+    """Return the cells of a table row, in the order of HEADS."""
     if isinstance(figures, First):
         settled = "never" if math.isinf(figures.settled) else f"{figures.settled:.3f}"
         alphas = f"{figures.before:.3f}", f"{figures.after:.3f}"
@@ -211,8 +219,10 @@ def line(figures: First | Second) -> tuple[str, ...]:
 
 
 def figures(folder: Path, test: str, loop: str, name: str) -> First | Second:
-    """Return the figures of one observer in one loop, from folder/test/LOOP/run.mcap,
-    folder/test/NAME.yaml and folder/test/LOOP/NAME.mcap."""
+    """Return the results of the observer `name` in one loop.
+
+    The files are folder/test/LOOP/run.mcap, folder/test/NAME.yaml and folder/test/LOOP/NAME.mcap.
+    """
     observer = load(folder / test / f"{name}.yaml", Observer)
     model = load(folder / test / "model.yaml", Model)
     known = truth(model, read_log(folder / test / loop / "run.mcap").streams[0])
@@ -221,7 +231,7 @@ def figures(folder: Path, test: str, loop: str, name: str) -> First | Second:
 
 
 def table(folder: Path, test: str) -> list[str]:
-    """Every observer of a test in every loop."""
+    """Return the lines of a test: every observer in every loop."""
     rows: list[tuple[str, ...]] = [("loop", "observer", *HEADS[test])]
     for loop in sorted(path.parent.name for path in (folder / test).glob("*/run.mcap")):
         names = sorted(

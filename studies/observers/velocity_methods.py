@@ -1,12 +1,13 @@
-"""Causal velocities on the same logs: why the tracking observer is as it is.
+"""Comparison of velocity estimates on the same logs, with variants of the tracking observer.
 
     python -m studies.observers.velocity_methods [EMPS_MODEL EMPS_LOG]
 
-Twenty clutches of 56 points that are spread (studies/rigs/clutch_fleet.py), worn by 1 to 1.5, 20 s
-of steps under the speed form and a PID, with 0.5 A of noise, the inertia believed 20 % low: rms to
-the true velocity over all, rad/s, and how often the interval of 95 % holds it. (5.70) and the
-difference have the cut-off that is best for each log by itself; Savitzky-Golay is not causal. With
-the two files of configs/emps also that record, to its zero-phase velocity.
+The logs are of twenty clutches within the bench's ranges (studies/rigs/clutch_fleet.py), with an
+encoder of 56 counts per turn and a wear of 1 to 1.5: 20 s of steps under the speed form and a PID,
+with 0.5 A of noise. The inertia of the observers' model is 20 % too low. The table shows the rms
+error of the velocity [rad/s] over all logs, and the coverage of the 95 % interval. (5.70) and the
+difference quotient have the best cut-off for each log; Savitzky-Golay is not causal. With the two
+files of configs/emps, the record is compared with its zero-phase velocity.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ CELLS, FACTORS = (0.0, 0.25, CELL, 0.75, 1.0), (0.5, 0.7, 1.0, 1.4, 2.0)
 
 
 def logs() -> list[Run]:
-    """The speed form, then the PID."""
+    """Return the logs under the speed form, then those under the PID."""
     units = [spread(seed, wear=(1.0, 1.5, 1.2)[seed % 3]) for seed in SEEDS]
     references = [steps() if seed % 2 == 0 else targets(seed) for seed in SEEDS]
     return [
@@ -51,7 +52,7 @@ def rms(errors: list[Vector]) -> float:
 
 
 def by_observer(model: Model, observer: Observer, found: list[Run]) -> float:
-    """Over the logs."""
+    """Return the rms velocity error of an observer over all logs [rad/s]."""
     errors = []
     for log in found:
         estimator = VelocityEstimator(model, observer=observer)
@@ -62,8 +63,10 @@ def by_observer(model: Model, observer: Observer, found: list[Run]) -> float:
 
 
 def without_friction(observer: Observer) -> Observer:
-    """A Kalman filter with a disturbance: position, speed and disturbance, no friction and no
-    cell."""
+    """Return an observer without friction and dead zone, equal to a Kalman filter.
+
+    Its states are position, speed and disturbance.
+    """
     assert observer.tracking is not None
     plain = msgspec.structs.replace(observer.tracking, cell=0.0, backlash=None, knees=())
     return msgspec.structs.replace(
@@ -79,7 +82,7 @@ def without_backlash(observer: Observer) -> Observer:
 
 
 def clutches() -> list[str]:
-    """The table, a line a method."""
+    """Return the table with one line per method."""
     model, found = believed(), logs()
     rule = bandwidth_of(model)
     low_passes, rows = [], []
@@ -131,8 +134,10 @@ def clutches() -> list[str]:
 
 
 def coverage(model: Model, found: list[Run]) -> tuple[float, float]:
-    """The part of the samples whose interval holds the true velocity: of all, and of those in
-    motion."""
+    """Return the share of samples whose interval contains the true velocity.
+
+    The first share is over all samples, the second over samples in motion.
+    """
     inside, moving = [], []
     for log in found:
         estimator = VelocityEstimator(model)

@@ -1,8 +1,8 @@
-"""Coverage of the intervals while wear grows: python -m studies.observers.wear_drift
+"""Coverage of the wear's intervals while wear grows: python -m studies.observers.wear_drift
 
-Rows: wear that grows by so much in 20 pieces of two moves each; how many intervals of 95 % hold it,
-their median half width, and the rms error after the first 8 moves, over 3 sequences of random
-targets under the speed form.
+Each row is a rate of growth over 20 pieces of two moves each. The columns are the share of the 95 %
+intervals that contain the true wear, their median half width, and the rms error after the first 8
+moves, over 3 sequences of random targets under the speed form.
 """
 
 from __future__ import annotations

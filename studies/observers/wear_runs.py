@@ -17,7 +17,7 @@ PHASE_STREAM = 104  # beside the seed
 
 
 def reference(seed: int, random: bool = False) -> np.ndarray[Any, np.dtype[np.float64]]:
-    """The steps of 6.3.2, or random ones, [rad], begun anywhere within a count of the encoder."""
+    """Return the steps of 6.3.2, or random steps [rad], with a random start within a count."""
     phase = (
         float(np.random.Generator(np.random.PCG64([seed, PHASE_STREAM])).random())
         * clutch().bench.encoder.resolution
@@ -34,12 +34,12 @@ def estimates(unit: Unit, seed: int, loop: Loop, random: bool = False) -> list[W
 
 
 def drawn(seed: int) -> Unit:
-    """A spread plant, its wear one of WEARS."""
+    """Return a random plant with one of WEARS."""
     return spread(seed, wear=WEARS[seed % len(WEARS)])
 
 
 class Runs:
-    """The errors [%] of runs, and whether the intervals held."""
+    """Errors [%] of runs, and coverage of the intervals."""
 
     def __init__(self) -> None:
         self.last: list[float] = []
@@ -50,7 +50,7 @@ class Runs:
         self.halves: list[float] = []
 
     def take(self, found: list[WearEstimate], wear: float) -> None:
-        """A run's estimates."""
+        """Add the estimates of a run with the true `wear`."""
         last, soon = found[-1].wear, found[min(SOON, len(found)) - 1].wear
         self.last.append(100.0 * (last.value / wear - 1.0))
         self.soon.append(100.0 * (soon.value / wear - 1.0))
@@ -61,7 +61,7 @@ class Runs:
 
     @property
     def figures(self) -> dict[str, float]:
-        """For the table."""
+        """Return the values for the table."""
         return {
             "bias_percent": float(np.mean(self.last)),
             "deviation_percent": float(np.std(self.last)),

@@ -1,11 +1,10 @@
-"""Variants of the wear estimator as a table: windows, and prior beliefs about friction over speed
-that the model lacks.
+"""Table of variants of the wear estimator: windows, and priors of friction over speed.
 
     python -m studies.observers.wear_variants [SEEDS]
 
-prints the rms and the largest error [%] after 8 moves and after 20 s, and how often intervals of 95
-% hold, on spread plants and on such that have viscous friction beside. Seeds from 5000 on: those
-that everything was chosen on, and no acceptance check uses.
+prints the rms and the largest error [%] after 8 moves and after 20 s, and the coverage of the 95 %
+intervals. The plants are random, without and with viscous friction that the model does not include.
+The seeds from 5000 on are those with which the estimator was tuned; no acceptance check uses them.
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ VARIANTS: dict[str, tuple[int | None, Sequence[UnmodelledFriction]]] = {
 
 
 def bank_of(layout: WeakFormLayout, beside: Sequence[UnmodelledFriction]) -> FilterBank:
-    """As the estimator's, but for what is believed beforehand."""
+    """Return the filter bank of the estimator with other priors of friction over speed."""
     inflation = max(1.0, ADDS_UP / (layout.every * float(layout.phi @ layout.phi)))
     known = [multiplicative(believed(), layout, one) for one in beside]
     return FilterBank(known, (FIRST_NOISE * layout.friction) ** 2, inflation, "wear", WALK)
@@ -50,7 +49,7 @@ def bank_of(layout: WeakFormLayout, beside: Sequence[UnmodelledFriction]) -> Fil
 def errors(
     log: MotionBlock, wear: float, window: int | None, beside: Sequence[UnmodelledFriction]
 ) -> list[float]:
-    """After SOON moves and at the end, the error and its deviation [%]."""
+    """Return error and standard deviation of the wear [%] after SOON moves and at the end."""
     layout, out = layout_of(believed(), window=window), [0.0] * 4
     moves, bank = MoveCollector(layout), bank_of(layout, beside)
     for count, move in enumerate([*moves.take(log), *moves.end()], start=1):
@@ -63,7 +62,7 @@ def errors(
 
 
 def logs(seeds: Sequence[int], viscous: float) -> list[tuple[Unit, MotionBlock]]:
-    """The second test under both loops."""
+    """Return the logs of the second test under both loops."""
     units = [(replace(drawn(seed), plain_viscous=viscous), seed) for seed in seeds]
     return [
         (unit, run(unit, reference(seed), seed, loop).pieces[0])

@@ -1,1 +1,1 @@
-"""Ten benches whose optimal tests are played and identified, to compare with their promise."""
+"""Comparison of identified half widths with the promises of optimal tests, on ten benches."""

@@ -1,12 +1,12 @@
-"""Designs a test for each of ten benches, plays it on drawn axes, and counts the kept promises.
+"""Count of kept promises: a test for each of ten benches is simulated on random axes.
 
     python -m studies.promises N
     python -m studies.promises N --rig belt --rig clutch --seed 100
 
-Each rig has N axes, drawn in the middle of its a-priori intervals, with the seeds SEED to
-SEED + N - 1. The wanted half widths are those that `identify` reports of the default kind of test.
-A row of the table shows for each parameter the number of kept promises and of intervals that hold
-the true value, the variance of the estimate over the Cramér-Rao bound, and the durations of the
+Each rig has N axes, drawn in the middle of its a-priori intervals, with the seeds SEED to SEED + N
+- 1. The requested half widths are those that `identify` reports for the default kind of test. The
+table shows for each parameter the number of kept promises, the number of intervals that contain the
+true value, the variance of the estimate divided by the Cramér-Rao bound, and the durations of the
 test and of the default kind. The last column is the processor time of the design in s.
 """
 
@@ -48,8 +48,8 @@ HEADER = (
 class PromiseCount:
     """Outcome of one parameter on one rig.
 
-    - kept, held: number of kept promises, and of intervals that hold the true value
-    - variance: mean square error over the Cramér-Rao bound; NaN without an estimate
+    - kept, held: number of kept promises, and of intervals that contain the true value
+    - variance: mean square error divided by the Cramér-Rao bound; NaN without an estimate
     - duration, default: durations of the test, and of the default kind, s
     - design: processor time of the design, s
     """
@@ -104,7 +104,7 @@ def count(bench: Bench, test: PreciseTest, seeds: range, cost: TestCost) -> Iter
 def default_precision(bench: Bench, sequence: ExcitationSequence) -> dict[str, float]:
     """Return the median half width of each parameter by `sequence`, relative to the bench's value.
 
-    A parameter that `identify` refuses in half of the plays is left out.
+    A parameter that `identify` refuses in half of the simulations is left out.
     """
     results = [
         identified(bench, truth(bench, seed), sequence, seed).identified

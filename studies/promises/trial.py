@@ -1,4 +1,4 @@
-"""One trial: the optimal test of a bench is played on a drawn actuator and identified."""
+"""Trial: the optimal test of a bench is simulated on a random actuator and identified."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class TrialRow:
 
     - half_width: half width that `identify` reports; None if it refuses the parameter
     - promised, bound: half widths of the promise and of the Cramér-Rao bound
-    - error: estimate less true value
+    - error: estimate minus true value
     - method: method that `auto` chose
     - duration: duration of the test, s
     """
@@ -66,7 +66,7 @@ def trial(bench: Bench, test: PreciseTest, seed: int) -> list[TrialRow]:
 def identified(
     bench: Bench, model: Model, sequence: ExcitationSequence, seed: int
 ) -> Identification:
-    """Play a test on an axis, and return what `identify` says of the log."""
+    """Simulate a test on an axis, and return the identification of the log."""
     test = sequence.as_log("test")
     log = play(
         model,

@@ -1,1 +1,1 @@
-"""Independent solutions, slow and plain, against which the engine and the solvers are held."""
+"""Slow independent solutions, with which the engine and the solvers are compared."""

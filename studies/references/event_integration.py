@@ -1,9 +1,9 @@
-"""Two slow ways to move an axis, neither in closed form, against which the engine is held.
+"""Two slow methods to simulate an axis, with which the engine is compared.
 
-`time_stepping`: many small implicit steps in which friction is a projection (Moreau): no modes, no
-events. First order in the step. `event_integration`: scipy's Dormand-Prince of order 8 through each
-phase with its event functions. Accurate to about 1e-10. It also has the load, the Stribeck curve
-and the end stops.
+`time_stepping`: small implicit steps in which friction is a projection (Moreau), without modes and
+events; first order in the step. `event_integration`: scipy's Dormand-Prince method of order 8
+through each phase, with event functions; accurate to about 1e-10. It also has the load, the
+Stribeck curve and the end stops.
 """
 
 from __future__ import annotations
@@ -26,8 +26,10 @@ def limited(p: AxisParameters, command: float) -> float:
 def time_stepping(
     p: AxisParameters, state: Vector, command: float, duration: float, step: float
 ) -> tuple[float, float, float]:
-    """(position, velocity, gap) after `duration`; breakaway must equal Coulomb friction, so that
-    the projection is the whole law."""
+    """Return (position, velocity, gap) after `duration`.
+
+    The breakaway must equal the Coulomb friction, so that the projection is the whole law.
+    """
     assert p.breakaway == p.coulomb
     assert p.backlash_breakaway == p.backlash_coulomb
     x, v, drive, gap = (float(value) for value in state[:4])
@@ -55,7 +57,7 @@ STOPS = {-1.0: 0, 1.0: 1}  # index of the end stop ahead
 
 
 def opposing(p: AxisParameters, load: PositionLoad, x: float) -> float:
-    """Offset and load at x."""
+    """Return offset plus load at x [N m | N]."""
     total = p.offset + load.stiffness * x
     for number, sine, cosine in load.harmonics:
         total += sine * math.sin(number * x) + cosine * math.cos(number * x)
@@ -63,7 +65,7 @@ def opposing(p: AxisParameters, load: PositionLoad, x: float) -> float:
 
 
 def friction_in_slip(p: AxisParameters, engaged: bool, w: float) -> float:
-    """Friction at the speed w >= 0; `engaged`: with the load carried along."""
+    """Return the friction at the speed w >= 0; `engaged`: True if the motor carries the load."""
     if not engaged:
         return p.backlash_coulomb
     scale, exponent = p.laws.stribeck_velocity, p.laws.stribeck_exponent
@@ -83,8 +85,7 @@ def event_integration(
     options: dict[str, Any] = TIGHT,
     load: PositionLoad = UNLOADED,
 ) -> tuple[float, float, float, float]:
-    """(position, velocity, drive, gap) after `duration`, phase by phase, with these options of
-    `solve_ivp`."""
+    """Return (position, velocity, drive, gap) after `duration`; options: of `solve_ivp`."""
     x, v, drive, gap = (float(value) for value in state[:4])
     u, half, t = limited(p, command), 0.5 * p.backlash, 0.0
     if p.lag == 0.0:

@@ -1,5 +1,4 @@
-"""A slow way to move an extended Stribeck body: formulae written out, scipy's DOP853 through each
-slip, a root finder at rest."""
+"""Slow simulation of an extended Stribeck body: scipy's DOP853 in slip, a root finder at rest."""
 
 from __future__ import annotations
 
@@ -21,14 +20,14 @@ MASS = 1.0
 
 @dataclass
 class Slow:
-    """The run of an extension of table 3.1's Stribeck law under a drive."""
+    """Simulation of an extension of table 3.1's Stribeck law under a drive."""
 
     extension: FrictionExtension
     drive: EffortFunction
     step: float = 2e-3  # no longer: the layer is short at speed
 
     def levels(self, x: float, direction: float, rested: float) -> tuple[float, float, float]:
-        """(F_c, F_s, sigma_v) that hold."""
+        """Return (F_c, F_s, sigma_v) at a position, for a direction and a time at rest."""
         e, values = (
             self.extension,
             {**STRIBECK, **(self.extension.backward_values if direction < 0.0 else {})},
@@ -45,7 +44,7 @@ class Slow:
         return values["coulomb"] * factor, values["breakaway"] * factor * grown, values["viscous"]
 
     def curve(self, x: float, direction: float, rested: float, w: float) -> float:
-        """The dry friction at the lagged velocity."""
+        """Return the dry friction at the lagged velocity."""
         coulomb, breakaway, _ = self.levels(x, direction, rested)
         film = max(0.0, abs(w) - self.extension.boundary)
         return coulomb + (breakaway - coulomb) * math.exp(
@@ -95,8 +94,10 @@ class Slow:
         return float(run.t[-1]), run.y[:, -1], bool(run.t_events[0].size)
 
     def rest(self, t: float, end: float, y: Vector) -> tuple[float, float]:
-        """Return the time and direction in which the body, at rest since t, breaks away; (end, 0)
-        if it does not."""
+        """Return time and direction of the breakaway of a body at rest since t.
+
+        (end, 0) if it does not break away.
+        """
         array, lag = self.drive.as_array(), self.extension.lag
         x, _, q, w = y.tolist()
 
@@ -119,7 +120,7 @@ class Slow:
         return end, 0.0
 
     def breakaways(self, end: float) -> tuple[list[float], Vector]:
-        """Breakaway times up to `end` from rest at 0, and (x, v, q, w) there."""
+        """Return the breakaway times from rest at 0 up to `end`, and (x, v, q, w) at `end`."""
         t, y, found, lag = 0.0, np.zeros(4), [], self.extension.lag
         while t < end:
             later, direction = self.rest(t, end, y)

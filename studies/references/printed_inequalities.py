@@ -1,8 +1,7 @@
-"""The inequalities as the thesis prints them, (5.61)-(5.63), written down in cvxpy: the readable
-reference, and slow.
+"""Inequalities (5.61)-(5.63) as printed in the thesis, in cvxpy: a readable and slow reference.
 
-Nothing is eliminated, scaled or balanced, and the solver's answer is taken as it comes. Each plant
-has its own A^, B^, C^, D^; X and Y are common. The discrete form is the same with the discrete
+Nothing is eliminated, scaled or balanced, and the solver's result is not verified. Each plant has
+separate A^, B^, C^, D^; X and Y are common. The discrete form is the same with the discrete
 bounded-real lemma. (5.61) as one matrix that must be positive:
 
     continuous   -[A X + B2 C^ + ()'      *                     *          *       ]
@@ -28,7 +27,7 @@ from frictool.typing import Matrix
 
 @dataclass(frozen=True)
 class Plain:
-    """Status of the solver and its solution."""
+    """Solution of the inequalities, with the status of the solver."""
 
     status: str
     gamma: float
@@ -37,7 +36,7 @@ class Plain:
     hats: tuple[tuple[Matrix, Matrix, Matrix, Matrix], ...]  # A^, B^, C^, D^ of each plant
 
     def controllers(self, plants: Sequence[GeneralisedPlant]) -> tuple[Lti, ...]:
-        """(5.63), with M N' = I - X Y from a singular value decomposition."""
+        """Return the controllers (5.63); a singular value decomposition gives M N' = I - X Y."""
         left, values, right = np.linalg.svd(np.eye(len(self.x)) - self.x @ self.y)
         m, n = left * np.sqrt(values), right.T * np.sqrt(values)
         found = []
@@ -55,7 +54,7 @@ class Plain:
 
 
 def plain(plants: Sequence[GeneralisedPlant], solver: str = "CLARABEL", **options: Any) -> Plain:
-    """The smallest gamma, by the given solver of cvxpy."""
+    """Return the solution with the smallest gamma, by a solver of cvxpy."""
     n = len(plants[0].a)
     x, y, gamma = (
         cp.Variable((n, n), symmetric=True),

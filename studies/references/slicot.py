@@ -1,9 +1,10 @@
-"""SLICOT's H-infinity synthesis (sb10ad) in a process of its own, with a time-out: on some plants
-it does not return.
+"""SLICOT's H-infinity synthesis (sb10ad) in a separate process with a time limit.
 
-python -m studies.references.slicot < plant.npz      prints {"info": ..., "gamma": ..., "seconds":
-                                                     ..., "a":
-                                            ..., ...}
+On some plants sb10ad does not return.
+
+    python -m studies.references.slicot < plant.npz
+
+prints {"info": ..., "gamma": ..., "seconds": ..., "a": ..., ...}.
 """
 
 from __future__ import annotations
@@ -36,8 +37,10 @@ SAYS = {
 
 @dataclass(frozen=True)
 class Slicot:
-    """`gamma` and `controller` as SLICOT gives them, or None and the reason why not. `seconds` are
-    those of its routine alone."""
+    """Result of SLICOT: `gamma` and `controller`, or None and the reason.
+
+    seconds: time of the routine alone.
+    """
 
     gamma: float | None
     controller: Lti | None
@@ -46,7 +49,7 @@ class Slicot:
 
 
 def slicot(plant: GeneralisedPlant, timeout: float, first: float = FIRST_GAMMA) -> Slicot:
-    """sb10ad's optimum of a plant in continuous time, within `timeout` seconds."""
+    """Return sb10ad's optimum for a plant in continuous time, within `timeout` seconds."""
     sent = io.BytesIO()
     b, c = np.hstack([plant.b1, plant.b2]), np.vstack([plant.c1, plant.c2])
     d = np.block(

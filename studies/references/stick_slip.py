@@ -1,5 +1,4 @@
-"""The mass of table 3.1 and a slow way to move it: scipy's DOP853 at 1e-12, phase by phase, with
-event functions."""
+"""Slow simulation of the mass of table 3.1: scipy's DOP853 with event functions, at 1e-12."""
 
 from __future__ import annotations
 
@@ -21,13 +20,13 @@ LAYER = 6.4 * STRIBECK_SPEED  # exp(-(0.98 * 6.4)^2) = 8e-18
 
 @kernel
 def stribeck(v: float, direction: float, p: Vector) -> float:
-    """(2.34); p: F_c, F_s, v_s, delta, sigma_v."""
+    """Return the friction (2.34) at the velocity v; p: F_c, F_s, v_s, delta, sigma_v."""
     dry = p[0] + (p[1] - p[0]) * math.exp(-(abs(v / p[2]) ** p[3]))
     return float(direction * dry + p[4] * v)
 
 
 def table31(**changes: Any) -> FrictionBody:
-    """The body of table 3.1, with these fields of `Body` changed."""
+    """Return the body of table 3.1; `changes` replace fields of `Body`."""
     fields: dict[str, Any] = {
         "mass": MASS,
         "slip_force": stribeck,
@@ -138,7 +137,7 @@ TIGHT: dict[str, Any] = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-15}
 def reference_breakaways(
     body: FrictionBody, drive: EffortFunction, end: float, options: dict[str, Any] = TIGHT
 ) -> tuple[list[float], Vector]:
-    """Breakaway times up to `end` from rest at 0, and the state (x, v, q) at the end."""
+    """Return the breakaway times from rest at 0 up to `end`, and the state (x, v, q) at `end`."""
     t, y, found, direction = 0.0, np.zeros(3), [], 0.0
     while t < end:
         if direction == 0.0:

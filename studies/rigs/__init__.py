@@ -1,1 +1,1 @@
-"""Simulated rigs: plants, documents and logs to try a stage on."""
+"""Simulated rigs for tests and experiments: plants, documents and logs."""

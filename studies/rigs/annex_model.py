@@ -1,4 +1,4 @@
-"""The clutch of annex C as a model: table 2, with the friction of figure 7 as regimes (30)."""
+"""Model of the clutch of annex C: table 2, with the friction of figure 7 as speed regimes (30)."""
 
 from __future__ import annotations
 
@@ -21,8 +21,10 @@ KNEE = 260.0  # rad/s
 
 
 def annex_model() -> Model:
-    """Intervals of table 2; below the knee there is no viscous friction, beyond it 0 to 7.6e-4 N m
-    s/rad."""
+    """Return the model with the intervals of table 2.
+
+    Viscous friction is 0 below the knee, and 0 to 7.6e-4 N m s/rad above it.
+    """
 
     def ranged(found: Triple, unit: str) -> Quantity:
         return Quantity(low=found[0], value=found[1], high=found[2], unit=unit)

@@ -1,5 +1,4 @@
-"""A rig whose campaign takes milliseconds a trial: the made-up clutch, its controller, one step,
-and what varies."""
+"""Rig for fast campaigns, some milliseconds per trial: a synthetic clutch and one step."""
 
 from __future__ import annotations
 
@@ -55,13 +54,13 @@ SLOW_WEAR = Drifts(friction=(DriftPoint(0.0, 1.0), DriftPoint(0.5, 1.2)))
 
 
 def played(spread: Spread | None = None, **fields: object) -> Scenario:
-    """One step of 0.6 s with noise."""
+    """Return a scenario with one step of 0.6 s and noise."""
     settings: dict[str, Any] = {"spread": spread, "drive_noise": 0.05, "seed": 3, **fields}
     return scenario(40.0, **settings)
 
 
 def trial(spread: Spread | None = EVERYTHING, seed: int = 3, **fields: object) -> TrialPlayer:
-    """Return a player of trials of the rig, in memory."""
+    """Return a function that simulates trials of the rig in memory."""
     setting = CampaignSetting(
         clutch_model(),
         truthful(controller()),
@@ -79,8 +78,7 @@ def trial(spread: Spread | None = EVERYTHING, seed: int = 3, **fields: object) -
 
 
 def write(folder: Path, scenario: Scenario | None = None, **spec: object) -> list[str | Path]:
-    """model.yaml, controller.yaml, scenario.yaml and spec.yaml in `folder`; the arguments of a
-    campaign of them."""
+    """Write the documents of a campaign into `folder`; return the arguments of the command."""
     folder.mkdir(parents=True, exist_ok=True)
     documents: dict[str, msgspec.Struct] = {
         "model": clutch_model(),

@@ -1,17 +1,16 @@
-"""Runs of many clutches, each its own plant and wear, as the logs of a fleet would show them;
-quick, by the engine alone.
+"""Simulated runs of many clutches with different plants and wear, as the logs of a fleet.
 
     Unit ──axis──▶ engine/closed_loop.py, sample by sample ──encoder, current with noise──▶ Piece
 
-The plant is configs/clutch/nonlinear.yaml, the second test of thesis 6.3.2: encoder of 56 points,
-backlash, viscous friction beyond 260 rad/s (4.4.2.2). What estimates it believes `believed()`, the
-same with the inertia 20 % low. The controllers in controllers/ are designs/speed.yaml and
-laws/linear.yaml (a PID) of configs/clutch, synthesised for nonlinear.yaml, without their
-certificates:
+The plant is configs/clutch/nonlinear.yaml, as in the second test of thesis 6.3.2: an encoder with
+56 counts per turn, backlash, viscous friction above 260 rad/s (4.4.2.2). Estimators get the model
+`believed()`, whose inertia is 20 % too low. The controllers in controllers/ are designs/speed.yaml
+and laws/linear.yaml (a PID) of configs/clutch, designed for nonlinear.yaml, without certificates.
+The command
 
-    python -m studies.rigs.clutch_fleet SPEED LINEAR      writes them again, from what `frictool
-                                                          synth`
-                                                    has made of the two designs
+    python -m studies.rigs.clutch_fleet SPEED LINEAR
+
+writes them from two controllers of `frictool synth`.
 """
 
 from __future__ import annotations
@@ -77,14 +76,14 @@ UNITS_STREAM, NOISE_STREAM, TARGETS_STREAM = 101, 102, 103  # beside the seed
 
 @dataclass(frozen=True)
 class Unit:
-    """Factors of one clutch on the parameters of nonlinear.yaml, and its wear.
+    """One clutch: factors on the parameters of nonlinear.yaml, and wear.
 
-    wear: of all dry friction, that in the gap too. added [N m]: on top of it, in either direction,
-    outside the gap. forward, backward: of one direction, outside the gap. zone: of all dry friction
-    beyond EDGE, where the motor is at a sample's beginning. `wear` and `zone` begin at `since` [s],
-    the others are there from the start. late: samples by which the logged current is late.
-    plain_viscous [N m s/rad]: at every speed. counts: of the encoder a turn, in place of the
-    bench's.
+    wear: factor of all dry friction, including that inside the backlash. added [N m]: added
+    friction in both directions, outside the backlash. forward, backward: factor for one direction,
+    outside the backlash. zone: factor of all dry friction beyond EDGE, by the motor's position at
+    the beginning of a sample. `wear` and `zone` act from `since` [s] on, the other factors from the
+    start. late: delay of the logged current in samples. plain_viscous [N m s/rad]: viscous friction
+    at every speed. counts: encoder counts per turn; None for the bench's.
     """
 
     wear: float = 1.0
@@ -104,7 +103,7 @@ class Unit:
 
     @property
     def kind(self) -> Kind:
-        """Return the kind of its wear, if the wear is of one kind."""
+        """Return the kind of wear, if the unit has a single kind."""
         if self.added != 0.0:
             return "additive"
         if self.forward != self.backward:
@@ -116,8 +115,7 @@ class Unit:
 
 @dataclass(frozen=True)
 class Run:
-    """A unit's log in pieces, and what only the simulation knows: velocity (n,) [rad/s] at each
-    sample."""
+    """Log of a unit in pieces, and the true velocity (n,) [rad/s]."""
 
     unit: Unit
     pieces: tuple[MotionBlock, ...]
@@ -126,14 +124,13 @@ class Run:
 
 @functools.cache
 def clutch() -> Model:
-    """The plant's own model."""
+    """Return the true model of the plant."""
     return load(ROOT / CLUTCH, Model)
 
 
 @functools.cache
 def believed() -> Model:
-    """Return the model that an estimator gets: the inertia 20 % low, its range wider by the same
-    amount."""
+    """Return the model for estimators: the inertia is 20 % too low, and its range wider by 20 %."""
     model = clutch()
     inertia = model.parameters.inertia
     low, high = inertia.interval
@@ -146,7 +143,7 @@ def believed() -> Model:
 
 
 def with_encoder(model: Model, counts: float | None) -> Model:
-    """The model with an encoder of so many counts a turn; as it is for None."""
+    """Return the model with an encoder of `counts` per turn; None keeps its encoder."""
     if counts is None:
         return model
     encoder = msgspec.structs.replace(model.bench.encoder, counts_per_revolution=counts)
@@ -156,8 +153,11 @@ def with_encoder(model: Model, counts: float | None) -> Model:
 
 
 def spread(seed: int, **fields: Any) -> Unit:
-    """A unit of the spread of numbers.md 9: viscous +-50 %, friction in the gap +-40 %, its width
-    and the inertia +-20 %."""
+    """Return a random unit with the spread of numbers.md 9.
+
+    The spread is +-50 % for viscous friction, +-40 % for friction inside the backlash, and +-20 %
+    for its width and the inertia.
+    """
     draw = np.random.Generator(np.random.PCG64([seed, UNITS_STREAM])).uniform(-1.0, 1.0, 4)
     viscous, gap_friction, gap, inertia = (
         float(1.0 + width * part) for width, part in zip((0.5, 0.4, 0.2, 0.2), draw, strict=True)
@@ -168,7 +168,7 @@ def spread(seed: int, **fields: Any) -> Unit:
 
 
 def axis(unit: Unit) -> AxisParameters:
-    """The axis of a unit, but for `wear` and `zone`, which the loop below lets come."""
+    """Return the axis of a unit without `wear` and `zone`, which `worn_loop` applies."""
     plain = axis_of(with_encoder(clutch(), unit.counts))
     laws, loose = plain.laws, unit.gap_friction * plain.backlash_coulomb
     assert laws.shape is not None
@@ -222,11 +222,11 @@ def worn_loop(
     rows: Vector,
     record: Vector,
 ) -> int:
-    """engine/closed_loop.py `run` of one axis that wears.
+    """Run one axis with wear in closed loop, as `run` of engine/closed_loop.py does.
 
-    worn (3,): the sample from which it has worn, the factor everywhere, and that beyond EDGE. rows
-    (n, 8): engine/disturbances_and_faults.py, filled in with that. Fills record (n, 7), returns
-    engine/status_codes.py.
+    worn (3,): first sample with wear, factor everywhere, factor beyond EDGE. rows (n, 8):
+    disturbances (engine/disturbances_and_faults.py), to which the wear is written. Fills record
+    (n, 7); returns a status of engine/status_codes.py.
     """
     p, waiting = own.copy(), np.zeros(delay + 1)
     measured = measure(state[POSITION], own[ENCODER_STEP])
@@ -248,13 +248,12 @@ def worn_loop(
 
 @functools.cache
 def controller(loop: Loop) -> Controller:
-    """The speed form, or the PID."""
+    """Return the speed form, or the PID."""
     return load(CONTROLLERS / f"{loop}.yaml", Controller)
 
 
 def steps(seconds: float = SECONDS) -> Vector:
-    """6.3.2: steps between 0 and 30 rad, from the middle on between 20 and 50 rad, held for HOLD
-    [s] each."""
+    """Return the reference of 6.3.2: steps of HOLD [s] between 0 and 30 rad, then 20 and 50 rad."""
     period = clutch().bench.sample_period_s
     held = np.arange(round(seconds / period)) // round(HOLD / period)
     forth = held % 2 == 0
@@ -264,7 +263,7 @@ def steps(seconds: float = SECONDS) -> Vector:
 
 
 def targets(seed: int, seconds: float = SECONDS) -> Vector:
-    """Steps to random places of the travel, 8 rad away at least, held for HOLD [s] each."""
+    """Return steps of HOLD [s] to random positions of the travel, at least 8 rad apart."""
     period, draw = (
         clutch().bench.sample_period_s,
         np.random.Generator(np.random.PCG64([seed, TARGETS_STREAM])),
@@ -282,8 +281,10 @@ def targets(seed: int, seconds: float = SECONDS) -> Vector:
 def run(
     unit: Unit, reference: Vector, seed: int, loop: Loop = "speed", noise: float = NOISE
 ) -> Run:
-    """A unit's log along `reference` (n,) [rad] from rest at 0, the current's noise [A] drawn from
-    `seed`."""
+    """Return the log of a unit along `reference` (n,) [rad], from rest at 0.
+
+    noise: standard deviation of the measured current [A]; `seed` determines the noise.
+    """
     return runs([unit], [reference], [seed], loop, noise)[0]
 
 
@@ -294,7 +295,7 @@ def runs(
     loop: Loop = "speed",
     noise: float = NOISE,
 ) -> list[Run]:
-    """The same of many. Raises RuntimeError where one cannot be simulated."""
+    """Return `run` for many units; raise RuntimeError if one cannot be simulated."""
     document, running = controller(loop), compile_program(controller_program(controller(loop)))
     return [
         _one(*each, document, running, noise) for each in zip(units, references, seeds, strict=True)

@@ -1,4 +1,4 @@
-"""A model of the clutch from its bench, for tests that need one without identifying it."""
+"""Model of the clutch from its bench, for tests without an identification."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Triple = tuple[float, float, float]
 def clutch_model(
     *, coulomb: Triple = (0.018, 0.099, 0.180), constant: Triple = (12.8e-3, 13.4e-3, 14.0e-3)
 ) -> Model:
-    """The clutch with its a-priori intervals; (low, value, high) of two of them may be given."""
+    """Return the clutch with its a-priori intervals; `coulomb`, `constant`: (low, value, high)."""
     bench = load(ROOT / "configs/clutch/bench.yaml", Bench)
     k = Quantity(low=constant[0], value=constant[1], high=constant[2], unit="N m/A")
     bench = msgspec.structs.replace(

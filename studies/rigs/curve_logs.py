@@ -1,5 +1,4 @@
-"""Logs that tell curves: sines of several speeds of the mass of table 4.1, and bench tests of the
-thesis's non-linear clutch."""
+"""Logs for curves over speed: sines of the mass of table 4.1, tests of the non-linear clutch."""
 
 from __future__ import annotations
 
@@ -27,7 +26,7 @@ SETTLE = 1000  # samples
 
 
 def mass_sines(seed: int, step: float = MASS.encoder_step) -> list[MotionRecord]:
-    """Sines of 1 Hz at SPEEDS, one log each, under the position loop of table 4.1."""
+    """Return sines of 1 Hz under the position loop of table 4.1, one log for each of SPEEDS."""
     generator = np.random.default_rng([seed, 5])
     gains = np.array(
         [
@@ -56,7 +55,7 @@ def mass_sines(seed: int, step: float = MASS.encoder_step) -> list[MotionRecord]
 
 
 def nonlinear_clutch() -> AxisParameters:
-    """The clutch of configs/clutch/nonlinear.yaml: tables 4.5 to 4.8, 5.2."""
+    """Return the clutch of configs/clutch/nonlinear.yaml (tables 4.5 to 4.8, 5.2)."""
     return axis_of(load(ROOT / "configs" / "clutch" / "nonlinear.yaml", Model))
 
 
@@ -67,14 +66,16 @@ FINE = 2.0 * np.pi / 4096.0
 
 
 def stribeck_axis() -> AxisParameters:
-    """The sample logs' clutch without backlash, on an encoder of 4096 points, its friction falling
-    with speed (2.34)."""
+    """Return the sample logs' clutch with a Stribeck curve (2.34), without backlash.
+
+    The encoder has 4096 counts per turn.
+    """
     truth = TRUTH._replace(breakaway=0.12, backlash=0.0, encoder_step=FINE)
     return truth._replace(laws=truth.laws._replace(stribeck_velocity=STRIBECK_VELOCITY))
 
 
 def constant_speeds(seed: int, truth: AxisParameters) -> MotionRecord:
-    """To and fro at RUN_SPEEDS under the bench's servo."""
+    """Return runs to and fro at RUN_SPEEDS under the bench's servo."""
     generator = np.random.default_rng([seed, 11])
     speed = np.concatenate(
         [

@@ -1,4 +1,4 @@
-"""Controller documents for tests that need one without synthesising it."""
+"""Controller documents for tests without a synthesis."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def _discrete(continuous: tuple[Any, ...], period: float) -> LinearController:
 
 
 def speed_controller(period: float = 1e-3) -> LinearController:
-    """Order 2, stable; its direct term asks for some 8 A per encoder count."""
+    """Return a stable controller of order 2 whose direct term is some 8 A per encoder count."""
     gain = GAIN / CONSTANT * POLES[0] * POLES[1]
     continuous = signal.zpk2ss([-ZERO], [-p for p in POLES], gain)
     return _discrete(continuous, period)
@@ -62,7 +62,7 @@ def clutch_controller(
     speed: LinearController | None = None,
     limit: float = 50.0,
 ) -> Controller:
-    """A controller of the clutch: encoder of 56 points, 1 ms, 50 A."""
+    """Return a controller of the clutch: encoder with 56 counts per turn, 1 ms, 50 A."""
     vertex = Vertex(
         "nominal",
         1.32e-5,
@@ -99,15 +99,17 @@ def clutch_controller(
 
 
 def started(controller: Controller, position: float) -> CompiledProgram:
-    """The controller in double, at rest at `position` [rad]."""
+    """Return the controller's program in double, at rest at `position` [rad]."""
     made = compile_program(controller_program(controller))
     start_at(made, position)
     return made
 
 
 def emps_controller() -> Controller:
-    """A controller of the EMPS carriage: encoder of 50 nm, 1 ms, 10 V; crosses over at some 80
-    rad/s, and brakes with virtual friction."""
+    """Return a controller of the EMPS carriage: encoder step 50 nm, 1 ms, 10 V.
+
+    It crosses over at some 80 rad/s, and brakes with virtual friction.
+    """
     continuous = signal.zpk2ss([-20.0], [-1500.0, -2500.0], 210.0 * 1500.0 * 2500.0)
     linear = _discrete(continuous, 1e-3)
     law = PositionLaw(
@@ -132,8 +134,10 @@ def emps_controller() -> Controller:
 def closed_loop_inputs(
     controller: Controller, start: float, target: float, samples: int = 1200
 ) -> list[dict[str, float]]:
-    """Return the inputs of the controller on the axis of its bench, a row for each sample, along a
-    step to `target` and half-way back."""
+    """Return the inputs of the controller in a closed loop with its bench, one row per sample.
+
+    The reference is a step to `target`, then a step half-way back.
+    """
     bench = controller.bench
     mechanics, actuator = bench.mechanics, bench.actuator
     axis = AxisParameters(

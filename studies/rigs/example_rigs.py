@@ -1,13 +1,13 @@
-"""Rigs of `frictool init --example`: documents of configs/, and logs as a bench records them.
+"""Rigs of `frictool init --example`: documents of configs/, and logs in the format of a bench.
 
-    python -m studies.rigs.example_rigs           write frictool/documents/examples anew
+        python -m studies.rigs.example_rigs           writes frictool/documents/examples
 
     clutch   documents of configs/clutch, logs of sample_logs (all simulated)
     emps     documents of configs/emps; sines and ramps simulated with the published parameters
     joint    a joint with 2000 counts a turn, whose recorder writes German headers, semicolons and
              decimal commas; simulated with TRUTH
 
-Each log is compressed by xz, which `init` undoes.
+Each log is compressed with xz; `init` decompresses it.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def emps_text(log: Log) -> str:
 
 
 def joint_text(log: Log) -> str:
-    """Return a log as a German recorder writes it: ms, counts, mA."""
+    """Return a log in the format of a German recorder: ms, counts, mA."""
     counts = np.rint(log.main.signals["position"] / (2.0 * np.pi / 2000.0)).astype(int)
     rows = zip(log.main.time, counts, log.main.signals["current"], strict=True)
     return "Zeit [ms];Geber;Motorstrom [mA]\n" + "".join(

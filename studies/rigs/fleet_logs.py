@@ -1,4 +1,4 @@
-"""Logs of made-up clutches as files, for tests of the commands that read them."""
+"""Log files of synthetic clutches, for tests of commands that read logs."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ PLACES = (30.0, 0.0, 50.0, 20.0)  # rad, one after another
 
 
 def model_file(folder: Path, model: Model | None = None) -> Path:
-    """A model as a file; by default the one that the clutches are believed to have."""
+    """Write a model, by default `believed()`, and return its path."""
     path = folder / "model.yaml"
     path.write_text(to_yaml(model or believed()), encoding="utf-8")
     return path
@@ -48,7 +48,7 @@ def log_of(
 
 
 def save(log: Log, path: Path) -> Path:
-    """Writes a canonical log."""
+    """Write a canonical log."""
     path.parent.mkdir(parents=True, exist_ok=True)
     with path.open("wb") as stream:
         write_mcap(log, stream)
@@ -56,14 +56,14 @@ def save(log: Log, path: Path) -> Path:
 
 
 def cut(path: Path, share: float = 0.6) -> Path:
-    """Leaves the first part of a file."""
+    """Shorten a file to its first part."""
     data = path.read_bytes()
     path.write_bytes(data[: int(share * len(data))])
     return path
 
 
 def repeated(log: Log, times: int, pause: float = 1.0) -> Log:
-    """The same again and again, with a gap of `pause` seconds in between."""
+    """Return a log `times` times in succession, with gaps of `pause` seconds."""
     (stream,) = log.streams
     length = float(stream.time[-1]) + pause
     time = np.concatenate([stream.time + k * length for k in range(times)])
@@ -72,8 +72,10 @@ def repeated(log: Log, times: int, pause: float = 1.0) -> Log:
 
 
 def long_log(path: Path, minutes: int, hold: float, wear: float) -> None:
-    """Writes the log of a clutch at 1 kHz that makes a move each `hold` s, position and current;
-    every minute as the first."""
+    """Write a log of a clutch at 1 kHz with position and current, and a move every `hold` s.
+
+    Every minute is equal to the first.
+    """
     held = round(1e3 * hold)
     (piece,) = run(Unit(wear=wear), np.repeat(np.resize(PLACES, MINUTE // held), held), 0).pieces
     signals = (piece.position, piece.effort / CONSTANT)

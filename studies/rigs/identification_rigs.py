@@ -1,5 +1,4 @@
-"""The rigs that the tests identify: the clutch of the sample logs, and the mass of table 4.1 under
-its own position loop."""
+"""Rigs that the tests identify: the clutch of the sample logs, and the mass of table 4.1."""
 
 from __future__ import annotations
 
@@ -26,7 +25,7 @@ def clutch() -> Bench:
 
 
 def record(log: Recording, truth: AxisParameters = TRUTH, name: str = "log") -> MotionRecord:
-    """Return the record that a bench with the encoder of `truth` makes of a log."""
+    """Return the motion record of a log, with the encoder of `truth`."""
     position = log.encoder.astype(np.float64) * truth.encoder_step
     return make_record(
         name,
@@ -76,7 +75,7 @@ def position_loop(
     x: Vector,
     u: Vector,
 ) -> int:
-    """PID on the encoder's position; fills `x` and `u` (n,). Returns the engine's status."""
+    """Simulate a PID on the encoder's position; fill x, u (n,) and return the engine's status."""
     integral, before = 0.0, reference[0] - math.floor(state[0] / step) * step
     for k in range(x.shape[0]):
         x[k] = math.floor(state[0] / step) * step
@@ -105,8 +104,10 @@ def mass_reference(seed: int) -> Vector:
 
 
 def mass_sine(seed: int, top_speed: float = MASS_SPEED) -> MotionRecord:
-    """The thesis's trial: 1 Hz, `top_speed` in m/s, 9 s at 1 kHz; three closed-loop poles at -100
-    rad/s; the effort is held."""
+    """Return the log of the thesis's test: a sine of 1 Hz, 9 s at 1 kHz.
+
+    top_speed: m/s. The loop has three poles at -100 rad/s; the effort is held.
+    """
     reference, generator = _sine(seed, top_speed)
     gains = np.array(
         [
@@ -130,7 +131,7 @@ def mass_sine(seed: int, top_speed: float = MASS_SPEED) -> MotionRecord:
 
 
 def mass_bench(folder: Path) -> Bench:
-    """A rig around that mass, its inertia known to 30 %; the document is written into `folder`."""
+    """Write the bench of this mass into `folder`, with an inertia known to +-30 %."""
     path = folder / "bench.yaml"
     path.write_text(MASS_BENCH)
     return load(path, Bench)

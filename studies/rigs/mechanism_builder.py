@@ -1,5 +1,4 @@
-"""Mechanisms for the tests, put together by hand: what an assembly makes of a document, without the
-document."""
+"""Packed mechanisms for tests, assembled without a document."""
 
 from __future__ import annotations
 
@@ -28,7 +27,7 @@ def _columns(rows: Sequence[Mapping[str, Any]], kind: Any, whole: Sequence[str])
 
 @dataclass
 class Builder:
-    """Adds elements one by one; `packed()` makes the arrays."""
+    """Builder to which elements are added one by one; `packed()` returns the arrays."""
 
     inertia: list[float] = field(default_factory=list)
     scale: list[float] = field(default_factory=list)

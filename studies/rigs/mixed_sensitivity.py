@@ -1,5 +1,4 @@
-"""A seeded family of mixed-sensitivity problems of even order, 4 and more: an axis with a drive lag
-and flexible modes.
+"""Random mixed-sensitivity problems of even order >= 4: an axis with drive lag and flexible modes.
 
     r ──▶(+)──▶ e = y ──▶ W_S ──▶ z1
           ▲ -                                u ──▶ W_KS ──▶ z2
@@ -7,11 +6,10 @@ and flexible modes.
                                  ▲
                                  └── LOAD * d
 
-G = 1/(lag s + 1) * sum over the modes of share w^2/(s^2 + 2 damping w s + w^2): one slow mode that
-carries most of the motion and (order - 4)/2 flexible ones above it, drawn from numpy's
-default_rng(seed + order). Time in units of 1/bandwidth. D12 and D21 have full rank and no zero is
-on the imaginary axis, so that the Riccati equations of SLICOT apply: the optimum is a number that
-both must find.
+G = 1/(lag s + 1) * sum over the modes of share w^2/(s^2 + 2 damping w s + w^2). One slow mode
+carries most of the motion; (order - 4)/2 flexible modes are above it, drawn with numpy's
+default_rng(seed + order). The unit of time is 1/bandwidth. D12 and D21 have full rank and no zero
+is on the imaginary axis, so that SLICOT's Riccati equations apply and must give the same optimum.
 """
 
 from __future__ import annotations
@@ -32,8 +30,10 @@ COMMAND, LOAD = 0.1, 0.1
 
 
 def mixed_sensitivity(order: int, seed: int = SEED) -> GeneralisedPlant:
-    """The member of the even `order` >= 4; its states: W_S, lag, then position and speed of each
-    mode."""
+    """Return the problem of the even `order` >= 4.
+
+    Its states are W_S, the lag, then position and speed of each mode.
+    """
     random = np.random.default_rng(seed + order)
     modes = (order - 2) // 2
     frequencies = np.concatenate([[0.3], np.sort(random.uniform(2.0, 12.0, modes - 1))])

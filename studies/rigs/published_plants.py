@@ -1,8 +1,7 @@
-"""The problems that the thesis poses with numbers: annex C (section 5, table 3) and the position
-loop of 5.4.3.
+"""Published problems with numbers: annex C (section 5, table 3), and the position loop of 5.4.3.
 
-d, the unit of the uncertainty channel, is free in the text, and W4 of (25) can be read in more than
-one way; a `Reading` names them.
+The thesis does not state d, the unit of the uncertainty channel, and W4 of (25) can be understood
+in more than one way. A `Reading` is one choice.
 """
 
 from __future__ import annotations
@@ -36,8 +35,10 @@ HIGH_PASS = FirstOrderWeight(
 
 @dataclass(frozen=True)
 class Reading:
-    """W4, W5, d [N m], weights on the commanded current and on eta; what gamma is with them, LFT
-    and LPV+LFT."""
+    """Choice of W4, W5, d [N m] and the weights of commanded current and eta.
+
+    It includes the resulting gamma for LFT and for LPV+LFT.
+    """
 
     noise: FirstOrderWeight
     uncertainty: FirstOrderWeight
@@ -63,7 +64,7 @@ READINGS = {
 
 
 def annex_lft(reading: Reading) -> GeneralisedPlant:
-    """The LFT form (22) with the weights of the reading, continuous."""
+    """Return the plant of the LFT form (22) with the weights of `reading`, continuous."""
     found = uncertain_centre(annex_model(), reading.unit)
     return generalised_plant(
         "speed", found.rates, LAG, reading.weights, uncertainty=found.uncertainty
@@ -71,7 +72,7 @@ def annex_lft(reading: Reading) -> GeneralisedPlant:
 
 
 def annex_mixed(reading: Reading) -> list[GeneralisedPlant]:
-    """The LPV+LFT form (28)-(32): rho = 0 and rho = 1."""
+    """Return the plants of the LPV+LFT form (28)-(32) for rho = 0 and rho = 1."""
     _, plants = uncertain_polytope(annex_model(), ("regime",), reading.unit)
     return [
         generalised_plant("speed", one.rates, LAG, reading.weights, uncertainty=one.uncertainty)
@@ -90,8 +91,10 @@ def position(
     static_error: float = 2 / 63,
     lag: float = LAG,
 ) -> list[GeneralisedPlant]:
-    """The vertices of (5.68) with the weights of 5.4.3.1, continuous; the clutch of table 5.2 where
-    no other box is given."""
+    """Return the plants at the vertices (5.68) with the weights of 5.4.3.1, continuous.
+
+    box: polytope of plants; None for the clutch of table 5.2.
+    """
     weights = PlantWeights(template(bandwidth, margin, static_error), disturbance, drive)
     rates = vertex_rates(box or polytope(clutch_model()), form)
     return [generalised_plant("position", one, lag, weights) for one in rates]

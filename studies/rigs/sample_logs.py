@@ -1,18 +1,15 @@
-"""Sample logs: bench tests of a SIMULATED clutch (tables 4.5 and 4.8 of the thesis), as a bench
-would record them.
+"""Sample logs: tests of a SIMULATED clutch (tables 4.5 and 4.8), in the format of a bench.
 
-    python -m studies.rigs.sample_logs            write sines.csv, ramp.csv and steps.csv into
+    python -m studies.rigs.sample_logs            writes sines.csv, ramp.csv and steps.csv into
                                                   sample_logs (`make logs`)
 
-Each log is a function of its seed: the same seed gives the same bytes. TRUTH holds the parameters,
-which no log contains.
+A seed determines every byte of a log. TRUTH has the parameters, which no log contains.
 
-    sines   position servo on half sines of 100 to 350 rad/s, about 5 s of each speed (4.38); each
-            turns at another place, drawn from
-            the seed: strokes that repeat each other exactly repeat the encoder's error too, and no
-            averaging removes it
-    ramp    the current grows until the encoder moves, falls back to nothing, grows again, both ways
-            over the travel (figure 4.6)
+    sines   position servo on half sines of 100 to 350 rad/s, about 5 s at each speed (4.38). The
+            positions of the reversals are random, because strokes that repeat each other exactly
+            also repeat the encoder's error, which averaging does not remove.
+    ramp    the current grows until the encoder moves, returns to 0 and grows again, in both
+            directions over the travel (figure 4.6)
     steps   position servo on steps over the travel
 """
 
@@ -70,7 +67,7 @@ TURN = (3.0, 60.0)  # rad, where the ramp changes its direction
 
 
 class Recording(NamedTuple):
-    """One log: `time` (n,) in s, `encoder` (n,) in counts, `current` (n,) in A."""
+    """Recorded log: `time` (n,) in s, `encoder` (n,) in counts, `current` (n,) in A."""
 
     time: Vector
     encoder: IntVector
@@ -217,8 +214,10 @@ def _half_sines(generator: np.random.Generator, repeated: bool) -> tuple[Vector,
 
 
 def sines(seed: int, truth: AxisParameters = TRUTH, repeated: bool = False) -> Recording:
-    """Half sines at several speeds, joined where they turn; `repeated` ones turn at the same places
-    all the time."""
+    """Return half sines at several speeds, joined at the reversals.
+
+    repeated: True for reversals at the same positions in all strokes.
+    """
     generator = np.random.default_rng([seed, 1])
     position, speed, acceleration = _half_sines(generator, repeated)
     feedforward = (truth.inertia * acceleration + truth.viscous * speed) / truth.constant
@@ -226,7 +225,7 @@ def sines(seed: int, truth: AxisParameters = TRUTH, repeated: bool = False) -> R
 
 
 def ramp(seed: int, truth: AxisParameters = TRUTH, rate: float = RAMP) -> Recording:
-    """Breakaway ramps over the travel and back; `rate` in A/s."""
+    """Return breakaway ramps over the travel and back; `rate` is in A/s."""
     generator = np.random.default_rng([seed, 2])
     size = round(400.0 / PERIOD)
     encoder, drive = np.empty(size, dtype=np.int64), np.empty(size)
@@ -252,7 +251,7 @@ def ramp(seed: int, truth: AxisParameters = TRUTH, rate: float = RAMP) -> Record
 
 
 def steps(seed: int, truth: AxisParameters = TRUTH) -> Recording:
-    """Steps through a critically damped filter, so that the servo can follow them."""
+    """Return steps through a critically damped filter, so that the servo can follow them."""
     samples = round(STEP_SECONDS / PERIOD)
     target = np.repeat(STEPS, samples)
     position, speed = np.empty(target.size), np.empty(target.size)
@@ -270,7 +269,7 @@ LOGS = {"sines": sines, "ramp": ramp, "steps": steps}
 
 
 def csv(recording: Recording) -> str:
-    """The text of a log: one header with units, one row a sample."""
+    """Return the text of a log: a header with units, then one row per sample."""
     rows = [f"{t:.3f},{n},{i:.{CURRENT_DIGITS}f}" for t, n, i in zip(*recording, strict=True)]
     return "\n".join(["time [s],encoder [count],current [A]", *rows, ""])
 

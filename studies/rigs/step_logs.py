@@ -1,4 +1,4 @@
-"""Logs and documents of a made-up clutch test, built in memory."""
+"""Logs and documents of a synthetic clutch test in memory."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ HOSTILE = (
 
 
 def clutch_spec(**changes: object) -> Spec:
-    """The specification of 5.4.1, with some of it changed."""
+    """Return the specification of 5.4.1; `changes` replace its fields."""
     return msgspec.structs.replace(load(ROOT / "configs/clutch/spec.yaml", Spec), **changes)
 
 
@@ -60,8 +60,10 @@ def stream(
     encoder_step: float = ENCODER_STEP,
     without: tuple[str, ...] = (),
 ) -> Stream:
-    """Second-order answers to a sequence of (reference, duration), through an encoder that rounds
-    down; drive 0 once settled."""
+    """Return second-order responses to a sequence of (reference, duration).
+
+    The encoder rounds down; the drive is 0 after settling.
+    """
     counts = [round(duration / PERIOD) for _, duration in references]
     time = np.arange(sum(counts), dtype=np.float64) * PERIOD
     reference = np.repeat([target for target, _ in references], counts)
@@ -90,7 +92,7 @@ def stream(
 
 
 def clutch_log(variants: int = 0, **options: Any) -> Log:
-    """A log with the nominal stream and `variants` more, each a little slower and less damped."""
+    """Return a log with the nominal stream and `variants` streams, each slower and less damped."""
     slower: list[dict[str, Any]] = [
         {"topic": f"/axis/v{k:02d}", "damping": 0.8 - 0.01 * k, "frequency": 25.0 - 0.3 * k}
         for k in range(variants)
@@ -104,8 +106,10 @@ def clutch_log(variants: int = 0, **options: Any) -> Log:
 
 
 def hostile_log() -> Log:
-    """A log whose name, streams, channels and metadata would run a script and fetch an image, if a
-    page let them."""
+    """Return a log whose name, streams, channels and metadata contain a script and an image.
+
+    A page must escape them.
+    """
     named = Stream(
         f"/axis/{HOSTILE}",
         stream().time,
@@ -116,7 +120,7 @@ def hostile_log() -> Log:
 
 
 def smooth_log() -> Log:
-    """A measured log with a smooth reference: no hold, no step."""
+    """Return a measured log with a smooth reference, without holds and steps."""
     time = np.arange(4000, dtype=np.float64) * PERIOD
     reference: Vector = 10.0 * np.sin(2.0 * time)
     signals = {
@@ -132,7 +136,7 @@ def smooth_log() -> Log:
 def controller(
     margins: tuple[float, ...] = (0.73, 0.62, 0.68), unstable: int | None = None
 ) -> Controller:
-    """A controller whose loop has these margins at its vertices."""
+    """Return a controller with these modulus margins at its vertices."""
     space = StateSpace(((0.5,),), ((1.0,),), ((0.1,),), ((0.2,),))
     vertices = tuple(
         Vertex(

@@ -1,4 +1,4 @@
-"""Step responses known in closed form."""
+"""Step responses in closed form."""
 
 from __future__ import annotations
 
@@ -10,8 +10,10 @@ from frictool.typing import Vector
 
 
 def second_order(time: Vector, damping: float, frequency: float) -> Vector:
-    """Unit step response at `time` of 1/(1 + 2 damping s/frequency + s^2/frequency^2), underdamped;
-    0 before time 0."""
+    """Return the unit step response of 1/(1 + 2 damping s/frequency + s^2/frequency^2).
+
+    damping < 1; the response is 0 before time 0.
+    """
     damped = frequency * math.sqrt(1.0 - damping**2)
     t = np.maximum(time, 0.0)
     decay = np.exp(-damping * frequency * t)
@@ -19,10 +21,10 @@ def second_order(time: Vector, damping: float, frequency: float) -> Vector:
 
 
 def first_order(time: Vector, constant: float) -> Vector:
-    """Unit step response of 1/(1 + constant s)."""
+    """Return the unit step response of 1/(1 + constant s)."""
     return 1.0 - np.exp(-np.maximum(time, 0.0) / constant)
 
 
 def overshoot_of(damping: float) -> float:
-    """Overshoot of the second-order response, in %."""
+    """Return the overshoot of the second-order response in %."""
     return 100.0 * math.exp(-math.pi * damping / math.sqrt(1.0 - damping**2))

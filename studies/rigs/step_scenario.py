@@ -1,4 +1,4 @@
-"""A controller and a scenario of the clutch, for tests of the step test."""
+"""Controller and scenario of the clutch, for tests of the step test."""
 
 from __future__ import annotations
 
@@ -15,8 +15,10 @@ from studies.rigs.example_controllers import clutch_controller, speed_controller
 
 
 def controller() -> Controller:
-    """The example's PI without anti-windup, and two vertices at opposite corners of the clutch
-    model's ranges."""
+    """Return the example's PI without anti-windup, with two vertices.
+
+    The vertices are opposite corners of the clutch model's ranges.
+    """
     made = clutch_controller(
         speed=msgspec.structs.replace(speed_controller(), anti_windup=(0.0, 0.0))
     )
@@ -34,7 +36,7 @@ def controller() -> Controller:
 def scenario(
     *targets: float, seconds: float = 0.6, start: float = 5.0, **fields: object
 ) -> Scenario:
-    """Steps to `targets` [rad] of equal duration."""
+    """Return a scenario with steps of equal duration to `targets` [rad]."""
     steps = tuple(
         Step(Quantity(value=target, unit="rad"), seconds) for target in targets or (40.0, 10.0)
     )
@@ -49,7 +51,7 @@ def scenario(
 
 
 def write_rig(folder: Path) -> dict[str, Path]:
-    """model.yaml, controller.yaml and scenario.yaml in `folder`."""
+    """Write model.yaml, controller.yaml and scenario.yaml into `folder`."""
     documents: dict[str, msgspec.Struct] = {
         "model": clutch_model(),
         "controller": controller(),

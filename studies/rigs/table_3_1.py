@@ -1,8 +1,8 @@
-"""Parameters of every friction law: those of the thesis's table 3.1.
+"""Parameters of every friction law, from the thesis's table 3.1.
 
 A law that is not in the thesis has the same values of shared parameters (`STRIBECK`), and small
-values of its own ones: the tests of all laws move 1 kg by some newtons at some tenths of a metre
-per second.
+values of its other parameters. The tests of all laws move 1 kg with some newtons at some tenths of
+a metre per second.
 """
 
 from __future__ import annotations

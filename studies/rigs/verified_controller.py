@@ -1,5 +1,4 @@
-"""A made-up controller document that is made true: margins and other forms are those that its
-coefficients give."""
+"""Synthetic controller document made consistent: margins and other forms fit its coefficients."""
 
 from __future__ import annotations
 
@@ -19,8 +18,11 @@ from frictool.verify.vertices import vertex_points
 
 
 def truthful(controller: Controller) -> Controller:
-    """The same controller with every vertex's checks found again at no delay and at the bench's,
-    sections and continuous form too."""
+    """Return the controller with the verified figures and forms recomputed from its coefficients.
+
+    The checks of each vertex are without delay and with the bench's; sections and continuous form
+    follow.
+    """
     lag = controller.bench.actuator.loop_time_constant_s
     system = read_state_space(controller.linear.discrete, controller.sample_period_s)
     vertices = []

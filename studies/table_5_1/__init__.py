@@ -1,1 +1,1 @@
-"""The loops of the thesis's table 5.1: by hand, by the product, and as published."""
+"""Loops of the thesis's table 5.1: independent and frictool's simulation, published values."""

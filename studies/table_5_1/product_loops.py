@@ -1,9 +1,8 @@
-"""Table 5.1's loops as the product plays them: configs/mass, documents to synthesis to the target's
-program to the closed loop.
+"""Loops of table 5.1 simulated by frictool, from the documents of configs/mass to the closed loop.
 
-python -m studies.table_5_1.product_loops configs/mass/build        the table of the logs there
-                                                                    (make -C
-                                                           configs/mass table_5_1)
+    python -m studies.table_5_1.product_loops configs/mass/build
+
+prints the table of the logs in this folder (make -C configs/mass table_5_1).
 """
 
 from __future__ import annotations
@@ -35,7 +34,7 @@ HERE = Provenance("a test", "0")
 
 
 def model(name: str) -> Model:
-    """The mass of a loop: that of 5.2.5 has a tenth of the friction."""
+    """Return the mass of a loop; the mass of 5.2.5 has a tenth of the friction."""
     return load(RIG / ("smooth.yaml" if name.startswith("smooth") else "model.yaml"), Model)
 
 
@@ -47,8 +46,10 @@ def controller(name: str) -> Controller:
 
 
 def played(name: str, seconds: float, number: ProgramNumber = "double") -> Vector:
-    """Positions (n,) [m] of a hold of `seconds`, one a sample, the controller in a number format of
-    the target."""
+    """Return the positions (n,) [m] of a hold of `seconds`, one per sample.
+
+    number: number format of the controller.
+    """
     scenario = load(RIG / "step.yaml", Scenario)
     (step,) = scenario.steps
     scenario = msgspec.structs.replace(
@@ -61,8 +62,10 @@ def played(name: str, seconds: float, number: ProgramNumber = "double") -> Vecto
 
 
 def table(logs: dict[str, Vector]) -> tuple[list[str], bool]:
-    """Lines for people, each loop's figures above those that are known of it; and whether all of
-    them are met."""
+    """Return the lines of the table, and True if all published values are met.
+
+    For each loop, a line of computed values is followed by the published values.
+    """
     lines = [
         f"{'loop':<24}{'overshoot %':>14}{'response s':>14}{'static m':>14}{'cycle +- m':>14}"
         f"{'period s':>14}"

@@ -1,5 +1,4 @@
-"""The eight loops of table 5.1, the figures that are known of each, and the same figures of a
-run."""
+"""Published values of the eight loops of table 5.1, and the same values of a simulation."""
 
 from __future__ import annotations
 
@@ -17,8 +16,10 @@ FIGURES = ("overshoot_percent", "response_95_s", "static_error_m", "amplitude_m"
 
 
 class Loop(NamedTuple):
-    """A loop and what is known of it, as printed: FIGURES in their order, "inf" where it never
-    settles, "nan" where nothing recurs."""
+    """Loop with its published values, in the order of FIGURES.
+
+    "inf": the loop never settles. "nan": there is no limit cycle.
+    """
 
     step: Callable[[float], Vector]
     printed: tuple[str, str, str, str, str]
@@ -49,11 +50,12 @@ LOOPS = {
 
 
 def figures(positions: Vector) -> dict[str, float]:
-    """FIGURES of a hold (n,) after a step of 1 m.
+    """Return FIGURES of a hold (n,) [m] after a step of 1 m.
 
-    Response: from when |e| stays within 5 % of the step; infinite if it still leaves in the second
-    half of the hold. Static error: the largest |e| of that half. Limit cycle: half the peak-to-peak
-    there, and the mean time between upward passages of its middle.
+    Response: time from which |e| stays within 5 % of the step; infinite if |e| exceeds it in the
+    second half of the hold. Static error: largest |e| of the second half. Limit cycle: half of the
+    peak-to-peak value in the second half, and the mean time between upward crossings of the mean
+    level.
     """
     tail = positions[positions.size // 2 :]
     outside = np.flatnonzero(np.abs(positions - 1.0) > ZONE)
@@ -71,8 +73,10 @@ def figures(positions: Vector) -> dict[str, float]:
 
 
 def deviation(found: float, printed: str) -> float:
-    """Relative to the printed figure; 0 where both are infinite, not a number or 0; infinite where
-    only one is."""
+    """Return the deviation relative to the printed value.
+
+    0 if both are infinite, NaN or 0; infinite if only one of them is.
+    """
     known = float(printed)
     if found == known or (math.isnan(found) and math.isnan(known)):
         return 0.0
@@ -81,7 +85,7 @@ def deviation(found: float, printed: str) -> float:
 
 
 def is_printed_so(found: float, printed: str) -> bool:
-    """Return True if the figure, rounded to the printed number of decimals, is the printed one."""
+    """Return True if the value, rounded to the printed decimals, equals the printed value."""
     decimals = len(printed.partition(".")[2])
     return (
         math.isfinite(found)
@@ -92,8 +96,10 @@ def is_printed_so(found: float, printed: str) -> bool:
 
 
 def missed(found: dict[str, float], printed: tuple[str, ...]) -> list[str]:
-    """The figures farther than 2 % from the print that are not the same number once rounded as it
-    is: "0.003" tells no more than 17 %."""
+    """Return the names of the values that differ from the printed ones by more than 2 %.
+
+    A value that rounds to the printed one does not differ: "0.003" is exact to 17 % only.
+    """
     named = zip(FIGURES, printed, strict=True)
     return [
         name

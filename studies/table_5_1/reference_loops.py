@@ -1,13 +1,13 @@
-"""Table 5.1's loops (5.2.4, 5.2.5): one mass, its controllers sampled at 1 kHz, a step of 1 m.
+"""Independent simulation of the loops of table 5.1 (5.2.4, 5.2.5): a mass, controllers at 1 kHz.
 
-The plant is the one of the text: no Stribeck effect, no viscous friction, F_s above F_c. It rests
-and slips exactly (engine/axis.py). The controllers see position and velocity as they are at the
-sample; their command, within +-5 N, is held until the next one.
+The plant is that of the text: no Stribeck effect, no viscous friction, F_s above F_c. Stick and
+slip are simulated exactly (engine/axis.py). The controllers measure position and velocity exactly;
+their command, within +-5 N, is held until the next sample. The reference is a step of 1 m.
 
-(5.39) and the PI are zero-order-hold equivalents: the integral takes e[k] after the command of
-sample k, the derivative filter is (T_d/tau) (e - f), f the low-pass of e with tau = T_d/a. The
-integral is held while the command is limited and its input drives it further there. T_i = 1: the
-0.1 that is printed is linearly unstable.
+(5.39) and the PI are zero-order-hold equivalents: the integral adds e[k] after the command of
+sample k. The derivative filter is (T_d/tau) (e - f), with f the low-pass of e and tau = T_d/a. The
+integral is held while the command is limited and the error would increase it further. T_i is 1,
+because the printed value 0.1 is linearly unstable.
 """
 
 from __future__ import annotations
@@ -33,8 +33,10 @@ NO_LIMITER, LIMITER = 0.0, 1.0
 
 @kernel
 def pid_output(memory: Vector, error: float) -> float:
-    """(5.39) before its limit [N]; memory = (integral of e [m s], low-pass of e [m]); moves the
-    low-pass to the next sample."""
+    """Return the command of (5.39) before its limit [N], and advance the low-pass by one sample.
+
+    memory: integral of e [m s], low-pass of e [m].
+    """
     steepness = DERIVATIVE_TIME / LAG * (error - memory[1])
     memory[1] = error + math.exp(-PERIOD / LAG) * (memory[1] - error)
     return float(GAIN * (error + memory[0] / INTEGRAL_TIME + steepness))
@@ -42,14 +44,16 @@ def pid_output(memory: Vector, error: float) -> float:
 
 @kernel
 def pi_output(memory: Vector, error: float) -> float:
-    """The speed controller before its limit [N]; memory[0] = integral of the speed error [m]."""
+    """Return the command of the speed controller before its limit [N].
+
+    memory[0]: integral of the speed error [m].
+    """
     return float(SPEED_GAIN * (error + memory[0] / SPEED_INTEGRAL_TIME))
 
 
 @kernel
 def integrate(memory: Vector, error: float, command: float) -> None:
-    """The integral takes this sample's error, unless `command` [N] is beyond the limit and the
-    error drives it further."""
+    """Add the error to the integral, unless it would increase a limited command [N]."""
     if not (abs(command) > LIMIT and command * error > 0.0):
         memory[0] += PERIOD * error
 
@@ -61,8 +65,10 @@ def limited(command: float) -> float:
 
 @kernel
 def on_the_way(error: float, velocity: float, braking: float) -> bool:
-    """(5.7): friction of `braking` = F_c' [N] alone ends at the target, give or take the band; m =
-    1 kg."""
+    """Return True if friction of `braking` = F_c' [N] stops the mass of 1 kg at the target (5.7).
+
+    The stop may be anywhere within the band.
+    """
     path = velocity * velocity / (2.0 * braking)
     return path - BAND < abs(error) < path + BAND
 
@@ -71,11 +77,11 @@ def on_the_way(error: float, velocity: float, braking: float) -> bool:
 def run_pid(
     axis: Vector, limiter: float, coulomb: float, virtual: float, slope: float, positions: Vector
 ) -> int:
-    """PID; with the limiter, -F_cv tanh(v/v_r) inside (5.7) for F_c' = `coulomb` + `virtual`
-    (5.40), the integral frozen there.
+    """Simulate the PID, with or without limiter.
 
-    Fills positions (n,) [m], one a sample, and returns engine/status_codes.py. (5.41) prints its
-    branches the other way round.
+    With the limiter, the command is -F_cv tanh(v/v_r) and the integral is frozen while (5.7) holds
+    with F_c' = `coulomb` + `virtual` (5.40). (5.41) has these branches exchanged. Fills positions
+    (n,) [m]; returns a status of engine/status_codes.py.
     """
     state, memory = np.zeros(STATE_SIZE), np.zeros(2)
     for k in range(positions.shape[0]):
@@ -96,8 +102,7 @@ def run_pid(
 def run_printed(
     axis: Vector, virtual: float, slope: float, coulomb: float, positions: Vector
 ) -> int:
-    """(5.41) with its branches as they are printed: the PID inside (5.7), -F_cv tanh(v/v_r) outside
-    of it, from rest."""
+    """Simulate (5.41) as printed, from rest: the PID while (5.7) holds, else -F_cv tanh(v/v_r)."""
     state, memory = np.zeros(STATE_SIZE), np.zeros(2)
     for k in range(positions.shape[0]):
         positions[k] = state[POSITION]
@@ -115,11 +120,11 @@ def run_printed(
 
 @kernel
 def run_cascade(axis: Vector, root_gain: float, positions: Vector) -> int:
-    """PI of the speed under the position's gain (`root_gain` 0) or under k sqrt(|e|) sign(e)
-    (5.19), (5.42).
+    """Simulate a PI of the speed below a position law.
 
-    Inside the band of the square-root law u = 0 and the integral is frozen. Fills positions (n,)
-    [m]; returns engine/status_codes.py.
+    The position law is a gain (`root_gain` 0) or k sqrt(|e|) sign(e) (5.19), (5.42). Within the
+    band of the square-root law u = 0 and the integral is frozen. Fills positions (n,) [m]; returns
+    a status of engine/status_codes.py.
     """
     state, memory = np.zeros(STATE_SIZE), np.zeros(1)
     for k in range(positions.shape[0]):
@@ -149,22 +154,24 @@ def pid_step(
     virtual: float = 0.0,
     slope: float = 0.01,
 ) -> Vector:
-    """Positions (n,) [m] of a hold of `seconds`."""
+    """Return the positions (n,) [m] under the PID in a hold of `seconds`."""
     positions = np.empty(round(seconds / PERIOD))
     assert run_pid(axis.as_array(), limiter, axis.coulomb, virtual, slope, positions) == OK
     return positions
 
 
 def printed_step(seconds: float) -> Vector:
-    """Positions (n,) [m] of a hold of `seconds` under (5.41) as printed, with the friction of 5.2.5
-    and F_cv = 1 N."""
+    """Return the positions (n,) [m] under (5.41) as printed, in a hold of `seconds`.
+
+    The friction is that of 5.2.5, and F_cv = 1 N.
+    """
     positions = np.empty(round(seconds / PERIOD))
     assert run_printed(SMOOTH.as_array(), 1.0, 0.01, SMOOTH.coulomb, positions) == OK
     return positions
 
 
 def cascade_step(seconds: float, axis: AxisParameters = DRY, root_gain: float = 0.0) -> Vector:
-    """Positions (n,) [m] of a hold of `seconds`."""
+    """Return the positions (n,) [m] under the cascade in a hold of `seconds`."""
     positions = np.empty(round(seconds / PERIOD))
     assert run_cascade(axis.as_array(), root_gain, positions) == OK
     return positions

@@ -2,10 +2,10 @@
 
     python -m studies.target FOLDER [--controller controller.yaml]
 
-Each number format is exported and built with arm-none-eabi-gcc for a core with and for one without
-a floating-point unit. QEMU (mps2-an386) runs each self-test. Then `loop.c` runs the example's
-controller from a timer interrupt; it needs the example, and is left out with --controller. The exit
-code is 1 if a build does not reproduce every bit, or if the loop does not reach its reference.
+Each number format is exported and built with arm-none-eabi-gcc for a core with and a core without a
+floating-point unit. QEMU (mps2-an386) runs each self-test. Then `loop.c` runs the example's
+controller in a timer interrupt; with --controller this part is left out. The exit code is 1 if a
+build does not reproduce every bit, or if the loop does not reach its reference.
 """
 
 from __future__ import annotations

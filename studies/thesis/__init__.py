@@ -1,8 +1,9 @@
-"""The thesis's tables and main figures made anew by frictool and compared with the published ones:
-`make thesis`.
+"""Reproduction of the thesis's tables and main figures, compared with the published ones.
 
-published.yaml  what the thesis prints, and how near ours has to be; nothing else is typed in
-words.yaml      why a value differs, one for each that does
-figures.yaml    what each figure of the thesis shows
-parts/          a module a part of the thesis: product functions in, values and figures out
+    published.yaml  published values and tolerances; frictool computes all others
+    words.yaml      reason for each value that differs
+    figures.yaml    content of each figure of the thesis
+    parts/          one module per part of the thesis, which returns values and figures
+
+`make thesis` runs it.
 """

@@ -1,10 +1,10 @@
-"""Reproduction of the thesis's tables and main figures: writes index.html and tables.json into a
-folder, and prints a summary.
+"""Reproduction of the thesis's tables and main figures, as a page, as JSON and as a summary.
 
     python -m studies.thesis build/thesis [PART...]           make thesis
 
-Named parts are made alone. Exit code 1 if a value differs by more than its tolerance without a
-reason in words.yaml, if a reason is stale, or if a value or a figure is missing.
+The command writes index.html and tables.json, with the named parts or with all of them. The exit
+code is 1 if a value differs by more than its tolerance without a reason in words.yaml, if a reason
+is no longer needed, or if a value or a figure is missing.
 """
 
 from __future__ import annotations
@@ -35,8 +35,7 @@ PARTS = {  # the longest first, so that no core waits for the last; what each ma
 
 
 def made(name: str) -> tuple[Part, str]:
-    """Return a part and the traceback of its exception. A part that breaks must not hide the
-    others."""
+    """Return a part, or the traceback of its exception; the other parts continue."""
     try:
         make: Callable[[], Part] = getattr(
             importlib.import_module(f"studies.thesis.parts.{name}"), name
@@ -47,8 +46,10 @@ def made(name: str) -> tuple[Part, str]:
 
 
 def collected(names: list[str]) -> tuple[Part, list[str]]:
-    """Make the parts, one in each process, and join them; return errors too. Progress goes to
-    stderr."""
+    """Compute the parts, one per process, and join them; also return their errors.
+
+    Progress is printed to stderr.
+    """
     start, whole, wrong = time.monotonic(), Part(), []
     for done, (name, part, broken) in enumerate(_each(names), start=1):
         _join(whole, part)

@@ -1,5 +1,4 @@
-"""Comparison of computed and published values: agreements, differences with their reasons, and
-errors of the reproduction itself."""
+"""Comparison of computed and published values: agreements, differences with reasons, and errors."""
 
 from __future__ import annotations
 
@@ -12,8 +11,11 @@ from studies.thesis.results import ComputedValue, Part
 
 @dataclass(frozen=True)
 class ComparedValue:
-    """Computed and published value. difference: in words; word: its reason; allowed: the tolerance,
-    in words; kind: see KINDS."""
+    """Computed and published value.
+
+    difference, allowed: difference and tolerance as text. word: reason for the difference. kind:
+    one of KINDS.
+    """
 
     key: str
     name: str
@@ -28,7 +30,7 @@ class ComparedValue:
 
 @dataclass(frozen=True)
 class Comparison:
-    """Compared values of each table, and the problems that make the reproduction fail."""
+    """Compared values of each table, and problems because of which the reproduction fails."""
 
     tables: dict[str, list[ComparedValue]]
     problems: tuple[str, ...]
@@ -45,8 +47,10 @@ class Comparison:
 
 
 def agrees(found: ComputedValue, row: Row) -> bool:
-    """Return True if the published value is within its tolerance of the computed one or of its
-    range; a text has to be the same, except that ">8" holds for any number above 8."""
+    """Return True if the published value is within its tolerance of the computed value or range.
+
+    A text must be equal, except that ">8" agrees with every number above 8.
+    """
     if isinstance(row.value, str) or isinstance(found.value, str):
         return _same(str(found.value), str(row.value))
     margin = row.within * abs(row.value)
@@ -62,7 +66,10 @@ def _same(ours: str, published: str) -> bool:
 
 
 def compare(documents: Documents, part: Part, chosen: frozenset[str] | None = None) -> Comparison:
-    """Compare all values. chosen: only these tables and figures are requested; None for all."""
+    """Return the comparison of all values.
+
+    chosen: names of the requested tables and figures; None for all.
+    """
     tables, problems, used = {}, [], set()
     for name, table in documents.tables.items():
         if chosen is not None and name not in chosen:
@@ -150,7 +157,7 @@ def _shown(found: ComputedValue, unit: str) -> str:
 
 
 def number(value: float | str, unit: str) -> str:
-    """Return four digits with the unit."""
+    """Return a value with four digits and its unit as text."""
     if isinstance(value, str):
         return value
     text = "never" if math.isinf(value) else "none" if math.isnan(value) else f"{value:.4g}"

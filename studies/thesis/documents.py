@@ -1,5 +1,8 @@
-"""Reader of published.yaml, words.yaml and figures.yaml. The cells of tables 2.1 and 3.2, and their
-words, are those of `frictool compare`."""
+"""Reader of published.yaml, words.yaml and figures.yaml.
+
+The cells of tables 2.1 and 3.2, and the reasons for their differences, are those of `frictool
+compare`.
+"""
 
 from __future__ import annotations
 
@@ -22,8 +25,10 @@ GRIDS = {"2.1": (TABLE_2_1, PROPERTIES), "3.2": (TABLE_3_2, (*TESTS, "parameters
 
 
 class Row(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """Published value. within: allowed relative difference, 0 if text or a count has to be the
-    same."""
+    """Published value.
+
+    within: allowed relative difference; 0 for a text or a number that must be equal.
+    """
 
     value: float | str
     name: str = ""
@@ -32,12 +37,11 @@ class Row(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Table(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A table of the thesis, or the figures that a section's text gives. where: section and table;
-    ours: what made ours.
+    """Table of the thesis, or values in the text of a section.
 
-    grid: the published cells are those that `frictool compare` holds for this table, rows above
-    columns. inputs: ours are typed in a rig's file, so that the comparison checks the file and
-    computes nothing.
+    where: section and table. ours: origin of the computed values. grid: True if the published cells
+    are in `frictool compare`. inputs: True if the values are inputs in a rig's file; the comparison
+    then checks the file.
     """
 
     title: str
@@ -57,14 +61,14 @@ KINDS: dict[Kind, str] = {
 
 
 def kind_of(table: Table, row: Row) -> Kind:
-    """Return what a comparison with this published value tests."""
+    """Return the kind of a comparison, one of KINDS."""
     if table.inputs:
         return "input"
     return "word" if isinstance(row.value, str) else "computed"
 
 
 class Figure(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
-    """A figure of the thesis: its title, what it shows there, its section."""
+    """Figure of the thesis: title, content and section."""
 
     title: str
     shows: str
@@ -72,7 +76,7 @@ class Figure(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class Documents(msgspec.Struct, frozen=True):
-    """All three files; words: "TABLE KEY" -> why ours differs."""
+    """Contents of the three files; words: "TABLE KEY" -> reason for the difference."""
 
     tables: dict[str, Table]
     words: dict[str, str]
@@ -80,7 +84,10 @@ class Documents(msgspec.Struct, frozen=True):
 
 
 def read(folder: Path = HERE) -> Documents:
-    """Raises ValueError where a file is not as described above, or a word stands twice."""
+    """Return the contents of the three files.
+
+    Raises ValueError if a file has other contents, or if a reason occurs twice.
+    """
     tables = _decoded(folder / "published.yaml", dict[str, Table])
     words = _decoded(folder / "words.yaml", dict[str, str])
     figures = _decoded(folder / "figures.yaml", dict[str, Figure])

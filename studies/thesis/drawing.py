@@ -1,4 +1,4 @@
-"""Curves as an `<svg>` element in the page's style: axes below each other over one abscissa."""
+"""Curves as an `<svg>` element in the style of the page: panels over a common abscissa."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ DEEPEST = 120.0  # dB
 
 @dataclass(frozen=True)
 class Curve:
-    """x, y (n,); style: line, points, or reference (a thin dashed one in ink)."""
+    """Curve x, y (n,); style: line, points, or reference (thin and dashed)."""
 
     x: Vector
     y: Vector
@@ -63,9 +63,10 @@ def _plot(panel: Axes, curves: list[Curve], thin: bool) -> None:
 
 
 def draw(name: str, abscissa: str, rows: list[Row], *, log: bool = False, thin: bool = True) -> str:
-    """One axes a row; `name` is what a screen reader says.
+    """Return a figure with one panel per row.
 
-    log: abscissa in decades, ordinates in dB or rad. thin: long curves by their extremes.
+    name: description for screen readers. log: True for an abscissa in decades and ordinates in dB
+    or rad. thin: True to decimate long curves to their extremes.
     """
     height = 0.75 + HEIGHT * len(rows) + LEGEND * (len(rows) == 1)
     with drawing(name, STYLE):

@@ -1,5 +1,4 @@
-"""The reproduction as one HTML file: compared values, reasons of differences, figures. It sends no
-request."""
+"""Reproduction as one HTML file: compared values, reasons of differences, figures."""
 
 from __future__ import annotations
 

@@ -7,8 +7,11 @@ from dataclasses import dataclass, field
 
 @dataclass(frozen=True)
 class ComputedValue:
-    """Computed value. With `low` and `high`, the published value agrees if it lies between them;
-    `spread` names that range."""
+    """Computed value.
+
+    With `low` and `high`, the published value agrees if it is between them; `spread` names this
+    range.
+    """
 
     value: float | str
     low: float | None = None
@@ -18,7 +21,7 @@ class ComputedValue:
 
 @dataclass(frozen=True)
 class DrawnFigure:
-    """Figure: `<svg>` elements one below the other, and a caption with the computed figures."""
+    """Figure: `<svg>` elements, one below the other, and a caption with computed values."""
 
     svgs: tuple[str, ...]
     caption: str
@@ -34,7 +37,7 @@ class Part:
     notes: dict[str, list[str]] = field(default_factory=dict)
 
     def add(self, table: str, values: dict[str, float | str | ComputedValue]) -> None:
-        """Add values to a table; a bare value has no spread."""
+        """Add values to a table; a plain number or text has no spread."""
         mine = self.values.setdefault(table, {})
         for key, value in values.items():
             assert key not in mine, f"{table} {key} twice"

@@ -1,4 +1,4 @@
-"""The reproduction as JSON (tables.json) and as text for a terminal."""
+"""Reproduction as JSON (tables.json) and as text for a terminal."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Machines that violate the model of `identify`, and the coverage of its intervals on them."""
+"""Coverage of the intervals of `identify` on machines that violate its model."""

@@ -1,16 +1,16 @@
-"""Identifies machines that violate the model, and prints the coverage of the intervals.
+"""Identification of machines that violate the model, with a table of the coverage of intervals.
 
     python -m studies.violations N --seed TEXT
     python -m studies.violations N --seed TEXT --family belt --method least-squares
     python -m studies.violations N --seed TEXT --documents FOLDER
 
-Each of the 18 families has N records, from mild to gross violations. A row of the table shows for
-inertia, viscous friction, Coulomb friction and offset the number of intervals that hold the truth
-of those judged, and the median half width over the rms error. The other columns are the share of
-records with a warning (all, mild), with a false load, knee or resonance, the number of refused
-parameters, and the median processor time of an identification in s. With --documents, the log,
-the bench and the truth of record K of a family are written to FOLDER/FAMILY/K, and nothing is
-identified.
+Each of the 18 families has N records, from mild to gross violations. For inertia, viscous friction,
+Coulomb friction and offset, a row of the table shows the number of intervals that contain the true
+value, the number of judged intervals, and the median half width divided by the rms error. The other
+columns are the share of records with a warning (all, mild), the share with a false load, knee or
+resonance, the number of refused parameters, and the median processor time of an identification in
+s. With --documents, the log, the bench and the truth of record K of a family are written to
+FOLDER/FAMILY/K, and nothing is identified.
 """
 
 from __future__ import annotations

@@ -16,11 +16,11 @@ MILD = 1.0 / 3.0  # severity below which a record counts as mild
 
 @dataclass(frozen=True)
 class Family:
-    """A family of violations.
+    """Family of violations of the model.
 
-    - change: function that gives a machine the violation, of severity 0 to 1
+    - change: function that adds the violation to a machine, with a severity of 0 to 1
     - claims: claims of a model that are true for this family
-    - absolute: whether the intervals are judged with the interval of the torque constant
+    - absolute: True if the intervals are judged with the interval of the torque constant
     """
 
     change: Change
@@ -50,7 +50,7 @@ def _phase(draw: np.random.Generator) -> float:
 
 
 def unchanged(machine: Machine, draw: np.random.Generator, severity: float) -> Machine:
-    """Return the machine as it is."""
+    """Return the machine without a violation."""
     return machine
 
 
@@ -184,7 +184,7 @@ def coloured_noise(machine: Machine, draw: np.random.Generator, severity: float)
 
 
 def mild_mix(machine: Machine, draw: np.random.Generator, severity: float) -> Machine:
-    """Apply all changes in turn, each mildly; the torque constant stays right."""
+    """Apply all changes mildly, except that of the torque constant."""
     for name, family in FAMILIES.items():
         if name not in ("true_model", "wrong_gain", "coarse_encoder", "mild_mix"):
             machine = family.change(machine, draw, 0.3 * float(draw.uniform()))

@@ -1,4 +1,4 @@
-"""Judge the intervals, claims and warnings of `identify` on recordings of known truth."""
+"""Judgement of the intervals, claims and warnings of `identify` on recordings with known truth."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ LOADS = ("stiffness", "gravity", "ripple")
 class Verdict:
     """Judgement of one record.
 
-    - held: parameter -> whether the interval contains the truth; a parameter is missing if it is
-      refused and least squares with the true structure refuses it too
+    - held: parameter -> True if the interval contains the truth; a parameter is missing if
+      `identify` and least squares with the true structure both refuse it
     - half, error: half width and error of each identified parameter, relative to the scale of the
       truth (`_scale`)
     - refused: parameters that are not identified
@@ -53,7 +53,7 @@ class Verdict:
 
     @property
     def mild(self) -> bool:
-        """Return whether the violation is mild."""
+        """Return True if the violation is mild."""
         return self.severity < MILD
 
 
@@ -137,10 +137,10 @@ def _scale(truth: dict[str, float], name: str) -> float:
 
 @dataclass(frozen=True)
 class FamilySummary:
-    """Figures of one family.
+    """Results of one family.
 
-    - held: parameter -> (number of held intervals, number of judged records)
-    - ratio: parameter -> median half width over rms error
+    - held: parameter -> (number of intervals that contain the truth, number of judged records)
+    - ratio: parameter -> median half width divided by rms error
     - half: parameter -> median half width, relative
     - warned, mild_warned: share of records with a warning, of all and of the mild ones
     - false: share of records with a false load, knee or resonance
@@ -160,7 +160,7 @@ class FamilySummary:
 
 
 def summary(family: str, verdicts: Sequence[Verdict]) -> FamilySummary:
-    """Return the figures of a family's verdicts."""
+    """Return the summary of a family's verdicts."""
     held, ratio, half = {}, {}, {}
     for name in PARAMETERS:
         judged = [one.held[name] for one in verdicts if name in one.held]
@@ -186,6 +186,6 @@ def summary(family: str, verdicts: Sequence[Verdict]) -> FamilySummary:
 
 
 def pooled(summaries: Sequence[FamilySummary]) -> float:
-    """Return the share of held intervals over all families and parameters."""
+    """Return the share of intervals that contain the truth, over all families and parameters."""
     hits = sum(one.held[name][0] for one in summaries for name in PARAMETERS)
     return hits / max(sum(one.held[name][1] for one in summaries for name in PARAMETERS), 1)

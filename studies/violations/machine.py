@@ -1,4 +1,4 @@
-"""Machines and tests drawn at random: a text and numbers determine them."""
+"""Random machines and tests; a text and numbers determine them."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ TESTS = "sines", "half_sines", "steps", "multisine", "moves"
 
 @dataclass(frozen=True)
 class Instruments:
-    """Errors of what is logged.
+    """Errors of the logged signals.
 
     - period: sample period, s
     - count: encoder step, rad
     - noise, noise_time: deviation of the current's noise, N m, and its correlation time, s
-    - gain: measured over true current
+    - gain: measured current divided by true current
     - delay, jitter: delay of the current channel in samples, and its deviation
     - eccentric, eccentric_phase: amplitude of the encoder's error over a turn, rad, and its phase
     """
@@ -41,7 +41,7 @@ class Instruments:
 
 @dataclass(frozen=True)
 class Machine:
-    """A drawn machine with its test and the prior knowledge of its bench.
+    """Random machine with its test and the prior knowledge of its bench.
 
     - constant: torque constant of the bench, N m/A; constant_share: its relative half width
     - bench_inertia, bench_viscous, bench_coulomb: value, low and high of the bench, SI

@@ -1,8 +1,8 @@
 """Simulator of a machine that violates the model: two masses on a belt, one of them with friction.
 
-The simulator shares no code with the engine of frictool. Between two samples it takes fixed steps
-of Runge and Kutta's fourth order. A step that reverses the velocity is cut where the velocity is
-zero; the axis then rests until the effort exceeds the friction.
+The simulator shares no code with the engine of frictool. Between two samples it makes fixed steps
+of the fourth-order Runge-Kutta method. A step in which the velocity changes its sign is shortened
+to the zero of the velocity; the axis then rests until the effort exceeds the friction.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ class Physics(NamedTuple):
     - stribeck, stribeck_speed: additional friction at rest, and the speed of its fall
     - coulomb_direction, viscous_direction: relative difference from the mean, forward
     - position_share, position_rate, position_phase: friction over position, relative, rad/rad, rad
-    - transmitted: friction torque over the torque that accelerates the inertia
+    - transmitted: friction torque divided by the torque that accelerates the inertia
     - coulomb_warming, viscous_warming, warming_time: relative changes over the log, s
     - offset_drift, drift_rate: amplitude of a slow offset N m, and its rate rad/s
     - gravity, gravity_phase, spring: N m, rad, N m/rad
@@ -67,7 +67,7 @@ class Physics(NamedTuple):
 
 
 class Servo(NamedTuple):
-    """Test of the machine: a position servo, or a played effort with zero gains.
+    """Test of the machine: a position servo or, with zero gains, a prescribed effort.
 
     - gain, damping: N m/rad, N m s/rad
     - limit: largest effort, N m
@@ -80,7 +80,7 @@ class Servo(NamedTuple):
 
 @kernel
 def warmed(p: Physics, share: float, time: float) -> float:
-    """Return the factor of a friction that changes by `share` over the log; its mean is near 1."""
+    """Return the factor of friction that changes by `share` over the log, with a mean near 1."""
     return 1.0 + share * (0.5 - time / p.warming_time)
 
 
@@ -95,7 +95,7 @@ def coulomb_level(p: Physics, x: float, v: float, time: float, direction: float)
 
 @kernel
 def load(p: Physics, x: float, time: float) -> float:
-    """Return the load torque besides friction, N m."""
+    """Return the load torque without friction, N m."""
     angle = p.cogging_rate * x
     return float(
         p.offset
@@ -177,7 +177,7 @@ def play(
 ) -> None:
     """Fill position, velocity (2, n) of `motion`, and the commanded `effort` (n,), N m.
 
-    - played: reference position rad (n,), or the effort N m with a servo of zero gain
+    - played: reference position [rad] (n,) or, with zero gains, prescribed effort [N m] (n,)
     - rate: reference velocity (n,), rad/s
     - count: encoder step of the servo, rad
     """

@@ -38,7 +38,7 @@ columns:
 
 @dataclass(frozen=True)
 class Recording:
-    """Log of a test with its truth.
+    """Log of a test with the true parameters.
 
     - time, counts, current: logged channels, (n,), s, encoder counts, A
     - motion: true position and velocity, (2, n), rad, rad/s
@@ -98,7 +98,7 @@ def _quantity(ends: tuple[float, float, float], unit: str) -> str:
 
 
 def record(machine: Machine, seed: str) -> Recording:
-    """Play the machine's test and return what is logged."""
+    """Simulate the machine's test and return the recording."""
     instruments = machine.instruments
     n = machine.played.size
     motion, effort = np.empty((2, n)), np.empty(n)

@@ -1,7 +1,8 @@
-"""Least squares with the true structure of a machine: what a test can tell at best.
+"""Least squares with the true structure of a machine, the best possible identification.
 
-The regressors are the true velocity and acceleration and the columns of the family's violation. A
-parameter is refused if its interval is as wide as the bench's, or if the inertia's reaches zero.
+The regressors are the true velocity and acceleration, and the columns of the family's violation. A
+parameter is refused if its interval is as wide as the bench's; the inertia is also refused if its
+interval reaches zero.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ SLOWEST = 0.05  # least speed of a sample relative to the largest speed
 
 
 def least_squares_refuses(recording: Recording, name: str) -> bool:
-    """Return whether least squares with the true structure do not determine a parameter."""
+    """Return True if least squares with the true structure do not determine a parameter."""
     machine = recording.machine
     p = machine.physics
     x, v = recording.motion

@@ -226,7 +226,7 @@ def test_a_drive_in_another_stream_than_the_position_is_told_with_what_to_do(tmp
     assert run("ingest", path, "--resample", "0.001", "-o", joined).code == 0
     assert facts(joined)["odd"] == []
     why = "the log is not a ramp of the effort from rest"
-    fed = [line for line in run("info", joined).stdout.splitlines() if "feed" in line]
+    fed = [line for line in run("info", joined).stdout.splitlines() if "suit" in line]
     assert len(fed) == 2
     assert fed[0].startswith("suits ")
     assert "least-squares, " in fed[0]

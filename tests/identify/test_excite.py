@@ -257,7 +257,7 @@ def test_ramps_played_by_their_rules_give_the_breakaway() -> None:
         (
             "breakaway",
             ExcitationSettings(amplitude=1.0),
-            ("current", "the most that the breakaway may need"),
+            ("current", "for the largest breakaway"),
         ),
         (
             "breakaway",

@@ -1,2 +1,1 @@
-"""Parts of the reproduction. Each is a function without arguments that returns its tables and
-figures."""
+"""Parts of the reproduction; each is a function that returns its tables and figures."""

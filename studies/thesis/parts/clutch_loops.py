@@ -1,5 +1,7 @@
-"""5.4 on the SIMULATED clutch: table 5.3, the specification 5.4.1 counted over plants, figures 5.18
-to 5.33 and C.11 to C.13."""
+"""Section 5.4 on the SIMULATED clutch: table 5.3, specification 5.4.1, loops of 5.4 and annex C.
+
+The figures are 5.18 to 5.33 and C.11 to C.13.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +31,7 @@ ANNEX_WINDOW = 0.3  # s
 
 
 def clutch_loops() -> Part:
-    """Every loop of 5.4."""
+    """Return the part with every loop of 5.4."""
     part, found = Part(), {}
     nominal: dict[str, Stream] = {}
     for design in (*DESIGNS, "annex"):

@@ -1,5 +1,7 @@
-"""4.4 on the SIMULATED clutch of configs/clutch/nonlinear.yaml, which has the published friction:
-tables 4.6, 4.7, figures 4.9 to 4.17."""
+"""Section 4.4 on the SIMULATED clutch of configs/clutch/nonlinear.yaml, with published friction.
+
+The tables are 4.6 and 4.7, the figures 4.9 to 4.17.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +48,7 @@ DETAIL, AFTER = 1.0, 20.0  # s of the first step; after which a step is over
 
 
 def clutch_model() -> Part:
-    """Identification of the clutch."""
+    """Return the part with the identification of the clutch."""
     part, truth, bench = Part(), nonlinear_clutch(), clutch()
     whole, ramped = record(sines(SEED, truth), truth), record(ramp(SEED, truth), truth, "ramp")
     _decision(part, bench)

@@ -1,5 +1,7 @@
-"""Chapter 4 on the mass of table 4.1: tables 4.2 to 4.4, the a-priori bounds of 4.2, the ramp of
-4.3, figures 4.3, 4.6 to 4.8."""
+"""Chapter 4 on the mass of table 4.1: a-priori bounds, tables 4.2 to 4.4, the ramp of 4.3.
+
+The figures are 4.3 and 4.6 to 4.8.
+"""
 
 from __future__ import annotations
 
@@ -41,7 +43,7 @@ STEP, RAMP_SAMPLES, RAMP_START = 0.005, 4000, 0.3e-4  # xi [N], samples, the enc
 
 
 def identification() -> Part:
-    """Everything of the mass."""
+    """Return the part with all results of the mass."""
     part = Part()
     _tables_4_2_and_4_3(part)
     _table_4_4(part)
@@ -195,7 +197,7 @@ def _bounds(part: Part) -> None:
 
 
 class Ramps(NamedTuple):
-    """Figures 4.6 to 4.8: time [s], position [m], effort [N], (n,) each."""
+    """Signals of figures 4.6 to 4.8: time [s], position [m], effort [N], each (n,)."""
 
     time: Vector
     position: Vector
@@ -207,8 +209,10 @@ class Ramps(NamedTuple):
 
 
 def ramps() -> Ramps:
-    """4.3 on a mass of 100 g: the force grows by xi a sample until the encoder moves, and begins
-    again at 0."""
+    """Return the ramps of 4.3 on a mass of 100 g.
+
+    The force grows by xi per sample until the encoder moves, and then starts again at 0.
+    """
     state, parameters = np.asarray(rest(RAMP_START)), RAMP.as_array()
     position, effort, command = np.empty(RAMP_SAMPLES), np.empty(RAMP_SAMPLES), 0.0
     before = int(np.floor(state[0] / MASS.encoder_step))

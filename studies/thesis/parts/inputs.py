@@ -1,5 +1,4 @@
-"""Tables 3.1, 4.1, 4.5, 4.8, 5.1 and 5.2, which are what everything begins with: the rigs' files
-against the print."""
+"""Inputs of the thesis, tables 3.1, 4.1, 4.5, 4.8, 5.1 and 5.2, as stated in the rigs' files."""
 
 from __future__ import annotations
 
@@ -23,7 +22,7 @@ CONFIGS = Path(__file__).parents[3] / "configs"
 
 
 def inputs() -> Part:
-    """Return the published inputs that the files of configs/ state."""
+    """Return the part with the inputs that the files of configs/ state."""
     part = Part()
     _table_3_1(part)
     part.add(

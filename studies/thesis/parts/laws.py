@@ -1,5 +1,7 @@
-"""Chapters 2 and 3: the friction laws in the four tests of 3.7 (tables 2.1, 3.2, figures 3.11 to
-3.25), and how fast they are simulated."""
+"""Chapters 2 and 3: friction laws in the four tests of 3.7, and speed of their simulation.
+
+The tables are 2.1 and 3.2, the figures 3.11 to 3.25.
+"""
 
 from __future__ import annotations
 
@@ -23,7 +25,7 @@ WITHOUT_PRINT = ("stribeck",)  # beside the laws of the tables: what the others 
 
 
 def laws() -> Part:
-    """Tables 2.1 and 3.2 with their figures."""
+    """Return the part with tables 2.1 and 3.2 and their figures."""
     setting = from_friction(load(RIG / "friction.yaml", Friction))
     simulator = LawSimulator(setting)
     asked = {*TABLE_2_1, *TABLE_3_2, *WITHOUT_PRINT}

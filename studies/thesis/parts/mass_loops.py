@@ -1,5 +1,7 @@
-"""5.2.4, 5.2.5 and annex C.3: the loops of table 5.1 on a mass, as the product plays them; figures
-5.3 to 5.9 and C.2 to C.4."""
+"""Sections 5.2.4, 5.2.5 and annex C.3: loops of table 5.1 on a mass, simulated by frictool.
+
+The figures are 5.3 to 5.9 and C.2 to C.4.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +48,7 @@ FIGURES = {  # number: loops, seconds shown
 
 @cache
 def log_of(name: str) -> Log:
-    """A step of 1 m under a loop, held for SECONDS."""
+    """Return the log of a step of 1 m under a loop, held for SECONDS."""
     scenario = load(RIG / "step.yaml", Scenario)
     (step,) = scenario.steps
     scenario = msgspec.structs.replace(
@@ -56,8 +58,7 @@ def log_of(name: str) -> Log:
 
 
 def mass_loops() -> Part:
-    """Return the statements of the text about each loop, and the figures that it prints without
-    numbers."""
+    """Return the part with the text's statements about each loop, and its figures."""
     part = Part()
     for name in LOOPS:
         found = figures(log_of(name).streams[0].signals["position_true"])

@@ -1,5 +1,4 @@
-"""Chapter 2: the exhaustive clutch, figures 2.12 to 2.14, and the asymmetry of figures 4.14 to 4.16
-that its flanks explain."""
+"""Chapter 2: the exhaustive clutch with figures 2.12 to 2.14."""
 
 from __future__ import annotations
 
@@ -13,7 +12,7 @@ from studies.thesis.results import Part
 
 
 def mechanism() -> Part:
-    """Figures 2.12 to 2.14 and the condition of irreversibility (2.27)."""
+    """Return the part with figures 2.12 to 2.14 and the condition of irreversibility (2.27)."""
     part, found = Part(), forces(load(CLUTCH / "mechanism.yaml", Mechanism))
     springs, cart, rotor = figures(found)
     share = np.abs(found.clutch - found.compensation) / found.friction

@@ -1,5 +1,7 @@
-"""Chapter 6 on the SIMULATED clutch: the two tests of 6.3.2 and 6.4.2 by frictool's commands,
-figures 6.1, 6.2 and 6.4 to 6.10."""
+"""Chapter 6 on the SIMULATED clutch: the tests of 6.3.2 and 6.4.2, by frictool's commands.
+
+The figures are 6.1, 6.2 and 6.4 to 6.10.
+"""
 
 from __future__ import annotations
 
@@ -46,7 +48,7 @@ ZOOM = (4.5, 7.0)  # s, about the onset of the wear
 
 @dataclass(frozen=True)
 class Ran:
-    """One observer along the log of a test."""
+    """Results of one observer along the log of a test."""
 
     figures: First | Second
     known: Truth
@@ -56,7 +58,7 @@ class Ran:
 
 
 def observers() -> Part:
-    """Both tests with both observers, and with the theorem as printed."""
+    """Return the part with both tests: both observers, and the theorem as printed."""
     part = Part()
     ran = {test: _played(test) for test in LOOPS}
     _first(part, ran["first"])

@@ -1,8 +1,7 @@
-"""5.4.3.1 and annex C.5.2: the gammas, and the transfers of the thesis's own designs, figures 5.12
-to 5.17, C.8 to C.10.
+"""Section 5.4.3.1 and annex C.5.2: gammas and transfer functions of the thesis's designs.
 
-The text's controllers are kept in continuous time as it designs them; what the target runs is
-designed otherwise (docs/theory/clutch.md).
+The figures are 5.12 to 5.17 and C.8 to C.10. The controllers are in continuous time, as designed in
+the thesis; frictool designs those of the target differently (docs/theory/clutch.md).
 """
 
 from __future__ import annotations
@@ -51,7 +50,7 @@ FREQUENCIES = np.geomspace(1e-2, 1e4, 400)
 
 
 def synthesis() -> Part:
-    """Gammas and transfers."""
+    """Return the part with gammas and transfer functions."""
     part = Part()
     _position(part)
     _annex(part)
