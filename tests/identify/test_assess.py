@@ -33,10 +33,7 @@ def test_clutch_as_4_4_1_concludes() -> None:
     )  # table 4.5: u_max = 1 N m
     inertia = found["inertia"].verdict
     assert inertia.bound == pytest.approx(3.0, rel=0.05)
-    assert (
-        f"in differences of samples: up to {100.0 * (inertia.bound or 0.0):.3g} %"
-        in inertia.why
-    )
+    assert f"in differences of samples: up to {100.0 * (inertia.bound or 0.0):.3g} %" in inertia.why
     assert f"+-{100.0 * (inertia.precision or 0.0):.3g} % is expected" in inertia.why
     assert inertia.method == "weak"
     assert inertia.method in METHODS
