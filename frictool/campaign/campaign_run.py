@@ -66,16 +66,27 @@ class CampaignResult(ResultView):
 class CampaignRequest:
     """Choices of a campaign.
 
-    Attributes ---------- trials : int or None Number of draws. By default 1000; for vertices all of
-    them, at most 4096. method : {"random", "latin", "vertices"} Method that chooses the draws. seed
-    : int or None Seed of draws and noise; by default that of the scenario. at_least : float or None
-    Pass rate that the campaign must show, 0 to 1. By default every trial must pass. confidence :
-    float Confidence of intervals and bounds, 0 to 1. evaluations : int Number of plants that the
-    worst-case search of each requirement may try; 0 for no search. number : {"double", "float",
-    "q31"} Number format of the controller. cores : int or None Number of processes; None
-    uses as many as save time. With more than one, the work of the calling script must be below `if
-    __name__ == "__main__":`. cluster : str or None Address of a Dask scheduler whose workers run
-    the trials.
+    Attributes
+    ----------
+    trials : int or None
+        Number of draws. By default 1000; with method vertices all of them, at most 4096.
+    method : {"random", "latin", "vertices"}
+        Method that chooses the draws.
+    seed : int or None
+        Seed of draws and noise; by default that of the scenario.
+    at_least : float or None
+        Pass rate that the campaign must show, 0 to 1. By default every trial must pass.
+    confidence : float
+        Confidence level of intervals and bounds, 0 to 1.
+    evaluations : int
+        Largest number of plants in the worst-case search of each requirement; 0 for no search.
+    number : {"double", "float", "q31"}
+        Number format of the controller.
+    cores : int or None
+        Number of processes; None uses as many as save time. With more than one, the calling script
+        must start its work below `if __name__ == "__main__":`.
+    cluster : str or None
+        Address of a Dask scheduler whose workers run the trials.
     """
 
     trials: int | None = None

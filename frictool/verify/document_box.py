@@ -25,7 +25,9 @@ def box_of(controller: Controller) -> dict[str, tuple[float, float]]:
 def check_box(controller: Controller) -> None:
     """Check that the box contains every vertex of the document and the bench's intervals.
 
-    Raises ------ NoSolutionError
+    Raises
+    ------
+    NoSolutionError
         If the box does not contain a vertex or a whole interval, or if the document has no vertex.
     """
     vertices = vertex_points(controller)
