@@ -37,7 +37,8 @@ class ObserveRequest:
     allow_undecided: bool
 
     def answer_is_no(self, exceeded: bool | None) -> bool:
-        """Return True if the exit code must be 1; exceeded: None if the wear limit is undecided."""
+        """Return True if the exit code must be 1; exceeded: whether the wear limit is, None if
+        undecided."""
         return not self.allow_undecided if exceeded is None else exceeded
 
     @property

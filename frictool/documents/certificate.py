@@ -117,8 +117,7 @@ class RestCheck(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     - `name`: `breakaway`: the least friction of the box is above 0 [N m | N]. `band`: the band is
       not narrower than an encoder count [rad | m]. `released_effort`, `count_pulse`: the effort of
       a released drive, and its response to one count, are below half of the least friction [N m |
-      N].
-      `frozen_integrator`: integrators keep their values while the drive is released.
+      N]. `frozen_integrator`: integrators keep their values while the drive is released.
       `arrival_speed`: the axis stops within the band from the speed at which the drive is released
       [rad/s | m/s]. `stable_loop`: a bound of the linear loop's largest sensitivity is proved.
     - `state`: `holds`, `fails`, or `undecided` if a condition that is only sufficient fails.

@@ -34,7 +34,7 @@ class RipplePeriod(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit
 
     - `cycles`: Number of periods in the distance `per`.
     - `per`: Distance that contains `cycles` periods.
-    - `harmonics`: Numbers of periods in `per` of up to 5 further harmonics.
+    - `harmonics`: Up to 5 further harmonics, each by its number of periods in `per`.
     """
 
     cycles: CyclesPerDistance

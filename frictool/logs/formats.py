@@ -216,7 +216,7 @@ def refuse_swapped(document: Path, log: Path) -> None:
 
 
 def tables_of(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
-    """Return the tables of a raw file; raise LogError if it is unreadable or breaks its format."""
+    """Return the tables of a raw file; raise LogError if it is unreadable or damaged."""
     log_format = format_of(path)
     require(log_format, path)
     return _reader(log_format).tables(path, layout)

@@ -1,8 +1,8 @@
 """HTML pages from the template of a stage inside the common frame, base.html.jinja.
 
-All pages have one style and one script, uPlot with explore.js, which shows their figures as charts.
-Without the script the figures are shown as they are. A page loads nothing from the network; its
-content security policy permits these two scripts by their SHA-256 only.
+All pages have one style and two scripts, uPlot and explore.js, which show their figures as charts.
+Without the scripts the figures remain as drawn. A page loads nothing from the network; its content
+security policy permits these two scripts by their SHA-256 only.
 """
 
 from __future__ import annotations

@@ -87,7 +87,7 @@ def untrusted_reason(folder: Path, sources: Path) -> str:
 
 @contextmanager
 def restricted_umask() -> Iterator[None]:
-    """Make files created in the block writable for this user only, with any process umask."""
+    """Create the files of the block without write permission for other users."""
     before = os.umask(0o022)
     os.umask(before | 0o022)
     try:

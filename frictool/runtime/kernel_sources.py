@@ -43,7 +43,7 @@ _START = time.time()
 
 
 class UnknownSourcesError(Exception):
-    """The source of a module cannot be read, or has changed since the module was imported."""
+    """Error: the source of a module cannot be read, or has changed since the import."""
 
 
 @dataclass(frozen=True)

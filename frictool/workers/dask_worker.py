@@ -23,7 +23,7 @@ _TURN = threading.Lock()
 
 @dataclass(frozen=True)
 class DifferentInstallation:
-    """Answer that a worker with another installation gives instead of results."""
+    """Answer of a worker with another installation, instead of results."""
 
     there: Installation
     host: str

@@ -44,7 +44,7 @@ class FileDescription:
 
 @dataclass(frozen=True)
 class FilesMissing:
-    """Answer that a worker without the same files gives instead of a result."""
+    """Answer of a worker without the same files, instead of a result."""
 
 
 @dataclass(frozen=True)

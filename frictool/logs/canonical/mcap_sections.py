@@ -58,7 +58,7 @@ class FileSection:
     indexes: list[bytes] = field(default_factory=list)
 
     def indexed(self) -> list[tuple[int, NDArray[np.int64]]]:
-        """Return channel and message times (n,) in ns from each index after a chunk."""
+        """Return (channel, message times (n,) in ns) of each message index after a chunk."""
         return [
             (
                 _INDEX.unpack_from(body)[0],

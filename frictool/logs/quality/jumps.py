@@ -56,7 +56,7 @@ class PositionJumps:
 
     shortest, longest: bounds of the jumps' lengths.
     lowest_landing, highest_landing: bounds of the counter's value after a jump.
-    slack: bound of the motion contained in a jump.
+    slack: largest real motion within a jump.
     """
 
     count: int = 0
@@ -75,7 +75,7 @@ class PositionJumps:
         time: (m,) in s.
         steps: (m,) lengths in counts.
         landings: (m,) counter values after the jump.
-        slack: bound in counts of the motion contained in a step.
+        slack: largest real motion within a step, in counts.
         """
         if not steps.size:
             return
