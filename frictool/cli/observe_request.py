@@ -37,8 +37,7 @@ class ObserveRequest:
     allow_undecided: bool
 
     def answer_is_no(self, exceeded: bool | None) -> bool:
-        """Return True if the exit code must be 1; exceeded: whether the wear limit is, None if
-        undecided."""
+        """Return True if the exit code must be 1; `exceeded` is None if undecided."""
         return not self.allow_undecided if exceeded is None else exceeded
 
     @property
