@@ -4,9 +4,10 @@ The inputs of 3.7 are defined for a mass of 1 kg, a Coulomb friction of 1 N and 
 m/sigma_v of 2.5 s. For another actuator the inputs are scaled. The newton, second and metre of the
 thesis are replaced by these units:
 
-        force = F_c
-    time = (m/sigma_v)/2.5, or 1 s without viscous friction length = F_c time^2/m fall = (F_s -
-    F_c)/(F_c/2)
+    force = F_c
+    time = (m/sigma_v)/2.5, or 1 s without viscous friction
+    length = F_c time^2/m
+    fall = (F_s - F_c)/(F_c/2)
 
 In these units the amplitudes of stick-slip and limit cycle are proportional to F_s - F_c. The speed
 of the pull and the duration of the position loop are therefore multiplied or divided by `fall`
@@ -59,7 +60,7 @@ class UnitScales:
 
     @property
     def fall(self) -> float:
-        """Return (F_s - F_c)/F_c relative to its value in table 3.1, at least LEAST_FALL.
+        """Return (F_s - F_c)/F_c divided by its value in table 3.1, but at least LEAST_FALL.
 
         The lower limit bounds the duration of the tests.
         """

@@ -17,9 +17,8 @@ from frictool.identify.orientation import opposite_signs
 from frictool.identify.outcome import Outcome, accept, bench_interval, sliding_intervals
 
 POSITION_HIDES_INERTIA = (
-    "friction varies with the position, and along a stroke the acceleration does too, so that "
-    "their effects cannot be separated; the bench's value is used. The weak form (--method auto "
-    "or weak) separates them if friction in slip varies with the position"
+    "friction and acceleration both vary along a stroke and cannot be separated; the bench's "
+    "value is used; --method auto or weak separates them if friction in slip varies with position"
 )
 
 

@@ -57,9 +57,9 @@ def coast_down(
     misfit = inertial_error(rows, values, fit.laws)
     if misfit > LARGEST_MISFIT:
         raise UnusableLogs(
-            f"the drive was off, and friction leaves {100.0 * misfit:.3g} % of the inertia's "
-            f"effort (allowed: {100.0 * LARGEST_MISFIT:g} %): if a spring or a weight moves the "
-            "axis, declare load.terms: [offset, spring] or [offset, gravity]"
+            f"the drive was off, and friction does not explain {100.0 * misfit:.3g} % of the "
+            f"deceleration (allowed: {100.0 * LARGEST_MISFIT:g} %); if a load moves the axis, "
+            "declare load.terms: [offset, spring] or [offset, gravity]"
         )
     shown = _ratios(ratios, inertia.value, bench)
     return replace(

@@ -82,13 +82,12 @@ def without_constant_effort(
         description = (
             f"{Path(record.name).name}: the effort stays near {first.level:.4g} {unit} for "
             f"{100.0 * lost / moving:.0f} % of the motion, from {record.time[first.start]:.6g} s "
-            "on, while the axis changes its speed: this is a saturated measurement or a command, "
-            "not the effort"
+            "on, while the speed changes: this is a saturated measurement or a command"
         )
         if lost > MOST * moving:
             raise UnusableLogs(
-                f"{description}; log the measured current with a sufficient range, or use more "
-                "than one level of effort"
+                f"{description}; log the measured current with a sufficient range, or use "
+                "several levels of effort"
             )
         warnings.append(f"{description}; these samples are left out")
         kept.append(_without(record, stretches))

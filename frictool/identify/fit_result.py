@@ -82,7 +82,7 @@ class TriedModel:
 
 @dataclass(frozen=True)
 class Explanation:
-    """Part of the effort beyond inertia, viscous and Coulomb friction and offset.
+    """Part of the effort in addition to inertia, viscous friction, Coulomb friction and offset.
 
     - name, what: name in `load.terms`, and physical name as text
     - state: `used` in the fit, or `left` in its residual

@@ -89,7 +89,7 @@ def without_negative(name: str, interval: Interval, known: Quantity | None) -> I
 
 
 def contradicts(interval: Interval, known: Quantity | None) -> bool:
-    """Return whether the interval and the bench's interval do not overlap."""
+    """Return True if the interval and the bench's interval do not overlap."""
     if known is None or known.low is None or known.high is None:
         return False
     return interval.low > known.high or interval.high < known.low

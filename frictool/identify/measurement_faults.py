@@ -112,8 +112,8 @@ def refuse_self_explained(fit: SlidingFit, records: list[MotionRecord]) -> None:
     if abs(coulomb.value) < NO_FRICTION * size:
         raise UnusableLogs(
             f"the motion alone explains the effort to {100 * fit.residual:.1g} %, with a "
-            f"friction of {coulomb.value:.2g} and an effort of {size:.2g} (rms): the "
-            "effort was computed from the encoder, not measured; log the measured current"
+            f"friction of {coulomb.value:.2g} and an rms effort of {size:.2g}: the effort "
+            "was computed from the encoder; log the measured current"
         )
 
 
@@ -137,9 +137,8 @@ def _commanded_by_position(record: MotionRecord) -> str | None:
         return None
     return (
         f"{Path(record.name).name}: the position alone explains all but "
-        f"{100.0 * np.sqrt(left / varies):.2g} % of the effort, in both directions: the effort is "
-        "a gravity compensation, and another force moves the axis; log a motion that the drive "
-        "causes"
+        f"{100.0 * np.sqrt(left / varies):.2g} % of the effort, in both directions: this is a "
+        "gravity compensation, and another force moves the axis; log a motion that the drive causes"
     )
 
 

@@ -64,8 +64,8 @@ class VelocityEstimation(Protocol):
 class EstimateBlock:
     """Estimates at the samples of a block.
 
-    piece: samples of the log. velocity, friction, wear: (3, n), rows value, lower and upper bound.
-    second: output of a second observer, or None.
+    piece: samples of the log. velocity, friction, wear: (3, n), with the rows value, lower and
+    upper bound. second: output of a second observer, or None.
     """
 
     piece: MotionBlock

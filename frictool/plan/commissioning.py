@@ -143,9 +143,9 @@ def _ramps(bench: Bench, reached: tuple[ReachedPrecision, ...] = ()) -> PlanStep
         sequence = excite("breakaway", bench, ExcitationSettings())
         test = PreciseTest(sequence, {}, {})
     why = (
-        "slow ramps of the drive show the breakaway and the signs of drive and encoder; the drive "
-        "returns to 0 as soon as the axis moves. Logs do not show an error of the drive's "
-        "constant, which scales every parameter alike"
+        "slow ramps show the breakaway and the signs of drive and encoder; the drive returns to 0 "
+        "as soon as the axis moves. Logs do not show an error of the drive's constant, which "
+        "scales every parameter alike"
     )
     return PlanStep("breakaway", why, test, reached)
 
@@ -174,9 +174,9 @@ def _designed(bench: Bench, outcome: IdentifiedModel, refusal_of: Judge, narrow:
         return PlanStep("validation", why, test, reached, left, enough=True)
     if not narrow and refusal_of(narrowed_model(model)) is None:
         why = (
-            "a controller meets the specification for the identified intervals, but none for the "
-            f"ranges of the bench ({refusal}); narrow `mechanics` of the bench, or give --narrow, "
-            "unless the product needs these ranges"
+            "a controller exists for the identified intervals, but none for the ranges of the "
+            f"bench ({refusal}); narrow `mechanics` of the bench, or give --narrow, unless the "
+            "product needs these ranges"
         )
         return PlanStep("ranges", why, None, reached, model, exit_code=EXIT_NO)
     if refusal_of(exact_model(model)) is not None:

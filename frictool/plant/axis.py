@@ -71,7 +71,7 @@ class AxisParameters(NamedTuple):
     laws: AxisLaws = AxisLaws()
 
     def checked(self) -> AxisParameters:
-        """Return the axis with each breakaway at least its Coulomb friction.
+        """Return the axis; a breakaway below its Coulomb friction is raised to it.
 
         Raises ValueError with the name of a parameter that is out of range.
         """

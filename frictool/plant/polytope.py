@@ -87,7 +87,7 @@ def spanned(
 
 
 def corner_points(box: Mapping[str, tuple[float, float]]) -> tuple[PlantPoint, ...]:
-    """Return all corners of the four intervals in `box`, with the names that vertices have."""
+    """Return all corners of the four intervals in `box`, named like vertices."""
     corners = itertools.product(box["inertia"], box["viscous"], box["coulomb"], box["constant"])
     return _named(list(corners), PARAMETERS).vertices
 

@@ -1,6 +1,6 @@
 """Rigs of `frictool init --example`: documents of configs/, and logs in the format of a bench.
 
-        python -m studies.rigs.example_rigs           writes frictool/documents/examples
+    python -m studies.rigs.example_rigs           writes frictool/documents/examples
 
     clutch   documents of configs/clutch, logs of sample_logs (all simulated)
     emps     documents of configs/emps; sines and ramps simulated with the published parameters

@@ -1,4 +1,7 @@
-"""Worst-case errors of differences due to quantisation: (4.3), (4.4), filtered (4.8), (4.9)."""
+"""Worst-case errors of inertia and viscous friction by differences of a quantised position.
+
+They are (4.3) and (4.4), or (4.8) and (4.9) with a filter.
+"""
 
 from __future__ import annotations
 

@@ -104,7 +104,7 @@ class ComparedData:
 
 
 def best_by_prediction(data: ComparedData) -> SlidingFit:
-    """Return the fit of the winner."""
+    """Return the fit of the method whose model predicts unseen strokes best."""
     records = data.records
     bench = data.bench
     first = data.fits[0]

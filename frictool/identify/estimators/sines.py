@@ -76,7 +76,7 @@ def sines(
 ) -> SlidingFit:
     """Return viscous, Coulomb, offset and the knees of friction over speed; inertia is refused.
 
-    Raises UnusableLogs if there are too few strokes, or if all have one speed or one direction.
+    Raises UnusableLogs if there are too few strokes, or if all have the same speed or direction.
     """
     rows = gated_rows(records, bench)
     effort = rows.means.effort

@@ -72,7 +72,7 @@ class ConstantSpeedRuns:
     def design(self, velocity: float, exponent: float) -> Matrix:
         """Return the regressors (m, 4) in the order of NAMES.
 
-        Without the column of the Stribeck effect if `velocity` is 0, and without the offset if all
+        The column of the Stribeck effect is missing if `velocity` is 0, that of the offset if all
         runs have the same direction.
         """
         offset = () if self.one_way else (np.ones(self.sign.size),)

@@ -96,7 +96,9 @@ class ReversalRows:
 def reversals(
     records: list[MotionRecord], bench: Bench, confidence: float
 ) -> tuple[Interval | UnusableLogs, Interval | UnusableLogs]:
-    """Return the full width of the backlash [rad | m] and the delay [s]; each may be an error.
+    """Return the full width of the backlash [rad | m] and the delay [s].
+
+    An error takes the place of a value that is not determined.
 
     Raises UnusableLogs if nothing moves.
     """

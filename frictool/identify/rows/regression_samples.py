@@ -235,7 +235,7 @@ def _without(
 
 
 def less_offset(summed: Interval, offset: Interval, sign: float) -> Interval:
-    """Return Coulomb friction from `summed`, its sum with sign times offset.
+    """Return Coulomb friction, summed - sign offset.
 
     Its interval includes every offset in the interval `offset`.
     """

@@ -12,7 +12,7 @@ from frictool.plant.mechanism.packed_mechanism import FRAME
 
 
 class FastestLink(NamedTuple):
-    """Compliant link with the highest rate sqrt(k/m) or d/m [1/s]; 0 without compliant links.
+    """Compliant link with the highest rate sqrt(k/m) or d/m [1/s]; the rate is 0 without one.
 
     The rate is that of the isolated link with the inertias at its two ends.
     """
