@@ -111,7 +111,7 @@ def cascade_parameters(actuator: Actuator, values: dict[str, float]) -> Vector:
 
 
 class _QuickMargin:
-    """Least |1 + L| over the corners of inertia, viscous friction and constant, at ANGLES."""
+    """Least |1 + L| at ANGLES over the corners of inertia, viscous friction and constant."""
 
     def __init__(self, actuator: Actuator, plants: Sequence[Plant]) -> None:
         self._actuator = actuator

@@ -83,7 +83,7 @@ def compared(law: str, spec: Spec, exhaustive: Log, reduced: Log) -> Compared:
 
 
 def _axes(log: Log) -> Log:
-    """Without the streams of all blocks of a mechanism."""
+    """Return the log without the streams of all blocks of a mechanism."""
     return Log(
         tuple(one for one in log.streams if not one.topic.startswith(MECHANISM_TOPIC)),
         log.metadata,

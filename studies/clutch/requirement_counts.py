@@ -108,8 +108,10 @@ def judged(spec: Spec, log: Log) -> list[Plant]:
 
 
 def _energies(log: Log, topic: str) -> tuple[float, float]:
-    """(T_e/t_int) sum i^2 over [0, t_int] of the first two steps, as table 5.3 counts it, of the
-    measured current."""
+    """Return (T_e/t_int) sum i^2 over [0, t_int] of the first two steps, as in table 5.3.
+
+    i is the measured current.
+    """
     stream = next(one for one in log.streams if one.topic == topic)
     reference, current = stream.signals["reference"], stream.signals["current"]
     starts = [0, int((reference != reference[0]).argmax())]

@@ -155,8 +155,10 @@ def second(known: Truth, found: ObserverOutput, observer: Observer) -> Second:
 
 
 def _over_a_period(known: Truth, error: Vector, both: BoolVector) -> Vector:
-    """Friction's error over what of the period that ends at a sample is in `both` (n,),
-    relative."""
+    """Return the relative friction error over the period of the sine that ends at each sample (n,).
+
+    Only samples in `both` (n,) count.
+    """
     samples = round(PERIOD / float(known.time[1] - known.time[0]))
 
     def summed(values: Vector) -> Vector:
@@ -170,7 +172,7 @@ def _over_a_period(known: Truth, error: Vector, both: BoolVector) -> Vector:
 
 
 def _settled(time: Vector, inside: BoolVector) -> float:
-    """After the onset, from when on it is inside for good."""
+    """Return the time after the onset from which `inside` stays True, or infinity."""
     after = time >= ONSET
     outside = np.flatnonzero(~inside[after])
     if outside.size and outside[-1] == np.count_nonzero(after) - 1:
@@ -179,7 +181,7 @@ def _settled(time: Vector, inside: BoolVector) -> float:
 
 
 def _relative(error: Vector, of: Vector) -> float:
-    """In %; infinite where there is nothing to compare."""
+    """Return the relative rms error in %; infinite without samples."""
     return 100.0 * _rms(error) / _rms(of) if of.size else math.inf
 
 

@@ -155,7 +155,7 @@ def _wait(
     end: float,
     load: PositionLoad,
 ) -> tuple[float, float, float]:
-    """From rest at t to breakaway or to the end: bisection on the drive's exponential."""
+    """Simulate the rest from t to the breakaway or to the end, by bisection on the drive."""
     x, drive = at
     low_stop, high_stop = p.laws.stops
     forward = math.inf if x >= high_stop else p.breakaway if gap >= half else p.backlash_breakaway

@@ -87,7 +87,7 @@ def plain(plants: Sequence[GeneralisedPlant], solver: str = "CLARABEL", **option
 
 
 def _blocks(p: GeneralisedPlant, x: Any, y: Any, hat: tuple[Any, ...]) -> tuple[Any, Any, Any, Any]:
-    """A, B, C, D of the closed loop after the change of variables."""
+    """Return A, B, C, D of the closed loop after the change of variables."""
     a_hat, b_hat, c_hat, d = hat
     moved = cp.bmat(
         [[p.a @ x + p.b2 @ c_hat, p.a + p.b2 @ d @ p.c2], [a_hat, y @ p.a + b_hat @ p.c2]]

@@ -64,8 +64,7 @@ def _slip(
     y: Vector,
     options: dict[str, Any],
 ) -> tuple[float, Vector, bool]:
-    """A slip from (x, v, q) at t, in the layer or above it: where it ends, the state there, whether
-    it stopped."""
+    """Simulate a slip from (x, v, q) at t; return its end, the state, and True if it stopped."""
 
     # the layer is short at speed: an integrator must neither step over it nor let it spoil the
     # output of the step that reaches it
@@ -100,8 +99,10 @@ def _slip(
 def _breakaway(
     body: FrictionBody, drive: EffortFunction, t: float, end: float, y: Vector
 ) -> tuple[float, float]:
-    """Return the time and direction in which the body, at rest since t, breaks away before `end`;
-    (end, 0) if it does not."""
+    """Return time and direction of the breakaway of a body at rest since t.
+
+    (end, 0) if it does not break away before `end`.
+    """
 
     def at(s: float) -> float:
         rate = float(y[0]) - drive.target

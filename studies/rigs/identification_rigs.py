@@ -90,7 +90,7 @@ def position_loop(
 
 
 def _sine(seed: int, top_speed: float = MASS_SPEED) -> tuple[Vector, np.random.Generator]:
-    """The reference (n,) of a seed, settling included, and the generator for what follows."""
+    """Return the reference (n,) of a seed, and the generator for further draws."""
     generator = np.random.default_rng(seed)
     angle = 2.0 * np.pi * np.arange(MASS_SETTLE + MASS_SAMPLES) * MASS_PERIOD + generator.uniform(
         0.0, 2.0 * np.pi

@@ -85,10 +85,10 @@ def _servo(
     encoder: IntVector,
     drive: Vector,
 ) -> int:
-    """Plays `reference` (n, 2) of position and speed; fills `encoder` and `drive` (n,). Returns the
-    engine's status.
+    """Simulate a servo along `reference` (n, 2) of position and speed.
 
-    A command computed at one sample acts from the next.
+    Fills `encoder` and `drive` (n,); returns the engine's status. A command computed at one sample
+    acts from the next sample on.
     """
     command, filtered = 0.0, 0.0
     last = math.floor(state[0] / step)
@@ -117,8 +117,10 @@ def _ramp(
     encoder: IntVector,
     drive: Vector,
 ) -> int:
-    """Plays figure 4.6: `ramp` = (A per sample, counts, samples of pause, sample period). Returns
-    how many samples were filled, or < 0."""
+    """Simulate the ramps of figure 4.6; return the number of filled samples, or < 0.
+
+    ramp: A per sample, counts, samples of pause, sample period.
+    """
     command, direction, pause = 0.0, 1.0, 0.0
     last = math.floor(state[0] / step)
     for k in range(encoder.shape[0]):
@@ -147,7 +149,7 @@ def _check(status: int) -> None:
 
 
 def _start(generator: np.random.Generator, position: float, truth: AxisParameters) -> Vector:
-    """At rest near `position`: where the encoder's zero lies within a count is chance."""
+    """Return the state at rest near `position`, with a random start within a count."""
     state = rest(position + truth.encoder_step * generator.random())
     return np.asarray(state, dtype=np.float64)
 
@@ -186,10 +188,9 @@ def play_reference(
 
 
 def _half_sines(generator: np.random.Generator, repeated: bool) -> tuple[Vector, Vector, Vector]:
-    """Position, speed and acceleration of the reference, each (n,): up and down strokes of half a
-    period at each of SPEEDS.
+    """Return position, speed and acceleration (n,) of half sines up and down at each of SPEEDS.
 
-    repeated: all strokes turn where the first ones do.
+    repeated: True if all strokes have the same reversal positions.
     """
     low, high = generator.uniform(*LOW_TURN), 0.0
     parts: list[tuple[Vector, Vector, Vector]] = []

@@ -47,7 +47,7 @@ def truthful(controller: Controller) -> Controller:
 
 
 def _within(controller: Controller) -> Bench:
-    """The bench with intervals that the vertices hold."""
+    """Return the bench with intervals that contain the vertices."""
     box = enclosing_box(vertex_points(controller))
 
     def held(name: str, quantity: Quantity) -> Quantity:

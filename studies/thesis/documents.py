@@ -106,7 +106,7 @@ def read(folder: Path = HERE) -> Documents:
 
 
 def _decoded(path: Path, kind: type[Any]) -> Any:
-    """A file, with its name before what is wrong with it."""
+    """Return the contents of a file; an error begins with the name of the file."""
     try:
         return msgspec.yaml.decode(path.read_bytes(), type=kind)
     except msgspec.DecodeError as error:
@@ -114,8 +114,7 @@ def _decoded(path: Path, kind: type[Any]) -> Any:
 
 
 def _grid(name: str, grid: str) -> tuple[dict[str, Row], dict[str, str]]:
-    """The cells of a table of `frictool compare`, LAW.ROW, and its words for those that come out
-    otherwise."""
+    """Return the cells LAW.ROW of a table of `frictool compare`, and reasons for differences."""
     printed, heads = GRIDS[grid]
     rows = {
         f"{law}.{head}": Row(cell)

@@ -36,8 +36,7 @@ Row = tuple[str, list[Curve]]
 
 
 def _decades(panel: Axes) -> None:
-    """A logarithmic abscissa with plain numbers; what is more than DEEPEST below the largest is not
-    shown."""
+    """Set a logarithmic abscissa; values more than DEEPEST below the largest are not shown."""
     panel.set_xscale("log")
     panel.xaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     panel.xaxis.set_minor_formatter(NullFormatter())
@@ -46,7 +45,7 @@ def _decades(panel: Axes) -> None:
 
 
 def _plot(panel: Axes, curves: list[Curve], thin: bool) -> None:
-    """The curves, those that are no reference in the colours' order."""
+    """Draw the curves; those that are no reference have colours in order."""
     drawn = 0
     for curve in curves:
         shown = decimated_indices(curve.y) if thin and curve.style != "points" else slice(None)

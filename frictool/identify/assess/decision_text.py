@@ -59,7 +59,7 @@ def scheme(assessment: Assessment) -> list[str]:
         f"""{
             "closed loops below the breakaway"
             if presliding.identifiable
-            else "not to be seen with this encoder"
+            else "not visible with this encoder"
         }""",
     ]
     return lines

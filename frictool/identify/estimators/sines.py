@@ -157,7 +157,7 @@ def _coulomb_and_offset(
     means = rows.means
     free = [name for name in COLUMNS[1:] if name not in fixed]
     if not free:
-        raise UnusableLogs("every parameter of the friction's line is fixed")
+        raise UnusableLogs("all friction parameters are fixed")
     target = means.effort - bench.mechanics.inertia.value * rows.acceleration
     solution = solve(means.columns, target, means.weight, means.cluster)
     half = _of_fixed(rows, means.columns, solution.half_width(confidence), fixed)

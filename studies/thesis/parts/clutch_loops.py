@@ -48,7 +48,7 @@ def clutch_loops() -> Part:
 
 
 def _table_5_3(part: Part, found: dict[str, Counted]) -> None:
-    """Energy of two steps of the nominal plant, and over all plants."""
+    """Add table 5.3: energy of two steps of the nominal plant, and over all plants."""
     for design in DESIGNS:
         energies = [
             value
@@ -77,7 +77,7 @@ def _table_5_3(part: Part, found: dict[str, Counted]) -> None:
 
 
 def _specification(part: Part, found: dict[str, Counted]) -> None:
-    """5.4.1 of the nominal plant, and of how many others."""
+    """Add 5.4.1: values of the nominal plant, and number of plants that meet it."""
     for design in ("position", "speed"):
         plant = found[design].nominal
         assert plant.response is not None
@@ -117,14 +117,14 @@ def _specification(part: Part, found: dict[str, Counted]) -> None:
 
 
 def _interval(met: int, of: int) -> tuple[float, float]:
-    """Clopper and Pearson's 95 % interval of a rate, in %."""
+    """Return Clopper and Pearson's 95 % interval of a rate, in %."""
     low = 0.0 if met == 0 else float(beta.ppf(0.025, met, of - met + 1))
     high = 1.0 if met == of else float(beta.ppf(0.975, met + 1, of - met))
     return 100.0 * low, 100.0 * high
 
 
 def _annex(part: Part, found: Counted) -> None:
-    """C.5.3: the annex's form, designed at the bench's period."""
+    """Add C.5.3: the annex's form, designed at the bench's period."""
     plant = found.nominal
     assert plant.response is not None
     assert plant.error is not None
@@ -139,14 +139,14 @@ def _annex(part: Part, found: Counted) -> None:
 
 
 def _alone(natural: float, damping: float) -> float:
-    """The 95 % response time of a prefilter by itself, s."""
+    """Return the 95 % response time of a prefilter alone, s."""
     time = np.linspace(0.0, 20.0 / natural, 20_001)
     _, output = step(([1.0], [1.0 / natural**2, 2.0 * damping / natural, 1.0]), T=time)
     return float(time[np.flatnonzero(np.abs(output - 1.0) > 0.05)[-1]])
 
 
 def _first(log: Log) -> Stream:
-    """The nominal plant's stream."""
+    """Return the nominal plant's stream."""
     return next(stream for stream in log.streams if stream.topic == MAIN_TOPIC)
 
 

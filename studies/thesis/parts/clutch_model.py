@@ -61,7 +61,7 @@ def clutch_model() -> Part:
 
 
 def _decision(part: Part, bench: Bench) -> None:
-    """4.4.1: the bounds of table 4.5's constants, and where figure 4.4 leads."""
+    """Add 4.4.1: bounds of the constants of table 4.5, and result of figure 4.4."""
     facts = bench.mechanics.inertia
     assert facts is not None
     step = facts_of(bench, AssessmentRequest(duration=DURATION)).sensing.step
@@ -84,8 +84,10 @@ def _decision(part: Part, bench: Bench) -> None:
 
 
 def _table_4_6(part: Part, whole: MotionRecord, bench: Bench) -> None:
-    """Least squares on filtered differences of the fastest sine: it finds the filter and not the
-    clutch (4.4.2.1)."""
+    """Add table 4.6: least squares on filtered differences of the fastest sine.
+
+    The values describe the filter and not the clutch (4.4.2.1).
+    """
     last = slice(whole.time.size - round(SECONDS_EACH / PERIOD), None)
     fast = make_record(
         "350 rad/s",
@@ -121,7 +123,7 @@ def _table_4_6(part: Part, whole: MotionRecord, bench: Bench) -> None:
 
 
 def _table_4_7(part: Part, found: Identification) -> None:
-    """The coefficients with their 95 % intervals."""
+    """Add table 4.7: coefficients with their 95 % intervals."""
     law = found.ramp.by_position if found.ramp is not None else None
     assert law is not None
     for side, unsure in zip(("plus", "minus"), law.coefficients, strict=True):
@@ -161,7 +163,7 @@ def _table_4_7(part: Part, found: Identification) -> None:
 def _friction(
     part: Part, found: Identification, whole: MotionRecord, ramped: MotionRecord, bench: Bench
 ) -> None:
-    """Figures 4.9 to 4.13."""
+    """Draw figures 4.9 to 4.13."""
     model = model_of(found, bench, HERE)
     panels = friction_panels(model, slip_samples(model, [whole]), found.ramp)
     svg = picture(panels, "friction of the clutch")
@@ -185,8 +187,10 @@ def _friction(
 
 
 def _validation(part: Part) -> None:
-    """Figures 4.14 to 4.17: the PID's limit cycle on chapter 2's mechanism, flanks rigid and
-    yielding."""
+    """Draw figures 4.14 to 4.17: the PID's limit cycle on the mechanism of chapter 2.
+
+    The flanks are rigid and compliant.
+    """
     document = load(CLUTCH / "mechanism.yaml", Mechanism)
     scenario = load(CLUTCH / "scenarios/rebound.yaml", Scenario)
     logs = {
@@ -245,7 +249,7 @@ def _main(log: Log) -> Stream:
 
 
 def _around(holds: list[Ramps]) -> str:
-    """Middle and half of the ramps of each hold."""
+    """Return middle and half range of the ramps of each hold as text."""
     return (
         ", ".join(f"{round(one.centre, 3) + 0.0:.3f} ± {one.half:.3f}" for one in holds)
         + " N m on the five holds"
@@ -253,7 +257,7 @@ def _around(holds: list[Ramps]) -> str:
 
 
 def _second_hold(log: Log) -> list[Curve]:
-    """Its position and reference, from when the step is over."""
+    """Return position and reference of the second hold after its step."""
     stream = _main(log)
     reference = stream.signals["reference"]
     starts = np.flatnonzero(np.diff(reference)) + 1
@@ -265,7 +269,7 @@ def _second_hold(log: Log) -> list[Curve]:
 
 
 def _detail(logs: dict[str, Log]) -> tuple[str, str]:
-    """Figure 4.17: the second step of both, and of the one-inertia model."""
+    """Draw figure 4.17: the second step of both mechanisms, and of the one-inertia model."""
     one = simulate_closed_loop(
         load(CLUTCH / "nonlinear.yaml", Model), controller("linear"), _short(), HERE
     )

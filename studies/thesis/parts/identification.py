@@ -107,8 +107,10 @@ def _tables_4_2_and_4_3(part: Part) -> None:
 
 
 def _as_printed(log: MotionRecord, time_constant: float, weigh: bool) -> Vector:
-    """(4.2) to the letter: v and a by backward differences, the effort of the same row; every
-    signal through the filter of 4.2.2."""
+    """Return the fit of (4.2) as printed: backward differences, and the effort of the same row.
+
+    Every signal is filtered by the filter of 4.2.2.
+    """
     speed = np.diff(log.position) / MASS_PERIOD
     signals = np.column_stack(
         (np.diff(speed) / MASS_PERIOD, speed[1:], np.sign(speed[1:]), log.effort[2:])
@@ -164,8 +166,10 @@ def _rms(found: float | str | ComputedValue) -> float:
 
 
 def _recursion(samples: RegressionSamples, scale: float) -> Vector:
-    """(4.16), the thesis's own recursion, on rows weighted by |v| and scaled as (4.31): m, sigma_v,
-    F_c' / scale as (4.33)."""
+    """Return m, sigma_v and F_c'/scale (4.33) by the thesis's recursion (4.16).
+
+    The rows are weighted by |v| and scaled as in (4.31).
+    """
     speed = np.abs(samples.velocity)
     rows = np.column_stack((samples.acceleration, samples.velocity, samples.sign)) * speed[:, None]
     rows[:, :2] *= scale
@@ -180,7 +184,7 @@ def _recursion(samples: RegressionSamples, scale: float) -> Vector:
 
 
 def _bounds(part: Part) -> None:
-    """4.2.5.4 by (4.3), (4.4) and (4.7)."""
+    """Add the bounds of 4.2.5.4 by (4.3), (4.4) and (4.7)."""
     step, effort = MASS.encoder_step, MASS.viscous * MASS_SPEED + MASS.coulomb
     part.add(
         "section_4_2_5_4",
@@ -226,8 +230,7 @@ def ramps() -> Ramps:
 
 
 def _ramp(part: Part) -> None:
-    """4.3: the largest force read as the thesis reads it, and what `identify` makes of the same
-    log."""
+    """Add 4.3: largest force as read in the thesis, and breakaway identified from the same log."""
     found = ramps()
     axis = {
         name: Interval(*[getattr(RAMP, name)] * 3)
@@ -271,7 +274,7 @@ def _ramp(part: Part) -> None:
 
 
 def _pictures(part: Part) -> None:
-    """Figure 4.3."""
+    """Draw figure 4.3."""
     ratios = np.linspace(0.02, LARGEST_RATIO, 200)
     constants = np.array([filter_for(float(ratio), 1.0) for ratio in ratios])
     part.draw(

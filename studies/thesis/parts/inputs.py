@@ -104,8 +104,10 @@ def _table_3_1(part: Part) -> None:
 
 
 def _table_4_8(part: Part) -> None:
-    """p0, Sigma and T_s are settings of the hybrid model, which an engine that solves events has
-    not."""
+    """Add table 4.8.
+
+    p0, Sigma and T_s are settings of the hybrid model; an event-exact engine has none.
+    """
     clutch = axis_of(load(CONFIGS / "clutch/nonlinear.yaml", Model))
     rack = load(CONFIGS / "clutch/mechanism.yaml", Mechanism).links["rack"]
     assert isinstance(rack, Rack)

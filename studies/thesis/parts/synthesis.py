@@ -62,7 +62,7 @@ def _decibels(gains: NDArray[np.complex128] | Vector) -> Vector:
 
 
 def _annex_friction() -> Polytope:
-    """Table 5.2 with the annex's F_c: the reading that meets both published gammas."""
+    """Return table 5.2 with the annex's F_c, with which both published gammas are met."""
     box = polytope(clutch_model())
     middle = box.centre.coulomb
 
@@ -80,8 +80,10 @@ def _annex_friction() -> Polytope:
 
 
 def _position(part: Part) -> None:
-    """5.4.3.1: as the text poses it; and the reading that meets it, whose frozen controller is
-    drawn."""
+    """Add 5.4.3.1: the problem of the text, and the choice of F_c with which its gamma is met.
+
+    The frozen controller of this choice is drawn.
+    """
     strict, relaxed = (
         minimise(position(BANDWIDTH, *weights), RECENTRING).optimum for weights in (STRICT, RELAXED)
     )
@@ -181,7 +183,7 @@ def _beyond_one(responses: NDArray[np.complex128]) -> float:
 def _draw_position(
     part: Part, responses: NDArray[np.complex128], frozen: Lti, gamma: float, weights: PlantWeights
 ) -> None:
-    """Figures 5.12 to 5.17."""
+    """Draw figures 5.12 to 5.17."""
     w2 = weights.error.system(0.0).response(FREQUENCIES)[:, 0, 0]
     templates = {
         "5.13": gamma / w2,
@@ -242,8 +244,7 @@ def _draw_position(
 
 
 def _annex(part: Part) -> None:
-    """C.5.2: gamma of both forms, how near the two LPV controllers are, and what sampling does to
-    them."""
+    """Add C.5.2: gamma of both forms, difference of the two LPV controllers, effect of sampling."""
     reading = READINGS[READING]
     lft = minimise([annex_lft(reading)], RECENTRING)
     plants = annex_mixed(reading)
@@ -272,8 +273,7 @@ def _annex(part: Part) -> None:
 
 
 def _sampled(controllers: tuple[Lti, ...], unit: float) -> float:
-    """The larger spectral radius of both vertices' loops with their controllers sampled by Tustin
-    at 1 ms."""
+    """Return the larger spectral radius of both vertices' loops, sampled by Tustin at 1 ms."""
     _, plants = uncertain_polytope(annex_model(), ("regime",), unit)
     return max(
         check_loop(tustin(k, PERIOD), plant.rates, LAG, 0).spectral_radius
@@ -282,7 +282,7 @@ def _sampled(controllers: tuple[Lti, ...], unit: float) -> float:
 
 
 def _draw_annex(part: Part, controllers: dict[str, Lti], apart: float) -> None:
-    """Figures C.8 to C.10: the loops on the nominal axis of their own rho."""
+    """Draw figures C.8 to C.10: loops on the nominal axis, each with its own rho."""
     box = polytope(annex_model(), ("regime",))
     slow, fast = (
         vertex.rates
