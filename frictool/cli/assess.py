@@ -29,8 +29,8 @@ also contains the shortest step response that the drive allows over the a-priori
 
 A precision is half of a 95 % interval divided by the a-priori value. If the a-priori interval of a
 parameter in bench.yaml is narrower than --wanted, the parameter must be identified more precisely
-than that interval. It excludes the error of the effort constant, which scales all parameters alike,
-and the error of the friction model.
+than that interval. The precision excludes the error of the effort constant, which scales all
+parameters alike, and the error of the friction model.
 
 Exit code 1 if a wanted precision cannot be reached; the message names an encoder that reaches it.
 """

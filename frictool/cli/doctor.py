@@ -32,8 +32,8 @@ that were used within a fortnight. --clean also removes unfinished outputs (.NAM
 killed processes from the current folder; the next command that writes there does the same.
 
 --compile compiles all kernels now instead of at their first use, for container images and build
-servers. It takes some minutes and skips what is compiled already. The variable NUMBA_CACHE_DIR
-names the folder to keep or to share.
+servers. It takes some minutes and skips kernels that are compiled already. The variable
+NUMBA_CACHE_DIR names the folder to keep or to share.
 
 Exit code 1 if something is wrong.
 """

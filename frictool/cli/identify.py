@@ -39,7 +39,8 @@ falls back, and grows again. The command recognises them; --ramp names a log tha
 recognise. Slow loops of the effort below the breakaway (--loops) determine the presliding laws.
 
 \b
-Methods (--method), and suitable data: {METHOD_LINES}
+Methods (--method), and suitable data:
+{METHOD_LINES}
 
 A parameter that the logs do not determine is listed with the reason, and the model contains the
 bench's interval for it. Intervals hold for the bench's nominal effort constant; an error of the

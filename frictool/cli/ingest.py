@@ -30,7 +30,7 @@ RAW is a file of any format that frictool reads; its content determines the form
 passes through. `columns` of the bench assigns columns to channels, and everything is converted to
 SI. The first file becomes /axis, each further file of the same rig /axis/NAME.
 
---from and --to keep a part of the log between two times of the log. --resample puts all streams on
+--from and --to keep the part of the log between two of its times. --resample puts all streams on
 one grid as /axis: commands, drives and efforts are held, other signals are interpolated linearly,
 nothing is
 extrapolated. There is no filter: do not resample fast signals to a longer period. --salvage keeps

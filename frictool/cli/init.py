@@ -39,8 +39,9 @@ bench's logs into DIR/logs/ before you run make.
 --example writes a worked rig with its logs, which needs no changes:
 {_EXAMPLES}
 
-Everything else is an example, marked "# example: replace"; the command lists these keys. A verdict
-that depends on examples says nothing about your rig. Existing files are not overwritten.
+All other values of a new rig are examples, marked "# example: replace"; the command lists their
+keys. A verdict that depends on examples says nothing about your rig. Existing files are not
+overwritten.
 """
 
 

@@ -21,12 +21,12 @@ Example:
   frictool plan bench.yaml --spec spec.yaml -o next.mcap
   frictool plan bench.yaml --spec spec.yaml ramps.mcap strokes.mcap -o next.mcap
 
-Design the next test of a bench, and write it. Without logs, the test is ramps of the drive: they
-determine the breakaway, and if drive and encoder have the same direction. The second test is
-strokes, for friction and inertia. With the logs of both tests, a search decides if `frictool synth`
-meets the specification for every plant within the intervals. If it does, the last test is for
-`frictool validate`. If only exact parameters would allow a controller, the next test halves the
-intervals.
+Design the next test of a bench, and write it. Without logs, the test consists of ramps of the
+drive: they show the breakaway, and the sign of the encoder relative to the drive. The second test
+consists of strokes, for friction and inertia. With the logs of both tests, a search decides if
+`frictool synth` meets the specification for every plant within the intervals. If it does, the last
+test is for `frictool validate`. If only exact parameters would allow a controller, the next test
+halves the intervals.
 
 Each test respects the limits of travel, speed and drive for every axis within the bench's ranges.
 `frictool simulate --as-bench` plays a test without hardware.

@@ -22,8 +22,8 @@ Example:
   frictool verify proof.yaml
 
 Prove the requirements of a step test for each plant of the scenario (`variants`), from every start
-within one encoder count. The loop is simulated as it runs: encoder, delay, position law, band,
-limiter, drive limit, anti-windup, prefilter and number format of the controller; stick, slip,
+position within one encoder count. The simulated loop contains encoder, delay, position law, band,
+limiter, drive limit, anti-windup, prefilter and number format of the controller, and stick, slip,
 breakaway, backlash and lag of the axis. Every rounding error is bounded.
 
 The starts are divided into parts whose readings agree at every sample. The controller runs on these

@@ -29,11 +29,11 @@ Reduce a mechanism to one inertia with friction. Rigid links are lumped, losses 
 springs and cams become the friction of each direction at the motor, backlash is moved between motor
 and sensor, and resonances above a bandwidth are dropped.
 
-Each step states what it neglects, its expected error and its measured error. To measure it, every
-step and the final model are simulated under the same commands as the whole mechanism; with
---controller and --scenario also in the closed loop. If a measured error is above --tolerance, or an
-expected one is not covered by an interval of the model, nothing is written and the exit code is 4.
-If a step is impossible, --reduced writes the mechanism of the steps before it.
+Each step states what it neglects, its expected error and its measured error. For the measured
+error, every step and the final model are simulated under the same commands as the whole mechanism;
+with --controller and --scenario also in the closed loop. If a measured error is above --tolerance,
+or an expected one is not covered by an interval of the model, nothing is written and the exit code
+is 4. If a step is impossible, --reduced writes the mechanism of the steps before it.
 """
 
 

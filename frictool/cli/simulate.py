@@ -59,14 +59,16 @@ the side of every contact, the drive of each source. Without --controller, the s
 drive the mechanism. The summary contains the energy balance; --events lists every breakaway, stick,
 contact and impact.
 
---observer gives the controller the speed of an observer. The loop with it is verified at the
-vertices first; exit code 4 if it is unstable. `frictool observe loop` writes that controller.
+--observer replaces the controller's speed signal by that of an observer. The loop with the observer
+is verified at the vertices first; exit code 4 if it is unstable. `frictool observe loop` writes
+that controller.
 
 --number runs the controller in float or fixed point as on the target; --target runs the exported C
 code, compiled here.
 
---excitation plays a test of `frictool excite` as the bench would: ramps by their rule, a reference
-with the bench's position controller  {LAW}  on the encoder's counts.
+--excitation plays a test of `frictool excite` as the bench would. Ramps follow their rule. The
+bench's position controller follows a reference, with the position in encoder counts:
+{LAW}.
 
 --as-bench MODEL TEST does the same without further options: the gains follow from the bench's delay
 and encoder, the loop has a feedforward computed with the bench's values, and the measured drive has
