@@ -19,7 +19,7 @@ from frictool.export.c_identifier import c_identifier
 from frictool.export.cmsis import cmsis_arrays, cmsis_header
 from frictool.export.coefficients import json_files, matlab_files
 from frictool.export.export_origin import ExportOrigin
-from frictool.export.fmu import fmu_file
+from frictool.export.controller_fmu import controller_fmu
 from frictool.export.golden_vectors import GoldenVectors, golden_vectors
 from frictool.export.languages import CONTROLLER_LANGUAGES
 from frictool.export.mode_coverage import visit_conditions
@@ -250,7 +250,7 @@ def _c(controller: Controller, number: Number, origin: ExportOrigin) -> ExportRe
 def _fmu(controller: Controller, number: Number, origin: ExportOrigin) -> ExportResult:
     result = _c(controller, number, origin)
     sources = {name: str(text) for name, text in result.files.items()}
-    files = fmu_file(controller, controller_program(controller), number, sources, origin)
+    files = controller_fmu(controller, controller_program(controller), number, sources, origin)
     period = (
         f"one sample every {controller.sample_period_s:g} s; the drive is computed from the "
         "inputs at the start of a step"

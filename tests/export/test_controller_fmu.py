@@ -19,7 +19,7 @@ from frictool.documents.controller import Controller, Number
 from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
 from frictool.export.c_identifier import c_identifier
-from frictool.export.fmu import fmu_file
+from frictool.export.controller_fmu import controller_fmu
 from studies.command_line import run
 from studies.rigs.example_controllers import CUT_LAW, clutch_controller
 from studies.rigs.verified_controller import truthful
@@ -41,7 +41,7 @@ SAMPLES = 400
 
 
 def unit(controller: Controller, number: Number = "double") -> bytes:
-    files = fmu_file(
+    files = controller_fmu(
         controller, controller_program(controller), number, sources(controller, number), ORIGIN
     )
     (content,) = files.values()
@@ -209,4 +209,4 @@ def test_the_command_writes_the_same_bytes_each_time(tmp_path: Path) -> None:
 def test_fixed_point_is_refused() -> None:
     controller = CONTROLLERS["clutch"]
     with pytest.raises(NoSolutionError, match="the variables of an FMU are doubles"):
-        fmu_file(controller, controller_program(controller), "q31", {}, ORIGIN)
+        controller_fmu(controller, controller_program(controller), "q31", {}, ORIGIN)
