@@ -13,7 +13,7 @@ from frictool.cli.console_output import note, note_changes, print_json, say
 from frictool.cli.file_endings import check_folder
 from frictool.cli.output_files import STDOUT, command_line
 from frictool.errors import EXIT_NO
-from frictool.export.languages import LANGUAGE_OF, LANGUAGES, DocumentKind
+from frictool.export.languages import LANGUAGE_NAMES, LANGUAGES, DocumentKind, ExportLanguage
 
 if TYPE_CHECKING:
     from frictool.documents.controller import Number
@@ -58,7 +58,7 @@ in the folder are replaced. With -o - the files are a tar archive on stdout.
 )
 @click.option(
     "--lang",
-    type=click.Choice(list(LANGUAGE_OF)),
+    type=click.Choice(LANGUAGE_NAMES),
     default="c",
     show_default=True,
     help="Kind of the files.",
@@ -106,12 +106,13 @@ def command(
     as_json: bool,
 ) -> None:
     check_folder(output)
-    language = LANGUAGE_OF[lang]
+    language = _language(lang, document)
     for option in ("number", "into", "joint", "without", "check", "report"):
         if context.params[option] not in (None, (), False) and option not in language.options:
-            others = ", ".join(one.name for one in LANGUAGES if option in one.options)
+            others = ", ".join(_label(one) for one in LANGUAGES if option in one.options)
             raise click.UsageError(
-                f"--{option} does not work with --lang {lang}; allowed: --lang {others}."
+                f"--{option} does not work with --lang {_label(language)}; allowed: --lang "
+                f"{others}."
             )
     if language.document == "controller":
         _export_controller(document, cast("Language", lang), number, report, output, as_json)
@@ -157,6 +158,20 @@ def command(
     else:
         for line in result.lines():
             say(line, output)
+
+
+def _language(lang: str, document: Path) -> ExportLanguage:
+    """Return the record of a language; of several, the one for the kind of the document."""
+    from frictool.documents.document_text import is_format
+
+    *first, last = (one for one in LANGUAGES if one.name == lang)
+    return next((one for one in first if is_format(document, one.document)), last)
+
+
+def _label(language: ExportLanguage) -> str:
+    """Return the name of a language, with its document if the language takes several."""
+    several = [one.name for one in LANGUAGES].count(language.name) > 1
+    return f"{language.name} (from a {language.document})" if several else language.name
 
 
 def _export_controller(

@@ -1,4 +1,4 @@
-"""Languages of `frictool export`, one record each: the document that each takes, and its help."""
+"""Languages of `frictool export`, one record for each document that a language takes."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ DocumentKind = Literal["controller", "model"]
 
 @dataclass(frozen=True)
 class ExportLanguage:
-    """One value of `--lang`.
+    """One value of `--lang` for one kind of document.
 
     Attributes
     ----------
@@ -62,6 +62,12 @@ LANGUAGES: tuple[ExportLanguage, ...] = (
         ("number",),
     ),
     ExportLanguage(
+        "fmu",
+        "model",
+        "NAME.fmu: FMI 3.0 co-simulation unit of the axis with exact stick, backlash and encoder",
+        ("without",),
+    ),
+    ExportLanguage(
         "urdf",
         "model",
         "copy of the URDF or SDF of --into with the damping and friction of one joint",
@@ -80,6 +86,6 @@ LANGUAGES: tuple[ExportLanguage, ...] = (
         ("without", "check"),
     ),
 )
-LANGUAGE_OF = {language.name: language for language in LANGUAGES}
+LANGUAGE_NAMES = tuple(dict.fromkeys(one.name for one in LANGUAGES))
 CONTROLLER_LANGUAGES = tuple(one.name for one in LANGUAGES if one.document == "controller")
 MODEL_LANGUAGES = tuple(one.name for one in LANGUAGES if one.document == "model")

@@ -8,9 +8,10 @@ from pathlib import Path
 from typing import Any
 
 from frictool.documents.model import Model
+from frictool.export.axis_fmu import axis_fmu
 from frictool.export.export_origin import ExportOrigin
 from frictool.export.friction_table import table_files
-from frictool.export.languages import LANGUAGE_OF
+from frictool.export.languages import MODEL_LANGUAGES
 from frictool.export.mjcf import mjcf_files
 from frictool.export.mjcf_check import MjcfCheck, mjcf_check
 from frictool.export.urdf import urdf_files
@@ -93,7 +94,7 @@ def export_model(
     InputError
         If a file of the settings does not fit the model.
     """
-    assert LANGUAGE_OF[language].document == "model"
+    assert language in MODEL_LANGUAGES
     files, notes = WRITERS[language](model, settings, origin)
     check = None
     if settings.check is not None:
@@ -113,5 +114,6 @@ def _urdf(model: Model, settings: ModelExportSettings, _: ExportOrigin) -> Files
 WRITERS: dict[str, Writer] = {
     "urdf": _urdf,
     "table": lambda model, settings, origin: table_files(model, origin, settings.without),
+    "fmu": lambda model, settings, origin: axis_fmu(model, origin, settings.without),
     "mjcf": lambda model, settings, origin: mjcf_files(model, origin, settings.without),
 }

@@ -1,0 +1,444 @@
+"""Identified axis as a Functional Mock-up Unit, whose C code moves it from event to event.
+
+    command ──▶ limit, lag, constant ──▶ inertia, friction, backlash, end stops ──▶ encoder
+
+The parameters of the C code are the engine's array (plant/axis.py, plant/axis_friction_laws.py,
+plant/position_load.py), with friction polynomials relative to the friction levels. Each one that
+the model has is a parameter of the unit, whose description states the interval.
+"""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass
+from itertools import chain
+
+import numpy as np
+
+from frictool.adapters.axis_model import axis_of, load_of
+from frictool.documents.laws import Load, Ripple
+from frictool.documents.model import Model
+from frictool.documents.quantity import Quantity, drive_dimension, si_unit
+from frictool.engine.closed_loop import PARTS
+from frictool.export.c_identifier import c_identifier
+from frictool.export.export_origin import ExportOrigin
+from frictool.export.fmi_unit import FmiUnit, FmiVariable, functions_text
+from frictool.export.model_features import FEATURES, without_features
+from frictool.friction.position_polynomial import normalised_coefficients
+from frictool.plant import axis as ax
+from frictool.plant import axis_friction_laws as al
+from frictool.plant.position_load import TERM_SIZE, LoadHarmonic, with_load
+
+HELD = frozenset(FEATURES) - {"presliding", "resonances"}
+STIFFNESS, HARMONICS = al.EXTENDED_SIZE, al.EXTENDED_SIZE + 1
+PLAIN = (
+    "INERTIA OFFSET CONSTANT LAG DRIVE_LIMIT BACKLASH BACKLASH_COULOMB BACKLASH_BREAKAWAY "
+    "ENCODER_STEP RESISTANCE SUPPLY"
+)
+LAWS = (
+    "RESTITUTION STRIBECK_VELOCITY STRIBECK_EXPONENT LAYER FRESH RISE_TIME MAPPED MAP_LOW MAP_HIGH "
+    "REGIMES COULOMB_MAPS BREAKAWAY_MAPS"
+)
+PAIRS = "VISCOUS COULOMB BREAKAWAY STOP"  # of both directions
+INDICES = {  # of the engine's array
+    **{name: getattr(ax, name) for name in PLAIN.split()},
+    **{name: getattr(al, f"{name}_PAIR") for name in PAIRS.split()},
+    **{name: getattr(al, name) for name in LAWS.split()},
+    "STIFFNESS": STIFFNESS,
+    "HARMONICS": HARMONICS,
+}
+FIRST_PARAMETER = 16  # value reference of the parameter of index 0
+REFERENCES = {
+    "command": 1,
+    "position": 2,
+    "velocity": 3,
+    "drive": 4,
+    "measured_position": 5,
+    "load_position": 6,
+    "mode": 7,
+    "events": 8,
+    "last_event": 9,
+}
+MODES = {
+    "stuck": 0,
+    "slipping_forward": 1,
+    "slipping_backward": -1,
+    "inside_backlash_forward": 2,
+    "inside_backlash_backward": -2,
+}
+EVENTS = {"none": 0, "breakaway": 1, "stop": 2, "contact": 3, "end_stop": 4}
+NO_HARMONIC = LoadHarmonic(0.0, 0.0, 0.0)
+SMALLEST = sys.float_info.min  # smallest value of a parameter that must be above 0
+ANY = (-math.inf, math.inf)
+POSITIVE = (SMALLEST, sys.float_info.max)
+
+
+@dataclass(frozen=True)
+class AxisSetting:
+    """Parameter of the unit.
+
+    Attributes
+    ----------
+    name : str
+        Name of the variable.
+    index : int
+        Index in the array of parameters.
+    unit : str
+        SI unit; empty for a ratio.
+    text : str
+        Meaning, for the description.
+    least, most : float
+        Ends of the allowed values.
+    tunable : bool
+        True if the parameter may change during a simulation.
+    quantity : Quantity or None
+        Value of the document, whose interval the description states.
+    """
+
+    name: str
+    index: int
+    unit: str
+    text: str
+    least: float = 0.0
+    most: float = math.inf
+    tunable: bool = True
+    quantity: Quantity | None = None
+
+
+def axis_fmu(
+    model: Model, origin: ExportOrigin, without: Collection[str]
+) -> tuple[dict[str, bytes], list[str]]:
+    """Return the unit of a model by its file name, and notes.
+
+    Raises NoSolutionError if the model has a feature that the unit cannot represent and that
+    `without` lacks.
+    """
+    model, notes = without_features(model, "the FMU", HELD, without)
+    starts = _starts(model)
+    settings = list(_settings(model, len(starts) - 1))
+    variables = (*_signals(model, len(starts) - 1), *_parameters(model, settings, starts))
+    references = {
+        name: reference
+        for name, reference in REFERENCES.items()
+        if name != "load_position" or _has_backlash(model)
+    }
+    functions = functions_text(
+        "fmi3_axis.c.jinja",
+        origin,
+        ["GetInt64"],
+        document="the model",
+        id=c_identifier(model.name),
+        name=model.name,
+        regimes=al.MAX_REGIMES,
+        terms=al.MAX_TERMS,
+        harmonics=(len(starts) - 2 - HARMONICS) // TERM_SIZE,
+        indices={**INDICES, "LOADED": len(starts) - 2, "START_POSITION": len(starts) - 1},
+        starts=starts,
+        settings=settings,
+        references=references,
+        first_parameter=FIRST_PARAMETER,
+        part=repr(model.bench.sample_period_s / PARTS),
+    )
+    unit = FmiUnit(
+        model.name,
+        "model",
+        origin,
+        model.bench.sample_period_s,
+        variables,
+        functions,
+        enumerations={"Mode": MODES, "Event": EVENTS},
+    )
+    return unit.files(), [*notes, _summary(model, settings)]
+
+
+def _summary(model: Model, settings: list[AxisSetting]) -> str:
+    names = ", ".join(one.name for one in settings)
+    return f"communication step: any; {len(settings)} parameters: {names}"
+
+
+def _has_backlash(model: Model) -> bool:
+    return FEATURES["backlash"].present(model)
+
+
+def _starts(model: Model) -> list[float]:
+    """Return the engine's array with a load of one harmonic or more, then two further parameters.
+
+    The friction polynomials are relative to the friction levels.
+    """
+    axis, load = axis_of(model), load_of(model)
+    harmonics = load.harmonics or (NO_HARMONIC,)
+    out = with_load(axis.as_array(), np.array([load.stiffness, *chain.from_iterable(harmonics)]))
+    shape = axis.laws.shape
+    if shape is not None:
+        for row, terms in enumerate((*reversed(shape.coulomb), *reversed(shape.breakaway))):
+            factors = normalised_coefficients(terms, shape.low, shape.high)
+            first = al.COULOMB_MAPS + al.MAX_TERMS * row
+            out[first : first + len(factors)] = factors
+    return [*map(float, out), 0.0, 0.0]
+
+
+def _settings(model: Model, start_position: int) -> Iterator[AxisSetting]:
+    """Yield the parameters that the model has."""
+    bench, today, kind = model.bench, model.parameters, model.axis
+    actuator, mechanics = bench.actuator, bench.mechanics
+    effort, position = si_unit("effort", kind), si_unit("position", kind)
+    drive = si_unit(actuator.drive, kind)
+    constant = si_unit(drive_dimension(actuator.drive, constant=True), kind)
+    yield AxisSetting(
+        "inertia",
+        ax.INERTIA,
+        si_unit("inertia", kind),
+        "inertia seen by the actuator",
+        *POSITIVE,
+        quantity=today.inertia,
+    )
+    yield from _levels(model)
+    yield AxisSetting(
+        "offset",
+        ax.OFFSET,
+        effort,
+        "constant effort that opposes a positive drive",
+        *ANY,
+        quantity=today.offset,
+    )
+    yield AxisSetting(
+        "constant",
+        ax.CONSTANT,
+        constant,
+        "effort per unit of the drive",
+        *POSITIVE,
+        quantity=actuator.constant,
+    )
+    yield AxisSetting("lag", ax.LAG, "s", "time constant of the drive's loop")
+    yield AxisSetting(
+        "drive_limit", ax.DRIVE_LIMIT, drive, "largest magnitude of the drive", *POSITIVE
+    )
+    yield AxisSetting("encoder_step", ax.ENCODER_STEP, position, "distance of one count; 0: exact")
+    if actuator.winding is not None:
+        yield AxisSetting("resistance", ax.RESISTANCE, "ohm", "resistance of the winding")
+        yield AxisSetting("supply", ax.SUPPLY, "V", "voltage of the winding's supply", *POSITIVE)
+    if _has_backlash(model):
+        yield AxisSetting(
+            "backlash",
+            ax.BACKLASH,
+            position,
+            "full width of the backlash",
+            tunable=False,
+            quantity=mechanics.backlash,
+        )
+        yield AxisSetting(
+            "backlash_coulomb",
+            ax.BACKLASH_COULOMB,
+            effort,
+            "Coulomb friction inside the backlash",
+            quantity=mechanics.backlash_coulomb,
+        )
+        yield AxisSetting(
+            "backlash_breakaway", ax.BACKLASH_BREAKAWAY, effort, "breakaway inside the backlash"
+        )
+    yield from _law_settings(model)
+    yield from _load_settings(model)
+    yield AxisSetting(
+        "start_position",
+        start_position,
+        position,
+        "position at the start",
+        -POSITIVE[1],
+        POSITIVE[1],
+        tunable=False,
+    )
+
+
+def _levels(model: Model) -> Iterator[AxisSetting]:
+    """Yield viscous friction, Coulomb friction and breakaway of both directions."""
+    texts = {
+        "viscous": ("viscous", al.VISCOUS_PAIR, "viscous friction"),
+        "coulomb": ("effort", al.COULOMB_PAIR, "Coulomb friction"),
+        "breakaway": ("effort", al.BREAKAWAY_PAIR, "breakaway after a long rest"),
+    }
+    backward = model.laws.backward if model.laws else None
+    for name, (dimension, index, text) in texts.items():
+        unit = si_unit(dimension, model.axis)
+        forward = getattr(model.parameters, name)
+        opposite = getattr(backward, name, None) or forward
+        for side, quantity in ((1, forward), (0, opposite)):
+            direction = ("backward", "forward")[side]
+            yield AxisSetting(
+                f"{name}_{direction}",
+                index + side,
+                unit,
+                f"{text}, {('negative', 'positive')[side]} direction",
+                quantity=quantity,
+            )
+
+
+def _law_settings(model: Model) -> Iterator[AxisSetting]:
+    """Yield the parameters of speed regimes, Stribeck effect, dwell and end stops."""
+    laws, velocity = model.laws, model.parameters.stribeck_velocity
+    for number, regime in enumerate(laws.regimes if laws else (), start=1):
+        for side, quantity in ((1, regime.viscous), (0, regime.backward or regime.viscous)):
+            yield AxisSetting(
+                f"viscous_{('backward', 'forward')[side]}_{number}",
+                al.REGIMES + al.REGIME_SIZE * (number - 1) + 1 + side,
+                si_unit("viscous", model.axis),
+                f"viscous friction above {regime.above.value:g} {si_unit('velocity', model.axis)}, "
+                f"{('negative', 'positive')[side]} direction",
+                quantity=quantity,
+            )
+    if velocity is not None:
+        yield AxisSetting(
+            "stribeck_velocity",
+            al.STRIBECK_VELOCITY,
+            si_unit("velocity", model.axis),
+            "speed scale at which the friction falls to the Coulomb friction",
+            quantity=velocity,
+        )
+        yield AxisSetting(
+            "stribeck_exponent", al.STRIBECK_EXPONENT, "", "exponent of the Stribeck curve", 0.5, 4.5
+        )
+    if laws is not None and laws.dwell is not None:
+        yield AxisSetting(
+            "fresh",
+            al.FRESH,
+            "",
+            "breakaway just after a stop relative to that after a long rest",
+            SMALLEST,
+            1.0,
+        )
+        yield AxisSetting(
+            "rise_time", al.RISE_TIME, "s", "time at rest in which the breakaway rises by half"
+        )
+    if model.bench.mechanics.travel is not None:
+        unit = si_unit("position", model.axis)
+        yield AxisSetting("stop_low", al.STOP_PAIR, unit, "lower end stop", *ANY)
+        yield AxisSetting("stop_high", al.STOP_PAIR + 1, unit, "upper end stop", *ANY)
+        yield AxisSetting(
+            "restitution",
+            al.RESTITUTION,
+            "",
+            "speed after an end stop relative to that before",
+            0.0,
+            math.nextafter(1.0, 0.0),
+        )
+
+
+def _load_settings(model: Model) -> Iterator[AxisSetting]:
+    """Yield the parameters of the load."""
+    load = (model.laws.load if model.laws else None) or Load()
+    effort = si_unit("effort", model.axis)
+    if load.stiffness is not None:
+        yield AxisSetting(
+            "stiffness",
+            STIFFNESS,
+            si_unit("stiffness", model.axis),
+            "stiffness of the spring load",
+            quantity=load.stiffness,
+        )
+    gravity = [] if load.gravity is None else [("gravity", load.gravity)]
+    ripples = [(f"ripple_{number}", one) for number, one in enumerate(load.ripples, start=1)]
+    for row, (name, harmonic) in enumerate([*gravity, *ripples]):
+        text = (
+            f"load at {harmonic.cycles:g} periods in {harmonic.per.value:.6g} "
+            f"{si_unit('position', model.axis)}"
+            if isinstance(harmonic, Ripple)
+            else "gravity load"
+        )
+        for column, word in ((1, "sine"), (2, "cosine")):
+            yield AxisSetting(
+                f"{name}_{word}",
+                HARMONICS + TERM_SIZE * row + column,
+                effort,
+                f"{text}, {word}",
+                *ANY,
+                quantity=getattr(harmonic, word),
+            )
+
+
+def _signals(model: Model, start_position: int) -> Iterator[FmiVariable]:
+    """Yield time, input and outputs."""
+    position, velocity = si_unit("position", model.axis), si_unit("velocity", model.axis)
+    drive = si_unit(model.bench.actuator.drive, model.axis)
+    time = {"name": "time", "causality": "independent", "unit": "s", "variability": "continuous"}
+    yield FmiVariable(0, "Float64", time)
+    command = {"name": "command", "causality": "input", "start": "0.0", "unit": drive}
+    command |= {"variability": "discrete"}
+    held = "command of the drive, held over a communication step"
+    yield FmiVariable(REFERENCES["command"], "Float64", {**command, "description": held})
+    at_start = (FIRST_PARAMETER + start_position,)
+    measured = (*at_start, FIRST_PARAMETER + ax.ENCODER_STEP)
+    texts = {
+        "position": ("continuous", position, "position of the motor", at_start),
+        "velocity": ("continuous", velocity, "velocity of the motor", None),
+        "drive": ("continuous", drive, "drive that acts at the end of the step", None),
+        "measured_position": ("discrete", position, "encoder counts times their step", measured),
+    }
+    if _has_backlash(model):
+        texts["load_position"] = ("continuous", position, "position behind the backlash", at_start)
+    for name, (variability, unit, text, depends_on) in texts.items():
+        yield FmiVariable(
+            REFERENCES[name],
+            "Float64",
+            {
+                "name": name,
+                "causality": "output",
+                "variability": variability,
+                **_initial(depends_on),
+                "unit": unit,
+                "description": text,
+            },
+            depends_on or (),
+        )
+    counted = {"causality": "output", "variability": "discrete", "initial": "exact", "start": "0"}
+    yield FmiVariable(
+        REFERENCES["mode"],
+        "Enumeration",
+        {"name": "mode", "declaredType": "Mode", **counted, "description": "mode of the motion"},
+    )
+    yield FmiVariable(
+        REFERENCES["events"],
+        "Int64",
+        {"name": "events", **counted, "description": "number of events since the start"},
+    )
+    yield FmiVariable(
+        REFERENCES["last_event"],
+        "Enumeration",
+        {"name": "last_event", "declaredType": "Event", **counted, "description": "last event"},
+    )
+
+
+def _initial(depends_on: tuple[int, ...] | None) -> dict[str, str]:
+    """Return the attributes of an initial value: computed, or 0."""
+    if depends_on is None:
+        return {"initial": "exact", "start": "0.0"}
+    return {"initial": "calculated"}
+
+
+def _parameters(
+    model: Model, settings: list[AxisSetting], starts: list[float]
+) -> Iterator[FmiVariable]:
+    """Yield the parameters with their identified values."""
+    for one in settings:
+        words = {
+            "name": one.name,
+            "causality": "parameter",
+            "variability": "tunable" if one.tunable else "fixed",
+            "initial": "exact",
+            "start": repr(starts[one.index]),
+            **({"unit": one.unit} if one.unit else {}),
+            **({"min": repr(one.least)} if math.isfinite(one.least) else {}),
+            **({"max": repr(one.most)} if one.most < POSITIVE[1] else {}),
+            "description": one.text + _interval(one.quantity, model),
+        }
+        yield FmiVariable(FIRST_PARAMETER + one.index, "Float64", words)
+
+
+def _interval(quantity: Quantity | None, model: Model) -> str:
+    """Return the interval of a document's quantity, as the end of a description."""
+    if quantity is None or quantity.interval[0] == quantity.interval[1]:
+        return ""
+    low, high = quantity.interval
+    identified = getattr(quantity, "source", None) == "identified"
+    confidence = f", confidence {model.confidence:g}" if identified else ""
+    return f"; interval {low!r} to {high!r}{confidence}"
