@@ -296,7 +296,12 @@ def _law_settings(model: Model) -> Iterator[AxisSetting]:
             quantity=velocity,
         )
         yield AxisSetting(
-            "stribeck_exponent", al.STRIBECK_EXPONENT, "", "exponent of the Stribeck curve", 0.5, 4.5
+            "stribeck_exponent",
+            al.STRIBECK_EXPONENT,
+            "",
+            "exponent of the Stribeck curve",
+            0.5,
+            4.5,
         )
     if laws is not None and laws.dwell is not None:
         yield AxisSetting(

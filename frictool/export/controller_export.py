@@ -18,8 +18,8 @@ from frictool.export.c99 import c_sources
 from frictool.export.c_identifier import c_identifier
 from frictool.export.cmsis import cmsis_arrays, cmsis_header
 from frictool.export.coefficients import json_files, matlab_files
-from frictool.export.export_origin import ExportOrigin
 from frictool.export.controller_fmu import controller_fmu
+from frictool.export.export_origin import ExportOrigin
 from frictool.export.golden_vectors import GoldenVectors, golden_vectors
 from frictool.export.languages import CONTROLLER_LANGUAGES
 from frictool.export.mode_coverage import visit_conditions

@@ -5,11 +5,9 @@ from __future__ import annotations
 
 import io
 import shutil
-import subprocess
 import zipfile
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -18,23 +16,21 @@ from frictool.adapters.controller_composition import controller_program
 from frictool.documents.controller import Controller, Number
 from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
-from frictool.export.c_identifier import c_identifier
 from frictool.export.controller_fmu import controller_fmu
 from studies.command_line import run
 from studies.rigs.example_controllers import CUT_LAW, clutch_controller
 from studies.rigs.verified_controller import truthful
 from tests.support.command_line import refused
 from tests.support.compiled_c import (
-    COMPILERS,
     KINDS,
     ORIGIN,
-    STRICT,
     held,
     needs_compiler,
     simulated,
     sources,
 )
 from tests.support.export_controllers import scheduled
+from tests.support.fmi_units import extracted
 
 CONTROLLERS = {"clutch": clutch_controller(CUT_LAW), "scheduled": scheduled(clutch_controller())}
 SAMPLES = 400
@@ -67,26 +63,10 @@ def built(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[Controller, Number, Path]:
     """A unit with its binary, compiled strictly from the files of its build description."""
-    if not COMPILERS:
-        pytest.skip("no C compiler: neither gcc nor clang is on the PATH")
-    fmpy = pytest.importorskip("fmpy", reason="fmpy is not installed")
     name, number = request.param
     controller = CONTROLLERS[name]
     folder = tmp_path_factory.mktemp(f"{name}-{number}")
-    zipfile.ZipFile(io.BytesIO(unit(controller, number))).extractall(folder / "unit")
-    target = folder / "unit/binaries" / fmpy.platform_tuple
-    target.mkdir(parents=True)
-    build = ElementTree.parse(folder / "unit/sources/buildDescription.xml")
-    files = [str(folder / "unit/sources" / one.attrib["name"]) for one in build.iter("SourceFile")]
-    library = target / f"{c_identifier(controller.name)}.so"
-    done = subprocess.run(
-        [COMPILERS[0], *STRICT, "-O2", "-shared", "-fPIC", *files, "-o", str(library), "-lm"],
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return controller, number, folder / "unit"
+    return controller, number, extracted(unit(controller, number), folder)
 
 
 def test_fmpy_finds_no_fault_in_the_description(tmp_path: Path) -> None:

@@ -16,7 +16,7 @@ from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws, Load, Ripple
 from frictool.documents.model import Model
 from frictool.documents.presliding import Contact, Presliding
-from frictool.documents.quantity import Estimate, Quantity
+from frictool.documents.quantity import Quantity
 from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.errors import NoSolutionError
@@ -25,32 +25,11 @@ from frictool.export.mjcf import mjcf_files
 from studies.command_line import run
 from tests.support.command_line import refused
 from tests.support.documentation_pages import ROOT
+from tests.support.export_models import BENCH, estimate, known_effort, known_model
 
 GOLDEN = Path(__file__).parent / "golden"
 ORIGIN = ExportOrigin("0" * 64, "frictool export")
-BENCH = """format: bench/1
-name: known
-axis: rotary
-sample_period_s: 0.001
-encoder: {step: {value: 1e-5, unit: rad}}
-actuator:
-  drive: current
-  constant: {value: 0.1, low: 0.09, high: 0.11, unit: N m/A}
-  limit: {value: 20, unit: A}
-mechanics:
-  inertia: {value: 2e-3, unit: kg m^2}
-  viscous: {value: 0.01, unit: N m s/rad}
-  coulomb: {value: 0.2, unit: N m}
-columns:
-  time: {column: time, unit: s}
-  position: {column: position, unit: rad}
-  current: {column: current, unit: A}
-"""
 KNOWN = {"armature": 2.5e-3, "damping": 0.008, "frictionloss": 0.25}
-
-
-def estimate(value: float, unit: str, half_width: float = 0.0) -> Estimate:
-    return Estimate(value, value - half_width, value + half_width, unit, source="identified")
 
 
 @pytest.fixture(scope="module")
@@ -63,16 +42,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def plain(bench: Path) -> Model:
     """Linear and Coulomb friction, with an offset."""
-    made = load(ROOT / "configs/clutch/nonlinear.yaml", Model)
-    parameters = replace(
-        made.parameters,
-        inertia=estimate(2.5e-3, "kg m^2", 1e-4),
-        viscous=estimate(0.008, "N m s/rad", 1e-3),
-        coulomb=estimate(0.25, "N m", 0.01),
-        breakaway=estimate(0.25, "N m"),
-        offset=estimate(0.05, "N m"),
-    )
-    return replace(made, name="known", bench=load(bench, Bench), parameters=parameters, laws=None)
+    return known_model(load(bench, Bench))
 
 
 @pytest.fixture(scope="module")
@@ -204,10 +174,6 @@ def test_refuses_what_mjcf_cannot_represent(lugre: Model, plain: Model, tmp_path
     assert "no interval in the model: offset" not in mjcf_files(plain, ORIGIN, ())[1]
 
 
-def effort_of(time: np.ndarray[Any, np.dtype[np.float64]]) -> Any:
-    return 0.6 * np.sin(2 * np.pi * 0.5 * time) + 0.4 * np.sin(2 * np.pi * 1.7 * time)
-
-
 @pytest.fixture(scope="module")
 def log(mujoco: Any, plain: Model, bench: Path) -> Path:
     """A log of MuJoCo with known parameters."""
@@ -218,7 +184,7 @@ def log(mujoco: Any, plain: Model, bench: Path) -> Path:
     read.opt.timestep = 5e-5  # MuJoCo integrates with order 1
     data = mujoco.MjData(read)
     time = np.arange(8000) * 1e-3
-    current = effort_of(time) / 0.1
+    current = known_effort(time) / 0.1
     rows = ["time,position,current"]
     for at, drive in zip(time, current, strict=True):
         position = round(data.qpos[0] / 1e-5) * 1e-5
