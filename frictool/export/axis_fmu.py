@@ -71,8 +71,9 @@ MODES = {
 EVENTS = {"none": 0, "breakaway": 1, "stop": 2, "contact": 3, "end_stop": 4}
 NO_HARMONIC = LoadHarmonic(0.0, 0.0, 0.0)
 SMALLEST = sys.float_info.min  # smallest value of a parameter that must be above 0
-ANY = (-math.inf, math.inf)
-POSITIVE = (SMALLEST, sys.float_info.max)
+LARGEST = sys.float_info.max
+FINITE = (-LARGEST, LARGEST)
+POSITIVE = (SMALLEST, LARGEST)
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,7 @@ class AxisSetting:
     unit: str
     text: str
     least: float = 0.0
-    most: float = math.inf
+    most: float = LARGEST
     tunable: bool = True
     quantity: Quantity | None = None
 
@@ -155,7 +156,7 @@ def axis_fmu(
 
 def _summary(model: Model, settings: list[AxisSetting]) -> str:
     names = ", ".join(one.name for one in settings)
-    return f"communication step: any; {len(settings)} parameters: {names}"
+    return f"{len(settings)} parameters: {names}"
 
 
 def _has_backlash(model: Model) -> bool:
@@ -200,7 +201,7 @@ def _settings(model: Model, start_position: int) -> Iterator[AxisSetting]:
         ax.OFFSET,
         effort,
         "constant effort that opposes a positive drive",
-        *ANY,
+        *FINITE,
         quantity=today.offset,
     )
     yield AxisSetting(
@@ -245,8 +246,7 @@ def _settings(model: Model, start_position: int) -> Iterator[AxisSetting]:
         start_position,
         position,
         "position at the start",
-        -POSITIVE[1],
-        POSITIVE[1],
+        *FINITE,
         tunable=False,
     )
 
@@ -317,8 +317,8 @@ def _law_settings(model: Model) -> Iterator[AxisSetting]:
         )
     if model.bench.mechanics.travel is not None:
         unit = si_unit("position", model.axis)
-        yield AxisSetting("stop_low", al.STOP_PAIR, unit, "lower end stop", *ANY)
-        yield AxisSetting("stop_high", al.STOP_PAIR + 1, unit, "upper end stop", *ANY)
+        yield AxisSetting("stop_low", al.STOP_PAIR, unit, "lower end stop", *FINITE)
+        yield AxisSetting("stop_high", al.STOP_PAIR + 1, unit, "upper end stop", *FINITE)
         yield AxisSetting(
             "restitution",
             al.RESTITUTION,
@@ -356,7 +356,7 @@ def _load_settings(model: Model) -> Iterator[AxisSetting]:
                 HARMONICS + TERM_SIZE * row + column,
                 effort,
                 f"{text}, {word}",
-                *ANY,
+                *FINITE,
                 quantity=getattr(harmonic, word),
             )
 
@@ -432,8 +432,8 @@ def _parameters(
             "initial": "exact",
             "start": repr(starts[one.index]),
             **({"unit": one.unit} if one.unit else {}),
-            **({"min": repr(one.least)} if math.isfinite(one.least) else {}),
-            **({"max": repr(one.most)} if one.most < POSITIVE[1] else {}),
+            **({"min": repr(one.least)} if one.least > -LARGEST else {}),
+            **({"max": repr(one.most)} if one.most < LARGEST else {}),
             "description": one.text + _interval(one.quantity, model),
         }
         yield FmiVariable(FIRST_PARAMETER + one.index, "Float64", words)
@@ -446,4 +446,4 @@ def _interval(quantity: Quantity | None, model: Model) -> str:
     low, high = quantity.interval
     identified = getattr(quantity, "source", None) == "identified"
     confidence = f", confidence {model.confidence:g}" if identified else ""
-    return f"; interval {low!r} to {high!r}{confidence}"
+    return f"; interval {low:.6g} to {high:.6g}{confidence}"

@@ -34,7 +34,7 @@ def extracted(
     simulation = description.find("CoSimulation")
     assert simulation is not None
     library = target / f"{simulation.attrib['modelIdentifier']}.so"
-    command = [compiler or COMPILERS[0], *STRICT, *(options or ("-O2",)), "-shared", "-fPIC"]
+    command = [COMPILERS[0], *STRICT, "-O2", "-shared", "-fPIC"]
     done = subprocess.run(
         [*command, *source_files(folder), "-o", str(library), "-lm"],
         capture_output=True,
@@ -52,7 +52,6 @@ class Unit:
         from fmpy import read_model_description
         from fmpy.fmi3 import FMU3Slave
 
-        self.messages: list[str] = []
         self.description = read_model_description(str(folder), validate=True)
         self.variables = {one.name: one for one in self.description.modelVariables}
         self.slave = FMU3Slave(
