@@ -123,6 +123,18 @@ def default_precision(bench: Bench, sequence: ExcitationSequence) -> dict[str, f
     }
 
 
+def counts_of(bench: Bench, seeds: range) -> Iterator[PromiseCount]:
+    """Yield the counts of the test that reaches the precision of the default kind.
+
+    Raises NoSolutionError if no test reaches it.
+    """
+    default = excite(DEFAULT_KIND, bench, ExcitationSettings())
+    wanted = default_precision(bench, default)
+    start = time.process_time()
+    test = rehearsed_strokes(bench, PrecisionRequest(wanted))
+    yield from count(bench, test, seeds, TestCost(default.duration, time.process_time() - start))
+
+
 def _kept(row: TrialRow) -> bool:
     return row.half_width is not None and row.half_width <= row.promised
 
@@ -144,18 +156,12 @@ def main(arguments: list[str]) -> int:
     for bench in benches():
         if given.rig and bench.name not in given.rig:
             continue
-        default = excite(DEFAULT_KIND, bench, ExcitationSettings())
-        wanted = default_precision(bench, default)
-        start = time.process_time()
         try:
-            test = rehearsed_strokes(bench, PrecisionRequest(wanted))
+            for one in counts_of(bench, range(given.seed, given.seed + given.count)):
+                counts.append(one)
+                print(one.row(), flush=True)
         except NoSolutionError as error:
             print(f"{bench.name:<12}refused: {error}", flush=True)
-            continue
-        cost = TestCost(default.duration, time.process_time() - start)
-        for one in count(bench, test, range(given.seed, given.seed + given.count), cost):
-            counts.append(one)
-            print(one.row(), flush=True)
     total = sum(one.trials for one in counts)
     if total:
         print(f"kept {sum(one.kept for one in counts) / total:.1%}")
