@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import t as student
+import scipy
 
 from frictool.errors import LogError
 from frictool.identify.fit_result import Interval
@@ -112,7 +112,9 @@ def breakaway_over_rate(table: RateTable, confidence: float) -> BreakawayOverRat
         own = table.effort[index == k]
         single = own.size < FEWEST
         variance = pooled if single else float(np.var(own, ddof=1))
-        quantile = student.ppf(0.5 + 0.5 * confidence, freedom if single else own.size - 1)
+        quantile = scipy.special.stdtrit(
+            freedom if single else own.size - 1, 0.5 + 0.5 * confidence
+        )
         half = float(quantile) * math.sqrt(variance / own.size)
         at_rates.append(BreakawayAtRate(rate, Interval.around(float(mean[k]), half), own.size))
     low = min(one.mean.low for one in at_rates)
@@ -142,7 +144,7 @@ def _rise(
     if decades.size > 2:
         left = mean - np.mean(mean) - slope * x
         variance = float(left @ left) / (decades.size - 2)
-        quantile = float(student.ppf(0.5 + 0.5 * confidence, decades.size - 2))
+        quantile = float(scipy.special.stdtrit(decades.size - 2, 0.5 + 0.5 * confidence))
         square = max(square, quantile**2 * variance / float(x @ x))
     return Interval.around(slope, math.sqrt(square))
 

@@ -114,15 +114,16 @@ def allowed_fall(
     for fall in itertools.chain(*columns[1:]):
         if fall not in levels:
             levels[fall] = nominal(fall, limit)
+
+    def is_allowed(fall: StribeckFall) -> bool:
+        return levels[fall] <= limit or any(misfit(fall, limit) <= limit for misfit in ends)
+
     included: list[StribeckFall] = []
     for column in columns:
-        allowed = [
-            k
-            for k, fall in enumerate(column)
-            if levels[fall] <= limit or any(misfit(fall, limit) <= limit for misfit in ends)
-        ]
-        if allowed:
-            included += [column[max(allowed[0] - 1, 0)]]
-            included += [column[min(allowed[-1] + 1, len(column) - 1)]]
+        # only the outermost allowed falls count: what lies between them is not compared
+        first = next((k for k, fall in enumerate(column) if is_allowed(fall)), None)
+        if first is not None:
+            last = next(k for k in reversed(range(len(column))) if is_allowed(column[k]))
+            included += [column[max(first - 1, 0)], column[min(last + 1, len(column) - 1)]]
     value = IMMEDIATE if levels[IMMEDIATE] <= limit else best
     return StribeckVelocityRange(value, tuple(dict.fromkeys(included)))
