@@ -14,8 +14,11 @@ record (`methods`).
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Concatenate, ParamSpec, TypeVar
+from weakref import WeakKeyDictionary
 
 import numpy as np
 import scipy
@@ -37,9 +40,13 @@ ERRATIC = 0.5
 LONGEST_BRIDGE = 5.0  # periods; a longer interval of a jittering clock is a gap and ends a piece
 
 
-@dataclass(frozen=True)
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+@dataclass(frozen=True, eq=False)
 class MotionRecord:
-    """Uniformly sampled motion and effort of one log.
+    """Uniformly sampled motion and effort of one log; a record is equal to itself only.
 
     - position: measured or integrated position, (n,), rad | m
     - effort: measured effort, (n,), N m | N
@@ -82,6 +89,26 @@ class MotionRecord:
             if (signal := getattr(self, name)) is not None
         }
         return replace(self, **signals, piece=piece - piece[0])
+
+
+def once_per_record(
+    function: Callable[Concatenate[MotionRecord, P], R],
+) -> Callable[Concatenate[MotionRecord, P], R]:
+    """Return the function with its results kept as long as their record; for a few numbers.
+
+    Several methods and noise shares need the same figure of the same record.
+    """
+    kept: WeakKeyDictionary[MotionRecord, dict[tuple[object, ...], R]] = WeakKeyDictionary()
+
+    @functools.wraps(function)
+    def known(record: MotionRecord, *arguments: P.args, **named: P.kwargs) -> R:
+        values = kept.setdefault(record, {})
+        key = (*arguments, *named.items())
+        if key not in values:
+            values[key] = function(record, *arguments, **named)
+        return values[key]
+
+    return known
 
 
 def make_record(

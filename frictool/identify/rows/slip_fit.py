@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from frictool.documents.bench import Bench
 from frictool.identify.fit_result import Interval, SlidingFit, UnusableLogs
 from frictool.identify.methods import IdentificationSettings
-from frictool.identify.motion_record import MotionRecord
+from frictool.identify.motion_record import MotionRecord, once_per_record
 from frictool.identify.rows.effects import SmoothedMotion
 from frictool.identify.rows.load_columns import load_columns
 from frictool.identify.rows.load_terms import HARMONICS, SPRING, TERMS, with_laws
@@ -146,6 +146,7 @@ def _bearable_share(result: SlidingFit, confidence: float) -> float:
     return min(float(np.sqrt(BIAS_SHARE * deviation)), LARGEST_SHARE)
 
 
+@once_per_record
 def stroke_samples(record: MotionRecord) -> float:
     """Return the median length of the record's strokes in samples, 0 if nothing moves."""
     strokes = find_strokes(record)

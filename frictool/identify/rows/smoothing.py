@@ -31,7 +31,7 @@ import math
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from frictool.identify.motion_record import MotionRecord
+from frictool.identify.motion_record import MotionRecord, once_per_record
 from frictool.identify.rows.savitzky_golay import savitzky_golay
 from frictool.plant.weak_form import effort_weights
 from frictool.runtime.kernels import kernel
@@ -118,6 +118,7 @@ def choose_window(record: MotionRecord, stroke_samples: float, share: float) -> 
     return longest
 
 
+@once_per_record
 def _rms_acceleration(record: MotionRecord, window: int) -> float:
     """Return the rms of the acceleration, smoothed over `window`, from evenly spaced samples."""
     every = max(1, record.position.size // GRID_POINTS)
