@@ -40,6 +40,16 @@ def pytest_configure() -> None:
     console_output.json_text = checked  # type: ignore[attr-defined]  # replaced in tests
 
 
+@pytest.fixture(scope="module")
+def few_rehearsals() -> Iterator[None]:
+    """Rehearse each test twice: enough for what is decided, not for a promise of precision."""
+    from frictool.plan import rehearsal
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(rehearsal, "REHEARSALS", 2)
+        yield
+
+
 COST = "processor seconds"
 LEAST_S = 1.0  # a package that takes less is not listed
 

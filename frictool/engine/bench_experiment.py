@@ -11,6 +11,7 @@ at sample k acts `delay` samples later; before, the drive is 0. The record holds
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -19,7 +20,7 @@ from frictool.engine.axis_motion import advance, drive_from_now
 from frictool.engine.bench_position_loop import DERIVATIVE, INTEGRAL, PROPORTIONAL, REFERENCE_RATE
 from frictool.engine.closed_loop import measure
 from frictool.engine.status_codes import OK
-from frictool.plant.axis import CONSTANT, ENCODER_STEP, POSITION
+from frictool.plant.axis import CONSTANT, ENCODER_STEP, POSITION, VELOCITY
 from frictool.plant.position_load import with_load
 from frictool.runtime.kernels import inner_kernel, kernel
 from frictool.typing import IntVector, Vector
@@ -114,6 +115,44 @@ def play_reference(
         if status != OK:
             return status
     return OK
+
+
+@kernel
+def play_one_ramp(
+    axis: Vector,
+    state: Vector,
+    direction: float,
+    slope: float,
+    top: float,
+    pause: int,
+    samples: int,
+    period: float,
+    turn: float,
+    advance_on: float,
+    extremes: Vector,
+) -> tuple[bool, int]:
+    """Advance `state` (7,), in place, through one ramp of the drive [A | V] in a direction (1, -1).
+
+    The drive rests at 0 for `pause` samples and rises by `slope` per second up to `top`; the ramp
+    ends after `samples`, or once the axis has moved by `advance_on` or passed `turn` [rad | m]. An
+    infinite `advance_on` plays all samples. extremes (3,): lowest and highest position and largest
+    speed, updated. Returns whether the axis ends beyond `turn`, and a status of
+    engine/status_codes.py.
+    """
+    start = state[POSITION]
+    is_beyond = False
+    for k in range(samples):
+        command = direction * min(max(0, k - pause + 1) * slope * period, top)
+        status = advance(state, command, axis, period)
+        if status != OK:
+            return False, status
+        extremes[0] = min(extremes[0], state[POSITION])
+        extremes[1] = max(extremes[1], state[POSITION])
+        extremes[2] = max(extremes[2], abs(state[VELOCITY]))
+        is_beyond = direction * state[POSITION] > turn
+        if advance_on < math.inf and (is_beyond or abs(state[POSITION] - start) >= advance_on):
+            break
+    return is_beyond, OK
 
 
 @kernel

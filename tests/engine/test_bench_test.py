@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from frictool.engine.axis_motion import advance
-from frictool.engine.bench_experiment import play_ramps, play_reference
+from frictool.engine.bench_experiment import play_one_ramp, play_ramps, play_reference
 from frictool.engine.bench_position_loop import PositionServo
 from frictool.plant.axis import CONSTANT, DRIVE, DRIVE_LIMIT, LAG, POSITION, AxisParameters, rest
 from frictool.typing import Vector
@@ -178,3 +178,35 @@ def test_a_ramp_below_the_breakaway_moves_nothing_and_is_played_to_its_end(lag: 
     )
     assert used[0] == rows.size
     assert np.ptp(position) == 0.0
+
+
+def plain_ramp(
+    axis: AxisParameters, direction: float, turn: float, advance_on: float, samples: int
+) -> tuple[Vector, list[float]]:
+    """Return the last state and all positions of a ramp of 10 A/s that begins after 10 samples."""
+    p, state, positions = axis.as_array(), rest(0.0), [0.0]
+    for k in range(samples):
+        assert advance(state, direction * max(0, k - 9) * 10.0 * PERIOD, p, PERIOD) == 0
+        positions.append(state[POSITION])
+        is_over = direction * state[POSITION] > turn or abs(state[POSITION]) >= advance_on
+        if is_over and advance_on < math.inf:
+            break
+    return state, positions
+
+
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+@pytest.mark.parametrize(("turn", "advance_on"), [(5.0, 0.5), (0.2, 0.5), (0.2, math.inf)])
+def test_one_ramp_is_the_plain_loop(direction: float, turn: float, advance_on: float) -> None:
+    axis, samples = TRUTH, 600
+    wanted, positions = plain_ramp(axis, direction, turn, advance_on, samples)
+    state, extremes = rest(0.0), np.zeros(3)
+    ramp = (direction, 10.0, 100.0, 10, samples)
+    is_beyond, status = play_one_ramp(
+        axis.as_array(), state, *ramp, PERIOD, turn, advance_on, extremes
+    )
+    assert status == 0
+    assert positions[-1] != 0.0
+    assert (len(positions) <= samples) == (advance_on < math.inf)
+    assert np.array_equal(state, wanted)
+    assert is_beyond == (direction * positions[-1] > turn)
+    assert extremes[:2].tolist() == [min(positions), max(positions)]

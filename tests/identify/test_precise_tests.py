@@ -33,7 +33,6 @@ from frictool.identify.excite.stroke_candidates import (
 from frictool.identify.excite.stroke_design import FEWEST_PAIRS, best_within, shortest
 from frictool.identify.excite.stroke_profile import unit_profile
 from frictool.lmi.optimal_design import optimal_shares
-from frictool.plan import rehearsal
 from studies.command_line import CommandResult, run
 from studies.rigs.identification_rigs import CLUTCH, EMPS, clutch
 from tests.support.command_line import refused
@@ -177,10 +176,8 @@ def test_ramps_of_a_precision() -> None:
         precise_ramps(bench, PrecisionRequest({"breakaway": 1e-4}))
 
 
-def test_command_writes_test_ramps_and_promise(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(rehearsal, "REHEARSALS", 2)
+@pytest.mark.usefixtures("few_rehearsals")
+def test_command_writes_test_ramps_and_promise(tmp_path: Path) -> None:
     test, ramps, promise = (tmp_path / name for name in ("test.mcap", "ramps.mcap", "promise.yaml"))
     shown = json.loads(
         run(
@@ -212,6 +209,7 @@ def test_command_writes_test_ramps_and_promise(
     assert QUANTILE > 1.9
 
 
+@pytest.mark.usefixtures("few_rehearsals")
 def test_refusals_name_limit_and_remedy(tmp_path: Path) -> None:
     out = tmp_path / "test.mcap"
 

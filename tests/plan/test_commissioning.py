@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,7 @@ from frictool.errors import EXIT_NO, EXIT_NO_SOLUTION
 from frictool.identify.excite.bench_limits import limits_of
 from frictool.identify.from_logs import identify
 from frictool.logs.log import Log
-from frictool.plan import rehearsal, rehearsed_test
+from frictool.plan import rehearsed_test
 from frictool.plan.commissioning import PlanStep, next_step
 from frictool.plan.narrowed_model import exact_model, narrowed_bench
 from frictool.plan.rehearsal import HalfWidthSample
@@ -27,6 +26,8 @@ from frictool.simulate import play
 from frictool.simulate.default_servo import default_servo, feedforward
 from studies.command_line import run, run_checked
 from studies.promises.rigs import benches, truth
+
+pytestmark = pytest.mark.usefixtures("few_rehearsals")
 
 SPEC = """\
 format: spec/1
@@ -61,14 +62,6 @@ def played(step: PlanStep, number: int) -> Log:
         forward=feedforward(BELT, test),
     )
     return replace(log, source=f"log_{number}.mcap")
-
-
-@pytest.fixture(scope="module", autouse=True)
-def few_rehearsals() -> Iterator[None]:
-    """Rehearse each test twice: enough for the decisions, in a quarter of the time."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(rehearsal, "REHEARSALS", 2)
-        yield
 
 
 @pytest.fixture(scope="module")

@@ -26,12 +26,12 @@ import numpy as np
 
 from frictool.documents.bench import Bench
 from frictool.documents.quantity import Quantity
-from frictool.engine.axis_motion import advance
+from frictool.engine.bench_experiment import play_one_ramp
 from frictool.engine.status_codes import OK
 from frictool.errors import NoSolutionError
 from frictool.identify.excite.bench_limits import BenchLimits
 from frictool.identify.excite.excitation_sequence import ExcitationSequence, command_sequence
-from frictool.plant.axis import POSITION, VELOCITY, AxisParameters, rest
+from frictool.plant.axis import POSITION, AxisParameters, rest
 from frictool.typing import Vector
 
 LATENESS = 0.05  # growth of the effort until a count shows, relative to the breakaway
@@ -240,9 +240,7 @@ def _play(axis: AxisParameters, ramp: Ramp, period: float) -> SimulatedRamps:
     p = axis.as_array()
     state = np.asarray(rest(ramp.low if math.isfinite(ramp.low) else 0.0))
     used = {1.0: 0, -1.0: 0}
-    low = state[POSITION]
-    high = state[POSITION]
-    speed = 0.0
+    extremes = np.array([state[POSITION], state[POSITION], 0.0])
     moved = True
     rise = math.ceil(ramp.top / (ramp.rate * period))
     pause = round(PAUSE / period)
@@ -251,19 +249,23 @@ def _play(axis: AxisParameters, ramp: Ramp, period: float) -> SimulatedRamps:
         while not turned and used[side] < 4 * SEGMENTS and moved:
             start = state[POSITION]
             used[side] += 1
-            for k in range(pause + rise):
-                command = side * min(max(0, k - pause + 1) * ramp.rate * period, ramp.top)
-                if advance(state, command, p, period) != OK:
-                    raise NoSolutionError(
-                        "the simulation of the ramps failed; check the bench's mechanics"
-                    )
-                low, high = min(low, state[POSITION]), max(high, state[POSITION])
-                speed = max(speed, abs(state[VELOCITY]))
-                turned = side * state[POSITION] > (ramp.high if side > 0.0 else -ramp.low)
-                if not ramp.open_loop and (
-                    turned or abs(state[POSITION] - start) >= ramp.advance_on
-                ):
-                    break
+            turned, status = play_one_ramp(
+                p,
+                state,
+                side,
+                ramp.rate,
+                ramp.top,
+                pause,
+                pause + rise,
+                period,
+                ramp.high if side > 0.0 else -ramp.low,
+                math.inf if ramp.open_loop else ramp.advance_on,
+                extremes,
+            )
+            if status != OK:
+                raise NoSolutionError(
+                    "the simulation of the ramps failed; check the bench's mechanics"
+                )
             moved = state[POSITION] != start
             turned = turned or (math.isinf(ramp.high) and used[side] == SEGMENTS)
-    return SimulatedRamps(used[1.0], used[-1.0], float(low), float(high), speed, moved)
+    return SimulatedRamps(used[1.0], used[-1.0], *extremes.tolist(), moved)
