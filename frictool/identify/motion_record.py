@@ -101,7 +101,7 @@ def once_per_record(
     kept: WeakKeyDictionary[MotionRecord, dict[tuple[object, ...], R]] = WeakKeyDictionary()
 
     @functools.wraps(function)
-    def known(record: MotionRecord, *arguments: P.args, **named: P.kwargs) -> R:
+    def known(record: MotionRecord, /, *arguments: P.args, **named: P.kwargs) -> R:
         values = kept.setdefault(record, {})
         key = (*arguments, *named.items())
         if key not in values:

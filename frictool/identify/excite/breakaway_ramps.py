@@ -268,4 +268,5 @@ def _play(axis: AxisParameters, ramp: Ramp, period: float) -> SimulatedRamps:
                 )
             moved = state[POSITION] != start
             turned = turned or (math.isinf(ramp.high) and used[side] == SEGMENTS)
-    return SimulatedRamps(used[1.0], used[-1.0], *extremes.tolist(), moved)
+    low, high, speed = extremes.tolist()
+    return SimulatedRamps(used[1.0], used[-1.0], low, high, speed, moved)
