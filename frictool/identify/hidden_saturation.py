@@ -1,18 +1,21 @@
-"""Detection of a saturated effort whose flat tops are hidden by noise.
+"""Find an effort that saturates, softly or where noise hides its flat tops.
 
-A saturated effort stays at a level L although the motion needs more. The search fits
+A saturated effort stays below the effort that the motion needs. The search fits
 
-    effort = clip(inertia a + viscous v + coulomb s + offset + n, low, high)
+    effort = S(inertia a + viscous v + coulomb s + offset + stiffness x + declared loads)
+    S(u) = u (1 + |u/L|^p)^(-1/p)
 
-to the slipping samples, and the same equation without clip. The additional terms n are x, v |v|,
-and on a rotary axis sin x and cos x, so that a load over position or speed is not taken for a
-saturation. The parameters are fitted to the samples whose predicted effort is between the limits; a
-selection by the measured effort would bias the fit. The limits are near the extremes of the effort,
-on one or both sides.
+to the slipping samples, with a limit L for either sign. The sharpness p is low for a soft
+saturation (tanh) and high for a clip. The spring does not only stand for a spring: in a sine, x is
+the acceleration without its noise.
 
-The effort is saturated if three conditions hold: the clip at least halves the squared residual; the
-predicted effort exceeds a limit in a significant share of the samples; and in these samples the
-effort does not rise with the predicted effort.
+Loads and friction that vary over position and speed bend the effort, too. The rivals are such
+columns in a linear fit: x^2, s x, s x^2, v x, |v|, v^2, v |v|, s e^(-|v|/w), and on a rotary axis
+sin x and cos x. The effort is saturated if S compresses the largest efforts, and if it explains the
+effort
+
+- significantly better than the linear fit with the rivals, or
+- as well as the linear fit with the rivals, and much better than the linear fit without them.
 """
 
 from __future__ import annotations
@@ -20,109 +23,174 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 
 from frictool.documents.bench import Bench
 from frictool.identify.motion_record import MotionRecord
-from frictool.identify.rows.slip_fit import SMALLEST_SHARE, slipping_mask, stroke_samples
+from frictool.identify.rows.effects import SmoothedMotion
+from frictool.identify.rows.load_columns import load_columns
+from frictool.identify.rows.slip_fit import slipping_mask, stroke_samples
 from frictool.identify.rows.smoothing import choose_window, smoothed
 from frictool.identify.rows.strokes import find_strokes
-from frictool.typing import BoolVector, Matrix, Vector
+from frictool.typing import IntVector, Matrix, Vector
 
-MOST_ROWS = 4000  # rows of the fit; more are thinned out
+NOISE_SHARE = 0.03  # share of noise in the acceleration (`smoothing`)
+MOST_ROWS = 3000  # rows of the fit; more are thinned out
 FEWEST_ROWS = 200  # fewer rows are not judged
-EXTREME = 0.005  # share of the samples beyond the extreme of the effort, for its noise
-LEVELS = (1.0, 0.95, 0.9)  # limits relative to the extremes of the effort
-START = 0.9  # limits of the first selection, relative to those of the clip
-ROUNDS = 6  # selections by the predicted effort
-FEWEST_INSIDE = 0.3  # least share of the samples between the limits
-LEAST_GAIN = 0.5  # largest squared residual relative to that of the fit without clip
-LEAST_SHARE = 0.01  # least share of the samples beyond a limit
-FLAT = 0.2  # largest slope of the effort over the predicted one beyond the limits
-EXCESS = (1.05, 3.0)  # allowed range of the largest predicted effort relative to the limit
+SHARPNESS = (2.5, 12.0)  # p of a soft saturation and of a clip
+HIGHEST = 0.99  # share of the efforts below the scale, and of the samples below the top
+START = 1.1  # limits at the start, relative to the scale
+FARTHEST = 20.0  # largest factor between limit and scale
+MOST_EVALUATIONS = 60  # of S in one fit
+COMPRESSED = 0.05  # compression of the samples that count as saturated
+LEAST_COMPRESSION = 0.08  # mean compression of the top samples
+LARGEST_RESIDUAL = 0.15  # rms residual relative to the scale; a worse fit explains nothing
+BETTER = 0.9  # squared residual relative to that with the rivals
+AS_GOOD = 1.1
+MUCH_BETTER = 0.65  # squared residual relative to that without the rivals
+SURE = 2.0  # mean gain of a stroke in standard errors
+FEWEST_STROKES = 3
+SLOW = 0.1  # w relative to the top speed
 
 
 @dataclass(frozen=True)
 class HiddenSaturation:
-    """Level of a saturated effort, largest effort needed [N m | N], and share of the samples."""
+    """Level of a saturated effort and effort that the motion needs there, N m | N.
+
+    share: share of the slipping samples that are compressed
+    """
 
     level: float
     needed: float
     share: float
 
 
+@dataclass(frozen=True)
+class _Samples:
+    """Slipping samples: columns (n, k) of the model and of its rivals, effort (n,), stroke (n,)."""
+
+    model: Matrix
+    rivals: Matrix
+    effort: Vector
+    stroke: IntVector
+
+
 def hidden_saturation(record: MotionRecord, bench: Bench) -> HiddenSaturation | None:
-    """Return the saturation of a record's effort, or None."""
+    """Return the saturation of a record's effort, or None.
+
+    Raises UnusableLogs if a declared load needs a position that was not measured.
+    """
+    samples = _samples(record, bench)
+    if samples is None:
+        return None
+    scale = float(np.quantile(np.abs(samples.effort), HIGHEST))
+    effort = samples.effort / scale
+    values = _linear(samples.model, effort)
+    plain = (effort - samples.model @ values) ** 2
+    both = np.column_stack((samples.model, samples.rivals))
+    rivals = (effort - both @ _linear(both, effort)) ** 2
+    start = np.append(values, 2 * [np.log(START)])
+    soft, clip = (_saturating(samples.model, effort, p, start) for p in SHARPNESS)
+    sharper = _saturating(samples.model, effort, SHARPNESS[-1], soft.x)
+    best = min(soft, clip, sharper, key=lambda one: one.cost)
+    needed = samples.model @ best.x[:-2]
+    explained = effort - best.fun
+    compression = 1.0 - np.abs(explained) / np.maximum(np.abs(needed), 1e-9)
+    top = compression >= np.quantile(compression, HIGHEST)
+    if compression[top].mean() < LEAST_COMPRESSION or not _explains(
+        best.fun**2, plain, rivals, samples.stroke
+    ):
+        return None
+    return HiddenSaturation(
+        scale * float(np.abs(explained[top]).mean()),
+        scale * float(np.abs(needed[top]).mean()),
+        float(np.mean(compression > COMPRESSED)),
+    )
+
+
+def _samples(record: MotionRecord, bench: Bench) -> _Samples | None:
+    """Return the samples, each column with an rms of 1, or None if there are too few."""
     length = stroke_samples(record)
-    if record.velocity is not None or length == 0.0:
+    if length == 0.0:
         return None
-    regressors, effort = _rows(record, bench, choose_window(record, length, SMALLEST_SHARE))
-    if effort.size < FEWEST_ROWS:
-        return None
-    unclipped = _squares(effort - regressors @ _fit(regressors, effort))
-    low, high = np.quantile(effort, [EXTREME, 1.0 - EXTREME])
-    for level in LEVELS:
-        for lower, upper in ((low, high), (-np.inf, high), (low, np.inf)):
-            limits = level * lower, level * upper
-            predicted = _predicted(regressors, effort, limits)
-            if predicted is None:
-                continue
-            gain = _squares(effort - np.clip(predicted, *limits)) / unclipped
-            if gain < LEAST_GAIN and (found := _judged(effort, predicted, limits)) is not None:
-                return found
-    return None
-
-
-def _rows(record: MotionRecord, bench: Bench, window: int) -> tuple[Matrix, Vector]:
-    """Return the regressors (n, k), each with a norm of 1, and the effort (n,)."""
-    acceleration, velocity, effort = smoothed(record, window)
+    window = choose_window(record, length, NOISE_SHARE)
+    signals = smoothed(record, window)
     strokes = find_strokes(record)
-    slips = np.flatnonzero(slipping_mask(record, strokes, bench, velocity, window, 1))
+    mask = slipping_mask(record, strokes, bench, signals[1], window, 1)
+    slips = np.flatnonzero(mask)
+    if slips.size < FEWEST_ROWS:
+        return None
     rows = slips[:: max(1, slips.size // MOST_ROWS)]
-    v, x = velocity[rows], record.position[rows]
-    columns = [acceleration[rows], v, strokes.sign[rows], np.ones(rows.size), x, v * np.abs(v)]
+    loads = load_columns(SmoothedMotion(record, window, *signals, strokes.sign, mask), bench)
+    acceleration, v, effort = (signal[rows] for signal in signals)
+    sign = strokes.sign[rows]
+    position = record.position[rows]
+    x = position - position.mean()
+    fall = np.exp(-np.abs(v) / (SLOW * np.abs(v).max()))
+    rivals = [x**2, sign * x, sign * x**2, v * x, np.abs(v), v**2, v * np.abs(v), sign * fall]
     if bench.axis == "rotary":
-        columns += [np.sin(x), np.cos(x)]
+        rivals += [np.sin(position), np.cos(position)]
+    model = [acceleration, v, sign, np.ones(rows.size), x, *(load[rows] for load in loads.values())]
+    stroke = np.unique(strokes.number[rows], return_inverse=True)[1]
+    return _Samples(_of_size_one(model), _of_size_one(rivals), effort, stroke)
+
+
+def _of_size_one(columns: list[Vector]) -> Matrix:
     matrix = np.column_stack(columns)
-    size = np.linalg.norm(matrix, axis=0)
-    return matrix / np.where(size > 0.0, size, 1.0), effort[rows]
+    size = np.sqrt(np.mean(matrix**2, axis=0))
+    return np.asarray(matrix / np.where(size > 0.0, size, 1.0))
 
 
-def _predicted(regressors: Matrix, effort: Vector, limits: tuple[float, float]) -> Vector | None:
-    """Return the effort (n,) by a fit between the limits; None if too few samples lie there."""
-    low, high = limits
-    inside: BoolVector = (effort > START * low) & (effort < START * high)
-    for _ in range(ROUNDS):
-        if inside.mean() < FEWEST_INSIDE:
-            return None
-        predicted = regressors @ _fit(regressors[inside], effort[inside])
-        selected = (predicted > low) & (predicted < high)
-        if np.array_equal(selected, inside):
-            break
-        inside = selected
-    return np.asarray(predicted)
+def _linear(columns: Matrix, effort: Vector) -> Vector:
+    return np.asarray(np.linalg.lstsq(columns, effort, rcond=None)[0])
 
 
-def _judged(
-    effort: Vector, predicted: Vector, limits: tuple[float, float]
-) -> HiddenSaturation | None:
-    """Return the saturation if the effort is flat beyond the limits, or None."""
-    side = np.where(predicted > limits[1], 1.0, np.where(predicted < limits[0], -1.0, 0.0))
-    beyond = side != 0.0
-    share = float(beyond.mean())
-    if share < LEAST_SHARE:
-        return None
-    size = (side * predicted)[beyond]
-    slope = np.polyfit(size, (side * effort)[beyond], 1)[0] if np.ptp(size) > 0.0 else np.inf
-    top = int(np.argmax(size))
-    level = abs(limits[1] if side[beyond][top] > 0.0 else limits[0])
-    if abs(slope) > FLAT or not EXCESS[0] < size[top] / level < EXCESS[1]:
-        return None
-    return HiddenSaturation(level, float(size[top]), share)
+def _saturating(
+    columns: Matrix, effort: Vector, sharpness: float, start: Vector
+) -> scipy.optimize.OptimizeResult:
+    """Return the least-squares fit of S; the unknowns end with the logarithms of both limits."""
+
+    def parts(unknowns: Vector) -> tuple[Vector, Vector, Vector, Vector]:
+        needed = columns @ unknowns[:-2]
+        farthest = np.log(FARTHEST)
+        high, low = np.exp(np.clip(unknowns[-2:], -farthest, farthest))
+        limit = np.where(needed > 0.0, high, low)
+        ratio = np.clip(needed / limit, -FARTHEST, FARTHEST)
+        share = (1.0 + np.abs(ratio) ** sharpness) ** (-1.0 / sharpness)
+        return needed, limit, ratio * share, share ** (sharpness + 1.0)
+
+    def residual(unknowns: Vector) -> Vector:
+        _, limit, value, _ = parts(unknowns)
+        return np.asarray(effort - limit * value)
+
+    def jacobian(unknowns: Vector) -> Matrix:
+        needed, limit, value, slope = parts(unknowns)
+        by_limit = limit * value - needed * slope
+        return -np.column_stack(
+            (columns * slope[:, None], by_limit * (needed > 0.0), by_limit * (needed <= 0.0))
+        )
+
+    return scipy.optimize.least_squares(
+        residual, start, jacobian, method="lm", ftol=1e-5, max_nfev=MOST_EVALUATIONS
+    )
 
 
-def _fit(regressors: Matrix, effort: Vector) -> Vector:
-    return np.asarray(np.linalg.lstsq(regressors, effort, rcond=None)[0])
+def _explains(squares: Vector, plain: Vector, rivals: Vector, stroke: IntVector) -> bool:
+    """Return whether S explains the effort better than the linear fits; squared residuals (n,)."""
+    total = squares.sum()
+    if total > LARGEST_RESIDUAL**2 * squares.size:
+        return False
+    if total < BETTER * rivals.sum() and _surely_less(squares, rivals, stroke):
+        return True
+    return bool(
+        total < min(AS_GOOD * rivals.sum(), MUCH_BETTER * plain.sum())
+        and _surely_less(squares, plain, stroke)
+    )
 
 
-def _squares(values: Vector) -> float:
-    return float(values @ values)
+def _surely_less(one: Vector, other: Vector, stroke: IntVector) -> bool:
+    """Return whether the values `one` (n,) are less than `other` in the mean over strokes."""
+    gain = np.bincount(stroke, other - one)
+    if gain.size < FEWEST_STROKES:
+        return False
+    return bool(gain.mean() > SURE * gain.std(ddof=1) / np.sqrt(gain.size))
