@@ -14,8 +14,10 @@ columns in a linear fit: x^2, s x, s x^2, v x, |v|, v^2, v |v|, s e^(-|v|/w), an
 sin x and cos x. The effort is saturated if S compresses the largest efforts, and if it explains the
 effort
 
-- significantly better than the linear fit with the rivals, or
-- as well as the linear fit with the rivals, and much better than the linear fit without them.
+- better than the linear fit with the rivals, or
+- as well as the linear fit with the rivals, and much better than the linear fit without them,
+
+also without the stroke that supports this most.
 """
 
 from __future__ import annotations
@@ -48,7 +50,6 @@ LARGEST_RESIDUAL = 0.15  # rms residual relative to the scale; a worse fit expla
 BETTER = 0.9  # squared residual relative to that with the rivals
 AS_GOOD = 1.1
 MUCH_BETTER = 0.65  # squared residual relative to that without the rivals
-SURE = 2.0  # mean gain of a stroke in standard errors
 FEWEST_STROKES = 3
 SLOW = 0.1  # w relative to the top speed
 
@@ -177,20 +178,14 @@ def _saturating(
 
 def _explains(squares: Vector, plain: Vector, rivals: Vector, stroke: IntVector) -> bool:
     """Return whether S explains the effort better than the linear fits; squared residuals (n,)."""
-    total = squares.sum()
-    if total > LARGEST_RESIDUAL**2 * squares.size:
+    if squares.sum() > LARGEST_RESIDUAL**2 * squares.size or stroke.max() + 1 < FEWEST_STROKES:
         return False
-    if total < BETTER * rivals.sum() and _surely_less(squares, rivals, stroke):
-        return True
-    return bool(
-        total < min(AS_GOOD * rivals.sum(), MUCH_BETTER * plain.sum())
-        and _surely_less(squares, plain, stroke)
+    return _less(squares, BETTER * rivals, stroke) or (
+        _less(squares, AS_GOOD * rivals, stroke) and _less(squares, MUCH_BETTER * plain, stroke)
     )
 
 
-def _surely_less(one: Vector, other: Vector, stroke: IntVector) -> bool:
-    """Return whether the values `one` (n,) are less than `other` in the mean over strokes."""
+def _less(one: Vector, other: Vector, stroke: IntVector) -> bool:
+    """Return whether the sum of `one` (n,) is the lesser, with and without the clearest stroke."""
     gain = np.bincount(stroke, other - one)
-    if gain.size < FEWEST_STROKES:
-        return False
-    return bool(gain.mean() > SURE * gain.std(ddof=1) / np.sqrt(gain.size))
+    return bool(gain.sum() > max(gain.max(), 0.0))

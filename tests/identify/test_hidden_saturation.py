@@ -1,4 +1,7 @@
-"""An effort that saturates under its noise is refused; what the motion explains is kept."""
+"""An effort that saturates softly or under its noise is refused; what the motion explains is kept.
+
+Constant speeds, gravity, and friction that varies over direction and position must be kept.
+"""
 
 from __future__ import annotations
 
@@ -48,6 +51,26 @@ def noisy(effort: Vector, seed: int, low: float = -np.inf, high: float = np.inf)
     return np.asarray(np.clip(effort, low, high) + NOISE * peak * noise)
 
 
+def soft(effort: Vector, seed: int, share: float) -> Vector:
+    """Return the effort (n,) behind tanh with a limit at this share of its peak, with noise."""
+    peak = float(np.quantile(np.abs(effort), 0.999))
+    noise = np.random.default_rng(seed).standard_normal(effort.size)
+    return np.asarray(share * peak * np.tanh(effort / (share * peak)) + NOISE * peak * noise)
+
+
+def sine_rig(seed: int) -> tuple[Arm, Vector, Vector]:
+    """Return an arm under a servo on one sine, in which friction takes half of the peak effort."""
+    draw = np.random.default_rng([seed, 32])
+    rate, size, inertia = draw.uniform(3.0, 6.0), draw.uniform(0.4, 0.8), draw.uniform(0.1, 1.0)
+    inertial = inertia * size * rate**2
+    coulomb = draw.uniform(0.6, 0.9) * inertial
+    arm = Arm(inertia, 0.2 * inertial / (size * rate), coulomb, 1.1 * coulomb, counts=65_536)
+    loop = 12.0 * rate
+    gains = inertia * loop**2, 0.2 * inertia * loop**3, 1.6 * inertia * loop
+    command = np.minimum(TIME, 1.0) ** 2 * size * np.sin(rate * TIME)
+    return arm, *play(arm, command, gains)
+
+
 def record(arm: Arm, position: Vector, effort: Vector) -> MotionRecord:
     return make_record("log", TIME, position, effort, arm.step, 0.0)
 
@@ -81,6 +104,73 @@ def test_the_level_is_found_on_both_sides_and_on_one(
     assert found is not None
     assert found.level == pytest.approx(level, rel=0.1)
     assert found.needed > 1.05 * level
+
+
+@pytest.mark.parametrize("method", ["auto", "least-squares"])
+def test_a_soft_saturation_is_refused(tmp_path: Path, method: str) -> None:
+    """An amplifier that saturates like tanh attenuates the inertia by a quarter and more."""
+    arm, position, effort = rig(0)
+    log = write_log(tmp_path / "soft.csv", position, soft(effort, 0, 0.6))
+    model = tmp_path / "model.yaml"
+    bench = write_bench(tmp_path, arm)
+    result = run("identify", log, "--bench", bench, "--method", method, "-o", model)
+    refused(result, 1, "the effort stays near", "where the motion needs up to", "widen its range")
+    assert not model.exists()
+
+
+@pytest.mark.parametrize("share", [0.5, 0.8])
+@pytest.mark.parametrize("seed", RIGS)
+def test_a_soft_saturation_is_found(tmp_path: Path, seed: int, share: float) -> None:
+    arm, position, effort = rig(seed)
+    found = hidden_saturation(
+        record(arm, position, soft(effort, seed, share)), bench_of(tmp_path, arm)
+    )
+    assert found is not None
+    assert 1.05 * found.level < found.needed
+    top = np.abs(effort) > np.quantile(np.abs(effort), 0.99)
+    assert found.needed == pytest.approx(np.abs(effort[top]).mean(), rel=0.3)
+
+
+@pytest.mark.parametrize("share", [0.4, 0.5, 0.6])
+@pytest.mark.parametrize("seed", RIGS)
+def test_a_sine_that_saturates_most_of_the_time_is_refused(
+    tmp_path: Path, seed: int, share: float
+) -> None:
+    """A clip far below friction and inertia leaves hardly a sample between its limits."""
+    arm, position, effort = sine_rig(seed)
+    level = share * float(np.quantile(np.abs(effort), 0.999))
+    log = write_log(tmp_path / "sine.csv", position, noisy(effort, seed, -level, level))
+    bench = write_bench(tmp_path, arm)
+    result = run("identify", log, "--bench", bench, "--method", "least-squares")
+    refused(result, 1, "the measurement is saturated")
+
+
+@pytest.mark.parametrize("seed", RIGS)
+def test_a_sine_that_the_motion_explains_is_kept(tmp_path: Path, seed: int) -> None:
+    arm, position, effort = sine_rig(seed)
+    assert (
+        hidden_saturation(record(arm, position, noisy(effort, seed)), bench_of(tmp_path, arm))
+        is None
+    )
+
+
+@pytest.mark.parametrize("excess", ["direction", "position"])
+@pytest.mark.parametrize("seed", RIGS)
+def test_friction_that_varies_is_kept(tmp_path: Path, seed: int, excess: str) -> None:
+    """Friction that is larger in one direction, or at one end, bends the effort like a limit."""
+    arm, position, effort = rig(seed)
+    speed = np.gradient(position, PERIOD)
+    more = (
+        np.maximum(speed, 0.0) * arm.viscous
+        if excess == "direction"
+        else 0.5 * arm.coulomb * np.sign(speed) * position / np.ptp(position)
+    )
+    assert (
+        hidden_saturation(
+            record(arm, position, noisy(effort - more, seed)), bench_of(tmp_path, arm)
+        )
+        is None
+    )
 
 
 @pytest.mark.parametrize("gravity", [0.0, 2.0])
