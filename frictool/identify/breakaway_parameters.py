@@ -16,6 +16,7 @@ from frictool.identify.interval_checks import below_coulomb
 from frictool.identify.orientation import opposite_signs
 from frictool.identify.outcome import Outcome, accept, bench_interval, sliding_intervals
 
+NO_RAMPS = "no log of breakaway ramps was provided"
 POSITION_HIDES_INERTIA = (
     "friction and acceleration both vary along a stroke and cannot be separated; the bench's "
     "value is used; --method auto or weak separates them if friction in slip varies with position"
@@ -50,7 +51,7 @@ def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
     direction leave the offset unknown.
     """
     if not logs.ramps:
-        raise UnusableLogs("no log of breakaway ramps was provided")
+        raise UnusableLogs(NO_RAMPS)
     for record in logs.ramps:
         if record.velocity is not None:
             raise UnusableLogs(

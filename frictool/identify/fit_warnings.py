@@ -57,13 +57,13 @@ def replacement_warnings(
     ):
         return []
     values = ", ".join(
-        f"{name} {(one := free.parameters[name]).value:.4g} [{one.low:.4g}, {one.high:.4g}]"
+        f"{name} [{(one := free.parameters[name]).low:.4g}, {one.high:.4g}]"
         for name in replaced
     )
     return [
-        f"the bench's values replace {values} of the log, and raise the force error from "
-        f"{100 * free.force_error:.3g} % to {100 * final.force_error:.3g} %; correct them in the "
-        "bench, or record a log that determines them"
+        f"the bench's values replace {values}, and raise the force error from "
+        f"{100 * free.force_error:.3g} % to {100 * final.force_error:.3g} %; correct the bench, or "
+        "record a log that determines them"
     ]
 
 

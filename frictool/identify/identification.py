@@ -16,6 +16,7 @@ from frictool.identify import methods
 from frictool.identify.axis_logs import AxisLogs, sort_logs
 from frictool.identify.breakaway.rate_table import BreakawayOverRate
 from frictool.identify.breakaway_parameters import (
+    NO_RAMPS,
     with_breakaway,
     with_varying_breakaway,
     without_impossible_breakaway,
@@ -88,10 +89,13 @@ class NothingIdentified(UnusableLogs):
     def __init__(self, result: Identification, exit_code: int = EXIT_NO) -> None:
         self.result = result
         self.exit_code = exit_code
+        reasons = _by_reason(result.refused)
+        if len(reasons) > 1:
+            reasons.pop(NO_RAMPS, None)
         super().__init__(
             "; ".join(
-                reason if len(names) == len(PARAMETERS) else f"{', '.join(names)}: {reason}"
-                for reason, names in _by_reason(result.refused).items()
+                reason if len(reasons) == 1 else f"{', '.join(names)}: {reason}"
+                for reason, names in reasons.items()
             )
         )
 

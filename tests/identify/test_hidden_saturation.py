@@ -91,7 +91,7 @@ def test_an_effort_that_saturates_under_its_noise_is_refused(tmp_path: Path, met
     assert not model.exists()
 
 
-@pytest.mark.parametrize("share", [0.2, 0.3])
+@pytest.mark.parametrize("share", [0.2, 0.3, 0.6])
 @pytest.mark.parametrize(("lower", "upper"), [(True, True), (True, False), (False, True)])
 @pytest.mark.parametrize("seed", RIGS)
 def test_the_level_is_found_on_both_sides_and_on_one(

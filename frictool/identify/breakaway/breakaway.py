@@ -179,8 +179,8 @@ def _refuse_loaded(law: BreakawayOverPosition, bench: Bench) -> None:
             length, unit = si_unit("position", bench.axis), si_unit("effort", bench.axis)
             raise UnusableLogs(
                 f"the breakaway {side} is {level[least]:.3g} {unit} at {position[least]:.3g} "
-                f"{length}; allowed: above 0; a load (gravity, a spring) starts the axis there; "
-                "remove it, or name it in load.terms and add a log of sliding"
+                f"{length}; allowed: above 0; remove the load (gravity, a spring), or name it in "
+                "load.terms and add a log of sliding"
             )
 
 
