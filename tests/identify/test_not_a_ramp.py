@@ -110,7 +110,7 @@ def test_a_breakaway_that_a_load_decides_is_refused(tmp_path: Path) -> None:
     )
     result = run("identify", "--ramp", log, "--bench", bench)
     assert result.code == 1, result.stderr
-    assert "a load (gravity, a spring) starts the axis" in result.stderr
+    assert "remove the load (gravity, a spring)" in result.stderr
 
 
 def test_a_log_without_a_rest_that_is_named_as_ramps_is_refused(tmp_path: Path) -> None:
