@@ -57,8 +57,7 @@ def replacement_warnings(
     ):
         return []
     values = ", ".join(
-        f"{name} [{(one := free.parameters[name]).low:.4g}, {one.high:.4g}]"
-        for name in replaced
+        f"{name} [{(one := free.parameters[name]).low:.4g}, {one.high:.4g}]" for name in replaced
     )
     return [
         f"the bench's values replace {values}, and raise the force error from "

@@ -82,6 +82,8 @@ class NothingIdentified(UnusableLogs):
     """Error: the logs give neither inertia nor friction; `result` contains the reasons.
 
     The message names the parameters of each reason, unless one reason holds for all parameters.
+    It does not mention missing ramps if there is another reason.
+
     exit_code is 1 if no fit was possible, and 4 if a fit gave neither, or if position and drive
     have opposite signs.
     """
