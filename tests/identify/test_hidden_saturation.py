@@ -19,7 +19,7 @@ from studies.command_line import run
 from tests.identify.arm import PERIOD, Arm, play, write_bench, write_log
 from tests.support.command_line import refused
 
-TIME = np.arange(12_000) * PERIOD
+TIME: Vector = np.arange(12_000, dtype=np.float64) * PERIOD
 NOISE = 0.03  # standard deviation of the noise behind the clipping, relative to the peak effort
 RIGS = range(6)
 
