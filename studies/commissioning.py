@@ -1,4 +1,4 @@
-"""Commissions drawn actuators with `plan` on a simulated bench, and judges each controller.
+"""Commissioning of random actuators with `plan` on a simulated bench, with a judged controller.
 
     python -m studies.commissioning COUNT --seed TEXT
 
@@ -48,7 +48,7 @@ class Commissioning:
 
     - outcome: one of RIGHT, or the failure
     - tests, bench_s: number of tests and their duration together [s]
-    - broken: limits of the bench that a test broke
+    - broken: limits of the bench that a test exceeded
     """
 
     number: int
