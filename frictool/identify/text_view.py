@@ -9,9 +9,10 @@ from frictool.documents.laws import Load
 from frictool.documents.measurement import MEASURED
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, si_unit
+from frictool.identify.absolute_intervals import parameter_intervals
 from frictool.identify.breakaway.rate_table import rate_lines
 from frictool.identify.breakaway.stribeck_velocity import StribeckVelocityRange
-from frictool.identify.fit_result import CURVE, PARAMETERS, Explanation
+from frictool.identify.fit_result import PARAMETERS, Explanation
 from frictool.identify.from_logs import IdentifiedModel
 from frictool.identify.line_breaking import bounded
 from frictool.identify.methods import METHODS
@@ -193,6 +194,35 @@ def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
     )
 
 
+def parameter_lines(model: Model) -> list[str]:
+    """Return the table of the parameters.
+
+    Their intervals hold for the value of the drive constant. If the constant has an interval, a
+    further column has the intervals that include it.
+    """
+    rows = parameter_intervals(model)
+    constant = model.bench.actuator.constant
+    interval = constant.interval
+    with_absolute = interval[0] < interval[1]
+    width = max(len(row.name) for row in rows) + 2
+    absolute = f"{'absolute interval':<28}" if with_absolute else ""
+    lines = [
+        f"{'parameter':<{width}}{'value':>12}  "
+        f"{f'interval at {100 * model.confidence:g} %':<28}{absolute}{'unit':<12}source"
+    ]
+    for row in rows:
+        estimate = row.estimate
+        known = estimate.low is not None and estimate.high is not None
+        own = f"[{estimate.low:.5g}, {estimate.high:.5g}]" if known else "unknown"
+        ends = f"[{row.absolute.low:.5g}, {row.absolute.high:.5g}]" if known else "unknown"
+        absolute = f"{ends:<28}" if with_absolute else ""
+        lines.append(
+            f"{row.name:<{width}}{estimate.value:>12.5g}  "
+            f"{own:<28}{absolute}{estimate.unit:<12}{estimate.source}"
+        )
+    return lines
+
+
 def table(outcome: IdentifiedModel) -> str:
     """Return the whole identification as text."""
     model, result = outcome.model, outcome.result
@@ -200,20 +230,7 @@ def table(outcome: IdentifiedModel) -> str:
     lines.append(f"{result.method}: {METHODS[result.method].what}")
     chosen = result.fit is not None and result.fit.why
     lines.append(f"  chosen: {chosen}" if chosen else f"  right for {METHODS[result.method].when}")
-    rows = [name for name in (*PARAMETERS, *CURVE) if getattr(model.parameters, name) is not None]
-    width = max(map(len, rows)) + 2
-    lines.append(
-        f"{'parameter':<{width}}{'value':>12}  "
-        f"{f'interval at {100 * result.confidence:g} %':<28}{'unit':<12}source"
-    )
-    for name in rows:
-        estimate = getattr(model.parameters, name)
-        known = estimate.low is not None and estimate.high is not None
-        interval = f"[{estimate.low:.5g}, {estimate.high:.5g}]" if known else "unknown"
-        lines.append(
-            f"{name:<{width}}{estimate.value:>12.5g}  "
-            f"{interval:<28}{estimate.unit:<12}{estimate.source}"
-        )
+    lines += parameter_lines(model)
     if result.fit is not None:
         lines.append(
             f"{force_line(result.fit.force_error)}; condition {result.fit.condition:.3g}; "

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from frictool.adapters.parameter_intervals import absolute
 from frictool.documents.model import Model
 from frictool.documents.quantity import si_unit
 from frictool.logs.losses import as_rows, loss_count_text
@@ -131,8 +132,18 @@ def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
     estimate = outcome.estimate
     effort = si_unit("effort", model.axis)
     position = si_unit("position", model.axis)
+    constant = model.bench.actuator.constant
+
+    def with_constant(one: EstimateRange, unit: str = "") -> str:
+        """Return an estimate as text, with the interval that includes that of the constant."""
+        own = f"{_range(one)} {unit}".rstrip()
+        if estimate.scale is None:
+            return own
+        low, high = absolute(one.low, one.high, constant)
+        return f"{own}, absolute [{low:.4g}, {high:.4g}]"
+
     shown = [
-        ("wear", f"{_range(estimate.wear)}   ({100.0 * outcome.confidence:g} % interval)"),
+        ("wear", f"{with_constant(estimate.wear)}   ({100.0 * outcome.confidence:g} % interval)"),
         ("kind", KINDS[estimate.kind]),
     ]
     sides = (
@@ -141,12 +152,10 @@ def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
         ("added", estimate.added, effort),
     )
     shown += [
-        (f"  {name}", f"{_range(one)} {unit}".rstrip())
-        for name, one, unit in sides
-        if one is not None
+        (f"  {name}", with_constant(one, unit)) for name, one, unit in sides if one is not None
     ]
     shown += [
-        (f"  {zone.low:.4g} to {zone.high:.4g} {position}", _range(zone.wear))
+        (f"  {zone.low:.4g} to {zone.high:.4g} {position}", with_constant(zone.wear))
         for zone in estimate.zones
     ]
     if outcome.ratio is not None:
@@ -155,12 +164,12 @@ def facts(outcome: ObservationOutcome, model: Model) -> TextTable:
         shown.append(
             (
                 "scale",
-                f"{_range(estimate.scale)}   (uncertainty of the actuator's constant; it cancels "
-                "in a ratio)",
+                f"{_range(estimate.scale)}   (uncertainty of the actuator's constant, which the "
+                "absolute intervals include; it cancels in a ratio)",
             )
         )
     shown += [
-        (name.replace("_", " "), f"{_range(one)}   (relative to the model's)")
+        (name.replace("_", " "), f"{with_constant(one)}   (relative to the model's)")
         for name, one in estimate.others.items()
     ]
     shown += [("velocity", text) for text in _velocity(outcome, si_unit("velocity", model.axis))]

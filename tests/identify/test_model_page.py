@@ -8,8 +8,9 @@ import msgspec
 import numpy as np
 import pytest
 
+from frictool.adapters.parameter_intervals import absolute
 from frictool.documents.model import Model
-from frictool.documents.quantity import Estimate, Quantity
+from frictool.documents.quantity import Estimate
 from frictool.documents.registry import load
 from frictool.identify.model_page.evidence import (
     HeldOutPositions,
@@ -19,7 +20,7 @@ from frictool.identify.model_page.evidence import (
     position_spectrum,
 )
 from frictool.identify.model_page.friction_panels import band_half_width
-from frictool.identify.model_page.intervals import absolute_interval
+from frictool.identify.text_view import parameter_lines
 from frictool.typing import Vector
 
 ROOT = Path(__file__).parents[2]
@@ -55,10 +56,27 @@ def test_the_fit_is_100_for_equal_positions_and_0_for_the_mean() -> None:
         assert held_out.fit == pytest.approx(fit)
 
 
-def test_an_absolute_interval_includes_the_interval_of_the_constant() -> None:
-    estimate = Estimate(-1.0, -2.0, 3.0, "N m", source="identified")
-    interval = absolute_interval(estimate, Quantity(2.0, 1.0, 4.0, "N m/A"))
-    assert (interval.value, interval.low, interval.high) == (-1.0, -4.0, 6.0)
+def test_the_text_has_absolute_intervals_if_the_constant_has_an_interval() -> None:
+    """The clutch's constant is 13.4 in [12.8, 14.0] mN m/A; the bench's inertia needs none."""
+    found = {
+        name: Estimate(0.1, 0.09, 0.12, "N m", source="identified")
+        for name in ("coulomb", "offset", "breakaway")
+    }
+    parameters = msgspec.structs.replace(NONLINEAR.parameters, **found)
+    model = msgspec.structs.replace(NONLINEAR, parameters=parameters)
+    constant = model.bench.actuator.constant
+    head, inertia, viscous, *rows = parameter_lines(model)
+    assert "absolute interval" in head
+    assert inertia.count("[1.11e-05, 1.53e-05]") == 2
+    assert viscous.count("unknown") == 2
+    low, high = absolute(0.09, 0.12, constant)
+    assert len(rows) == 3
+    shown = f"[0.09, 0.12] [{low:.5g}, {high:.5g}] N m"
+    assert all(shown in " ".join(row.split()) for row in rows)
+    exact = msgspec.structs.replace(constant, low=None, high=None)
+    actuator = msgspec.structs.replace(model.bench.actuator, constant=exact)
+    bench = msgspec.structs.replace(model.bench, actuator=actuator)
+    assert "absolute" not in parameter_lines(msgspec.structs.replace(model, bench=bench))[0]
 
 
 def test_the_band_is_that_of_a_regression_line() -> None:

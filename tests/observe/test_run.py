@@ -13,6 +13,9 @@ from unittest import mock
 import numpy as np
 import pytest
 
+from frictool.adapters.parameter_intervals import absolute
+from frictool.documents.model import Model
+from frictool.documents.registry import load
 from frictool.documents.writing import to_yaml
 from frictool.logs.canonical.mcap_format import read_mcap
 from frictool.logs.log import Log, Stream
@@ -76,6 +79,17 @@ def test_the_estimates_are_a_log_with_units_and_provenance(
         == "frictool observe run model.yaml worn.mcap --confidence 0.9"
     )
     assert json.loads(log.metadata["estimate"]["wear"])["value"] == stream.signals["wear"][-1]
+
+
+def test_the_text_has_absolute_intervals(rig: SimpleNamespace) -> None:
+    """They include every constant of the bench's range, and a ratio needs none."""
+    result = observe(rig.model, rig.worn)
+    wear = found(rig.model, rig.worn)["wear"]
+    constant = load(rig.model, Model).bench.actuator.constant
+    low, high = absolute(wear["low"], wear["high"], constant)
+    assert low < wear["low"] < wear["high"] < high
+    (line,) = (one for one in result.stdout.splitlines() if one.startswith("wear  "))
+    assert f"absolute [{low:.4g}, {high:.4g}]" in line
 
 
 def test_a_worn_clutch_is_told_and_a_new_one_too(rig: SimpleNamespace) -> None:

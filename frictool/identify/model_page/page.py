@@ -6,12 +6,12 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from frictool.documents.quantity import Quantity, si_unit
+from frictool.identify.absolute_intervals import ParameterIntervals, parameter_intervals
 from frictool.identify.fit_result import PARAMETERS
 from frictool.identify.from_logs import IdentifiedModel
 from frictool.identify.methods import METHODS, IdentificationRequest
 from frictool.identify.model_page.evidence import held_out_positions, sliding_records, slip_samples
 from frictool.identify.model_page.friction_panels import friction_panels
-from frictool.identify.model_page.intervals import ParameterIntervals, parameter_intervals
 from frictool.identify.model_page.panel import FigurePanel, picture
 from frictool.identify.model_page.residual_panels import (
     interval_panel,

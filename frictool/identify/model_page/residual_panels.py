@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from frictool.documents.quantity import Axis, si_unit
+from frictool.identify.absolute_intervals import ParameterIntervals
 from frictool.identify.model_page.evidence import (
     HeldOutPositions,
     SlipSamples,
@@ -16,7 +17,6 @@ from frictool.identify.model_page.evidence import (
     position_spectrum,
 )
 from frictool.identify.model_page.friction_panels import MARGIN, SIDES
-from frictool.identify.model_page.intervals import ParameterIntervals
 from frictool.identify.model_page.panel import FORWARD, MEASURED, SIMULATED, FigurePanel, scatter
 from frictool.presentation.decimation import decimated_indices
 from frictool.presentation.svg import MUTED

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from frictool.adapters.parameter_intervals import absolute
 from frictool.documents.model import Model
 from frictool.documents.quantity import Estimate, Quantity
 from frictool.identify.fit_result import CURVE, PARAMETERS, Interval
 
-FORCES = PARAMETERS  # parameters that an error of the drive constant scales
+FORCES = PARAMETERS  # parameters that an error of the drive constant scales, unless of the bench
 
 
 @dataclass(frozen=True)
@@ -37,16 +38,6 @@ class ParameterIntervals:
         return 0.5 * (high - low) / value if value > 0.0 else float("inf")
 
 
-def absolute_interval(estimate: Estimate, constant: Quantity) -> Interval:
-    """Return the interval of an effort, including the interval of the drive constant.
-
-    An effort [N m | N] is the drive times the constant, so that both relative errors multiply.
-    """
-    scales = [end / constant.value for end in constant.interval]
-    ends = [scale * end for scale in scales for end in estimate.interval]
-    return Interval(estimate.value, min(ends), max(ends))
-
-
 def parameter_intervals(model: Model) -> list[ParameterIntervals]:
     """Return the intervals of all parameters of the model, in their usual order."""
     constant = model.bench.actuator.constant
@@ -55,11 +46,9 @@ def parameter_intervals(model: Model) -> list[ParameterIntervals]:
         estimate: Estimate | None = getattr(model.parameters, name)
         if estimate is None:
             continue
-        absolute = (
-            absolute_interval(estimate, constant)
-            if name in FORCES
-            else Interval(estimate.value, *estimate.interval)
-        )
+        ends = estimate.interval
+        if name in FORCES and estimate.source != "bench":
+            ends = absolute(*ends, constant)
         known = getattr(model.bench.mechanics, name, None)
-        rows.append(ParameterIntervals(name, estimate, absolute, known))
+        rows.append(ParameterIntervals(name, estimate, Interval(estimate.value, *ends), known))
     return rows
