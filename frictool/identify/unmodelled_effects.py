@@ -67,7 +67,8 @@ BINS = 24  # bins of positions, and of states (velocity, sign of the acceleratio
 SMOOTHER = 2.0  # factor on the smoothing windows of the second fit
 MOST_EFFECTS = 4  # largest number of effects that act together
 NOISY = 2.0 * SMALLEST_SHARE  # share of noise in the acceleration above which it is not used
-LIKE_ACCELERATION = ("delay", "resonance")  # effects that are not tried if it is noisy
+DELAY = "delay"
+LIKE_ACCELERATION = (DELAY, "resonance")  # effects that are not tried if it is noisy
 # largest effort of the effects relative to the measured effort (rms); columns that resemble the
 # sliding columns would have any effort
 LARGEST_EFFORT = 0.2
@@ -132,6 +133,7 @@ def widened(
     accepted = regression.accepted()
     smoother = _regression(fit, records, bench, confidence, SMOOTHER)
     moved = [] if smoother is None else [_of_window(regression, smoother)]
+    moved += _of_delay(fit, records, bench, confidence, regression)
     for one in (*accepted, *moved):
         for name, shift in one.shift.items():
             if name in parameters:
@@ -166,6 +168,49 @@ def _of_window(plain: _EffectRegression, smoother: _EffectRegression) -> Accepte
             size = float(np.sqrt(max(change**2 - chance, 0.0)))
             shift[name] = float(np.copysign(size, change))
     return AcceptedEffects((), 1.0, shift)
+
+
+def _of_delay(
+    fit: SlidingFit,
+    records: Sequence[MotionRecord],
+    bench: Bench,
+    confidence: float,
+    plain: _EffectRegression,
+) -> list[AcceptedEffects]:
+    """Return the changes by a pure delay, and by a lag, in place of their common first order.
+
+    The effort is moved by the estimated delay, or passes a lag; the column of the delay then only
+    takes up what is left. A measured effort that is late is not filtered, since the inverse of a
+    lag increases its noise.
+    """
+    late = fit.effects.get(DELAY)
+    if late is None:
+        return []
+    before = plain.intervals()
+    out = []
+    for move in (delayed, lagging) if late.value < 0.0 else (delayed,):
+        changed = [
+            replace(one, effort=move(one.effort, -late.value / one.period)) for one in records
+        ]
+        regression = _regression(fit, changed, bench, confidence)
+        after = {} if regression is None else regression.intervals()
+        shift = {n: after[n].value - before[n].value for n in plain.names if n in after}
+        out.append(AcceptedEffects((), 1.0, shift))
+    return out
+
+
+def delayed(effort: Vector, samples: float) -> Vector:
+    """Return the effort (n,) later by a number of samples, interpolated linearly."""
+    index = np.arange(effort.size, dtype=np.float64)
+    return np.asarray(np.interp(index - samples, index, effort))
+
+
+def lagging(effort: Vector, samples: float) -> Vector:
+    """Return the effort (n,) behind a first-order lag with a time constant in samples."""
+    pole = float(np.exp(-1.0 / samples))
+    return np.asarray(
+        scipy.signal.lfilter([1.0 - pole], [1.0, -pole], effort, zi=[pole * effort[0]])[0]
+    )
 
 
 def _hull(one: Interval, other: Interval) -> Interval:
@@ -247,7 +292,7 @@ class _EffectRegression:
             # no effect acts on a machine that obeys the model, so that all tests together have the
             # level; once one is accepted, each further one has it
             best = min(tried, key=lambda one: one[0], default=None)
-            if best is None or best[0] > level / (len(tried) if first else 1.0):
+            if best is None or best[0] > level / (1.0 if chosen else len(tried)):
                 break
             for significance, one in self._alike(best[1], tried) if first else [best]:
                 out += self._shifted([*chosen, one], significance)
