@@ -39,7 +39,7 @@ import scipy
 from frictool.documents.bench import Bench
 from frictool.documents.laws import Laws
 from frictool.documents.quantity import Quantity
-from frictool.identify.estimators.explanation_search import EQUAL, ExplanationSearch
+from frictool.identify.estimators.explanation_search import EQUAL, NOTICEABLE, ExplanationSearch
 from frictool.identify.estimators.hypothesis_rows import ReducedRows
 from frictool.identify.estimators.load_hypotheses import declared_term, harmonic, wave_numbers
 from frictool.identify.fit_result import (
@@ -60,13 +60,13 @@ from frictool.identify.regression.term_selection import beyond_chance
 from frictool.identify.rows.effects import Hypothesis
 from frictool.identify.rows.load_terms import RIPPLES, SPRING, TERMS, bench_with_terms, terms_of
 from frictool.identify.rows.regression_samples import RegressionSamples, with_fixed
-from frictool.identify.rows.slip_fit import SMALLEST_SHARE
+from frictool.identify.rows.slip_fit import LARGEST_SHARE
 from frictool.typing import IntVector, Vector
 
 BINS = 24  # bins of positions, and of states (velocity, sign of the acceleration)
 SMOOTHER = 2.0  # factor on the smoothing windows of the second fit
 MOST_EFFECTS = 4  # largest number of effects that act together
-NOISY = 2.0 * SMALLEST_SHARE  # share of noise in the acceleration above which it is not used
+NOISY = LARGEST_SHARE  # share of noise in the acceleration above which it is not used
 DELAY = "delay"
 LIKE_ACCELERATION = (DELAY, "resonance")  # effects that are not tried if it is noisy
 # largest effort of the effects relative to the measured effort (rms); columns that resemble the
@@ -83,18 +83,20 @@ class AcceptedEffects:
     - what: names of the effects in the order of acceptance
     - significance: p-value of the last effect
     - shift: change of each sliding parameter
+    - held_out: sum of the squared prediction errors with them, relative to that without them
     """
 
     what: tuple[str, ...]
     significance: float
     shift: Mapping[str, float]
+    held_out: float = 1.0
 
 
 @dataclass(frozen=True)
 class WidenedFit:
     """Fit with intervals that include unmodelled effects.
 
-    - what: most significant effect, or None if no effect is certain
+    - what: most significant effect, if it is certain and predicts noticeably better, or None
     - ratios: parameter -> ratio of the widths, for intervals that become much wider
     """
 
@@ -141,7 +143,8 @@ def widened(
                     parameters[name],
                     _moved(fit.parameters[name], shift, getattr(bench.mechanics, name)),
                 )
-    best = min(accepted, key=lambda one: one.significance, default=None)
+    noticeable = [one for one in accepted if one.held_out < NOTICEABLE]
+    best = min(noticeable, key=lambda one: one.significance, default=None)
     if best is None or best.significance > CERTAIN:
         return WidenedFit(replace(fit, parameters=parameters))
     ratios = {
@@ -347,7 +350,13 @@ class _EffectRegression:
         more = [one for one in hypotheses if one not in self.used]
         factor = self._plausible(more, hypotheses)
         shift = {name: factor * (values[name] - alone[name]) for name in self.names}
-        return [AcceptedEffects(tuple(one.what for one in more), significance, shift)]
+        before = self.rows.squares(self.used)
+        after = self.rows.squares(hypotheses)
+        held_out = 1.0
+        if before is not None and after is not None:
+            held_out = float(np.sum(after) / max(np.sum(before), 1e-300))
+        what = tuple(one.what for one in more)
+        return [AcceptedEffects(what, significance, shift, held_out)]
 
     def _values(self, hypotheses: Sequence[Hypothesis]) -> dict[str, float] | None:
         """Return the parameters of the fit with these hypotheses, or None if undetermined."""
