@@ -16,6 +16,8 @@ effects that were removed from the effort.
 3. Another window: a lag, a resonance and the encoder's noise have different effects in smoothing
    windows of different lengths. The significant part of the shift of d with windows of twice the
    length is added.
+4. Delay or lag: if the column of the delay is used, the shifts with the effort delayed exactly, and
+   behind a lag, are added. The column is the first order of both.
 
 The end of an interval on the side of the shift moves by the shift, so that the interval contains
 the shifted interval. The opposite end moves to a distance of sqrt(half^2 + shift^2) from the value,
