@@ -63,8 +63,8 @@ def test_a_long_hold_may_come_first() -> None:
             {"reference": rad(1.0), "ramp_to": rad(2.0), "duration_s": 1.0},
             "found reference and ramp_to",
         ),
-        ({"reference": rad(1.0)}, "duration_s belongs to"),
-        ({"hold_s": 20.0, "duration_s": 1.0}, "duration_s belongs to"),
+        ({"reference": rad(1.0)}, "duration_s: required with"),
+        ({"hold_s": 20.0, "duration_s": 1.0}, "duration_s: required with"),
     ],
 )
 def test_a_step_that_says_too_much_or_too_little_is_refused(
