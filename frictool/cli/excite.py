@@ -81,10 +81,7 @@ positive = FiniteRange(0.0, min_open=True)
 @click.option(
     "--amplitude",
     type=positive,
-    help=(
-        "Half of the peak-to-peak distance [rad | m]; for breakaway: drive at the top of the "
-        "ramps [A | V]."
-    ),
+    help=("Half of the peak-to-peak distance [rad | m], or top of the breakaway ramps [A | V]."),
 )
 @click.option(
     "--frequency",

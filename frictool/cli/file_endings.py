@@ -82,11 +82,7 @@ def check_ending(target: Path, writes: Sequence[str], chooses: bool, what: str =
     suffix = target.suffix.lower()
     if suffix in allowed or not (chooses or says_file(target)):
         return
-    said = (
-        "has the ending of another format"
-        if suffix and not chooses
-        else "does not state its format"
-    )
+    said = "has another ending" if suffix and not chooses else "states no format"
     raise click.UsageError(
         f"{target.name!r} {said}{what}; allowed endings: {alternatives(allowed)}."
     )

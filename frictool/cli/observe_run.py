@@ -75,7 +75,7 @@ be read or has lost data; else 0. The outputs are written in every case.
     type=existing,
     help=(
         "First log of the unit, or the --json output of its run; the limit then applies to the "
-        "ratio of both wears."
+        "ratio."
     ),
 )
 @click.option(
@@ -87,8 +87,8 @@ be read or has lost data; else 0. The outputs are written in every case.
     "--plot",
     type=NamedPath(True, ("SVG", "HTML"), True),
     help=(
-        "Write a picture of the estimates (.svg) or a page (.html); with several logs, "
-        "of the trend."
+        "Write a picture (.svg) or a page (.html) of the estimates, or of the trend of several "
+        "logs."
     ),
 )
 @click.option(

@@ -38,15 +38,12 @@ no controller meets the specification.
 
 @click.command("plan", help=HELP)
 @click.argument("bench", help="Rig (bench.yaml).", type=existing)
-@click.argument(
-    "logs", metavar="[LOG]...", nargs=-1, help="Logs of the tests so far.", type=existing
-)
+@click.argument("logs", metavar="[LOG]...", nargs=-1, help="Logs of played tests.", type=existing)
 @click.option("--spec", type=existing, required=True, help="Specification (spec.yaml).")
 @click.option(
     "--narrow",
     is_flag=True,
-    help="Design for the intervals of the logs only: the bench's ranges are unknown values, not "
-    "changes over the product's life.",
+    help="Design for the intervals of the logs only, and not for the ranges of the bench.",
 )
 @click.option(
     "--promise", type=NamedPath(writes=("YAML",)), help="Write the promise of the next test (YAML)."
@@ -54,8 +51,7 @@ no controller meets the specification.
 @click.option(
     "--model",
     type=NamedPath(writes=("YAML",)),
-    help="Write the model identified from the logs (YAML); with --narrow, its bench has the "
-    "intervals of the logs.",
+    help="Write the identified model (YAML); with --narrow, only with the intervals of the logs.",
 )
 @click.option(
     "-o",

@@ -66,9 +66,8 @@ that controller.
 --number runs the controller in float or fixed point as on the target; --target runs the exported C
 code, compiled here.
 
---excitation plays a test of `frictool excite` as the bench would. Ramps follow their rule. The
-bench's position controller follows a reference, with the position in encoder counts:
-{LAW}.
+--excitation plays a test of `frictool excite` as the bench would. Ramps follow their rule. A
+reference is followed by the bench's position controller: {LAW}.
 
 --as-bench MODEL TEST does the same without further options: the gains follow from the bench's delay
 and encoder, the loop has a feedforward computed with the bench's values, and the measured drive has
@@ -171,9 +170,7 @@ def command(
             raise click.UsageError(f"--excitation is played as on the bench; leave out {names}.")
         if as_bench:
             if gains.closed:
-                raise click.UsageError(
-                    "--as-bench chooses the gains; leave out the options for gains."
-                )
+                raise click.UsageError("--as-bench chooses the gains; leave them out.")
             log = as_bench_log(model, excitation, drive_noise, seed, output)
             _save(log, output, inputs)
         else:
@@ -183,13 +180,11 @@ def command(
         text = bench_text
     elif scenario is None:
         raise click.UsageError(
-            "give --controller and --scenario, or --excitation; for a mechanism, --scenario alone "
-            "also works."
+            "give --controller and --scenario, or --excitation; a mechanism needs only --scenario."
         )
     elif gains.closed or drive_noise is not None or seed is not None:
         raise click.UsageError(
-            "gains, --drive-noise and --seed belong to --excitation; a scenario states its noise "
-            "and seed itself."
+            "gains, --drive-noise and --seed belong to --excitation, not to a scenario."
         )
     elif target is not None and number is not None:
         raise click.UsageError(
@@ -242,8 +237,8 @@ def _bench_test(
         servo = gains.servo(plant.bench)
     if is_ramps(test) == closed:
         raise click.UsageError(
-            f"{excitation.name} contains ramps of the drive, which are played without a position "
-            "loop; leave out the gains."
+            f"{excitation.name} contains ramps of the drive, played without a position loop; "
+            "leave out the gains."
             if closed
             else (
                 f"{excitation.name} contains a reference; give --position-gain and --speed-gain "

@@ -23,7 +23,7 @@ def as_bench_log(
     """
     if is_mechanism(model):
         raise click.UsageError(
-            "--as-bench needs a model of an axis; for a mechanism, use --excitation with gains."
+            "--as-bench needs a model of an axis; a mechanism needs --excitation."
         )
     from frictool.documents.bench import DRIVE_NOISE_SHARE
     from frictool.documents.model import Model

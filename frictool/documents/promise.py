@@ -44,8 +44,7 @@ class Promise(
     - `duration`: Duration of the test.
     - `drive_noise`: Standard deviation of the measured drive that the promise assumes.
     - `half_widths`: Promised half widths of the intervals.
-    - `bounds`: Half widths that follow from the Cramér-Rao bound; no unbiased estimator has smaller
-      ones.
+    - `bounds`: Half widths by the Cramér-Rao bound, the least of any unbiased estimator.
     """
 
     format: Literal["promise/1"]

@@ -66,9 +66,7 @@ def table_files(
         files[f"{name}_frict_comp.csv"] = text
         notes.append(note)
     else:
-        notes.append(
-            "no frict_comp: the table contains currents, but the bench's drive is a voltage"
-        )
+        notes.append("no frict_comp: it needs currents, but the drive is a voltage")
     ripples = model.laws.load.ripples if model.laws and model.laws.load else ()
     if ripples:
         cogging, note = _moteus_table(model, ripples)

@@ -171,7 +171,7 @@ def _doubted(channel: str, choice: ColumnChoice) -> ColumnChoice:
         channel,
         "column",
         _quoted((choice.column,)),
-        "is it the torque or force of the drive? the file has no motion",
+        "is it the effort of the drive? the file has no motion",
     )
     return replace(choice, column=OPEN, questions=(*choice.questions, question))
 
@@ -245,7 +245,7 @@ def _choice(channel: str, contenders: Sequence[OfferedColumn], axis: Axis) -> Co
                 channel,
                 "column",
                 _quoted(names),
-                "is it this signal? its name is that of a connector",
+                "is it this signal? the name is of a connector",
             )
         )
     elif channel == EFFORT and first.name != EFFORT and not _JOINT_STATE.fullmatch(first.name):
