@@ -16,9 +16,16 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 from tests.support.documentation_pages import PAGES, ROOT, blocks
-from tests.support.documentation_player import COMMENT, DATA, first_missing, scratch
+from tests.support.documentation_player import (
+    COMMENT,
+    DATA,
+    first_missing,
+    run_notebook,
+    scratch,
+)
 
 
 def made(command: str, shown: list[str]) -> dict[str, Any]:
@@ -67,6 +74,16 @@ def _lines() -> Iterator[tuple[str, list[str]]]:
             )
 
 
+def runs_a_notebook() -> dict[str, Any]:
+    """Passed where the notebook of the tutorial of `plan` ends and prints its promise."""
+    path = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"
+    page = (ROOT / "docs/tutorial_plan.md").read_text(encoding="utf-8")
+    with tempfile.TemporaryDirectory() as folder, mock.patch.dict(os.environ, {"PATH": path}):
+        printed = run_notebook(page, scratch(Path(folder)))
+    return {"passed": "promise coulomb" in printed, "end": printed[-300:]}
+
+
 CHECKS: dict[str, Callable[[], dict[str, Any]]] = {
-    f"docs: {line}": partial(made, line, shown) for line, shown in _lines()
+    "docs: a notebook runs to its end": runs_a_notebook,
+    **{f"docs: {line}": partial(made, line, shown) for line, shown in _lines()},
 }

@@ -258,12 +258,12 @@ def test_a_clock_that_is_none_is_refused() -> None:
 def test_intervals_cover_on_a_few_seeds() -> None:
     """Count the intervals of 95 % that hold the truth; `make accept` counts those of 400 seeds.
 
-    Of 3 times 6 intervals, fewer than 14 would come twice in a thousand runs, and fewer than 4 of 6
-    as rarely.
+    Of 3 times 3 intervals, fewer than 6 would come 6 times in ten thousand runs, and none of 3
+    once.
     """
-    hits = [covered(seed) for seed in range(6)]
-    assert sum(hit[name] for hit in hits for name in ("viscous", "coulomb", "offset")) >= 14
-    assert sum(hit["inertia"] for hit in hits) >= 4
+    hits = [covered(seed) for seed in range(3)]
+    assert sum(hit[name] for hit in hits for name in ("viscous", "coulomb", "offset")) >= 6
+    assert any(hit["inertia"] for hit in hits)
     assert experiment(0)[0].inertia != experiment(1)[0].inertia
 
 

@@ -45,6 +45,7 @@ JUDGED = Decimal(
     "0.5"
 )  # by which a figure with a limit may differ, where it keeps to the same side
 HOLDS = {"<=": operator.le, ">=": operator.ge, "<": operator.lt, ">": operator.gt}
+NOTEBOOK_SECONDS = 1200  # of one cell: the first one may compile kernels
 DATA = Path(os.environ.get("FRICTOOL_DATA", ROOT.parent / "shared" / "data"))
 
 
@@ -88,6 +89,22 @@ def play(page: Path, folder: Path, patch: pytest.MonkeyPatch) -> str:
                 f"printed was\n{printed}"
             )
     return everything
+
+
+def run_notebook(text: str, folder: Path) -> str:
+    """Run the notebook of a page's text in `folder`, and return what its cells print."""
+    from nbclient import NotebookClient
+
+    from release.notebook import notebook
+
+    made = notebook(text)
+    resources = {"metadata": {"path": str(folder)}}
+    NotebookClient(
+        made, timeout=NOTEBOOK_SECONDS, kernel_name="python3", resources=resources
+    ).execute()
+    return "".join(
+        output.get("text", "") for cell in made.cells for output in cell.get("outputs", [])
+    )
 
 
 def _run(line: str, patch: pytest.MonkeyPatch) -> str:
