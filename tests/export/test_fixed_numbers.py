@@ -114,7 +114,7 @@ def test_header_states_fractions_ranges_and_the_proof(case: str, number: Program
             f"#define SPEED_{name.upper()}_LOW ({low})\n#define SPEED_{name.upper()}_HIGH "
             f"({high})\n" in header
         )
-    assert f"is {scaled.longest} < 2^{scaled.longest.bit_length()}, of 2^63" in header
+    assert f"is {scaled.longest} < 2^{scaled.longest.bit_length()} (limit: 2^63)" in header
     proved = re.findall(
         r"^ \* (\S+(?: \(\w+\))?) +(-?\d+) +(-?\d+) to (-?\d+)  ", header, flags=re.MULTILINE
     )
