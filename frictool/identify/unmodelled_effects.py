@@ -62,13 +62,13 @@ from frictool.identify.regression.term_selection import beyond_chance
 from frictool.identify.rows.effects import Hypothesis
 from frictool.identify.rows.load_terms import RIPPLES, SPRING, TERMS, bench_with_terms, terms_of
 from frictool.identify.rows.regression_samples import RegressionSamples, with_fixed
-from frictool.identify.rows.slip_fit import LARGEST_SHARE
+from frictool.identify.rows.slip_fit import SMALLEST_SHARE
 from frictool.typing import IntVector, Vector
 
 BINS = 24  # bins of positions, and of states (velocity, sign of the acceleration)
 SMOOTHER = 2.0  # factor on the smoothing windows of the second fit
 MOST_EFFECTS = 4  # largest number of effects that act together
-NOISY = LARGEST_SHARE  # share of noise in the acceleration above which it is not used
+NOISY = 2.0 * SMALLEST_SHARE  # share of noise in the acceleration above which it is not used
 DELAY = "delay"
 LIKE_ACCELERATION = (DELAY, "resonance")  # effects that are not tried if it is noisy
 # largest effort of the effects relative to the measured effort (rms); columns that resemble the
