@@ -1,1 +1,1 @@
-"""Time-domain simulation of a plant with its sampled controller: events, closed loop, batches."""
+"""Time-domain simulation of plants with dry friction, with and without a sampled controller."""

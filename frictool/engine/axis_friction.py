@@ -1,8 +1,8 @@
 """Friction of an axis by direction, speed, position and time at rest (plant/axis_friction_laws.py).
 
-All quantities are taken in the direction of motion: speed w >= 0. The current piece of the law
-follows from the state alone. A piece that a rising speed leaves is entered again only at a slightly
-lower speed, so that no motion can chatter between two pieces.
+All quantities are in the direction of motion: speed w >= 0. The state determines the current piece
+of the law, such as a speed regime. A rising speed leaves a piece at a slightly higher speed than
+that at which a falling speed enters it, so that no motion can chatter between two pieces.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def _mapped(p: Vector, maps: int, direction: float, x: float) -> float:
 
 @kernel
 def coulomb_at(p: Vector, direction: float, x: float) -> float:
-    """Return F_c of an extended axis [N m | N] at x [rad | m]."""
+    """Return F_c [N m | N] of an axis with friction laws at x [rad | m]."""
     return (
         _mapped(p, al.COULOMB_MAPS, direction, x)
         if p[al.MAPPED] > 0.0
@@ -62,7 +62,8 @@ def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
 def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
     """Return F_s after a long rest [N m | N] at x, and the fraction of F_s just after a stop.
 
-    The axis is extended. The fraction is limited from below so that the breakaway is at least F_c.
+    The axis has friction laws. The fraction is limited from below so that the breakaway is at least
+    F_c.
     """
     full = _rested_breakaway(p, direction, x)
     fresh = max(p[al.FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0
@@ -71,20 +72,20 @@ def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
 
 @kernel
 def breakaway_at(p: Vector, direction: float, x: float, rested: float) -> float:
-    """Return F_s of an extended axis after `rested` [s] at rest [N m | N]."""
+    """Return F_s [N m | N] of an axis with friction laws after `rested` [s] at rest."""
     full, fresh = strength(p, direction, x)
     return full * dwell_factor(rested, fresh, p[al.RISE_TIME])
 
 
 @inner_kernel
 def at_edge(state: Vector, p: Vector, direction: float) -> bool:
-    """Return True if the motor carries the load along in this direction."""
+    """Return True if the backlash is closed in this direction, so that the motor moves the load."""
     return bool(direction * state[ax.GAP] >= 0.5 * p[ax.BACKLASH])
 
 
 @inner_kernel
 def threshold(state: Vector, p: Vector, laws: Laws, direction: float) -> float:
-    """Return the effort [N m | N] that an axis at rest withstands in a direction.
+    """Return the largest effort [N m | N] in a direction under which an axis stays at rest.
 
     It is inf at an end stop.
     """
@@ -107,7 +108,7 @@ def distance_to_stop(p: Vector, x: float, direction: float) -> float:
 def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
     """Return distance [rad | m] and kind of the next boundary in this direction.
 
-    The kind is MAP_EDGE, an end of the range of the position polynomials, or END_STOP.
+    The kind is MAP_EDGE (an end of the travel of the position polynomials) or END_STOP.
     """
     length = distance_to_stop(p, x, direction)
     kind = END_STOP
@@ -125,7 +126,7 @@ def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
 def is_curved(state: Vector, p: Vector, direction: float) -> bool:
     """Return True if the friction varies with position, or nonlinearly with speed.
 
-    Call this function only for an extended axis whose motor carries the load.
+    The axis must have friction laws, and its backlash must be closed.
     """
     if abs(state[ax.VELOCITY]) < p[al.LAYER]:
         return True
@@ -151,7 +152,7 @@ def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
 
 @kernel
 def speed_band(p: Vector, w: float) -> tuple[float, float]:
-    """Return the lowest and highest speed of the piece of the law at w, for an extended axis."""
+    """Return the lowest and highest speed of the piece of the law at w, for an axis with laws."""
     lower = 0.0
     upper = math.inf
     for row in range(al.REGIMES, al.COULOMB_MAPS, al.REGIME_SIZE):
@@ -170,7 +171,7 @@ def slip_line(
 ) -> tuple[float, float]:
     """Return (coulomb, viscous) of a slip with linear friction.
 
-    driving: the motor carries the load.
+    driving: True if the backlash is closed, so that the motor moves the load.
     """
     if not driving:
         return p[ax.BACKLASH_COULOMB], 0.0

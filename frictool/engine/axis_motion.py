@@ -1,12 +1,12 @@
-"""Motion of one axis under a held command, from event to event, in closed form if there is one.
+"""Motion of one axis under a held command from event to event, in closed form if possible.
 
-    at rest    until the drive reaches the breakaway; exact solution of the drive's exponential
-    slipping   until the speed falls to zero or the backlash closes; solved to rounding
+    at rest    until the drive reaches the breakaway; exact from the drive's exponential slipping
+    until the speed falls to zero or the backlash closes; solved to rounding
                (engine/slip_closed_form.py)
 
-With laws (plant/axis_friction_laws.py) a slip also ends at a knee, at the layer of the Stribeck
-curve, at an end of the position polynomials and at an end stop. A breakaway that grows with the
-time at rest is compared with the drive's exponential (engine/drive_lag.py). If friction is
+With friction laws (plant/axis_friction_laws.py) a slip also ends at a knee, at the boundary of the
+Stribeck layer, at an end of the position polynomials and at an end stop. If the breakaway grows
+with the time at rest, engine/drive_lag.py computes when the drive exceeds it. If friction is
 nonlinear in speed or position, or a load follows the position (plant/position_load.py), the slip is
 integrated in steps (engine/slip_integration.py); otherwise it has a closed form.
 
@@ -306,8 +306,9 @@ def _is_held(state: Vector, command: float, p: Vector, laws: Laws) -> bool:
 def is_held(state: Vector, command: float, p: Vector) -> bool:
     """Return True if the axis rests and stays at rest as long as `command` [A | V] acts.
 
-    The drive tends monotonically to the command, and a breakaway does not fall at rest. The result
-    is False for an axis with a winding, whose drive is limited anew in each part of a period.
+    The drive tends monotonically to the command, and the breakaway does not fall at rest. The
+    result is False for an axis with a winding, because its drive limit changes in each part of a
+    period.
     """
     if state[ax.VELOCITY] != 0.0 or p[ax.RESISTANCE] > 0.0:
         return False
@@ -346,7 +347,7 @@ def drive_range(p: Vector, velocity: float) -> tuple[float, float]:
 
 @kernel
 def drive_from_now(state: Vector, command: float, p: Vector) -> float:
-    """Return the drive [A | V] that acts from now on, limited to `drive_range`.
+    """Return the present drive [A | V], limited to `drive_range`.
 
     With a lag it is the state of the drive, without a lag the command.
     """

@@ -1,12 +1,12 @@
 """Simulation of a bench test: a reference under the bench's position loop, or breakaway ramps.
 
     reference   position --[encoder]--> bench_position_loop.py --[delay]--> drive --> axis
-    ramps       rows of drive values; the encoder reading decides when a segment ends, and when the
-                direction changes (figure 4.6)
+    ramps       rows of drive values; segments end and directions change at certain encoder readings
+                (figure 4.6)
 
-The servo's rates are differences of encoder counts over a period, as on a bench. An effort computed
-at sample k acts `delay` samples later; before, the drive is 0. The record holds the measured
-`position` and `drive` (n,) at each sample.
+The position loop computes rates as differences of encoder counts over a period. An effort computed
+at sample k acts from sample k + `delay` on; until then the drive is 0. The result is the measured
+`position` (n,) and `drive` (n,) at each sample.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from frictool.typing import IntVector, Vector
 
 
 class ServoMemory(NamedTuple):
-    """Memory of the bench's position loop: last measurement, last reference, integral's effort."""
+    """Memory of the bench's position loop: last measurement, last reference, integral effort."""
 
     measured: float
     reference: float
@@ -38,7 +38,7 @@ class ServoMemory(NamedTuple):
 def servo_effort(
     servo: Vector, memory: ServoMemory, reference: float, measured: float, period: float
 ) -> tuple[float, ServoMemory]:
-    """Return the effort [N m | N] of the bench's loop at a sample, and the new memory.
+    """Return the effort [N m | N] of the bench's position loop at a sample, and its new memory.
 
     servo (5,): `PositionServo`.
     """
@@ -70,9 +70,9 @@ def next_place(
     rules: Vector,
     measured: float,
 ) -> RampProgress:
-    """Return the progress with the row to play at a sample; the row is `rows` if none is left.
+    """Return the progress with the next row of the drive; the row is `rows` at the end of the test.
 
-    The rules are those of `play_ramps`.
+    The arguments are those of `play_ramps`.
     """
     row = progress.row
     if measured > rules[2] if progress.segment > 0.0 else measured < rules[1]:
@@ -96,7 +96,7 @@ def play_reference(
     position: Vector,
     drive: Vector,
 ) -> int:
-    """Follow `reference` (n,) from `state` (7,), in place, and fill position and drive (n,).
+    """Follow `reference` (n,) from `state` (7,), in place; fill `position` and `drive` (n,).
 
     axis: plant/axis.py. load: plant/position_load.py. servo (5,): `PositionServo` in effort. The
     effort is limited by the axis's drive only. Returns a status of engine/status_codes.py.
@@ -171,12 +171,13 @@ def play_ramps(
     drive: Vector,
     played: IntVector,
 ) -> int:
-    """Play `rows` (n,) of the drive by the rules of a ramp test, and fill position and drive (n,).
+    """Apply the drive values `rows` (n,) of a ramp test; fill `position` and `drive` (n,).
 
-    segment (n,): its sign is the direction. following, turning (n,): first row of the next segment,
-    and of the next segment in the other direction; n if there is none. rules (3,) [rad | m]:
-    distance after which a segment ends, lower and upper position at which the direction changes.
-    played (1,): set to the number of rows played. Returns a status of engine/status_codes.py.
+    segment (n,): number of the segment of each row; its sign is the direction. following, turning
+    (n,): first row of the next segment, and of the next segment in the other direction; n if there
+    is none. rules (3,) [rad | m]: displacement after which a segment ends; lower and upper position
+    at which the direction changes. played (1,): set to the number of rows applied. Returns a status
+    of engine/status_codes.py.
     """
     p = with_load(axis, load)
     waiting = np.zeros(delay + 1)

@@ -1,13 +1,13 @@
-"""Axis under the position controller of the bench, without encoder: position and effort of a test.
+"""Axis under the position controller of the bench, without the encoder's quantisation.
 
     error = reference - position        integral' = I error
     effort = P error + integral + D d/dt (r reference - position)
 
-The controller is sampled once per period; rates are backward differences. r = 1 differentiates the
-error, r = 0 the position alone. A cascade of a position gain k_p and a speed gain k_v is P = k_v
-k_p, D = k_v, r = 0. The effort acts at once and is held, through the drive's lag if there is one.
-The loop contains no encoder: its quantization counts as noise of the log, so that the simulation is
-a smooth function of the axis's parameters.
+The controller is sampled once per period; rates are backward differences. With r = 1 the derivative
+is that of the error, with r = 0 that of the position. A cascade of a position gain k_p and a speed
+gain k_v has P = k_v k_p, D = k_v, r = 0. The effort acts without delay and is held for a period;
+the drive may have a lag. The encoder's quantisation is treated as noise of the log, so that the
+simulation is a smooth function of the axis's parameters.
 """
 
 from __future__ import annotations

@@ -1,11 +1,12 @@
-"""One mass on a support with friction: parameters, state and events as the engine stores them.
+"""One mass on a support with friction: arrays of its parameters, states and events.
 
              ◀── friction
     effort u ──▶ [ m ] ──▶ v          lower stop │        x        │ upper stop
 
-The friction law consists of a kernel `slip_force(v, direction, law)` and two breakaway forces. From
-the speed `straight_from` on, the law is to rounding a straight line, direction coulomb + viscous v.
-There the engine uses a closed form; below, in the Stribeck layer, it integrates in steps.
+The friction law consists of a kernel `slip_force(v, direction, law)` and two breakaway forces.
+Above the speed `straight_from`, the force equals the straight line direction coulomb + viscous v up
+to rounding; there the engine uses a closed form. Below it, in the Stribeck layer, the engine
+integrates in steps.
 """
 
 from __future__ import annotations
@@ -56,9 +57,9 @@ TOLERANCE_DEFAULT = 1e-8
 class FrictionBody:
     """Mass [kg | kg m2] with friction, SI; forces in N for a linear axis, N m for a rotary one.
 
-    slip_force: kernel (v, direction, law) -> force; law: its parameters. Pairs are (backward,
-    forward), all >= 0, before an `extension` multiplies them. `engine/law_simulation.py: body_of`
-    makes a body from a law of the registry.
+    slip_force: kernel (v, direction, law) -> force. law: parameters of the kernel. Pairs are
+    (backward, forward) and >= 0; an `extension` multiplies them. `engine/law_simulation.py:
+    body_of` returns the body of a friction law.
     """
 
     mass: float
@@ -95,7 +96,7 @@ class FrictionBody:
             (VISCOUS_BEYOND, self.viscous_beyond),
         ):
             if not all(0.0 <= side < math.inf for side in pair):
-                raise ValueError(f"friction is at least 0 in each direction, found {pair}")
+                raise ValueError(f"friction: found {pair}; allowed: at least 0 in each direction")
             array[base : base + 2] = pair
         array[LAYER:KNEE] = self.straight_from
         array[KNEE:] = self.knee, *self.stops, self.restitution, self.speed_scale, self.tolerance
@@ -105,20 +106,23 @@ class FrictionBody:
     def _check(self) -> None:
         """Raise ValueError for the first inequality that does not hold."""
         if not 0.0 < self.mass < math.inf:
-            raise ValueError(f"a mass is above 0 and finite, found {self.mass}")
+            raise ValueError(f"mass: found {self.mass}; allowed: above 0 and finite")
         if not 1e-14 <= self.tolerance <= 1e-2:
-            raise ValueError(f"a tolerance is between 1e-14 and 1e-2, found {self.tolerance}")
+            raise ValueError(f"tolerance: found {self.tolerance}; allowed: 1e-14 to 1e-2")
         if not 0.0 <= self.restitution < 1.0:
-            raise ValueError(f"a restitution is at least 0 and below 1, found {self.restitution}")
+            raise ValueError(
+                f"restitution: found {self.restitution}; allowed: at least 0 and below 1"
+            )
         if not self.stops[0] < self.stops[1]:
-            raise ValueError(f"the lower end stop lies below the upper one, found {self.stops}")
+            raise ValueError(
+                f"stops: found {self.stops}; allowed: a lower position, then a higher one"
+            )
         if not (
             self.straight_from >= 0.0 and self.speed_scale > 0.0 and self.knee >= self.straight_from
         ):
             raise ValueError(
-                "speeds are positive and the knee is not inside the layer, found "
-                f"straight_from {self.straight_from}, speed_scale {self.speed_scale}, "
-                f"knee {self.knee}"
+                f"found straight_from {self.straight_from}, speed_scale {self.speed_scale}, "
+                f"knee {self.knee}; allowed: positive speeds, and knee >= straight_from"
             )
         if self.extension is not None and (
             self.knee < math.inf or self.extension.table[DELAY] > 0.0

@@ -3,16 +3,17 @@
     sample k:  position --[encoder: floor(x/step) step]--> y[k] --[controller]--> u[k]
     --[delay_samples]--> held until k+1
 
-The counter of an incremental encoder changes at the edges and reports the edge below, hence floor.
-The command of sample k acts from sample k + delay_samples on; before the first one the command is
-zero. Both controller and axis limit the drive. A drive without lag jumps at the sample: the record
-contains its value after the jump.
+The counter of an incremental encoder changes at its edges and reports the edge below the position,
+hence floor. The command of sample k acts from sample k + delay_samples on; until the first command
+acts, the command is zero. Both controller and axis limit the drive. A drive without lag jumps at
+the sample; the record contains the value after the jump.
 
-A load that depends on position (plant/position_load.py) is integrated with the motion. At rest
-neither position nor load changes, so that an axis at rest stays exactly in position. The limit of a
-winding (plant/axis.py) is updated PARTS times per period, with the speed at the beginning of each
-part. Disturbances, drifts and faults are rows of engine/disturbances_and_faults.py, one per sample.
-A speed sensor, if the controller has one, reads the true speed at the sample.
+A load that depends on position (plant/position_load.py) is part of the integrated equations. At
+rest neither position nor load changes, so that the position of an axis at rest is exactly constant.
+The limit of a winding (plant/axis.py) is updated PARTS times per period, with the speed at the
+beginning of each part. Disturbances, drifts and faults are given by one row per sample
+(engine/disturbances_and_faults.py). A speed sensor, if the controller uses one, measures the true
+speed at the sample.
 """
 
 from __future__ import annotations
@@ -113,8 +114,8 @@ def advance_sample(
 
     axis (a,): parameters, followed by the load (plant/position_load.py `with_load`). p (a,):
     parameters under the conditions of the sample before. waiting (delay_samples + 1,): commands
-    that do not act yet. The loop passes p and waiting from sample to sample. Returns a status of
-    engine/status_codes.py.
+    that do not act yet. p and waiting are changed in place, for the next sample. Returns a status
+    of engine/status_codes.py.
     """
     acting, _ = begin_sample(axis, state, p, waiting, k, measured, command, row, conditions)
     parts = PARTS if axis[ax.RESISTANCE] > 0.0 else 1
@@ -138,9 +139,9 @@ def begin_sample(
     row: Vector,
     conditions: Vector,
 ) -> tuple[float, bool]:
-    """Fill the record's row (7,) of sample k; return the acting drive, and if `p` has changed.
+    """Fill the record's row (7,) of sample k; return the acting drive, and True if `p` has changed.
 
-    The arguments are those of `advance_sample`, which advances the axis under this drive.
+    The arguments are those of `advance_sample`.
     """
     slots = waiting.shape[0]
     waiting[k % slots] = command

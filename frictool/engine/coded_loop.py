@@ -1,8 +1,8 @@
-"""Closed loop of engine/closed_loop.py whose controller is machine code (control/machine_code.py).
+"""Closed loop of engine/closed_loop.py with a controller as machine code (control/machine_code.py).
 
-The record is that of `closed_loop.run`, bit by bit. A sample of the controller takes a sixth of the
-time of the interpreted program. While the axis rests under a command that cannot move it, a sample
-only lets the drive decay.
+The record equals that of `closed_loop.run` bit by bit. A sample of the controller takes a sixth of
+the time of the interpreted program. If the command cannot move the axis at rest, only the state of
+the drive is computed.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def replay_coded(
     velocity: Vector,
     returned: Vector,
 ) -> None:
-    """Write what a controller's machine code returns at each recorded sample to `returned` (n,).
+    """Run a controller's machine code over recorded samples; write its results to `returned` (n,).
 
     controller (v,), in place, and code: as in `run_coded`. reference, position, velocity (n,):
     inputs of the controller.

@@ -1,6 +1,7 @@
-"""Conditions that change during a run: external loads, parameter drifts, sensor faults.
+"""Conditions that change during a run: external efforts, parameter drifts, sensor faults.
 
-One row per sample, SI units. Each value holds from its sample to the next.
+The conditions are an array in SI units with one row per sample. Each value is constant until the
+next sample.
 
 ====  ===============  =========================================================================
 col.  name             meaning
@@ -8,7 +9,7 @@ col.  name             meaning
 0     DISTURBANCE      external effort on the axis [N m | N]; positive values drive forward
 1     FRICTION         factor of all dry friction: Coulomb, breakaway, their position maps, and
                        the friction inside the backlash
-2     VISCOUS_FACTOR   factor of the viscous coefficients of all regimes; knees stay
+2     VISCOUS_FACTOR   factor of the viscous coefficients of all regimes, not of the knees
 3     CONSTANT_FACTOR  factor of the drive's constant, in effort and back-electromotive force
 4     LOST             counts lost by the encoder so far; the reading is too low by this number
 5     ENCODER_FAULT    STUCK: the reading is frozen; INVALID: the reading is NaN; 0: no fault
@@ -16,8 +17,8 @@ col.  name             meaning
 7     SENSOR_GAIN      b of the drive's sensor; 1 without fault
 ====  ===============  =========================================================================
 
-The drive's inner loop makes the measured drive follow its command. With constant factors an axis
-behaves as one whose parameters are multiplied by them.
+The inner loop of the drive makes the measured drive equal its command. Constant factors have the
+same effect as parameters multiplied by them.
 """
 
 from __future__ import annotations
@@ -48,7 +49,7 @@ NO_CONDITIONS: Vector = np.empty((0, CONDITIONS_SIZE))
 
 
 def neutral(samples: int) -> Vector:
-    """Return conditions (samples, 8) without any effect."""
+    """Return conditions (samples, 8) that have no effect."""
     rows = np.empty((samples, CONDITIONS_SIZE))
     rows[:] = NEUTRAL
     return rows
@@ -83,7 +84,7 @@ def impose(axis: Vector, p: Vector, row: Vector) -> None:
 
 @kernel
 def changes_parameters(before: Vector, row: Vector) -> bool:
-    """Return True if `impose` gives other parameters for a row (8,) than for the row before."""
+    """Return True if a row (8,) gives other parameters (`impose`) than the row before."""
     return bool(
         row[DISTURBANCE] != before[DISTURBANCE]
         or row[FRICTION] != before[FRICTION]
@@ -94,7 +95,7 @@ def changes_parameters(before: Vector, row: Vector) -> bool:
 
 @kernel
 def true_command(command: float, limit: float, row: Vector) -> float:
-    """Return the drive [A | V] at which the drive's sensor shows the limited command.
+    """Return the true drive [A | V] for which the drive's sensor measures the limited command.
 
     A command that is not finite is returned unchanged.
     """
@@ -105,7 +106,7 @@ def true_command(command: float, limit: float, row: Vector) -> float:
 
 @kernel
 def faulty(reported: float, step: float, last: float, row: Vector) -> float:
-    """Return the encoder's reading [rad | m] if a sound encoder reads `reported`.
+    """Return the reading [rad | m] of an encoder with faults; without faults it is `reported`.
 
     last: reading at the sample before. step: resolution [rad | m].
     """

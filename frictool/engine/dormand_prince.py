@@ -1,4 +1,4 @@
-"""One step of the Dormand-Prince method 5(4), with dense output, for x' = v, v' = a, q' = x - r.
+"""One step of the Dormand-Prince method 5(4) with dense output, for x' = v, v' = a, q' = x - r.
 
 Coefficients: Dormand, Prince 1980; dense output: Hairer, Norsett, Wanner, Solving Ordinary
 Differential Equations I, II.6.
@@ -94,7 +94,7 @@ def _rate(slip: _Slip, t: float, x: float, v: float, q: float) -> float:
 
 @bare_kernel
 def fill_row(row: Vector, k: tuple[float, float, float, float, float, float, float]) -> None:
-    """Fill a row of slopes with the seven stages of a step."""
+    """Fill a row of slopes with the derivatives at the seven stages of a step."""
     row[0], row[1], row[2], row[3], row[4], row[5], row[6] = k
 
 
@@ -113,7 +113,7 @@ def layer_step(
 ) -> float:
     """Try one step of length h from y = (x, v, q) at t; return the error of v [m/s | rad/s].
 
-    start: acceleration at t. slopes (3, 7), rows x', v', q', is filled with the stages. `force(v,
+    start: acceleration at t. slopes (3, 7): filled with x', v', q' at the stages. `force(v,
     direction, law)` opposes the motion.
     """
     x, v, q = y[0], y[1], y[2]
@@ -153,9 +153,9 @@ def layer_step(
 
 @bare_kernel
 def dense_output(y: Vector, slopes: Vector, h: float, piece: Vector) -> None:
-    """Fill the first 5 terms of `piece` with the step as polynomials of the time since its start.
+    """Fill the first 5 columns of `piece` with polynomials of the time since the step's start.
 
-    There is one row for each of `slopes` (rows, 7).
+    `piece` and `slopes` (rows, 7) have one row for each state.
     """
     for row in range(slopes.shape[0]):
         piece[row, 0] = y[row]
@@ -170,7 +170,7 @@ def dense_output(y: Vector, slopes: Vector, h: float, piece: Vector) -> None:
 
 @bare_kernel
 def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) -> None:
-    """Fill `point` (n,) with the n states at which a stage is evaluated; slopes (7, n)."""
+    """Fill `point` (n,) with the states at which a stage is evaluated; slopes (7, n)."""
     for row in range(y.shape[0]):
         total = 0.0
         for j in range(stage):
@@ -180,7 +180,7 @@ def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) 
 
 @bare_kernel
 def local_error(row: int, h: float, slopes: Vector) -> float:
-    """Return the magnitude of the local error of one state."""
+    """Return the estimated local error (>= 0) of one state in a step."""
     total = 0.0
     for i in range(STAGES):
         total += ERRORS[i] * slopes[i, row]

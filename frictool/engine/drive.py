@@ -1,4 +1,4 @@
-"""Effort on the axis as a function of time and motion, in one form for all drives of the engine.
+"""Effort on a body as a function of time and motion, in one form for all drives.
 
     u(t) = offset + slope t + amplitude sin(frequency t + phase)
            - proportional (x - r) - derivative v - integral q
@@ -9,9 +9,9 @@ sine            amplitude, frequency, phase
 spring          proportional = stiffness, r = free end of the spring (3.7.2)
 PID             all three gains (3.40)
 
-The form is linear in time and state. With a fixed sign of the friction, the motion therefore has a
-power series with recursive coefficients. Time t counts from the start of the run, not of the
-segment.
+Apart from the sine, u is linear in time and state. With a fixed sign of the friction, the motion
+therefore has a power series with recursive coefficients. Time t is measured from the start of the
+run, not of the segment.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ from frictool.typing import Vector
 
 
 class EffortFunction(NamedTuple):
-    """Coefficients of the effort u(t), SI, units of a linear axis (rotary: N m, rad for N, m)."""
+    """Coefficients of the effort u(t) in SI units."""
 
     offset: float = 0.0  # N
     slope: float = 0.0  # N/s
@@ -59,7 +59,7 @@ class EffortFunction(NamedTuple):
         """
         array = np.array(self, dtype=np.float64)
         if not np.all(np.isfinite(array)):
-            raise ValueError(f"a drive needs finite coefficients, found {self}")
+            raise ValueError(f"a drive needs finite coefficients; found {self}")
         if self.frequency < 0.0:
             raise ValueError(
                 f"the frequency of a drive is at least 0 rad/s, found {self.frequency}"

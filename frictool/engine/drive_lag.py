@@ -60,12 +60,12 @@ def outgrowing_time(
     """Return the first t in [0, remaining] at which the drive reaches the breakaway, or NEVER.
 
     The drive's effort is settled - losing e^{-t/lag}, the breakaway is full dwell_factor(rested +
-    t). The effort is below the breakaway at t = 0; losing > 0 and lag > 0.
+    t). At t = 0 the effort must be below the breakaway; losing > 0 and lag > 0.
 
     With age = rise + rested and lost = (1 - fresh) full rise, the breakaway exceeds the effort by
     full - lost/(age + t) - settled + losing e^{-t/lag}. This difference falls while (age + t)^2
-    e^{-t/lag} > lost lag/losing. At most it rises, falls and rises again, so that its first zero is
-    on the falling part.
+    e^{-t/lag} > lost lag/losing. It has at most one falling part, between two rising parts, and its
+    first zero is on the falling part.
     """
     lost = (1.0 - fresh) * full * rise
     age = rise + rested

@@ -2,13 +2,13 @@
 
     m v' = u(t, x, v, q) - F(z, z', v)        x' = v        q' = x - r        z' = rate(z, v)
 
-These laws are reference models for the exact engine. They have no modes: in stick v is small, never
-zero. The integrator is a Rosenbrock method (engine/rosenbrock.py) with error control on v and z,
-because the contact relaxes in microseconds in slip and is as soft as the drive in stick.
+These laws are reference models for the exact engine. They have no modes: in stick v is small, but
+not zero. The integrator is an implicit Rosenbrock method (engine/rosenbrock.py) with error control
+on v and z, because the equations are stiff in slip, where the contact relaxes in microseconds.
 
-The memory of a law is updated after accepted steps only. The memory must register each reversal;
-therefore a step ends at each reversal. An extension (friction/law_extension.py) provides the levels
-for the current position and direction, and adds its knees. The derivatives neglect the change of
+The memory of a law is updated after accepted steps only. A step ends at each reversal, because the
+memory must register it. An extension (friction/law_extension.py) provides F_c and F_s for the
+current position and direction, and adds its knee force. The Jacobian neglects the change of
 friction with position, which is small compared with the contact stiffness.
 """
 
@@ -270,14 +270,13 @@ def run_dynamic(
     times: Vector,
     samples: Vector,
 ) -> tuple[int, float]:
-    """Simulate y = (x, v, q, z...), in place, from `start` [s] through successive drives.
+    """Simulate y = (x, v, q, z...), in place, from `start` [s] under successive drives.
 
-    The segments end at `ends` (s,) and have the `drives` (s, 10). laws: parameters forward and
-    backward and table of friction/law_extension.py, then a workspace for the current parameters;
-    without an extension the workspace holds the parameters of the law. moving: number of leading z
-    with a rate; the other z are memory. scales (n,): relative tolerance, reference speed [m/s], 0,
-    and a reference size for each z. times (n,): ascending, within the run; samples (n, 5) are
-    filled.
+    The segments end at `ends` (s,) and have the `drives` (s, 10). laws: arrays of a PackedExtension
+    (forward, backward, table), then a workspace for the current parameters; without an extension
+    the workspace contains the parameters of the law. moving: number of leading elements of z with a
+    rate; the others are memory. scales (n,): relative tolerance, reference speed [m/s], 0, and a
+    reference size for each z. times (n,): ascending, within the run; samples (n, 5) are filled.
 
     Returns a status of engine/status_codes.py and the time reached.
     """

@@ -1,19 +1,20 @@
-"""Replay of a measured effort through an axis (4.17), optionally corrected by measured motion.
+"""Simulation of an axis under a measured effort (4.17), optionally corrected by measured positions.
 
     effort[k] --> axis --> position[k+1], velocity[k+1]
 
 The effort is held for a period, or moves to effort[k+1] with the drive's lag.
 
-Most samples contain no event. While the axis slips in one direction under linear friction, the
-motion over a period is that of a linear system with coefficients computed once. An exact test
-excludes events: under the lower of the two efforts of a period the axis is slower throughout, so
-that a slip that lasts under the lower effort lasts under the real one. All other samples go to
-engine/axis_motion.py. A load that depends on position (plant/position_load.py) is held over a
-period at its value half a period ahead, an error of second order in the period.
+Most periods contain no event. While the axis slips in one direction under linear friction, the
+motion over a period is that of a linear system with coefficients computed once. A test excludes
+events exactly: under the lower of the two efforts of a period the axis is slower at every instant,
+so that a slip that does not end under the lower effort does not end under the real one. All other
+periods are simulated by engine/axis_motion.py. A load that depends on position
+(plant/position_load.py) is constant over a period, with its value in the middle of the period; the
+error is of second order in the period.
 
 The correction is that of a stationary observer: before each period, `gains` times (measured -
-position) is added to position and velocity. With zero gains the replay is an open-loop simulation.
-With the gains of a Kalman filter, measured - position are the innovations.
+position) is added to position and velocity. With zero gains, the simulation is open loop. With the
+gains of a Kalman filter, measured - position is the innovation.
 """
 
 from __future__ import annotations
@@ -36,18 +37,18 @@ FREE = np.zeros(2)  # gains without correction
 
 
 def replay_parameters(axis: AxisParameters) -> Vector:
-    """Return the kernels' array of an axis whose command is the measured effort [N m | N] itself.
+    """Return the parameter array of an axis whose command is an effort [N m | N].
 
-    It has a drive constant of 1 and no limits of the drive.
+    The drive constant is 1, and the drive has no limits.
     """
     return axis._replace(constant=1.0, drive_limit=math.inf, resistance=0.0).as_array()
 
 
 @kernel
 def period_coefficients(p: Vector, period: float, out: Vector) -> None:
-    """Fill out (2, 6), backward and forward, with the coefficients of a slip through one period.
+    """Fill `out` (2, 6) with the coefficients of a slip over one period, backward and forward.
 
-    The first is the Coulomb friction; the others belong to speed and distance
+    Column 0 is the Coulomb friction; the others are factors of the speed and the distance
     (engine/slip_closed_form.py).
     """
     rate = 1.0 / p[ax.LAG] if p[ax.LAG] > 0.0 else 0.0
@@ -67,7 +68,7 @@ def period_coefficients(p: Vector, period: float, out: Vector) -> None:
 def slip_through_period(
     state: Vector, first: float, last: float, command: float, p: Vector, c: Vector
 ) -> bool:
-    """Let the axis slip through a period in closed form; return False if an event may lie in it.
+    """Advance a slipping axis by a period in closed form; return False if it may contain an event.
 
     c (2, 6): `period_coefficients`. If False is returned, the state is unchanged.
     """
@@ -122,7 +123,7 @@ def replay(
     positions: Vector,
     velocities: Vector,
 ) -> int:
-    """Replay `effort` (n,) [N m | N] from `state` (7,), in place.
+    """Simulate the axis under `effort` (n,) [N m | N] from `state` (7,), in place.
 
     p: `replay_parameters`. load: plant/position_load.py. measured (n,): measured positions [rad |
     m]. gains (2,): gains of the correction [-, 1/s]; `measured` is ignored if both are zero. Fills

@@ -1,14 +1,14 @@
 """Events that end a piece of slip with extended friction, and the state after them.
 
-It works as slip_events.py, with more state:
+The functions are like those of slip_events.py, with a larger state:
 
     state (8,)   that of engine/body.py, then the film's lagged velocity, the time at rest, the
                  number of knees passed
 
-The time at rest counts from the stop, or from the start of a run that begins at rest; during slip
-it is the duration of the last rest. A pure delay of the film is not supported: the motion after an
-event would depend on all pieces within the preceding delay, and each of their kinks would return as
-an event. The fixed-step laws support it (engine/fixed_step_laws.py).
+The time at rest is measured from the stop, or from the start of a run that begins at rest; during
+slip it is the duration of the last rest. A pure delay of the film is not supported: the motion
+after an event would depend on all pieces within the preceding delay, and each of their kinks would
+cause a further event. The fixed-step laws support it (engine/fixed_step_laws.py).
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ from frictool.typing import Vector
 
 @kernel
 def locate(laws: ExtendedLaws, body: Vector, state: Vector) -> None:
-    """Set layer side and speed regime of the state; without a lag also the film's velocity."""
+    """Set the state's side of the layer and speed regime; without a lag also the film velocity."""
     table = laws[2]
     if table[LAG] == 0.0:
         state[FILM] = state[fb.VELOCITY]
@@ -125,7 +125,7 @@ def extended_arrival(
     towards: float,
     span: float,
 ) -> int:
-    """Update the state after an event; return the event, RESTS_AT_STOP if a rebound is too slow."""
+    """Update the state after an event; return the event, RESTS_AT_STOP for a slow rebound."""
     body = driven.body
     if kind == fb.PASSES_KNEE:
         _pass_knee(laws, state)

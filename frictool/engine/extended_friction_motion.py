@@ -1,13 +1,13 @@
 """Motion of a body with extended friction (friction/law_extension.py), one piece per call.
 
-    at rest    the threshold grows with the time at rest and as the film decays; since it never
-               falls, an interval can be proven to contain no breakaway
-    in slip    Dormand-Prince with error control on speed and film, everywhere: levels that vary
+    at rest    the breakaway threshold grows with the time at rest and as the film decays; since it
+               never falls, an interval can be proved to contain no breakaway
+    in slip    Dormand-Prince with error control on speed and film, because F_c and F_s that vary
                with position have no closed form
 
-Within a slip the integrand is smooth, because four quantities are constant: the direction, the
-speed regime between two knees, the side of the Stribeck layer, and the time at rest before the
-slip. The time at rest sets the breakaway from which the Stribeck curve falls.
+Within a piece of slip the derivatives are smooth, because four quantities are constant: the
+direction, the speed regime between two knees, the side of the Stribeck layer, and the time at rest
+before the slip. The time at rest determines F_s, the value of the Stribeck curve at v = 0.
 """
 
 from __future__ import annotations
@@ -77,9 +77,9 @@ def slip_friction(
 def threshold(
     driven: DrivenBody, laws: ExtendedLaws, x: float, direction: float, rested: float, w: float
 ) -> float:
-    """Return the effort that a body at rest withstands in a direction.
+    """Return the largest effort in a direction under which a body stays at rest.
 
-    This effort is the breakaway, less the amount by which a remaining film lowers the friction at
+    This effort is the breakaway, minus the amount by which a remaining film lowers the friction at
     the start of a slip.
     """
     force, body = driven.force, driven.body
@@ -302,7 +302,7 @@ def slip_piece(
     slopes: Vector,
     piece: Vector,
 ) -> tuple[float, int]:
-    """Take one accepted step of x, v, q and the film; return its length [s] and a status.
+    """Take one accepted step of x, v, q and the film velocity; return its length [s] and a status.
 
     pace (3,): as in `motion_pieces.layer_piece`. slopes (7, 4).
     """

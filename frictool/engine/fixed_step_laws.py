@@ -1,13 +1,13 @@
-"""Laws that are printed for a fixed step: hybrid A, B, C (3.28)-(3.39), and banded (2.32), (2.35).
+"""Laws with a fixed time step: hybrid A, B, C (3.28)-(3.39), and banded laws (2.32), (2.35).
 
-The step T_e is a parameter of these models, not a tolerance: (3.11) limits T_e by the switching
-velocity. Each step is a midpoint rule with the mode held; the mode is determined at its start. x'
-is the velocity that the law reports (Karnopp's v_m is 0 in the band), and so is the velocity in the
-drive's derivative term.
+The step T_e is a parameter of these laws, not a tolerance: (3.11) limits T_e by the switching
+velocity. Each step is a midpoint rule with a constant mode, which is determined at its start. x'
+and the drive's derivative term use the velocity that the law reports (Karnopp's v_m is 0 in the
+band).
 
-Extensions (friction/law_extension.py) are those of the exact engine, with the levels for position,
-direction and time at rest of the step. A pure delay of the film is a whole number of steps. A film
-does not affect the banded laws: their friction in slip has no Stribeck effect.
+Extensions (friction/law_extension.py) are those of the exact engine; F_c and F_s are constant in
+each step. A pure delay of the film is a whole number of steps. A film does not affect the banded
+laws, because their friction in slip has no Stribeck effect.
 """
 
 from __future__ import annotations
@@ -156,9 +156,10 @@ def run_hybrid(
 ) -> tuple[int, float, int]:
     """Simulate state = (x, v, q) and z, in place, from stick at `start` [s] to ends[-1].
 
-    step [s]: length of a step. ends (s,), drives (s, 10): each step uses the drive at its middle.
-    times (n,): ascending; samples (n, 5) are those of the step with the nearest start. events (m,
-    4). laws: as in `dynamic_law.run_dynamic`. past (n + 1,): workspace for a delay of n steps.
+    step [s]: length of a step. ends (s,), drives (s, 10): ends and drives of the segments; each
+    step uses the drive at its middle. times (n,): ascending; samples (n, 5) are those of the step
+    with the nearest start. events (m, 4): filled. laws: as in `dynamic_law_motion.run_dynamic`.
+    past (n + 1,): workspace for a delay of n steps.
 
     Returns a status of engine/status_codes.py, the time reached, and the number of events.
     """
@@ -270,7 +271,7 @@ def run_band(
     samples: Vector,
     events: Vector,
 ) -> tuple[int, float, int]:
-    """Simulate as `run_hybrid`, for a law whose velocities up to `band` count as rest.
+    """Simulate like `run_hybrid`, for a law in which velocities up to `band` count as rest.
 
     The laws are those of (2.32) and (2.35)-(2.36).
     """

@@ -1,12 +1,12 @@
-"""Simulation of any law of friction/law_registry.py through successive drives.
+"""Simulation of a mass with any law of friction/law_registry.py under successive drives.
 
     static    without a band of rest    exact engine with events, `tolerance`
               with a band of rest       as printed in the thesis, in a fixed step
     dynamic                             Rosenbrock method with error control, `tolerance`
     hybrid                              as printed in the thesis, in a fixed step
 
-There is one driver per kind of law. It is compiled once and calls the law's kernels through
-pointers.
+There is one driver for each kind of law. It is compiled once and calls the kernels of the law
+through pointers.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ def body_of(
     """
     kernels = law.kernels
     if not isinstance(kernels, StaticKernels) or kernels.band(p) > 0.0:
-        raise ValueError(f"{law.name} has no exact form: it is simulated as it is printed")
+        raise ValueError(f"{law.name} has no exact form; it can only be simulated in a fixed step")
     straight, scale = law.slip_scales(p)
     packed = extension.pack(law, p) if extension is not None and not extension.plain else None
     back = p if packed is None else packed.backward
@@ -72,12 +72,12 @@ def _pointers(parts: Sequence[Any], types: Sequence[Any]) -> Any:
 
 @dataclass(frozen=True)
 class LawRunSettings:
-    """Settings of a run of one law.
+    """Settings of a simulation of one law.
 
-    step: step [s] of a law that is printed for a fixed step; the other laws ignore it.
+    step: step [s] of a law with a fixed time step; the other laws ignore it.
     tolerance: relative tolerance of a dynamic law.
-    speed_scale: speed to which this tolerance is relative [m/s | rad/s].
-    length_scale: presliding to which this tolerance is relative [m | rad].
+    speed_scale: scale of the error of speed [m/s | rad/s]. length_scale: scale of the error of
+    presliding [m | rad].
     extension: extension of the law; the contact is made at 0 s.
     most_events: largest number of events.
     """
@@ -98,7 +98,7 @@ def run_law(
     times: ArrayLike,
     settings: LawRunSettings | None = None,
 ) -> Trajectory:
-    """Simulate a law from rest at 0 through `segments`, sampled at `times` (n,).
+    """Simulate a mass with a friction law from rest at 0 through `segments`.
 
     Parameters
     ----------
@@ -109,9 +109,8 @@ def run_law(
     segments
         Pairs (end [s], drive) in order of time.
     times
-        Ascending times [s] within the run.
-    settings
-        Step, tolerance, extension and number of events; by default LawRunSettings().
+        Ascending times [s] of the samples, within the run. settings Step, tolerance, extension and
+        number of events; by default LawRunSettings().
 
     Returns
     -------

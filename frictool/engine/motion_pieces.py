@@ -1,7 +1,7 @@
 """One piece of the motion of a body: at rest, in the Stribeck layer (2.34), or on the straight law.
 
-A piece is a set of polynomials of the time since its start, rows x, v, q (and u at rest), with the
-time for which they hold.
+A piece consists of polynomials of the time since its start, in the rows x, v, q (and u at rest),
+and of its length.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ def side(direction: float) -> int:
 
 @bare_kernel
 def friction_line(body: Vector, region: float, direction: float) -> tuple[float, float]:
-    """Return (friction, viscous) of the straight law friction + viscous v, signed."""
+    """Return (friction, viscous) of the straight law friction + viscous v, with its sign."""
     index = side(direction)
     coulomb = direction * body[fb.COULOMB + index]
     viscous = body[fb.VISCOUS + index]
@@ -64,9 +64,9 @@ def friction_line(body: Vector, region: float, direction: float) -> tuple[float,
 
 @bare_kernel
 def friction(driven: DrivenBody, state: Vector, v: float, u: float) -> float:
-    """Return the friction force at speed v; at rest the effort, limited to the breakaway.
+    """Return the friction force at speed v; at rest it is the effort, limited to the breakaway.
 
-    At an end stop the stop holds the rest of the effort.
+    At an end stop, the stop balances the other part of the effort.
     """
     force, law, body = driven.force, driven.law, driven.body
     if state[fb.DIRECTION] == 0.0:
@@ -81,9 +81,9 @@ def friction(driven: DrivenBody, state: Vector, v: float, u: float) -> float:
 
 @kernel
 def gross(state: Vector, t: float, drive: Vector) -> float:
-    """Return the sum of the magnitudes of the effort's terms, including the effect of rounded time.
+    """Return the sum of the magnitudes of the effort's terms, the scale of its rounding error.
 
-    The rounding error of the effort is a small part of this sum.
+    It includes the effect of rounded time.
     """
     distance: float = (
         abs(state[fb.POSITION]) + abs(drive[dr.TARGET]) + abs(drive[dr.TARGET_SPEED] * t)
@@ -113,7 +113,7 @@ def rest_piece(
     """Return length [s] of a piece at rest, and direction of the breakaway at its end, or 0.
 
     refused: direction in which the body has just stopped at the instant of its breakaway; in this
-    direction a breakaway takes slightly more effort.
+    direction the threshold is slightly higher.
     """
     body, drive = driven.body, driven.drive
     motion(state, t, drive, body[fb.MASS], 0.0, False, 0.0, piece)
@@ -158,7 +158,7 @@ def _acceleration(driven: DrivenBody, state: Vector, t: float) -> float:
 
 @bare_kernel
 def lengthen(pace: Vector, h: float, least: float, error: float) -> None:
-    """Set the next step length after an accepted step of length h; `error` is in tolerances."""
+    """Set the next step length after an accepted step of length h; `error` in tolerances."""
     size = math.log(max(error, LEAST_ERROR))
     pace[0] = max(least, h * min(GROWTH, SAFETY * math.exp(BEFORE * pace[1] - NOW * size)))
     pace[1] = size
@@ -183,7 +183,7 @@ def layer_piece(
     """Take one accepted step in the layer; return its length [s] and a status.
 
     pace (3,): step length to try, 0 at first; logarithm of the last error; time at which the layer
-    was entered. The tolerance limits the error in time: an error of v shifts the motion by
+    was entered. The tolerance limits the error in time: an error of v shifts the motion in time by
     error/acceleration, which may be at most `tolerance` times the time spent in the layer.
     """
     force, law, body, drive = driven

@@ -1,6 +1,6 @@
 """Many runs in parallel on all cores, without a controller.
 
-Runs share no data that they write, so that results do not depend on the number of threads.
+No run writes data of another run, so that the results do not depend on the number of threads.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ def replay_axes(
     """Simulate many axes (m, a) with states (m, 7), in place, under commands (m, n).
 
     Each command is held for a `period` [s]. positions (m, n) [m | rad]: filled with the positions
-    at the beginning of each period. statuses (m,): engine/status_codes.py; a run that fails stops
-    there.
+    at the beginning of each period. statuses (m,): engine/status_codes.py; a run ends when it
+    fails.
     """
     for i in prange(axes.shape[0]):
         for k in range(commands.shape[1]):

@@ -1,8 +1,8 @@
-"""First fall of a polynomial to zero, for events on a piece of trajectory.
+"""First time at which a polynomial falls to zero, for events on a piece of trajectory.
 
     p(t) = c[0] + c[1] t + ... + c[n-1] t^(n-1)          0 <= t <= h
 
-The coefficients bound the curvature, so that no crossing is missed between two evaluated points:
+The coefficients give a bound of |p''|, so that no crossing between two evaluated points is missed:
 
     p(t) >= min(p(a), p(b)) - bound (b - a)^2 / 8        on [a, b]
 """
@@ -99,8 +99,8 @@ def _first_zero(c: Vector, h: float) -> float:
 def first_fall(c: Vector, h: float) -> float:
     """Return the first t in [0, h] at which p falls to zero from above, or NEVER.
 
-    The result is 0 if p starts below zero, or at zero and falls. A zero at t = 0 is divided out, so
-    that a motion starting from rest does not count as stopping there.
+    The result is 0 if p starts below zero, or at zero and falls. If p starts at zero and rises,
+    that zero is divided out, so that the start of a motion is not taken for its stop.
     """
     if h <= 0.0:
         return NEVER

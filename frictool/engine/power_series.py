@@ -1,10 +1,10 @@
-"""Power series, exact to rounding, of the motion under friction of fixed sign (2.31) and at rest.
+"""Power series of the motion under friction of fixed sign (2.31) and at rest, exact to rounding.
 
     m v' = u(t, x, v, q) - friction - viscous v        x' = v        q' = x - r
 
 The effort u is that of engine/drive.py. The system is linear with constant coefficients: its
-solution is a matrix exponential, which equals its power series. Each coefficient follows from the
-one before. A piece is as long as the series is exact to rounding, without step-size control.
+solution is a power series in which each coefficient follows from the one before. A piece ends where
+the truncated series is no longer exact to rounding; there is no step-size control.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ def motion(
     start: float,
     piece: Vector,
 ) -> None:
-    """Fill `piece` (4, TERMS), rows x, v, q, u, with the series from y = (x, v, q) in time since t.
+    """Fill `piece` (4, TERMS), rows x, v, q, u, with the series in time since t from y = (x, v, q).
 
-    At rest (not `moving`) x and v stay. start: acceleration at t, including friction; it is passed
-    in because rounding is removed from it at the start of a slip. The further coefficients contain
-    friction through `viscous` only.
+    At rest (not `moving`) x and v are constant. start: acceleration at t, including friction; the
+    caller removes its rounding error at the start of a slip. Friction affects the other
+    coefficients through `viscous` only.
     """
     frequency = drive[dr.FREQUENCY]
     proportional = drive[dr.PROPORTIONAL]
@@ -73,8 +73,8 @@ def motion(
 def reach(c: Vector) -> float:
     """Return the time for which the series c (TERMS,) is exact to rounding; inf for a polynomial.
 
-    Up to that time the last two terms stay below EXACT of the largest of the first half. No term is
-    then so large that the sum loses digits.
+    Up to that time the last two terms are below EXACT times the largest term of the first half, and
+    no term is so large that the sum loses digits.
     """
     longest = math.inf
     for k in (TERMS - 2, TERMS - 1):

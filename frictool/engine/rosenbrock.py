@@ -4,9 +4,9 @@
     W = I/(gamma h) - J
 
 The method suits contacts that relax in microseconds: it is L-stable, so that after the relaxation
-the motion alone limits the step. Coefficients: RODAS, Hairer, Wanner, Solving Ordinary Differential
-Equations II, VI.4. In y = (x, v, q, z...), z_i' depends on z_i and v alone, so that J has the shape
-of an arrow:
+only the motion limits the step length. Coefficients: RODAS, Hairer, Wanner, Solving Ordinary
+Differential Equations II, VI.4. In y = (x, v, q, z...), z_i' depends only on z_i and v, so that J
+is an arrowhead matrix:
 
     x' = v        v' = (u(t, x, v, q) - F(v, z))/m        q' = x - r        z_i' = rate(z_i, v)
 """
@@ -71,7 +71,7 @@ DENSE = np.array(
 
 @kernel
 def stage_point(y: Vector, stages: Vector, i: int, rows: int, out: Vector) -> None:
-    """Fill the first `rows` of out (n,) with the point at which stage i evaluates the field."""
+    """Fill the first `rows` of out (n,) with the point at which stage i evaluates y'."""
     for row in range(rows):
         total = y[row]
         for j in range(i):
@@ -83,7 +83,7 @@ def stage_point(y: Vector, stages: Vector, i: int, rows: int, out: Vector) -> No
 def complete_stage(
     gains: Vector, couplings: Vector, in_time: Vector, h: float, i: int, stages: Vector
 ) -> None:
-    """Turn stage i, which holds the field at its point, into k_i.
+    """Replace stage i, the value of y' at its point, by k_i.
 
     gains (3,): -dv'/d(x, v, q). couplings (3, m): dz'/dv, dz'/dz, -dv'/dz of each z with a rate.
     in_time (3,): d(x', v', q')/dt.

@@ -12,7 +12,7 @@ MAX_ITERATIONS = 200  # bisection alone needs 60 to 110; no bracket of finite nu
 def bracket_step(
     t: float, ahead: float, slope: float, low: float, high: float
 ) -> tuple[float, float, float, bool]:
-    """Take one step towards the root of a function that falls from `low` to `high`.
+    """Take one step towards the root in [low, high] of a falling function.
 
     ahead, slope: value and derivative at t. Returns low, high, the next t, and True if t is the
     root.

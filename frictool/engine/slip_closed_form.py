@@ -1,12 +1,12 @@
 """One phase of slip in closed form: the motion, its stop, and the time to cover a distance.
 
-All quantities are taken in the direction of motion: speed w >= 0, distance y >= 0. With a fixed
-sign of the friction and a held command, the drive relaxes at `rate` = 1/lag and the speed at
-`decay` = viscous/inertia:
+All quantities are in the direction of motion: speed w >= 0, distance y >= 0. With a fixed sign of
+the friction and a held command, the drive decays at `rate` = 1/lag and the speed at `decay` =
+viscous/inertia:
 
     w' = -decay w + settled + transient e^{-rate t}
 
-settled     acceleration at w = 0 by the final drive, less Coulomb friction
+settled     acceleration at w = 0 by the final drive minus Coulomb friction
 transient   initial acceleration by the drive's deviation from its final value; 0 without lag
 
 A phase is the tuple (w0, settled, transient, decay, rate) in SI. Its acceleration has at most one
@@ -85,8 +85,8 @@ def _root(phase: Phase, quantity: int, level: float, low: float, high: float) ->
 def fall_time(phase: Phase, level: float, duration: float) -> float:
     """Return the first t in [0, duration] at which the speed falls to `level`, or NEVER.
 
-    level: not above w0; level 0 is the stop. A phase that starts on the level with an acceleration
-    that is or becomes positive does not count as falling to it at its start.
+    level: at most w0; level 0 is the stop. The start of a phase at the level is not counted if its
+    acceleration is or becomes positive.
     """
     w0, settled, transient, decay, rate = phase
     if w0 - level > (abs(settled) + abs(transient) + decay * max(abs(w0), abs(level))) * duration:
@@ -111,7 +111,7 @@ def fall_time(phase: Phase, level: float, duration: float) -> float:
 def rise_time(phase: Phase, level: float, duration: float) -> float:
     """Return the first t in [0, duration] at which the speed rises to `level`, or NEVER.
 
-    level: not below w0. The mirrored phase falls to -level.
+    level: at least w0. The function uses the mirrored phase, which falls to -level.
     """
     w0, settled, transient, decay, rate = phase
     return fall_time((-w0, -settled, -transient, decay, rate), -level, duration)

@@ -1,4 +1,4 @@
-"""Events that end a piece of slip, and the state after them: layer, knee, stop, end stops."""
+"""Events that end a piece of slip (layer, knee, stop, end stops), and the state after them."""
 
 from __future__ import annotations
 
@@ -56,10 +56,10 @@ def _swing(piece: Vector, terms: int, h: float) -> float:
 def slip_event(
     state: Vector, body: Vector, piece: Vector, terms: int, longest: float, probe: Vector
 ) -> tuple[float, int]:
-    """Return time [s] and kind of the first event on a piece of slip, at most `longest` [s] away.
+    """Return time [s] and kind of the first event on a piece of slip, within `longest` [s].
 
-    Events are a stop of the body, the layer's speed, the knee's speed, and an end stop. Without an
-    event the result is (longest, NO_EVENT).
+    Events are a stop of the body, the speeds of the layer and of the knee, and an end stop. Without
+    an event the result is (longest, NO_EVENT).
     """
     direction = state[fb.DIRECTION]
     here = state[fb.REGION]

@@ -1,13 +1,13 @@
-"""Slip by Dormand-Prince with error control, for a load or a nonlinear friction.
+"""Integration of a slip by Dormand-Prince with error control, for loads and nonlinear friction.
 
     y' = w        w' = (d (K i(t) - offset - load(x)) - F_c(x) - (F_s - F_c)(x) exp(-|w/v_s|^delta)
                   - added - viscous w)/J    x = x0 + d y
 
 This method is used if a load acts, or if friction depends on position or is nonlinear in speed. d
-is the direction of motion. Inside the backlash only the friction of the backlash acts. The drive
-i(t) is an exponential, and the load (plant/position_load.py) follows the position. Knees, the
-layer, map ends and the flank of the backlash are events: roots of the dense output. Each piece
-therefore has a smooth field.
+is the direction of motion. While the backlash is open, only its friction acts. The drive i(t) is an
+exponential, and the load (plant/position_load.py) follows the position. Knees, the layer, map ends
+and the flank of the backlash are events: roots of the dense output. Each piece therefore has a
+smooth field.
 """
 
 from __future__ import annotations
@@ -165,8 +165,8 @@ def curved_slip(
     """Integrate a slip for up to `remaining` [s] from `state`, which is not changed.
 
     The slip ends at the limits of `speed_band` and at the boundary of `next_place`. to_edge [rad |
-    m]: distance to the flank of the backlash, not above 0 if the motor carries the load. Returns
-    duration [s], distance [rad | m], final speed, and how the slip ended.
+    m]: distance to the flank of the backlash, at most 0 if it is closed. Returns duration [s],
+    distance [rad | m], final speed, and the kind of the slip's end.
     """
     at = np.zeros(ROWS)
     slopes = np.zeros((ROWS, dp.STAGES))

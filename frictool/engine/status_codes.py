@@ -32,10 +32,10 @@ MESSAGES = {
     TOO_MANY_EVENTS: "the axis stops and starts more often within one sample "
     "than the engine resolves",
     NOT_FINITE: "the simulation left the range of floating-point numbers",
-    EVENTS_FULL: "more events happened than there was room for",
-    STEP_TOO_SMALL: "the tolerance cannot be kept: the steps would be lost in rounding",
+    EVENTS_FULL: "there were more events than the array of events holds",
+    STEP_TOO_SMALL: "the tolerance is too small: its steps are below the rounding error of time",
     LAW_FAILED: "the friction law left the range of floating-point numbers, or its memory is full",
-    JAMMED: "a link that its load cannot drive wedges: its friction grows faster than "
-    "what drives it; lower its friction or the load's inertia",
+    JAMMED: "a self-locking link wedges: its friction grows faster than the driving effort; lower "
+    "its friction or the load's inertia",
     UNRESOLVED: "contacts and sticking parts change without end at one instant",
 }

@@ -1,9 +1,9 @@
 """Event-driven simulation of a body with dry friction under successive drives.
 
-The simulation is exact to rounding, except for the error of the steps in the layer (`tolerance`).
+The simulation is exact to rounding, except for the integration error in the layer (`tolerance`).
 
-    at rest            x and v stay; the effort is a power series; breakaway at its crossing of
-                       the threshold, solved to rounding
+    at rest            x and v are constant; the effort is a power series; breakaway where it
+                       crosses the threshold, solved to rounding
     in the layer       Dormand-Prince with error control; events on its dense output
     straight           power series to rounding: Coulomb and viscous friction of fixed sign
                        (engine/power_series.py)
@@ -14,17 +14,17 @@ endless cycles (3.5):
 - An effort that equals the breakaway threshold to rounding breaks the body away only if the effort
   rises.
 - A slip that starts with an acceleration of zero to rounding starts with exactly zero.
-- After a slip that ends at the instant at which it began, breaking away again in that direction
-  takes slightly more than the breakaway.
+- After a slip that ends at the instant of its start, the threshold in that direction
+  is slightly above the breakaway.
 - The layer is left and entered at different speeds, both on the straight part of the law. The
   same holds for the two sides of the knee.
 - A rebound from an end stop with a flight shorter than SHORTEST_FLIGHT of the run ends at rest
   there (event RESTS_AT_STOP).
 
-Any other cycle ends the call with a status, at the returned time.
+Any other endless cycle ends the call with a status, at the returned time.
 
-`run_extended` simulates extended friction (friction/law_extension.py) by the same driver, with its
-own pieces (extended_friction_motion.py) and events (extended_friction_events.py).
+`run_extended` simulates extended friction (friction/law_extension.py) by the same driver, with the
+pieces of extended_friction_motion.py and the events of extended_friction_events.py.
 """
 
 from __future__ import annotations
@@ -71,10 +71,10 @@ Extension = ExtendedLaws | None
 
 @kernel
 def pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> float:
-    """Return a cap on the number of pieces that no sound run reaches.
+    """Return a limit for the number of pieces, which only an endless cycle exceeds.
 
     It grows with the largest number of events, the fastest rate of the loop and, in an unbounded
-    layer, of the law.
+    layer, that of the law.
     """
     viscous = max(
         body[fb.VISCOUS], body[fb.VISCOUS + 1], body[fb.VISCOUS_BEYOND], body[fb.VISCOUS_BEYOND + 1]
@@ -332,7 +332,7 @@ def run(
     samples: Vector,
     events: Vector,
 ) -> tuple[int, float, int]:
-    """Simulate `state` (5,), in place, from `start` [s] through successive drives.
+    """Simulate `state` (5,), in place, from `start` [s] under successive drives.
 
     The segments end at `ends` (s,) and have the `drives` (s, 10). law: parameters of `force(v,
     direction, law)`. body (16,): engine/body.py. times (n,): ascending, within the run. Fills
@@ -359,10 +359,9 @@ def run_extended(
     samples: Vector,
     events: Vector,
 ) -> tuple[int, float, int]:
-    """Simulate as `run`, with `state` (8,) of extended_friction_events.py and an extension.
+    """Simulate like `run`, with `state` (8,) of extended_friction_events.py and an extension.
 
-    forward, backward, table: packed by friction/law_extension.py. `body` is overwritten as
-    workspace.
+    forward, backward, table: arrays of a PackedExtension. `body` is overwritten as workspace.
     """
     laws = (forward, backward, table, np.empty_like(forward))
     return _run(force, forward, laws, body, state, start, ends, drives, times, samples, events)

@@ -1,4 +1,4 @@
-"""Run of the exact engine: body, sequence of drives and sample times give samples and events."""
+"""Run of the exact engine: samples and events of a body under a sequence of drives."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ROOM_FOR_EVENTS = 10_000
 
 @dataclass(frozen=True)
 class Trajectory:
-    """Samples and events of a run, SI.
+    """Samples and events of a run in SI units.
 
     samples (n, 5) at `time` (n,); events (m, 4): time, kind, position, velocity (engine/body.py).
     status: engine/status_codes.py; if it is not OK, the run ended at `reached` [s] and later
@@ -41,27 +41,27 @@ class Trajectory:
 
     @property
     def position(self) -> Vector:
-        """Position x (n,) [m | rad]."""
+        """Return the position x (n,) [m | rad]."""
         return self.samples[:, fb.SAMPLE_POSITION]
 
     @property
     def velocity(self) -> Vector:
-        """Velocity v (n,) [m/s | rad/s]; exactly 0 at rest."""
+        """Return the velocity v (n,) [m/s | rad/s], exactly 0 at rest."""
         return self.samples[:, fb.SAMPLE_VELOCITY]
 
     @property
     def effort(self) -> Vector:
-        """Effort u (n,) [N | N m]."""
+        """Return the effort u (n,) [N | N m]."""
         return self.samples[:, fb.SAMPLE_EFFORT]
 
     @property
     def friction(self) -> Vector:
-        """Friction force (n,) [N | N m]; at rest, the force with which friction holds the body."""
+        """Return the friction force (n,) [N | N m]; at rest, the force that holds the body."""
         return self.samples[:, fb.SAMPLE_FRICTION]
 
     @property
     def mode(self) -> Vector:
-        """Mode (n,): 0 at rest, else the direction of slip."""
+        """Return the mode (n,): 0 at rest, else the direction of slip."""
         return self.samples[:, fb.SAMPLE_MODE]
 
     def times_of(self, kind: int = fb.BREAKS_AWAY) -> Vector:
@@ -124,8 +124,8 @@ def simulate(
         Ascending times [s] within the run.
     state
         State (5,) at the start, not changed; by default at rest at 0. A body with an extension has
-        a state (8,), see engine/extended_friction_events.py. If the state is (5,), such a body
-        starts with 0 s at rest, or, in slip, with a settled film and as after a long rest.
+        a state (8,) (engine/extended_friction_events.py). With a state (5,), it starts after 0 s at
+        rest or, in slip, with a settled film and the breakaway of a long rest.
     start
         Start of the run [s].
     most_events

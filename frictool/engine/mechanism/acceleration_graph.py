@@ -1,4 +1,4 @@
-"""Piecewise linear graph Lambda(x) of a tree of joints (tree_solver.py), and its zeros."""
+"""Piecewise linear function Lambda(x) of a tree of joints (tree_solver.py), and its zeros."""
 
 from __future__ import annotations
 
@@ -23,9 +23,9 @@ PASSED = 1e-9  # relative overshoot of a search beyond the end of a piece
 
 
 class JointTree(NamedTuple):
-    """One tree of joints up to its open contacts, with the arrays that its solution uses.
+    """Tree of joints, bounded by open contacts, with the arrays for its solution.
 
-    members: positions of its blocks in the order of blocks, the root first. w: workspace_rows.py.
+    members: its blocks, root first, as indices in ORDER (array_layout.py). w: workspace_rows.py.
     """
 
     k: IntVector
@@ -40,8 +40,8 @@ class JointTree(NamedTuple):
 def evaluate(tree: JointTree, x: float, towards: float) -> None:
     """Fill VALUE and SLOPE with Lambda(x) and dLambda/dx of all members of a tree.
 
-    x: acceleration of the root. towards: direction of the root if it starts from rest, 0 if it
-    moves.
+    x: acceleration of the root. towards: direction of the root's motion if it starts from rest, 0
+    if it moves already.
     """
     k, p, modes, members, y, w = tree
     n = k[ly.BLOCKS]
@@ -97,7 +97,7 @@ def evaluate(tree: JointTree, x: float, towards: float) -> None:
 
 @inset_kernel
 def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
-    """Return (True, x) with Lambda(x) = 0, or (False, x) if Lambda does not increase at the zero.
+    """Return (True, x) with Lambda(x) = 0, or (False, x) if Lambda does not rise at that zero.
 
     x is the acceleration of the tree's root block. If this block starts from rest, `towards` is the
     direction of its motion, and x * towards >= 0 holds.
@@ -138,9 +138,9 @@ def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
 
 @inset_kernel
 def next_piece(tree: JointTree, x: float, towards: float, going: float) -> float:
-    """Return the distance from x to the next end of a piece of the graph in the direction `going`.
+    """Return the distance from x to the next end of a linear piece in the direction `going`.
 
-    A piece ends where a joint's force passes its kink or a flank's force passes 0.
+    A piece ends where the force of a joint passes its kink, or the force of a flank passes 0.
     """
     k, p, _, members, y, w = tree
     n = k[ly.BLOCKS]
@@ -182,9 +182,9 @@ def total_inertia(tree: JointTree) -> float:
 def follow(tree: JointTree, start: float, towards: float, gross: float) -> tuple[bool, float]:
     """Return (True, stable zero that x reaches from `start`); (False, x) if x diverges.
 
-    The force of a compliant link grows while the accelerations of its ends differ. With damping, x
-    therefore moves in the direction of -Lambda(x), to a zero at which the graph rises. A zero at
-    which the graph falls is unstable.
+    In a compliant link, the force grows while the accelerations of its ends differ. With damping, x
+    therefore moves in the direction of -Lambda(x), to a zero at which Lambda rises. A zero at which
+    Lambda falls is unstable.
     """
     k, members, w = tree.k, tree.members, tree.w
     root = ly.block_at(k, members[0])

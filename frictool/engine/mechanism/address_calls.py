@@ -1,6 +1,6 @@
-"""Calls of kernels by address, through wrappers made from the types of the kernels.
+"""Calls of kernels by address, through wrappers generated from the kernels' types.
 
-A caller that knows only an address and a type compiles without the called kernel
+A caller that uses only the address and the type of a kernel is compiled without that kernel
 (docs/mechanism_kernels.md).
 """
 
@@ -22,12 +22,12 @@ INDEX_ROWS: Any = types.int64[:, ::1]
 
 
 def record_type(record: type, *fields: Any) -> Any:
-    """Return the numba type of a NamedTuple class with fields of these numba types."""
+    """Return the numba type of a NamedTuple class whose fields have these numba types."""
     return types.BaseTuple.from_types(fields, record)  # type: ignore[no-untyped-call]  # numba has no types
 
 
 def function_type(result: Any, *arguments: Any) -> Any:
-    """Return the type of a kernel that Python or a compiled mechanism holds as an address."""
+    """Return the type of a kernel that is called by its address."""
     return types.FunctionType(result(*arguments))
 
 

@@ -1,13 +1,14 @@
 """Layout of a compiled mechanism, and access to its entries.
 
-A mechanism is one array of integers (`whole`, in kernels `k`), one of floats (`numbers`, in kernels
-`p`), both in sections, and the addresses of the laws' kernels. A kernel with `PackedMechanism`'s
-fifty arrays as arguments would be slow to compile and to call. `whole` begins with HEADER entries:
-the counts of blocks, joints and so on, and the index at which each section begins. In section X
-with WIDTH columns, row r, column c is at whole[X] + r * WIDTH + c.
+A compiled mechanism consists of one array of integers (`whole`, in kernels `k`), one array of
+floats (`numbers`, in kernels `p`), both divided into sections, and the addresses of the laws'
+kernels. A kernel with the fifty arrays of `PackedMechanism` as arguments would be slow to compile
+and to call. `whole` begins with HEADER entries: the numbers of blocks, joints and other elements,
+and the index at which each section begins. In section X with WIDTH columns, the entry in row r and
+column c is at index whole[X] + r * WIDTH + c.
 
-Joints form no loop, but trees. Each tree has one root; blocks are in preorder (`ORDER`), a block's
-parent before it. Blocks that rigid joints connect form a group.
+Joints form trees without loops. Each tree has one root. Section ORDER lists the blocks in preorder:
+the parent of a block precedes it. Blocks that rigid joints connect form a group.
 """
 
 from __future__ import annotations
@@ -73,7 +74,7 @@ ADVANCE, FIELD, STEP_STAGES, SETTLE = range(4)
 
 
 class CompiledMechanism(NamedTuple):
-    """Input of `advance`, made from a `PackedMechanism` by engine/mechanism/preparation.py."""
+    """Mechanism as arrays for the kernels, computed from a `PackedMechanism` by `prepare`."""
 
     whole: IntVector
     numbers: Vector
@@ -202,11 +203,11 @@ block, kind, level, straight = map(_place, (BLOCK, KIND, LEVEL, STRAIGHT))
 
 @inset_kernel
 def law_values(k: IntVector, row: int) -> slice:
-    """Return the indices in p of the parameters of a friction's law; row: `friction_row`."""
+    """Return the indices in p of the parameters of a friction law; row: `friction_row`."""
     return slice(k[LAW_VALUES] + k[row + VALUES], k[LAW_VALUES] + k[row + VALUES_END])
 
 
 @inset_kernel
 def inner_states(k: IntVector, row: int) -> slice:
-    """Return the indices in y of the inner states of a friction's law."""
+    """Return the indices in y of the inner states of a friction law."""
     return slice(2 * k[BLOCKS] + k[row + FIRST_INNER], 2 * k[BLOCKS] + k[row + INNER_END])

@@ -1,19 +1,19 @@
 """Rates of a mechanism with known modes by the articulated-body recursion, in O(n).
 
 The recursion is that of Vereshchagin (1974) and Featherstone (1983), with one coordinate for each
-block and joints without freedom of their own (docs/mechanism_kernels.md). One sweep goes from the
-leaves of the joint trees to their roots, one goes back. A moving block with acceleration x needs
-the force INERTIA x + NEED from its parent's joint; at the root this force is 0. A block at rest
-needs a force in [NEED, NEED_HIGH]. A tree stays at rest as long as the root's interval contains 0,
-and a contact at rest as long as its interval contains a pressing force.
+block, and joints without a degree of freedom (docs/mechanism_kernels.md). One sweep goes from the
+leaves of the joint trees to their roots, a second one back. A moving block with acceleration x
+needs the force INERTIA x + NEED from the joint to its parent; at the root this force is 0. A block
+at rest needs a force in [NEED, NEED_HIGH]. A tree stays at rest as long as the interval of its root
+contains 0, and a contact at rest stays closed as long as its interval contains a pressing force.
 
-`guard`, in the sections of the modes (motion, contact, branch, flank, stop), is the distance of
-each mode from its end in units of the tolerance; a mode goes on while its guard is above -1. Guards
-of positions are the distances of open flanks and stops; guards of speeds belong to roots and are
-positive in the direction of motion.
+The array `guard` has the sections of the modes (motion, contact, branch, flank, stop). Each guard
+is the distance of a mode from its end in units of the tolerance; a mode continues while its guard
+is above -1. Guards of positions are the distances of open flanks and stops. Guards of speeds belong
+to roots and are positive in the direction of motion.
 
-Stages within a step need fewer results than its ends: an evaluation that is not `whole` leaves the
-guards of speeds and positions, and GROSS, unchanged.
+Stages within a step need fewer results than the ends of the step: an evaluation with `whole` False
+does not compute the guards of speeds and positions, nor GROSS.
 """
 
 from __future__ import annotations
@@ -255,7 +255,7 @@ def rates_of_state(
     inputs: Vector,
     out: RateEvaluation,
 ) -> int:
-    """Evaluate as `field`, which calls this kernel by its address."""
+    """Evaluate the rates for `field`, which calls this kernel by its address."""
     return _rates(machine, t, y, modes, inputs, out, True)
 
 
@@ -268,7 +268,7 @@ def field_within(
     inputs: Vector,
     out: RateEvaluation,
 ) -> int:
-    """Evaluate as `field`, without the guards of speeds and positions; GROSS stays as it was."""
+    """Evaluate like `field`, but without GROSS and the guards of speeds and positions."""
     return _rates(machine, t, y, modes, inputs, out, False)
 
 
@@ -290,7 +290,8 @@ def field(
     """Fill y', the guards, and the power of each element; return a status code.
 
     t [s]: time since the command. The accelerations are NaN if a tree has no effective inertia. The
-    kernel is called by its address, in the last row of `laws`, so that callers compile without it.
+    implementation is called by its address, in the last row of `laws`, so that callers are compiled
+    without it.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.FIELD]
     status: int = _rates_of_state(address, machine, t, y, modes, inputs, out)

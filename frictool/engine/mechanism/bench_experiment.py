@@ -36,7 +36,7 @@ def play_reference(
     position: Vector,
     drive: Vector,
 ) -> int:
-    """Follow `reference` (n,) under the bench's position loop, and fill position and drive (n,).
+    """Follow `reference` (n,) under the bench's position loop; fill `position` and `drive` (n,).
 
     servo (5,): `PositionServo` in effort. inputs, drifting, out: records of
     engine/mechanism/closed_loop.py, with neither signals in `inputs` nor drifts in `drifting`.
@@ -75,9 +75,9 @@ def play_ramps(
     drive: Vector,
     played: IntVector,
 ) -> int:
-    """Play `rows` (n,) of the drive by the rules of engine/bench_experiment.py.
+    """Apply the drive values `rows` (n,) of a ramp test, as engine/bench_experiment.py does.
 
-    Fills position and drive (n,), and `played` (1,) with the number of rows played. Returns a
+    Fills `position` and `drive` (n,), and `played` (1,) with the number of rows applied. Returns a
     status of engine/status_codes.py.
     """
     waiting = np.zeros(delay + 1)

@@ -1,11 +1,11 @@
-"""Sampled controller and mechanism in closed loop, or a mechanism whose sources follow signals.
+"""Mechanism in closed loop with a sampled controller, or with sources that follow signals.
 
     sample k:  sensor's block --[encoder]--> y[k] --[controller]--> u[k] --[delay_samples]-->
     controlled source, held until k + 1
 
 It works as engine/closed_loop.py does for one axis. A sample is divided into parts with constant
-inputs (`MechanismInputs`). With a winding each part is divided again into PARTS, because the
-winding's limit is that of the speed at the beginning of a call. Drifts multiply numbers of the
+inputs (`MechanismInputs`). With a winding each part is divided again into PARTS, because the limit
+of the winding is computed for the speed at the beginning of a call. Drifts multiply numbers of the
 mechanism from sample to sample (`DriftedNumbers`).
 """
 
@@ -46,9 +46,9 @@ NOBODY = -1  # index for no controlled source
 
 
 class ControlPorts(NamedTuple):
-    """Indices of the commanded source and of the blocks of sensor and load.
+    """Indices of the controlled source and of the blocks of sensor and load.
 
-    source: NOBODY if no source is commanded. step: encoder resolution [rad | m]. The load's
+    source: NOBODY if no source is controlled. step: encoder resolution [rad | m]. The load's
     position is recorded in the sensor's coordinate: sensor_start + (q - load_start)/load_ratio.
     """
 
@@ -64,10 +64,10 @@ class ControlPorts(NamedTuple):
 class MechanismInputs(NamedTuple):
     """Piecewise constant inputs of a mechanism.
 
-    first (n + 1,): index of the first part of each sample, then the number of parts m. durations
-    (m,) [s]. drives (m, u): command of each source, A, V or effort; (0, u) for zero. blocks (d,):
-    indices of the blocks on which `efforts` act. efforts (m, d): efforts [N m | N], or (0, d) for
-    none.
+    first (n + 1,): index of the first part of each sample, then the number m of parts. durations
+    (m,): of the parts [s]. drives (m, u): commands of the u sources [A | V | N m | N]; (0, u)
+    stands for zeros. blocks (d,): indices of the blocks on which `efforts` act. efforts (m, d):
+    efforts [N m | N], or (0, d) for none.
     """
 
     first: IntVector
@@ -82,8 +82,7 @@ class DriftedNumbers(NamedTuple):
 
     conditions (n, 8): engine/disturbances_and_faults.py, or (0, 8). At sample k, the entry
     indices[i] of the mechanism's floats is values[i] times conditions[k, columns[i]]. limit: limit
-    of the controlled drive; if the drive's sensor is wrong, the limit applies to the measured
-    drive.
+    of the controlled drive; with a fault of the drive's sensor, it limits the measured drive.
     """
 
     conditions: Vector
@@ -112,7 +111,7 @@ class MechanismRecord(NamedTuple):
 def flowing(
     machine: CompiledMechanism, state: MechanismState, source: int, command: float
 ) -> float:
-    """Return the drive of a source from now on [A | V | effort].
+    """Return the present drive of a source [A | V | N m | N].
 
     Without a lag it is the limited command.
     """
@@ -175,7 +174,7 @@ def moved(
 ) -> int:
     """Fill the rows of sample k and advance to sample k + 1; return a status code.
 
-    closed: if True, `acting` is the command of the controlled source.
+    closed: True if `acting` is the command of the controlled source.
     """
     n, u = machine.whole[ly.BLOCKS], machine.whole[ly.SOURCES]
     drives = np.zeros(u)
@@ -290,7 +289,7 @@ def follow(
     drifting: DriftedNumbers,
     out: MechanismRecord,
 ) -> tuple[int, int]:
-    """Simulate as `run` does, without a controller; the sources follow their signals."""
+    """Simulate like `run`, but without a controller; the sources follow their signals."""
     for k in range(begin, end):
         shown[0] = encoder_reading(sight, state, shown[0], drifting.conditions, k)
         out.record[k, MEASURED] = shown[0]

@@ -1,8 +1,8 @@
 """Conversion of a `PackedMechanism` to the sections that kernels read (array_layout.py).
 
-Forces are gathered in reverse order and accelerations distributed in order, in O(n). A self-locking
-link must be traversed from its driving side: the root of a tree is chosen so that this holds for
-all of its links.
+Kernels sum forces from the leaves to the root and compute accelerations from the root to the
+leaves, in O(n). A self-locking link must be traversed from its driving side: the root of a tree is
+chosen so that this holds for all links of the tree.
 """
 
 from __future__ import annotations
@@ -28,10 +28,10 @@ from frictool.typing import IntVector, Vector
 
 
 class JointForest(NamedTuple):
-    """Trees of the joints: `order` lists the blocks in preorder.
+    """Trees of the joints; `order` lists the blocks in preorder.
 
-    parent, joint (n,): parent of each block and joint to the parent, -1 at a root. outward (n,): 1
-    if end a of this joint is at the parent, else 0.
+    parent (n,): parent of each block, -1 for a root. joint (n,): joint to the parent, -1 for a
+    root. outward (n,): 1 if end a of this joint is at the parent, else 0.
     """
 
     order: list[int]
@@ -90,10 +90,10 @@ def _from_root(
 
 
 def forest_of(packed: PackedMechanism) -> JointForest:
-    """Return the trees of the joints.
+    """Return the trees of a mechanism's joints.
 
-    Raises ValueError if joints form a loop, or if the loads of two self-locking links are rigidly
-    joined.
+    Raises ValueError if joints form a loop, or if the load ends of two self-locking links are
+    rigidly connected.
     """
     n = packed.inertia.size
     joints = packed.joints
@@ -120,7 +120,7 @@ def forest_of(packed: PackedMechanism) -> JointForest:
             del forest.order[begin:]
         else:
             raise ValueError(
-                "the loads of two self-locking links are joined rigidly: nothing can move"
+                "the load ends of two self-locking links are rigidly connected: nothing can move"
             )
         seen[members] = True
     return forest
@@ -139,7 +139,7 @@ def _roots(
             if link == through:
                 continue
             if other in reached:
-                raise ValueError("joints form a loop: the forces in it have no solution")
+                raise ValueError("joints form a loop: the forces in the loop cannot be determined")
             reached.add(other)
             walked.append(link)
             stack.append((other, link))

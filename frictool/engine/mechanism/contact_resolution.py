@@ -1,7 +1,4 @@
-"""Contacts, sticking and breakaway at one instant, solved for each tree of joints at once.
-
-The solver of a tree is tree_solver.py.
-"""
+"""Resolution of contacts, sticking and breakaway at one instant, tree by tree (tree_solver.py)."""
 
 from __future__ import annotations
 
@@ -95,9 +92,9 @@ def resolve(
 ) -> int:
     """Set all modes, t [s] after the command; return a status code.
 
-    Flanks that touch without relative speed, and blocks held by stops, must already be marked. out:
-    guards of the present modes, and workspace. If a part jams, the last entry of the row FOUND is
-    the position in the order of its first block.
+    Flanks that touch without relative speed, and blocks held by stops, must already have these
+    modes. out: guards of the present modes, and workspace. If a part jams, the last entry of the
+    row FOUND is the index of its first block in ORDER.
     """
     k, p, _ = machine
     y = state.y

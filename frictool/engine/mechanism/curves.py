@@ -1,4 +1,4 @@
-"""Values of the curves of `PackedMechanism`: piecewise cubics, constant beyond their ends."""
+"""Values of the curves of `PackedMechanism`: piecewise cubic, constant beyond their ends."""
 
 from __future__ import annotations
 

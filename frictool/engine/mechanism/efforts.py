@@ -3,11 +3,11 @@
 Rows of the work array:
 
     FORCE                        sum of all known efforts
-    GROSS                        sum of their magnitudes; unchanged if an evaluation is not `whole`
-    HOLD_LOW <= 0 <= HOLD_HIGH   range that friction on a block at rest can hold
+    GROSS                        sum of their magnitudes; computed only if `whole` is True HOLD_LOW
+    <= 0 <= HOLD_HIGH   range that friction on a block at rest can hold
     DRIVEN                       effort of the sources alone
 
-`power` is filled with the power that each element delivers or absorbs, in the order of
+`power` contains the power that each element delivers or absorbs, in the order of
 engine/mechanism/state.py.
 """
 
@@ -271,5 +271,5 @@ def all_efforts(
     inputs: Vector,
     out: RateEvaluation,
 ) -> int:
-    """Evaluate `efforts` as a whole, in a kernel of its own."""
+    """Evaluate `efforts` with `whole` True, as a separately compiled kernel."""
     return efforts(machine, t, y, modes, inputs, out, True)

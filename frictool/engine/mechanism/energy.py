@@ -1,6 +1,6 @@
-"""Energy of a mechanism: kinetic, and stored in couplings and pushes.
+"""Energy of a mechanism: kinetic energy, and energy stored in couplings and pushes.
 
-With `work` it gives the balance:
+With the `work` of the state it gives the balance:
 
     kinetic + stored - (at the start) = work of sources and held efforts
         - losses in joints, couplings, frictions, pressings, impacts and stops
@@ -33,7 +33,7 @@ class EnergyBalance(NamedTuple):
 
     @property
     def total(self) -> float:
-        """Sum of the energies that stays constant over a run [J]."""
+        """Return the sum of the energies that is constant over a run [J]."""
         return self.kinetic + self.stored + self.lost - self.put_in
 
 

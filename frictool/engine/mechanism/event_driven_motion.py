@@ -5,10 +5,10 @@
     status = advance(machine, state, command, external, duration, TOLERANCE,
                      EventRows(rows, count))
 
-Between events all modes are held and the rates are smooth: steps of order 8 with error control. A
-step that passes a guard ends at the instant of passing, located to rounding on the step's dense
-output; then the modes are determined anew. If nothing moves and all drives are steady, the rest of
-the duration is skipped.
+Between events all modes are constant and the rates smooth; the motion is integrated by steps of
+order 8 with error control. If a step passes a guard, it is shortened to the instant of passing,
+located to rounding on its dense output; then the modes are determined again. If nothing moves and
+all drives are steady, the rest of the duration is skipped.
 """
 
 from __future__ import annotations
@@ -209,7 +209,7 @@ def held_command(
     tolerance: float,
     events: EventRows,
 ) -> int:
-    """Advance as `advance`, which calls this kernel by its address."""
+    """Advance the state for `advance`, which calls this kernel by its address."""
     k, y = machine.whole, state.y
     n = k[ly.BLOCKS]
     total = duration
@@ -249,8 +249,8 @@ def advance(
     the speed at the beginning. Returns a status of engine/status_codes.py; if it is not OK, the
     state is that of the last event or step.
 
-    The kernel is called by its address, in the last row of `laws`, so that callers compile without
-    it.
+    The implementation is called by its address, in the last row of `laws`, so that callers are
+    compiled without it.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.ADVANCE]
     status: int = _held_command(

@@ -92,7 +92,7 @@ def begin(machine: CompiledMechanism, state: MechanismState, events: EventRows) 
 
 @part_kernel
 def take_step(machine: CompiledMechanism, state: MechanismState, t: float) -> int:
-    """Make the end of a step, t [s] after the command, the new state.
+    """Set the state to that at the end of a step, t [s] after the command.
 
     The work of the step is added, and dynamic laws update their memory. Returns a status of
     engine/status_codes.py.
@@ -147,7 +147,7 @@ def _meet_or_halt(
 def handle_event(
     machine: CompiledMechanism, state: MechanismState, t: float, events: EventRows
 ) -> int:
-    """Apply the events that the guards show, t [s] after the command: impacts, stops, new modes.
+    """Handle the events indicated by the guards, t [s] after the command: impacts, stops, modes.
 
     Returns a status of engine/status_codes.py.
     """

@@ -55,7 +55,7 @@ EVENT_SIZE = 4
 
 
 class EventRows(NamedTuple):
-    """Arrays to which events are written."""
+    """Array of events and counter of events."""
 
     rows: Vector  # (m, EVENT_SIZE)
     happened: IntVector  # (1,): number of all events, including those beyond the last row
@@ -66,7 +66,7 @@ EVENTS = record_type(EventRows, MATRIX, INDICES)
 
 @inset_kernel
 def write(events: EventRows, t: float, kind: int, element: int, speed: float) -> None:
-    """Add a row; if the array is full, only count the event."""
+    """Write an event to the next row; if the array is full, only count the event."""
     row = events.happened[0]
     if row < events.rows.shape[0]:
         events.rows[row, 0] = t
@@ -85,10 +85,10 @@ def write_changes(
     modes: IntVector,
     events: EventRows,
 ) -> None:
-    """Add a row for each changed mode; for a rigid group, only the row of its first block.
+    """Write a row for each changed mode; of a rigid group, only that of its first block.
 
     before: modes before the event. speeds (n,): speeds before the event. The branch of a joint is
-    reported only if the joint has losses; otherwise its two sides are the same.
+    written only if the joint has losses.
     """
     k, p, _ = machine
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]

@@ -1,10 +1,10 @@
-"""Laws with their own step T_e: hybrid A, B, C (3.28)-(3.39), and banded laws (2.32), (2.35).
+"""Laws with a fixed time step T_e: hybrid A, B, C (3.28)-(3.39), and banded laws (2.32), (2.35).
 
-Such a law sees the effort u on its block: the effort of all other elements of the tree that moves
-with the block, reflected to the block by the joints. The mode is updated at the beginning of each
-step T_e and held within it; the motion within the step is integrated as usual. If one tree has
-several such laws, each law sees the effort that the preceding laws leave. While a tree sticks by
-exact friction, these laws are inactive.
+The input of such a law is the effort u on its block: the effort of all other elements of the tree
+that moves with the block, reflected to the block by the joints. The mode is updated at the
+beginning of each step T_e and constant within it; the motion within the step is integrated as
+usual. If one tree has several such laws, the friction of each law is subtracted from u of the
+following laws. While a tree sticks by exact friction, these laws are inactive.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ def timed_frictions(
 ) -> int:
     """Subtract the friction of the laws with a fixed step from FORCE, and fill their states' rates.
 
-    It is called after the needed forces (NEED) were gathered without these frictions. Returns a
-    status of friction/status_codes.py.
+    Call it after the forces NEED were computed without these frictions. Returns a status of
+    friction/status_codes.py.
     """
     k, p, laws = machine
     rates, w, power = out.rates, out.w, out.power
@@ -102,7 +102,7 @@ def timed_frictions(
 def seen_speeds(machine: CompiledMechanism, y: Vector, modes: IntVector, rates: Vector) -> None:
     """Set the rates of positions to 0 if a banded law reports velocity 0 (Karnopp's band).
 
-    This applies to all blocks of the tree that moves with the law's block.
+    This applies to all blocks of the tree that moves with the block of the law.
     """
     k, p, laws = machine
     n = k[ly.BLOCKS]

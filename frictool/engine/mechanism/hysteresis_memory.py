@@ -1,6 +1,6 @@
 """Memory of dynamic laws, which is updated after accepted steps only.
 
-The memory has to register each reversal; therefore no step passes a reversal.
+A step ends at each reversal, because the memory must register it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ AT_REVERSAL = 1e-3  # speed below which a step may pass 0, relative to the speed
 
 @part_kernel
 def first_reversal(k: IntVector, p: Vector, h: float, y: Vector, end: Vector) -> float:
-    """Return the step length, shortened to the first reversal of a block with a dynamic law."""
+    """Return the step length h, or the time of the first reversal of a block with a dynamic law."""
     n = k[ly.BLOCKS]
     shortest = h
     for f in range(k[ly.FRICTIONS]):

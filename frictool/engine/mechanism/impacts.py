@@ -1,14 +1,15 @@
-"""Speeds after impacts of flanks, which take up the play of (2.18), and after end-stop impacts.
+"""Speeds after impacts of flanks, which close the backlash of (2.18), and after end-stop impacts.
 
-After an impact (2.19) holds. An impact is between two groups of rigidly joined blocks, or a group
-and the frame, by Newton's law with the contact's restitution. If groups touch in a row, the impact
-passes from contact to contact, the fastest approach first, as in Newton's cradle, until no two
-approach. Friction of blocks is finite and takes no impulse; blocks at rest can be set in motion.
+After an impact (2.19) holds. An impact is between two groups of rigidly joined blocks, or between a
+group and the frame, by Newton's law with the restitution of the contact. If groups touch in a row,
+the impact passes from contact to contact, as in Newton's cradle, the fastest approach first, until
+no two groups approach. Friction of blocks is finite and has no impulse; an impact can set blocks at
+rest in motion.
 
-Losses of joints are proportional to the force that they transmit, and so take part of the impulse
-(lossy_impulses.py). If the losses change during the impact, the flanks return at most the energy
-that they took, whatever the restitution. Approaches slower than BOUNCE have no rebound, so that a
-series of bounces ends at rest.
+Losses of joints are proportional to the transmitted force and therefore take a fraction of the
+impulse (lossy_impulses.py). If the losses change during the impact, the flanks return at most the
+energy that they absorbed, whatever the restitution. Approaches slower than BOUNCE have no rebound,
+so that a series of bounces ends at rest.
 """
 
 from __future__ import annotations
@@ -218,12 +219,12 @@ def _fastest(k: IntVector, p: Vector, y: Vector, modes: IntVector, soft: bool) -
 
 @part_kernel
 def impacts(k: IntVector, p: Vector, y: Vector, modes: IntVector, w: Vector, work: Vector) -> int:
-    """Mark touching contacts, resolve impacts until none is left, and open separating contacts.
+    """Close touching contacts, resolve impacts until none is left, and open separating contacts.
 
     The energy lost in each contact is added to `work`. Returns a status of engine/status_codes.py.
     If all approach speeds are below BOUNCE, touching parts get the same speed, and the forces then
-    decide which contacts stay closed. Without this rule, two parts that alternately push a third
-    could cause an endless series of impacts.
+    determine which contacts stay closed. Without this rule, two parts that alternately push a third
+    one could cause an endless series of impacts.
     """
     n = k[ly.BLOCKS]
     stops = k[ly.BLOCKS] + 2 * k[ly.JOINTS] + k[ly.COUPLINGS]

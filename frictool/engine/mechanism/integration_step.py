@@ -1,4 +1,4 @@
-"""One integration step with all modes held: to its end, and to any instant within it."""
+"""One integration step with constant modes: results at its end and at any instant within it."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def stages_of_step(
     end: int,
     watching: int,
 ) -> float:
-    """Evaluate as `stages`, which calls this kernel by its address."""
+    """Compute the stages for `stages`, which calls this kernel by its address."""
     return _stages(machine, y, modes, workspace, t, h, first, end, watching)
 
 
@@ -98,9 +98,9 @@ def stages(
 ) -> float:
     """Compute slopes and powers of the stages first .. end - 1 of a step of length h.
 
-    t [s]: time after the command. Returns the part of the step at which one of the first `watching`
-    guards of the row WATCHED is first broken, 1 if none is, -1 if a law fails. The kernel is called
-    by its address, as `field` is.
+    t [s]: time after the command. Returns the fraction of the step at which one of the first
+    `watching` guards of the row WATCHED is first violated, 1 if none is, -1 if a law fails. The
+    implementation is called by its address, like that of `field`.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.STEP_STAGES]
     y, modes, workspace = state.y, state.modes, state.workspace
@@ -159,11 +159,11 @@ def try_step(
 ) -> tuple[float, float]:
     """Try a step of length h from the state, t [s] after its command.
 
-    Before the call, the rows 0 hold y' and the powers of the state, and GUARD holds its guards.
-    Afterwards END holds the new state, the rows AFTER hold its y' and powers, and TRIAL its guards.
+    Before the call, the rows 0 contain y' and the powers of the state, and GUARD its guards.
+    Afterwards END contains the new state, the rows AFTER its y' and powers, and TRIAL its guards.
 
-    Returns error/tolerance, inf if the law or the mechanism fails, and the part of the step after
-    which a guard of a force was first broken, 1 if none was.
+    Returns error/tolerance (inf if a law or the mechanism fails), and the fraction of the step
+    after which a guard of a force was first violated (1 if none was).
     """
     k, p, _ = machine
     y, modes, workspace = state.y, state.modes, state.workspace
@@ -181,7 +181,7 @@ def try_step(
 
 @part_kernel
 def trace(machine: CompiledMechanism, state: MechanismState, t: float, h: float) -> bool:
-    """Compute the dense output of the tried step, and of its work; return False if a law fails."""
+    """Compute the dense output of a tried step and of its work; return False if a law fails."""
     workspace = state.workspace
     seen = stages(machine, state, t, h, AFTER + 1, SLOPES, 0)
     path_of(h, workspace.slopes, workspace.slopes[st.PATH :])
@@ -193,7 +193,7 @@ def trace(machine: CompiledMechanism, state: MechanismState, t: float, h: float)
 def look(machine: CompiledMechanism, state: MechanismState, t: float, h: float, at: float) -> bool:
     """Evaluate the dense output at `at` in 0 .. h; return True if the rates are finite.
 
-    Afterwards END, AFTER and TRIAL hold the results of a step of length `at`.
+    Afterwards END, AFTER and TRIAL contain the results of a step of length `at`.
     """
     y, workspace = state.y, state.workspace
     end = workspace.lines[st.END]

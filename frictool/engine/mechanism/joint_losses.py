@@ -1,13 +1,13 @@
 """Force g(lambda) of a lossy joint at its driving end a, for a force lambda at its load end b.
 
-The module also has the inverse of g, and the ranges of both forces at rest.
+The module also contains the inverse of g, and the ranges of both forces at rest.
 
     g(lambda) = ratio lambda + loss = ratio kink + (lambda - kink) (ratio + c)
 
 Here s is the direction of motion of end a. With efficiencies (2.3), (2.20) the kink is 0, and c =
-±s drive_loss or ±s back_loss by the direction of power. In the thesis's screw (2.12)-(2.13), (2.15)
-the kink is at thread lambda = thesis_screw u_a, and c = ±s thread. If the load can drive the joint,
-g rises with ratio lambda.
+±s drive_loss or ±s back_loss by the direction of power. For the screw of the thesis, (2.12)-(2.13),
+(2.15), the kink is at thread lambda = thesis_screw u_a, and c = ±s thread; u_a is the effort of the
+sources on block a. If the load can drive the joint, g rises with ratio lambda.
 """
 
 from __future__ import annotations
@@ -76,12 +76,10 @@ def received(p: Vector, row: int, kink: float, direction: float, effort: float) 
 def range_at_driver(
     p: Vector, row: int, kink: float, low: float, high: float
 ) -> tuple[float, float]:
-    """Return the range of forces at end a at which a joint at rest stays at rest.
+    """Return the range of forces at end a for which a joint at rest stays at rest.
 
-    low, high: range of the force at end b.
-
-    The force of an end stop is unbounded on one side. For an infinite force, g = ratio lambda is
-    used, so that a stop does not wedge a self-locking link.
+    low, high: range of the force at end b. The force of an end stop is unbounded on one side. For
+    an infinite force, g = ratio lambda is used, so that a stop does not wedge a self-locking link.
     """
     least = math.inf
     most = -math.inf
@@ -101,11 +99,9 @@ def range_at_driver(
 
 @inset_kernel
 def range_at_load(p: Vector, row: int, kink: float, low: float, high: float) -> tuple[float, float]:
-    """Return the range of forces at end b at which a joint at rest stays at rest.
+    """Return the range of forces at end b for which a joint at rest stays at rest.
 
-    low, high: range of the force at end a.
-
-    Unbounded forces are treated as in `range_at_driver`.
+    low, high: range of the force at end a. Unbounded forces are treated as in `range_at_driver`.
     """
     least = math.inf
     most = -math.inf

@@ -9,11 +9,11 @@ kind  name     treatment in the engine
                phase
 1     SMOOTH   regularised static law: a force that depends on the velocity
 2     DYNAMIC  its state is integrated, its memory is updated after accepted steps
-3     HYBRID   in its own fixed step, with the mode updated at each step's beginning
+3     HYBRID   has a fixed time step, at whose beginning the mode is updated
 4     BANDED   static with a band (2.32), (2.35): as HYBRID
 ====  =======  ==================================================================================
 
-A compiled mechanism holds the addresses of its laws' kernels, so that their callers are compiled
+A compiled mechanism contains the addresses of its laws' kernels, so that their callers are compiled
 once for all laws.
 """
 
@@ -65,8 +65,8 @@ def kind_of(law: Law, p: Vector) -> int:
 def straight_of(law: Law, p: Vector) -> int:
     """Return the index in p of the viscous coefficient if slip friction is a straight line, else 0.
 
-    The line is p[0] + viscous * speed. Kernels then compute this sum instead of calling the law,
-    which is slower. They read p at each evaluation, because its values may drift.
+    The line is p[0] + viscous * speed. Kernels compute this sum from p, because a call of the law
+    is slower.
     """
     names = [parameter.name for parameter in law.parameters]
     if (
@@ -92,9 +92,9 @@ def rest_of(law: Law, p: Vector) -> Vector:
 def sizes_of(law: Law, p: Vector) -> Vector:
     """Return the scale (z,) of each inner state of a law, for error tolerances.
 
-    The scale is the change of the state, from a contact that never moved, at which the force
-    reaches the Coulomb force p[0] if it grows linearly. It is inf for states that do not change at
-    the start of motion, such as memory, and for all states of laws that are not dynamic.
+    The scale is the change of a state, from a contact that never moved, at which a linearly growing
+    force reaches the Coulomb force p[0]. It is inf for states that do not change at the start of
+    motion, such as memory, and for all states of laws that are not dynamic.
     """
     z = rest_of(law, p)
     if not isinstance(law.kernels, DynamicKernels):
@@ -136,7 +136,7 @@ WIDTH = 6
 
 
 def addresses_of(laws: Sequence[Law], kinds: Sequence[int]) -> IntVector:
-    """Return the addresses (n + 1, WIDTH) of the kernels of each friction's law.
+    """Return the addresses (n + 1, WIDTH) of the kernels of the law of each of n frictions.
 
     Columns are in the order of FUNCTIONS; the last row is for the engine's own kernels.
     """

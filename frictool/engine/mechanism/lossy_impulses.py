@@ -1,11 +1,11 @@
 """Response of a group of rigidly joined blocks to an impulse that its joints transmit with losses.
 
-A loss is proportional to the force that a joint transmits, so that it takes part of an impulse,
-however short. The impulse grows from zero (Routh 1860), and each increment changes the motion as a
-force does; the losses have the signs of the current motion. Finite forces have no effect meanwhile.
-Between the instants at which a motion ends, the change per unit of impulse is constant. This change
-solves Lambda(x) = 0 (engine/mechanism/tree_solver.py) with the impulse as the only effort. A group
-at rest that locks by its friction stays at rest.
+The loss of a joint is proportional to the transmitted force, so that it takes a fraction of an
+impulse, however short. The impulse grows from zero (Routh 1860), and each increment changes the
+speeds as a force does; the losses have the signs of the current speeds. Finite forces have no
+effect during the impulse. As long as no speed reaches zero, the change of speed per unit of impulse
+is constant. This change solves Lambda(x) = 0 (engine/mechanism/tree_solver.py) with the impulse as
+the only effort. A self-locking group at rest stays at rest.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ def is_group_lossy(k: IntVector, p: Vector, group: int) -> bool:
 
 
 class Group(NamedTuple):
-    """Group of rigidly joined blocks, and the block on which an impulse acts.
+    """Group of rigidly joined blocks, with the block on which an impulse acts.
 
     group: first block of the group. w: workspace_rows.py.
     """

@@ -1,4 +1,4 @@
-"""Guards of forces, speeds and positions, which end the modes, and dips of guards within a step."""
+"""Guards of forces, speeds and positions: ends of modes, and short violations within a step."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ BROKEN = -1.0  # value of a guard below which it has been passed
 
 @inset_kernel
 def forces_hold(k: IntVector, modes: IntVector, guard: Vector) -> bool:
-    """Return True if all modes that depend on forces go on.
+    """Return True if no mode that depends on a force ends.
 
-    These are sticking blocks, closed contacts, sides of kinks, and compliant flanks.
+    These modes are sticking blocks, closed contacts, sides of kinks, and compliant flanks.
     """
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     for i in range(n):
@@ -35,7 +35,7 @@ def forces_hold(k: IntVector, modes: IntVector, guard: Vector) -> bool:
 
 @inset_kernel
 def is_forced(k: IntVector, modes: IntVector, index: int) -> bool:
-    """Return True if the guard at `index` watches a force, False if a speed or a position."""
+    """Return True for the guard of a force, False for that of a speed or a position."""
     n, j, c = k[ly.BLOCKS], k[ly.JOINTS], k[ly.COUPLINGS]
     if index < n:
         return bool(modes[index] == STUCK)
@@ -79,7 +79,7 @@ def _flank_left(
 def distance_to_guard(
     k: IntVector, p: Vector, index: int, y: Vector, rates: Vector, modes: IntVector
 ) -> tuple[float, float]:
-    """Return the distance of a speed, gap or end stop from its guard, and the rate of the distance.
+    """Return the distance of a speed, gap or end stop from its limit, and the rate of the distance.
 
     For a speed, the distance is the speed in the direction of its mode; for a compliant flank see
     `_flank_left`. rates (y,): y'.
@@ -109,9 +109,8 @@ def is_broken(
 ) -> bool:
     """Return True if a guard has been passed.
 
-    An open flank or stop counts if it moves in, or if it had not passed its end at the step's
-    beginning. A flank or stop that begins beyond its end has just been left. begin: guards at the
-    step's beginning.
+    An open flank or stop counts if it closes, or if it had not passed its end at the beginning of
+    the step. Otherwise it has just been opened. begin: guards at the beginning of the step.
     """
     if guard[index] >= BROKEN:
         return False
@@ -176,7 +175,7 @@ def first_dip(
     modes: IntVector,
     guard: Vector,
 ) -> float:
-    """Return the first time in a step at which a guard may be passed and intact again later.
+    """Return the first time in a step at which a guard may be violated for a short time.
 
     The search covers guards of speeds, open flanks and stops. Without such a time, the result is h.
     """

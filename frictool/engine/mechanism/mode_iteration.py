@@ -1,4 +1,4 @@
-"""Iteration of the modes at one instant until they agree with the forces."""
+"""Iteration of the modes at one instant until they are consistent with the forces."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def stop_tree(k: IntVector, index: int, p: Vector, y: Vector, modes: IntVector) 
 
 @inset_kernel
 def align(k: IntVector, p: Vector, y: Vector, modes: IntVector) -> None:
-    """Give blocks that move together consistent speeds, and hold blocks at their end stops.
+    """Set consistent speeds of blocks that move together, and positions of blocks at end stops.
 
     Otherwise rounding errors would accumulate in the relative speeds of these blocks.
     """
@@ -91,7 +91,7 @@ def _jam(
 def modes_at_instant(
     machine: CompiledMechanism, state: MechanismState, t: float, events: EventRows
 ) -> int:
-    """Determine the modes as `settle`, which calls this kernel by its address."""
+    """Determine the modes for `settle`, which calls this kernel by its address."""
     k, p, workspace = machine.whole, machine.numbers, state.workspace
     out = RateEvaluation(
         workspace.slopes[0], workspace.w, workspace.lines[st.GUARD], workspace.powers[0]
@@ -119,8 +119,8 @@ _modes_at_instant = ac.call_by_address(MODES_AT_INSTANT)
 def settle(machine: CompiledMechanism, state: MechanismState, t: float, events: EventRows) -> int:
     """Determine the modes, t [s] after the command; return a status code.
 
-    Fills the rows 0 of slopes and powers, and GUARD, for these modes. The kernel is called by its
-    address, as `field` is.
+    Fills the rows 0 of slopes and powers, and GUARD, for these modes. The implementation is called
+    by its address, like that of `field`.
     """
     address = machine.laws[machine.laws.shape[0] - 1, ly.SETTLE]
     status: int = _modes_at_instant(address, machine, state, t, events)

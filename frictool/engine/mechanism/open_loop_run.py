@@ -24,7 +24,7 @@ class MechanismRun:
     """Result of a run; columns are samples, and the first column is the initial state.
 
     status: engine/status_codes.py. Values after `reached` [s] are NaN. events: rows of
-    engine/mechanism/events.py; happened: number of events, including the events that did not fit.
+    engine/mechanism/events.py. happened: number of events, including those that exceed the array.
     """
 
     status: int
@@ -94,7 +94,7 @@ def run(
     tolerance
         Relative tolerance of speeds.
     room_for_events
-        Largest number of events that are returned.
+        Largest number of events to return.
 
     Returns
     -------

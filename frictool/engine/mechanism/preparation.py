@@ -14,7 +14,7 @@ from frictool.runtime.kernels import function_pointer
 
 
 def prepare(packed: PackedMechanism) -> CompiledMechanism:
-    """Return the compiled mechanism with the addresses of the engine's own kernels.
+    """Return the compiled mechanism, with the addresses of the engine's kernels.
 
     Raises ValueError if its joints have no solution, or a friction law is not in the registry.
     """

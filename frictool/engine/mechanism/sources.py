@@ -1,4 +1,4 @@
-"""Drives of the sources during a call: limited commands, and drives that lag behind commands."""
+"""Drives of the sources during a call: limited commands through first-order lags."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from frictool.typing import IntVector, Vector
 
 @inset_kernel
 def source_limits(k: IntVector, p: Vector, source: int, y: Vector) -> tuple[float, float]:
-    """Return the lowest and highest drive of a source, by its own limit and its winding's limit.
+    """Return the lowest and highest drive of a source, by the limits of drive and winding.
 
     The limit of a winding depends on the speed.
     """
@@ -36,7 +36,7 @@ def take_inputs(
     drive: Vector,
     inputs: Vector,
 ) -> None:
-    """Fill `inputs` with limited commands, drives, and efforts held on blocks.
+    """Fill `inputs` with limited commands, drives, and held efforts on blocks.
 
     The limits are computed for the speeds at the beginning.
     """
@@ -62,7 +62,7 @@ def flowing_at(k: IntVector, p: Vector, source: int, t: float, inputs: Vector) -
 
 @inset_kernel
 def let_flow(k: IntVector, p: Vector, inputs: Vector, t: float, drive: Vector) -> None:
-    """Fill `drive` with the drive of each source t [s] after its command."""
+    """Fill `drive` (u,) with the drive of each source t [s] after its command."""
     for s in range(k[ly.SOURCES]):
         drive[s] = flowing_at(k, p, s, t, inputs)
 

@@ -1,4 +1,4 @@
-"""State of a mechanism: motion, closed contacts, sticking blocks, and the work done so far.
+"""State of a mechanism: motion, drives, modes of contacts and frictions, and work done so far.
 
     y       positions (n,), speeds (n,), inner states of frictions (z,)
     drive   drive of each source (u,): A, V, or an effort
@@ -23,7 +23,7 @@ law      frictions  mode of a hybrid or banded law
 section     length     work
 ==========  =========  ==========================================================================
 sources     u          done by each source on its block
-external    n          done by the efforts held on blocks
+external    n          done by the external efforts on blocks
 joints      joints     lost in each joint by its efficiency
 couplings   couplings  lost by damping and efficiency
 frictions   f          taken by each friction; a dynamic law returns what its contact stores
@@ -74,9 +74,9 @@ INTEGER_ROWS = 3
 
 
 class Workspace(NamedTuple):
-    """Work arrays of the kernels; the content of the arrays is valid within one call only.
+    """Work arrays of the kernels; their content is valid within one call only.
 
-    A few large arrays are quick to compile and to pass; rows may be longer than needed.
+    Kernels with few arguments are compiled and called faster; rows may be longer than needed.
     """
 
     w: Vector  # (WORK_ROWS, blocks or joints): workspace_rows.py
@@ -87,7 +87,7 @@ class Workspace(NamedTuple):
 
 
 class RateEvaluation(NamedTuple):
-    """Arrays filled by an evaluation of the rates."""
+    """Output arrays of an evaluation of the rates."""
 
     rates: Vector  # (y,): y'
     w: Vector  # (WORK_ROWS, blocks or joints)
@@ -160,7 +160,7 @@ def rest(
     where = np.asarray(start, dtype=np.float64)
     if where.shape != (c["blocks"],):
         raise ValueError(
-            f"start has shape {where.shape}; allowed: ({c['blocks']},), a position of each block"
+            f"start has shape {where.shape}; allowed: ({c['blocks']},), one position for each block"
         )
     n = c["blocks"]
     f = packed.frictions
@@ -212,7 +212,7 @@ def _workspace(c: dict[str, int], size: int, modes: int, work: int) -> Workspace
 
 
 def work_by_element(machine: CompiledMechanism, state: MechanismState) -> WorkByElement:
-    """Return the sections of `work`."""
+    """Return the work done and lost so far [J], divided by element."""
     c = counts(machine)
     lengths = [
         c[k]

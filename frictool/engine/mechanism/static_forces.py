@@ -1,6 +1,6 @@
-"""Ranges of the forces that a tree of joints can hold at rest, and the load of self-locking joints.
+"""Ranges of the forces in a tree of joints at rest, and the load of self-locking joints.
 
-The solver of a tree is tree_solver.py.
+The functions are used by tree_solver.py.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from frictool.typing import IntVector, Vector
 
 @inset_kernel
 def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
-    """Fill NEED and NEED_HIGH with Lambda(0) of all members; return False if no forces fit `sided`.
+    """Fill NEED and NEED_HIGH with Lambda(0) of all members; return False if there is no solution.
 
-    sided: True if each self-locking joint must be loaded on the side of its kink that its branch
-    gives. A joint with branch 0 is then at its kink, or loaded on the side on which it drives while
-    the root moves `towards`.
+    sided: True if each self-locking joint must be loaded on that side of its kink which its branch
+    states. A joint with branch 0 is then at its kink, or loaded on the side on which it drives
+    while the root moves in the direction `towards`.
     """
     k, p, modes, members, _, w = tree
     n = k[ly.BLOCKS]
@@ -98,7 +98,7 @@ def force_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> tuple[float, fl
 def side_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> int:
     """Return the side of the kink, +1 or -1, on which the joint of a member at rest is loaded.
 
-    The result is 0 if friction beyond the joint may take the load.
+    The result is 0 if friction behind the joint may carry the load.
     """
     low, high, slack = force_at_rest(k, p, i, w)
     row = ly.joint_row(k, ly.joint_of(k, i))
@@ -108,7 +108,7 @@ def side_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> int:
 
 @inset_kernel
 def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
-    """Return the direction in which a tree at rest breaks away, 0 if it stays.
+    """Return the direction in which a tree at rest breaks away, 0 if it stays at rest.
 
     The direction follows from NEED and NEED_HIGH of the root.
     """
@@ -120,7 +120,7 @@ def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
 
 @inset_kernel
 def unload(tree: JointTree) -> bool:
-    """Set branch 0 for each self-locking joint whose branch is not the side of its load at rest.
+    """Set the branch to 0 for each self-locking joint that is not loaded on this side at rest.
 
     Returns True if there are self-locking joints.
     """
@@ -140,7 +140,7 @@ def unload(tree: JointTree) -> bool:
 
 @inset_kernel
 def stays_loaded(tree: JointTree, towards: float) -> bool:
-    """Return True if a tree can rest with its self-locking joints loaded on their branches' sides.
+    """Return True if a tree can rest with its self-locking joints loaded as their branches state.
 
     See `gather_rest`.
     """

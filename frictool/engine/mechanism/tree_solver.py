@@ -2,22 +2,22 @@
 
 The method is dynamic programming on Gauss's principle, as in Vereshchagin (1974); without contacts
 it is the articulated-body recursion of articulated_body.py. Each subtree is described by one
-function: Lambda(x), the effort that it needs for the acceleration x of its root. Through a rigid
-joint, the child has the acceleration ratio x. Through a flank, which can only push, the child's
-need counts only if it is a push, max(0, Lambda_child(ratio x)); otherwise the child separates.
+function: Lambda(x), the effort that it needs for the acceleration x of its root. The child of a
+rigid joint has the acceleration ratio x. A flank can only push: its child contributes max(0,
+Lambda_child(ratio x)) and separates if this is 0.
 
-Each step of the recursion keeps Lambda a rising, piecewise linear graph: m x rises, Coulomb
+In each step of the recursion, Lambda is a rising, piecewise linear graph: m x rises, Coulomb
 friction at rest is a vertical piece at x = 0, and the loss of a link that its load can drive rises
 with the force. So 0 = Lambda(x) has one solution, independent of the order of contacts. It is the
-motion that Gauss's principle of least constraint selects among those that the contacts allow
-(Moreau 1966; the graph is the subdifferential of a convex function of the accelerations). A tree at
-rest stays at rest if its interval Lambda(0) contains 0.
+motion of least constraint (Gauss) among all motions that the contacts allow (Moreau 1966; the graph
+is the subdifferential of a convex function of the accelerations). A tree at rest stays at rest if
+its interval Lambda(0) contains 0.
 
-A breakaway above the Coulomb friction makes the graph fall at x = 0: a tree that can stay at rest
-does so, and any other starts with its friction in slip.
+If the breakaway is above the Coulomb friction, the graph falls at x = 0. Then a tree that can stay
+at rest stays at rest; any other tree starts to move with its friction in slip.
 
-A self-locking link also makes the graph fall, so that 0 = Lambda(x) may have several solutions, or
-none (Painleve). Then `follow` and `_leaves_unloaded` choose the solution that a stiff compliant
+With a self-locking link the graph may fall, too, so that 0 = Lambda(x) may have several solutions,
+or none (Painleve's paradox). Then `follow` and `_leaves_unloaded` choose the solution that a stiff
 link with damping would reach.
 """
 
@@ -228,8 +228,8 @@ def solve_tree(
     """Set the modes of the tree with the root at `index` in the order, up to its open contacts.
 
     workspace: (blocks + 1,) or longer. Returns a status of engine/status_codes.py. If the tree
-    jams, contacts that would pull are open, and the last entry of `workspace` is the index, in the
-    order, of the first block of the jammed part.
+    jams, contacts that would pull are open, and the last entry of `workspace` is the index in ORDER
+    of the first block of the jammed part.
     """
     n = k[ly.BLOCKS]
     count = _members(k, modes, index, workspace)

@@ -1,8 +1,7 @@
-"""Weighted sums of a step's slopes: stage points, end, error and dense output.
+"""Weighted sums of a step's slopes (derivatives): stage points, end, error and dense output.
 
 Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I, II.5, II.6, II.10. Slopes with
-weight 0 are left out of a sum. Terms are added FOUR at a time, so that the states are traversed
-less often.
+weight 0 are left out of a sum. FOUR terms are added in one pass over the states, which is faster.
 """
 
 from __future__ import annotations
@@ -81,7 +80,7 @@ def stage_point(stage: int, h: float, y: Vector, slopes: Vector, point: Vector) 
 
 @inset_kernel
 def gained(h: float, slopes: Vector, gain: Vector) -> None:
-    """Fill `gain` (n,) with the change over the step."""
+    """Fill `gain` (n,) with the change of the state over the step."""
     for i in range(slopes.shape[1]):
         gain[i] = 0.0
     _add(h, STAGE_INDICES[AFTER], STAGE_WEIGHTS[AFTER], STAGE_TERMS[AFTER], slopes, gain)
@@ -123,7 +122,7 @@ def path_of(h: float, slopes: Vector, path: Vector) -> None:
 
 @inset_kernel
 def on_path(part: float, path: Vector, gain: Vector) -> None:
-    """Fill `gain` with the change over a part of the step, 0 .. 1."""
+    """Fill `gain` with the change of the state over the fraction `part` of the step."""
     rest = 1.0 - part
     for i in range(path.shape[1]):
         inner = path[4, i] + rest * (path[5, i] + part * path[6, i])

@@ -1,8 +1,8 @@
 """Rows of the work array `w`; a column belongs to a block, in row LAMBDA to a joint.
 
-Every row but GROSS holds the result of the last kernel that fills it. GROSS is the sum of the
-magnitudes of the efforts on a block, to which rounding errors are relative. Only a whole evaluation
-fills it; the stages within a step use the last values.
+Every row except GROSS contains the result of the last kernel that fills it. GROSS is the sum of the
+magnitudes of the efforts on a block, the scale of rounding errors. Only an evaluation with `whole`
+True fills GROSS; the stages within a step use the last values.
 """
 
 from __future__ import annotations
