@@ -1,4 +1,4 @@
-"""Advice after a failed reduction: a bandwidth, tolerance or travel that would pass."""
+"""Advice after a failed reduction: a bandwidth, tolerance or travel with which it would succeed."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ WORTH = 0.1  # least useful part, relative to the travel
 
 
 def passing_bandwidth(whole: Mechanism, tolerance: float) -> float | None:
-    """Return the largest bandwidth [rad/s] that allows rigid links; None if there is none.
+    """Return the largest bandwidth [rad/s] up to which rigid links are accurate; None without one.
 
-    The bandwidth is below every resonance and rounded down. Up to it, rigid links change the gain
-    by at most `tolerance`. Raises ElementError and NoSolutionError as the steps of the reduction
-    do.
+    The bandwidth is below every resonance and rounded down. Up to this bandwidth, rigid links
+    change the gain by at most `tolerance`. Raises ElementError and NoSolutionError as the steps of
+    the reduction do.
     """
     source, sensor = controlled_names(whole)
     seen, _ = from_source(whole, source)
@@ -58,7 +58,10 @@ def rounded_down(value: float) -> float:
 
 
 def needed_tolerance(reports: Iterable[StepReport], play: float) -> float:
-    """Return the least tolerance that every error meets, rounded up to 0.01; play: backlash."""
+    """Return the smallest tolerance for which all errors are allowed, rounded up to 0.01.
+
+    play: backlash at the sensor [rad | m].
+    """
     errors = [0.0]
     for one in reports:
         errors += [one.predicted] if one.covered is None else []
@@ -71,17 +74,18 @@ def needed_tolerance(reports: Iterable[StepReport], play: float) -> float:
 
 
 def other_tolerance(reports: Iterable[StepReport], play: float) -> str:
-    """Return advice for a message: the option with a sufficient tolerance, or the alternative."""
+    """Return advice for a message: a sufficient --tolerance, or an alternative."""
     needed = needed_tolerance(reports, play)
     if needed <= MOST_TOLERANCE:
         return f"--tolerance {needed:g}"
-    return "the mechanism itself (frictool simulate): no --tolerance allows this error"
+    return "the mechanism itself (frictool simulate), since no --tolerance allows this error"
 
 
 def parts_of_travel(x: Vector, holds: Callable[[slice], bool]) -> list[tuple[float, float]]:
-    """Return the widest parts at either end of x (n,) on which `holds` is true, rounded inwards.
+    """Return the widest parts at the two ends of x (n,) on which `holds` (n,) is true.
 
-    Parts below WORTH of the travel are left out.
+    Their ends are rounded inwards. Parts narrower than the fraction WORTH of the travel are left
+    out.
     """
     parts = []
     for from_low in (True, False):

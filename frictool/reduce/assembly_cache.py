@@ -1,4 +1,4 @@
-"""Cache of assembled mechanisms, because the steps of a reduction need the same one repeatedly."""
+"""Cache of assembled mechanisms, because the steps of a reduction use the same ones repeatedly."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """Backlash reflected to the actuator and to the sensor (thesis 2.1.5).
 
-A backlash of width rho at block b is rho/|q_b'/q_s'| at the source: a millimetre behind a reducer
-is several turns of the motor. Widths in series add; of parallel branches, the widest counts. Inside
-the backlash only the blocks between the source and the backlash move, against their own friction
-(4.45).
+A backlash of width rho at block b is rho/|q_b'/q_s'| at the source s: a millimetre behind a reducer
+is several turns of the motor. Widths in series are added; of parallel branches, the widest is used.
+While the backlash is open, only the blocks between the source and the backlash move, against the
+friction of these blocks (4.45).
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from frictool.reduce.step_report import StepFigure
 
 @dataclass(frozen=True)
 class BacklashChain:
-    """Backlash of a mechanism in its source's coordinate.
+    """Backlash of a mechanism in the coordinate of its source.
 
-    chain: links with backlash on the path from the source that has the widest backlash. width: sum
-    of the widths of these links [rad | m]. before_sensor: backlash between source and sensor
-    [rad | m]. hiding: names of the links with this backlash. behind: names of the blocks that the
-    source moves through backlash.
+    chain: links with backlash, on that path from the source which has the widest backlash. width:
+    sum of the widths of these links [rad | m]. before_sensor: backlash between source and sensor
+    [rad | m]. hiding: names of the links with the backlash before the sensor. behind: names of the
+    blocks behind backlash.
     """
 
     chain: tuple[Connection, ...]
@@ -37,7 +37,7 @@ class BacklashChain:
 
 
 def play(mechanism: Mechanism, root: str, sensor_block: str) -> BacklashChain:
-    """Return the backlash of the mechanism as seen from block `root`."""
+    """Return the backlash of the mechanism in the coordinate of block `root`."""
     assembled = assemble_cached(mechanism)
     seen = seen_from(assembled.blocks.index(root), connections(assembled), assembled.blocks)
     widths = {

@@ -1,11 +1,11 @@
-"""Resistance of one block at steady speed, over its position: loads, and friction by direction.
+"""Resistance of one block to steady motion over its position: load and friction.
 
-    effort to move it forward   C_+(x) = S(x) + F(x)
-                      backward  C_-(x) = S(x) - F(x)        (2.28)
+    effort that moves it forward    C_+(x) = S(x) + F(x)
+                         backward   C_-(x) = S(x) - F(x)        (2.28)
 
 The load S is the effort of springs, cams and constant efforts. The friction F is Coulomb friction
-in slip, or the breakaway at rest. Both are evaluated from the engine's arrays, so that they equal
-those of a simulation.
+in slip, or the breakaway at rest. Both are computed from the arrays of the engine, so that they
+equal those of a simulation.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from frictool.typing import Vector
 class SpeedDependentFriction:
     """Speed-dependent part of a friction.
 
-    drop: breakaway minus Coulomb friction [N m | N]; at speed v it is multiplied by
-    exp(-(v/velocity)^exponent). viscous: coefficient of viscous friction [N m s/rad | N s/m].
+    drop: breakaway minus Coulomb friction [N m | N]; at speed v, drop exp(-(v/velocity)^exponent)
+    is added to the Coulomb friction. viscous: coefficient of viscous friction [N m s/rad | N s/m].
     """
 
     drop: float
@@ -39,7 +39,7 @@ class SpeedDependentFriction:
 class BlockResistance:
     """Resistance at positions (n,): load S, Coulomb friction F and breakaway, each (n,) [N m | N].
 
-    pressed_breakaway: breakaway (n,) without the drops of `falling`. falling: speed-dependent parts
+    pressed_breakaway: breakaway (n,) without the drops in `falling`. falling: speed-dependent parts
     of the friction. damping: sum of the damping of the springs to the frame.
     """
 
@@ -51,12 +51,12 @@ class BlockResistance:
 
     @property
     def breakaway(self) -> Vector:
-        """Largest effort of friction at rest."""
+        """Return the largest effort of friction at rest (n,)."""
         return self.pressed_breakaway + sum(one.drop for one in self.falling)
 
     @property
     def viscous(self) -> float:
-        """Sum of the damping and of the viscous friction."""
+        """Return the sum of damping and viscous friction."""
         return self.damping + sum(one.viscous for one in self.falling)
 
 

@@ -1,4 +1,4 @@
-"""Test commands of the simulation check, the same for every mechanism of the chain.
+"""Test commands of the simulation check; they are the same for every mechanism of the chain.
 
 A run starts at rest at one of five positions of the travel. Its first move goes forward or
 backward. The command of a run is:
@@ -8,9 +8,9 @@ backward. The command of a run is:
 - the same step and ramp in the opposite direction.
 
 Backlash thus opens and closes, and the friction of both directions acts. Commands are in the
-drive's unit and are held over a sample. If friction almost vanishes along the path of a step, the
-command ends before this step. The stopping position would otherwise be a quotient of two small
-numbers.
+drive's unit and constant over a sample. If the friction is almost 0 on the path of a step, the
+command ends before this step, because the position at which the axis stops would then be a quotient
+of two small numbers.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ FREE = 0.3  # push relative to the drive's limit, if there is no friction
 
 @dataclass(frozen=True)
 class CheckRun:
-    """Command (n,) [unit of the drive] from rest at `start` [rad | m] of the reduced mechanism."""
+    """Test run: command (n,) [unit of the drive], from rest at `start` [rad | m]."""
 
     name: str
     start: float

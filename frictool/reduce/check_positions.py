@@ -1,4 +1,4 @@
-"""Simulated positions of the sensor's block under test commands, of a mechanism or a model."""
+"""Simulation of a mechanism or a model under test commands: positions of the sensor's block."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ PARTS = 4
 def mechanism_positions(
     here: MechanismView, source: str, sensor: str, position: float, command: Vector
 ) -> Vector:
-    """Return positions (n,) of the sensor's block [rad | m], in its own coordinate.
+    """Return positions (n,) of the sensor's block [rad | m] in the coordinate of that block.
 
-    All blocks start at rest at `position` of the root in the view `here`, with each backlash in its
-    middle. Raises NoSolutionError if the engine fails.
+    All blocks start at rest, with the root of the view `here` at `position` and each backlash in
+    its middle. Raises NoSolutionError if the engine fails.
     """
     assembled = here.assembled
     names = here.assembled.blocks

@@ -1,9 +1,9 @@
-"""Compliant links: kept below a bandwidth, made rigid above it (thesis 2.1.5, (2.6)-(2.9)).
+"""Compliant links: resonances above a bandwidth are removed (thesis 2.1.5, (2.6)-(2.9)).
 
 Two inertias J_a and J_b with a stiffness k between them resonate at w_r = sqrt(k (1/J_a + 1/J_b)).
-Far below w_r the link is nearly rigid: at a frequency w, a rigid model of it has a gain error of
-(w/w_r)^2 and neglects the twist effort/k. The error at the bandwidth is computed from the
-linearised mechanisms before and after the step.
+Far below w_r the link is nearly rigid: a rigid link has a gain error of (w/w_r)^2 at the frequency
+w, and neglects the twist effort/k. The error at the bandwidth is computed from the linearised
+mechanisms before and after the step.
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ TAKES_PART = 0.05  # fraction of a mode's strain energy, below which a link is n
 
 @dataclass(frozen=True)
 class LinkResonance:
-    """Compliant link with the slowest resonance that it is part of.
+    """Compliant link with its slowest resonance.
 
     frequency: resonance frequency [rad/s]; if the link takes part in no oscillation, that of its
-    stiffness and the inertias on its two sides. damping: damping ratio. compliance: 1/stiffness
+    stiffness with the inertias on its two sides. damping: damping ratio. compliance: 1/stiffness
     [rad/(N m) | m/N]. twist: twist under the source's largest effort [rad | m].
     """
 
@@ -47,7 +47,7 @@ def compliant_links(mechanism: Mechanism) -> tuple[Connection, ...]:
 
 
 def swings(mechanism: Mechanism, root: str) -> tuple[LinkResonance, ...]:
-    """Return the resonance of each compliant link, slowest first, in the mechanism's coordinate."""
+    """Return the resonances of the compliant links (mechanism in one coordinate), slowest first."""
     assembled = assemble_cached(mechanism)
     links = connections(assembled)
     seen = seen_from(assembled.blocks.index(root), links, assembled.blocks)
@@ -83,7 +83,7 @@ def swings(mechanism: Mechanism, root: str) -> tuple[LinkResonance, ...]:
 def stiffen_above(
     mechanism: Mechanism, root: str, bandwidth: float
 ) -> tuple[Mechanism, StepReport]:
-    """Make links with a resonance above `bandwidth` [rad/s] rigid and lump the blocks they join."""
+    """Make links with a resonance above `bandwidth` [rad/s] rigid, and merge their blocks."""
     resonances = swings(mechanism, root)
     if not resonances:
         return mechanism, StepReport("compliance", "no link yields", "nothing")
@@ -124,7 +124,7 @@ def stiffen_above(
 
 
 def rigid(mechanism: Mechanism, names: set[str]) -> Mechanism:
-    """Return the mechanism with these links rigid; backlash stays, with rigid flanks."""
+    """Return the mechanism with the links `names` rigid; their backlash has rigid flanks."""
     links = dict(mechanism.links)
     for name in names:
         link = links[name]
@@ -139,7 +139,7 @@ def rigid(mechanism: Mechanism, names: set[str]) -> Mechanism:
 
 
 def middle(mechanism: Mechanism) -> np.ndarray:
-    """Return the blocks' positions in the middle of the travel, or the start if it is unknown."""
+    """Return the blocks' positions in the middle of the travel; at the start if it is unknown."""
     assembled, travel = assemble_cached(mechanism), known_travel(mechanism)
     return (
         assembled.start if travel is None else assembled.start * 0.0 + 0.5 * (travel[0] + travel[1])

@@ -1,4 +1,4 @@
-"""Connections of a mechanism's blocks, as in the equations: q_b = ratio q_a + offset."""
+"""Connections of a mechanism's blocks, q_b = ratio q_a + offset."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ SAME = 1e-9  # relative tolerance of two ratios around a loop
 
 @dataclass(frozen=True)
 class Connection:
-    """Link between blocks a and b (their numbers), with backlash, compliance or loss.
+    """Link between the blocks with the numbers a and b.
 
-    gap: half the width of the backlash at `b` [rad | m]. drive_loss, back_loss: effort lost at `a`
-    per unit of effort through the link; drive_loss applies if `a` drives `b`, back_loss if `b`
-    drives `a`. stiffness, damping: values of the compliance at `b`; 0 for a rigid link.
+    gap: half the width of the backlash at `b` [rad | m]. drive_loss, back_loss: effort lost at `a`,
+    divided by the transmitted effort, if `a` drives `b` and if `b` drives `a`. stiffness, damping:
+    values of the compliance at `b`; 0 for a rigid link.
     """
 
     name: str
@@ -38,12 +38,12 @@ class Connection:
 
     @property
     def lossless(self) -> bool:
-        """True if the link has no losses."""
+        """Return True if the link has no losses."""
         return self.drive_loss == 0.0 and self.back_loss == 0.0
 
     @property
     def plain(self) -> bool:
-        """True if the link is rigid, without backlash or loss, so that its blocks are one body."""
+        """Return True if the link is rigid without backlash or loss: its blocks form one body."""
         return not self.compliant and self.gap == 0.0 and self.lossless
 
 
@@ -73,9 +73,10 @@ def _joint(name: str, joints: Joints, k: int) -> Connection:
 
 
 def thesis_losses(ratio: float, thread: float, steep: float) -> tuple[float, float]:
-    """Return the losses of (2.12) at a steady speed per unit of force, driving and driven back.
+    """Return (drive_loss, back_loss) of the screw (2.12) at a steady speed.
 
-    f is the force, u the torque at the thread, and w = mu tan(a):
+    f is the force, u the torque at the thread, r the radius and a the angle of the thread,
+    and w = mu tan(a):
 
         u = r tan(a) f ± mu |r f - u tan(a)|
         drive loss = (mu r + r tan(a))/(1 + w) - r tan(a)
@@ -100,7 +101,7 @@ def _coupling(name: str, couplings: Couplings, k: int) -> Connection:
 
 @dataclass(frozen=True)
 class BlockMotion:
-    """Motion of a block as seen from the root: q_b = ratio q_root + offset.
+    """Motion of a block relative to that of the root: q_b = ratio q_root + offset.
 
     by: connections on the path from the root to the block.
     """
@@ -113,11 +114,11 @@ class BlockMotion:
 def seen_from(
     root: int, links: Sequence[Connection], names: Sequence[str]
 ) -> dict[int, BlockMotion]:
-    """Return every block that moves with `root`, by number.
+    """Return the motion of every block that moves with `root`, by its number.
 
     Each backlash is in its middle, compliances are unstrained, and rigid paths are preferred.
     Raises NoSolutionError if two paths from the root to a block have different ratios: the
-    mechanism then has several independent motions, or none.
+    mechanism then has several independent motions, or cannot move.
     """
     motions = {root: BlockMotion(1.0, 0.0)}
     for compliant in (False, True):

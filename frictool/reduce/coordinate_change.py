@@ -1,11 +1,11 @@
 """Change of every block to the coordinate of the source (thesis 2.1.5, (2.16)), the first step.
 
-Nothing is neglected, with one exception. A thread with the thesis's friction law (2.12) has a
-friction that depends on the whole torque of the motor; its value at a steady speed is used.
+The step is exact with one exception: the friction of a thread by the law of the thesis (2.12)
+depends on the whole torque of the motor; the step uses its value at a steady speed.
 
-All links between two blocks then have the ratio 1: couplings, or gears that keep their losses. If
-the source is linear and there are lossy links, the mechanism is seen from the nearest rotary block,
-because only links of rotary blocks have losses.
+All links between two blocks then have the ratio 1: couplings, or gears with losses. If the source
+is linear and there are lossy links, the coordinate is that of the nearest rotary block, because
+only links of rotary blocks have losses.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ SAME = 1e-9  # relative tolerance of equal ratios
 
 @dataclass(frozen=True)
 class MechanismView:
-    """Mechanism as seen from one of its blocks, `root`, whose kind is `axis`."""
+    """Mechanism with the motion of its blocks relative to the block `root`, of kind `axis`."""
 
     document: Mechanism
     assembled: AssembledMechanism
@@ -55,7 +55,7 @@ class MechanismView:
     axis: Axis
 
     def frame(self, block: str) -> CoordinateFrame:
-        """Return a block's frame as seen from the root; ground stands still."""
+        """Return the frame of a block relative to the root; ground does not move."""
         axis = self.axis
         if block == GROUND:
             return CoordinateFrame(0.0, 0.0, axis, axis)
@@ -65,7 +65,7 @@ class MechanismView:
 
 
 def view(mechanism: Mechanism, root: str) -> MechanismView:
-    """Return the mechanism as seen from block `root`.
+    """Return the view of the mechanism from block `root`.
 
     Raises NoSolutionError with the names of blocks that do not move with the root.
     """
@@ -160,17 +160,17 @@ def at_sensor(
 
 
 def sensor_frame(whole: Mechanism, source: str, sensor: str) -> CoordinateFrame:
-    """Return the frame of the sensor's block, as seen by `from_source`."""
+    """Return the frame of the sensor's block relative to the root that `from_source` uses."""
     return from_reference(whole, source).frame(whole.sensors[sensor].on)
 
 
 def from_reference(whole: Mechanism, source: str) -> MechanismView:
-    """Return the view that `from_source` uses."""
+    """Return the view of the mechanism that `from_source` uses."""
     return view(whole, _reference(whole, whole.sources[source].on))
 
 
 def expressed(here: MechanismView) -> Mechanism:
-    """Return the mechanism with every block in its frame's coordinate."""
+    """Return the mechanism with all blocks in the coordinate of the root."""
     mechanism = here.document
     links: dict[str, Link] = {}
     for name, link in mechanism.links.items():
@@ -248,7 +248,7 @@ def _between(here: MechanismView, one: Connection, link: Link) -> Link:
 
 
 def efficiencies(one: Connection) -> tuple[float, float]:
-    """Return the efficiencies from the losses: first if `a` drives `b`, then if `b` drives `a`."""
+    """Return the efficiencies from the losses: if `a` drives `b`, and if `b` drives `a`."""
     carried = abs(one.ratio)
     return carried / (carried + one.drive_loss), 1.0 - one.back_loss / carried
 

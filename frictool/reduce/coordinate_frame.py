@@ -1,12 +1,12 @@
-"""Coordinate of a block as seen from another block, and its elements there (thesis 2.1.5, (2.16)).
+"""Change of a block's elements to the coordinate of another block (thesis 2.1.5, (2.16)).
 
     q = ratio p + offset
     effort f on q          ratio f on p
     mass m, stiffness k    ratio^2 m, ratio^2 k
 
-The power is the same in both, f q' = (ratio f) p', so that nothing is neglected. Friction opposes
-the motion in either coordinate: its levels are multiplied by |ratio|, its speeds and distances by
-1/|ratio|.
+The power is the same in both coordinates, f q' = (ratio f) p', so that the change is exact.
+Friction opposes the motion in both coordinates: its levels are multiplied by |ratio|, its speeds
+and distances by 1/|ratio|.
 """
 
 from __future__ import annotations
@@ -38,7 +38,10 @@ POWERS = {"N": 1, "N/s": 1, "N s/m": 2, "N/m": 2, "kg": 2, "m/s": -1, "m": -1}
 
 @dataclass(frozen=True)
 class CoordinateFrame:
-    """Map q = ratio p + offset [SI]; axis, block_axis: kinds (rotary or linear) of p and of q."""
+    """Map q = ratio p + offset [SI].
+
+    axis, block_axis: kinds (rotary or linear) of p and of q.
+    """
 
     ratio: float
     offset: float
@@ -46,34 +49,34 @@ class CoordinateFrame:
     block_axis: Axis
 
     def position(self, q: Quantity) -> Quantity:
-        """Return a position q, converted to the coordinate p."""
+        """Return the position p for a position q."""
         offset = Quantity(
             q.value - self.offset, _less(q.low, self.offset), _less(q.high, self.offset)
         )
         return scaled(offset, 1.0 / self.ratio, self._unit("position"))
 
     def width(self, q: Quantity) -> Quantity:
-        """Return an unsigned distance along q, converted to the coordinate p."""
+        """Return the unsigned distance along p for a distance along q."""
         return scaled(q, 1.0 / abs(self.ratio), self._unit("position"))
 
     def effort(self, f: Quantity) -> Quantity:
-        """Return an effort that acts along q, converted to the coordinate p."""
+        """Return the effort along p for an effort along q."""
         return scaled(f, self.ratio, self._unit("effort"))
 
     def stiffness(self, k: Quantity) -> Quantity:
-        """Return a stiffness along q, converted to the coordinate p."""
+        """Return the stiffness along p for a stiffness along q."""
         return scaled(k, self.ratio**2, self._unit("stiffness"))
 
     def damping(self, d: Quantity) -> Quantity:
-        """Return a damping along q, converted to the coordinate p."""
+        """Return the damping along p for a damping along q."""
         return scaled(d, self.ratio**2, self._unit("viscous"))
 
     def inertia(self, m: Quantity) -> Quantity:
-        """Return an inertia or mass along q, converted to the coordinate p."""
+        """Return the inertia or mass along p for that along q."""
         return scaled(m, self.ratio**2, self._unit("inertia"))
 
     def curve(self, curve: Curve, factor: float, unit: str | None = None) -> Curve:
-        """Return the curve over p, with its values times `factor`."""
+        """Return a curve over p, with its values multiplied by `factor`."""
         positions, values = self._points(
             curve.position.values, tuple(value * factor for value in curve.value.values)
         )
@@ -93,7 +96,7 @@ class CoordinateFrame:
         ]
 
     def compliance(self, one: Compliance | None) -> Compliance | None:
-        """Return a compliance along q as one along p."""
+        """Return the compliance along p for a compliance along q."""
         return (
             None
             if one is None
@@ -101,9 +104,9 @@ class CoordinateFrame:
         )
 
     def spring(self, spring: Spring, on: str) -> Spring:
-        """Return a spring between the block and ground, converted to the coordinate p.
+        """Return the spring along p for a spring between the block and ground.
 
-        Without `free` it starts unstrained in either coordinate.
+        Without `free` it is unstrained at the start in both coordinates.
         """
         force = (
             None
@@ -161,7 +164,7 @@ class CoordinateFrame:
         return msgspec.structs.replace(source, on=on, constant=constant, effort=effort, limit=limit)
 
     def sensor(self, sensor: Sensor, on: str) -> Sensor:
-        """Return a sensor with its resolution in p; the sign of the ratio is handled elsewhere."""
+        """Return a sensor with its resolution in p; the caller handles the sign of the ratio."""
         step = sensor.step
         if sensor.counts_per_revolution is not None:
             step = Quantity(TURN / sensor.counts_per_revolution, unit="rad")
@@ -172,7 +175,7 @@ class CoordinateFrame:
 
 
 def scaled(quantity: Quantity, factor: float, unit: str) -> Quantity:
-    """Return the quantity times a factor; a negative factor swaps the interval's ends."""
+    """Return the quantity multiplied by a factor; a negative factor swaps its interval's ends."""
     ends = [None if end is None else end * factor for end in (quantity.low, quantity.high)]
     if factor < 0.0:
         ends.reverse()

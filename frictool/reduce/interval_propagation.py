@@ -1,10 +1,10 @@
-"""Propagation of a mechanism's intervals to the reduced numbers.
+"""Propagation of a mechanism's intervals to the numbers of the reduced model.
 
 Each quantity is set to the ends of its interval while the others keep their values, and the
 mechanism is reduced again; the effects are added. This is exact for sums. For products, it neglects
 the joint effect of several deviations. With up to MOST_CORNERS quantities, every corner of the box
 is reduced as well, so that monotone products are covered. Coulomb friction and breakaway of one
-part move together, because the one bounds the other.
+element are changed together, because the Coulomb friction must not exceed the breakaway.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ Uncertain = tuple[tuple[Path, Quantity], ...]
 
 
 def uncertain(mechanism: Mechanism) -> Uncertain:
-    """Return every quantity with an interval, and its keys."""
+    """Return every quantity with an interval, and its path of keys in the document."""
     return tuple(
         (path, one)
         for path, one in _quantities(mechanism, ())
@@ -47,7 +47,7 @@ def _quantities(node: Any, path: Path) -> Iterator[tuple[Path, Quantity]]:
 
 
 def at(node: Any, path: Path, value: float) -> Any:
-    """Return the document with another value at `path`, without an interval."""
+    """Return the document with another value at the keys `path`, without its interval."""
     if isinstance(node, Quantity):
         return Quantity(value, unit=node.unit)
     head = path[0]
@@ -106,7 +106,7 @@ def consistent(mechanism: Mechanism) -> Mechanism:
 def propagated(
     mechanism: Mechanism, numbers: Callable[[Mechanism], Numbers], progress: Callable[[str], None]
 ) -> Ends:
-    """Return (low, high) of each of `numbers`; both equal the value without any interval."""
+    """Return (low, high) of each of `numbers`; without intervals, both equal its value."""
     centre = numbers(mechanism)
     low, high = dict(centre), dict(centre)
     intervals = uncertain(mechanism)

@@ -1,7 +1,8 @@
 """Kept resonances: poles and zeros of the measured position relative to the rigid mechanism.
 
-Loads and friction against the frame belong to the one inertia and are left out here. The rest is a
-free mechanism, 1/(M s^2) far below its resonances; H(s) is its transfer function times M s^2.
+Loads and friction against the frame belong to the one inertia and are left out. The remaining
+mechanism is free, with the transfer function 1/(M s^2) far below its resonances; H(s) is its
+transfer function multiplied by M s^2.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ HIDDEN = 1e-6  # relative distance of a pole and a zero that cancel
 
 
 def resonances(mechanism: Mechanism, source: str, sensor: str) -> Resonances | None:
-    """Return the resonances of a mechanism in one coordinate; None if no link is compliant."""
+    """Return poles and zeros of H(s) (mechanism in one coordinate); None if all links are rigid."""
     kept = compliant_links(mechanism)
     if not kept:
         return None

@@ -1,18 +1,18 @@
-"""Lossy links replaced by lossless links and friction behind them (thesis 2.1.6).
+"""Replacement of lossy links by lossless links and friction behind them (thesis 2.1.6).
 
-A loss is proportional to the effort carried: drive_loss per unit if the source drives, back_loss if
-the load does. At a steady speed the carried effort is that of the loads and the friction beyond the
-link, so that the loss becomes part of their curves C_+ and C_- (2.15). The effort that accelerates
-a mass m beyond the link passes through the same two slopes. The source thus sees s m, with
-1 - back_loss <= s <= 1 + drive_loss whatever the load. The model's inertia has the value for s = 1
-and an interval with both ends.
+The loss of a link is proportional to the transmitted effort: its factor is drive_loss if the source
+drives, back_loss if the load drives. At a steady speed the transmitted effort is that of the loads
+and frictions behind the link, so that the loss becomes part of their curves C_+ and C_- (2.15). The
+effort that accelerates a mass m behind the link has the same losses. The reflected mass is
+therefore s m, with 1 - back_loss <= s <= 1 + drive_loss for any load. The model's inertia has the
+value for s = 1 and an interval that contains both ends.
 
 A link with 1 - back_loss < 0 (mu > tan(alpha)) is irreversible: no load moves it. To lower a load
-through it, the source must push. The load presses less the faster it accelerates, so that s < 0:
-the reflected inertia is less than that of the motor alone.
+through it, the source must push. If the load accelerates downwards, it presses less on the link, so
+that s < 0: the reflected inertia is less than that of the motor alone.
 
-An efficiency (2.14) never replaces friction here. With a load that drives the motor back, an
-efficiency alone would make the loop an oscillator without damping, "which is wrong in practice".
+An efficiency (2.14) never replaces friction. With a load that drives the motor back, a loop with an
+efficiency alone would be an oscillator without damping, "which is wrong in practice".
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from frictool.reduce.travel_grid import positions
 def as_friction(
     mechanism: Mechanism, root: str, whole: Mechanism
 ) -> tuple[Mechanism, StepReport, ReflectedInertia]:
-    """Remove the losses of rigid links; return also the report and the reflected inertia's bounds.
+    """Replace the losses of rigid links by friction; also return report and reflected inertia.
 
     The mechanism is in one coordinate. whole: document with the original threads and efficiencies.
     Raises NoSolutionError if the source would have to drive an irreversible link backwards.

@@ -1,4 +1,4 @@
-"""Bandwidth of a mechanism that matters to a controller: a decade above its highest crossover."""
+"""Bandwidth of a mechanism that a controller needs: a decade above its highest crossover."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ ABOVE = 10.0  # bandwidth relative to the crossover frequency
 
 
 def bandwidth_of(controller: Controller) -> float:
-    """Return the bandwidth [rad/s]; raise NoSolutionError if no loop crosses gain 1."""
+    """Return ten times the highest crossover [rad/s]; raise NoSolutionError if there is none."""
     lag = controller.bench.actuator.loop_time_constant_s
     frequencies = []
     for vertex in controller.verified.vertices:

@@ -1,9 +1,8 @@
 """Comparison of the whole mechanism and its one inertia under the same controller and reference.
 
-The true position and the response times are compared. The allowed distance of the positions is the
-backlash plus `tolerance` times the present step of the reference (at least the encoder's step). The
-allowed difference of the response times is `tolerance` times that of the whole mechanism (at least
-the sample period).
+The true positions and the response times are compared. The positions may differ by the backlash
+plus `tolerance` times the present step of the reference (at least the encoder's step). The response
+times may differ by `tolerance` times that of the whole mechanism (at least the sample period).
 """
 
 from __future__ import annotations
@@ -24,9 +23,9 @@ class LoopStep:
     """Comparison over one hold of the reference.
 
     time: start of the hold [s]. origin, target: reference before and during the hold [rad | m].
-    distance: largest distance between both positions [rad | m]. at_the_end: their distance at the
+    distance: largest difference of both positions [rad | m]. at_the_end: their difference at the
     end of the hold [rad | m]. whole_s, reduced_s: response times [s]. allowed: largest allowed
-    distance [rad | m].
+    difference [rad | m].
     """
 
     time: float
@@ -41,7 +40,7 @@ class LoopStep:
 
 @dataclass(frozen=True)
 class LoopComparison:
-    """Comparison over all holds; refused: message on the first disagreement, or None."""
+    """Comparison over all holds; refused: message on the first difference not allowed, or None."""
 
     steps: tuple[LoopStep, ...]
     refused: str | None
@@ -50,7 +49,7 @@ class LoopComparison:
 def in_loop(
     whole: Stream, reduced: Stream, resolution: float, play: float, tolerance: float
 ) -> LoopComparison:
-    """Compare two logs of one scenario; resolution, play: sensor's step and backlash [rad | m]."""
+    """Compare two logs of one scenario; resolution, play: encoder step and backlash [rad | m]."""
     reference = whole.signals["reference"]
     time = whole.time
     one, other = whole.signals["position_true"], reduced.signals["position_true"]

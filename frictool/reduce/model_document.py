@@ -1,4 +1,4 @@
-"""Model document of a reduced mechanism, and the bench from its sources and sensors."""
+"""Model document of a reduced mechanism, with a bench from its sources and sensors."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ Ends = Mapping[str, tuple[float, float]]
 
 @dataclass(frozen=True)
 class _Estimates:
-    """Numbers of one inertia with their intervals `ends`, by the names of OneInertia.scalars."""
+    """Numbers of one inertia with their intervals `ends`, by the names in OneInertia.scalars."""
 
     one: OneInertia
     ends: Ends
@@ -71,10 +71,11 @@ class _Estimates:
 def model_of(
     chain: ReductionChain, ends: Ends, provenance: Provenance, bench: Bench | None = None
 ) -> Model:
-    """Return the model document.
+    """Return the model document of a reduction.
 
-    ends: intervals by the names of OneInertia.scalars. bench: the user's bench, which replaces the
-    mechanism's. Raises NoSolutionError if the bench contradicts the mechanism, or if the
+    ends: intervals by the names of OneInertia.scalars. bench: the user's bench; without one, the
+    bench follows from the mechanism. Raises NoSolutionError if the bench contradicts the mechanism,
+    or if the
     source has no limit.
     """
     one = chain.one
@@ -275,9 +276,9 @@ def _encoder(chain: ReductionChain, axis: Axis) -> Encoder:
 
 
 def merged(bench: Bench, derived: Bench) -> Bench:
-    """Return the user's bench, completed from the mechanism's.
+    """Return the user's bench, completed by values of the mechanism.
 
-    Raises NoSolutionError if the two contradict each other.
+    Raises NoSolutionError if bench and mechanism contradict each other.
     """
     pairs = {
         "axis": (bench.axis, derived.axis),

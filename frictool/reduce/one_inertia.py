@@ -1,12 +1,12 @@
-"""Reduction to one inertia, with C_r(theta, sign) as polynomials and one backlash, the last step.
+"""Last step: reduction to one inertia, with C_r(theta, sign) as polynomials and one backlash.
 
     J theta'' = u - C_r(theta, sign(theta'))        (2.24)-(2.29)
 
-Inside the backlash (4.45), only the blocks between the source and the backlash move, against their
-own friction. A pushed block behind backlash lags the source by half the backlash. Each direction's
-curve is therefore evaluated at the lagging position of the block. The model neglects the masses
-behind an open backlash, the difference between polynomial and curve, and the order in which several
-backlashes open.
+While the backlash is open (4.45), only the blocks between the source and the backlash move, against
+the friction of these blocks. A pushed block behind backlash lags the source by half the backlash.
+The curve of each direction is therefore evaluated at the lagging position of the block. The model
+neglects the masses behind an open backlash, the difference between polynomial and curve, and the
+order in which several backlashes open.
 """
 
 from __future__ import annotations
@@ -43,8 +43,8 @@ class DirectionFriction:
 
     coulomb: polynomial of the Coulomb friction. extra: polynomial of the breakaway minus the
     Coulomb friction. curve, breakaway: Coulomb friction and breakaway, each (n,), that the
-    polynomials approximate. met: mask (n,) of the positions at which the source can push the part
-    behind the backlash; at the others the source has to turn back earlier.
+    polynomials approximate. met: mask (n,) of the positions at which the source can push the blocks
+    behind the backlash; at the other positions the source must reverse before that.
     """
 
     coulomb: PolynomialFit
@@ -59,7 +59,7 @@ class DirectionFriction:
 
     @property
     def breakaway_terms(self) -> tuple[float, ...]:
-        """Coefficients of the breakaway, the sum of both polynomials."""
+        """Return the coefficients of the breakaway, the sum of both polynomials."""
         first, second = self.coulomb.coefficients, self.extra.coefficients
         count = max(len(first), len(second))
         padded = [(*terms, *(0.0 for _ in range(count - len(terms)))) for terms in (first, second)]
@@ -67,7 +67,7 @@ class DirectionFriction:
 
     @property
     def misses(self) -> float:
-        """Largest error of the Coulomb polynomial relative to the mean friction."""
+        """Return the largest error of the Coulomb polynomial relative to the mean friction."""
         return (
             self.coulomb.error / max(float(np.mean(self.curve)), 1e-300)
             if len(self.coulomb.coefficients) > 1
@@ -76,17 +76,17 @@ class DirectionFriction:
 
     @property
     def flat(self) -> bool:
-        """True if both polynomials are constants."""
+        """Return True if both polynomials are constants."""
         return len(self.coulomb.coefficients) == 1 and len(self.extra.coefficients) == 1
 
 
 @dataclass(frozen=True)
 class OneInertia:
-    """One-inertia model, SI, in the coordinate of the reduced mechanism.
+    """One-inertia model in SI units, in the coordinate of the reduced mechanism.
 
-    inner: inertia that moves inside the backlash. residual: load that friction does not hold.
-    inside: Coulomb friction inside the backlash. positions: positions (n,) of the curves.
-    restitution: coefficient of restitution of the end stops that are not behind backlash.
+    inner: inertia that moves while the backlash is open. residual: load that friction does not
+    hold. inside: Coulomb friction while the backlash is open. positions: positions (n,) of the
+    curves. restitution: coefficient of restitution of the end stops that are not behind backlash.
     reflected: bounds of the inertia due to losses. travel: travel of the source's block between the
     end stops.
     """
@@ -109,7 +109,7 @@ class OneInertia:
 
     @property
     def ends(self) -> tuple[float, float]:
-        """First and last position of the travel."""
+        """Return the first and the last position of the travel."""
         return float(self.positions[0]), float(self.positions[-1])
 
     def scalars(self) -> dict[str, float]:
@@ -255,8 +255,9 @@ def _positions(
 def stopped(mechanism: Mechanism, behind: Mapping[str, float]) -> tuple[float, float] | None:
     """Return the travel of the source's block between its end stops; None if it is unknown.
 
-    A stop behind backlash is half of the backlash further out. A `travel` of the document that ends
-    before the stops is used instead. Raises NoSolutionError if that `travel` is beyond a stop.
+    A stop behind backlash is shifted outwards by half of the backlash. If `travel` of the document
+    ends before the stops, it is used instead. Raises NoSolutionError if that `travel` is beyond a
+    stop.
     """
     lows = []
     highs = []
@@ -286,7 +287,7 @@ def stopped(mechanism: Mechanism, behind: Mapping[str, float]) -> tuple[float, f
 
 
 def stiffened(mechanism: Mechanism) -> Mechanism:
-    """Return the mechanism with every link between two blocks rigid; backlash stays."""
+    """Return the mechanism with all links between two blocks rigid; backlash remains."""
     links = dict(mechanism.links)
     for name, link in links.items():
         if isinstance(link, Coupling | Gear):

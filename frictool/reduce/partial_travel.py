@@ -12,11 +12,11 @@ from frictool.errors import FrictoolError
 
 
 class OutsideTravelError(FrictoolError):
-    """Error of a requested travel that is no part of the mechanism's."""
+    """Error: a requested travel is not within the travel of the mechanism."""
 
 
 def restrict_travel(whole: Mechanism, ends: tuple[float, float]) -> Mechanism:
-    """Return the mechanism with the travel (low, high) [rad | m] of its sensor's block.
+    """Return the mechanism with the travel of its sensor's block restricted to `ends` [rad | m].
 
     Raises OutsideTravelError if (low, high) and the mechanism's travel do not overlap, or if low is
     not below high.

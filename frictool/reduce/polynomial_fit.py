@@ -1,4 +1,4 @@
-"""Polynomial fit (4.44) of a curve over the travel, of the lowest sufficient degree."""
+"""Polynomial fit (4.44) of a curve over the travel, with the lowest sufficient degree."""
 
 from __future__ import annotations
 
@@ -16,18 +16,18 @@ NOTHING = 1e-12  # relative to the mean at the far end of the travel: smaller co
 
 
 class PolynomialFit(NamedTuple):
-    """Coefficients, lowest power first [SI], and the largest error within the travel [N m | N]."""
+    """Coefficients of a fit, lowest power first [SI], and its largest error [N m | N]."""
 
     coefficients: tuple[float, ...]
     error: float
 
 
 def fit_polynomial(x: Vector, values: Vector, over: tuple[float, float]) -> PolynomialFit:
-    """Fit a polynomial to the curve (x, values), both (n,), and keep it non-negative.
+    """Fit a nonnegative polynomial to the curve (x, values), both (n,).
 
-    The polynomial is raised by a constant if it would be negative within `over`, a range that
-    contains x. Least squares at Chebyshev nodes keeps the largest error near its minimum. The error
-    is computed from the coefficients as they are written to model.yaml.
+    A constant is added if the polynomial would be negative within `over`, a range that contains x.
+    With least squares at Chebyshev nodes, the largest error is near its minimum. The error is
+    computed from the coefficients as rounded for model.yaml.
     """
     low, high = float(x[0]), float(x[-1])
     nodes = 0.5 * (low + high) + 0.5 * (high - low) * np.cos(

@@ -23,20 +23,20 @@ from frictool.runtime.object_view import ResultView
 
 @dataclass(frozen=True)
 class ReductionRequest:
-    """Choices of a reduction.
+    """Request for a reduction.
 
     Attributes
     ----------
     bandwidth : float or None
-        Resonances below it [rad/s] are kept, those above are dropped; required if a link is
-        compliant.
+        Resonances below this frequency [rad/s] are kept, resonances above it removed; required if a
+        link is compliant.
     travel : tuple of float or None
-        Part (low, high) of the travel to reduce, in coordinates of the sensor [rad | m]; None: the
-        whole travel.
+        Part (low, high) of the travel to reduce, in the coordinate of the sensor [rad | m]; None:
+        the whole travel.
     tolerance : float
         Largest error of a step, relative to the travelled distance.
     bench : Bench or None
-        Bench of the model; None: the mechanism's source and sensor.
+        Bench of the model; None: a bench from the mechanism's source and sensor.
     """
 
     bandwidth: float | None = None
@@ -45,7 +45,7 @@ class ReductionRequest:
     bench: Bench | None = None
 
     def part_of(self, whole: Mechanism) -> Mechanism:
-        """Return the mechanism with the requested travel; raise as `restrict_travel` does."""
+        """Return the mechanism with the requested travel; raise the errors of `restrict_travel`."""
         return whole if self.travel is None else restrict_travel(whole, self.travel)
 
 
@@ -91,7 +91,7 @@ def reduce(
     DocumentError
         the mechanism is wrong
     OutsideTravelError
-        the requested travel is no part of the mechanism's
+        the requested travel is not within the travel of the mechanism
     NoSolutionError
         a step is impossible, or its error exceeds the tolerance
     """
@@ -113,8 +113,7 @@ def reduction(
 ) -> Reduction:
     """Reduce the mechanism, propagate the intervals, and simulate every step.
 
-    Raises ElementError and NoSolutionError as `chain` and `check_reduction` do, and
-    OutsideTravelError.
+    Raises the errors of `chain` and `check_reduction`, and OutsideTravelError.
     """
     whole = request.part_of(mechanism)
     steps = chain(whole, request.bandwidth, progress)

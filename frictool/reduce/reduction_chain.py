@@ -1,6 +1,6 @@
 """Chain of the reduction's steps, from the whole mechanism to one inertia.
 
-The result of each step is a mechanism that can be simulated.
+The mechanism after each step can be simulated.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class ReductionStep:
 
 @dataclass(frozen=True)
 class ReductionChain:
-    """Steps of a reduction.
+    """Chain of the steps of a reduction.
 
     whole: the user's mechanism. steps: completed steps in order. one: one-inertia model of the
     mechanism after the last step. kept: names of the compliant links that remain.
@@ -51,12 +51,12 @@ class ReductionChain:
 
     @property
     def last(self) -> Mechanism:
-        """Mechanism after the last step, with the blocks that the kept resonances need."""
+        """Return the mechanism after the last step, with the blocks of the kept resonances."""
         return self.steps[-1].mechanism
 
 
 class ReductionStopped(NoSolutionError):
-    """Error of a reduction that stopped; steps: steps completed before the failure."""
+    """Error: a reduction could not be completed; steps: the completed steps."""
 
     def __init__(self, message: str, steps: tuple[ReductionStep, ...]) -> None:
         super().__init__(message)
@@ -71,8 +71,8 @@ def chain(
 ) -> ReductionChain:
     """Make every step of the reduction.
 
-    bandwidth: frequency [rad/s] above which resonances are dropped; required if a link is
-    compliant. number: number of the load's harmonic, as `known` of `fit_residual_load`.
+    bandwidth: frequency [rad/s] above which resonances are removed; required if a link is
+    compliant. number: number of the load's harmonic, `known` of `fit_residual_load`.
 
     Raises ElementError if the mechanism is wrong or its sensor measures no position. Raises
     ReductionStopped, with the steps so far, if the mechanism has several independent motions,
@@ -97,8 +97,8 @@ def _chain(
     if whole.sensors[sensor].measures != "position":
         raise ElementError(
             f"sensors.{sensor}.measures",
-            f"found {whole.sensors[sensor].measures}; allowed: position, "
-            "which a model.yaml needs; name such a sensor by control",
+            f"found {whole.sensors[sensor].measures}; allowed: position, which a model.yaml needs; "
+            f"name such a sensor by control",
         )
 
     def take(result: tuple[Mechanism, StepReport]) -> Mechanism:

@@ -1,4 +1,4 @@
-"""Inertia reflected through lossy links: an interval around J + r^2 m."""
+"""Inertia reflected through lossy links: an interval that contains J + r^2 m."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from dataclasses import dataclass
 class ReflectedInertia:
     """Bounds of the reflected inertia through lossy links, relative to the lossless value.
 
-    least: lower bound, coasting. most: upper bound, accelerating. inner_least: lower bound for the
-    part that moves inside a backlash.
+    least: lower bound, for a load that drives. most: upper bound, for a source that drives.
+    inner_least: lower bound for the part that moves while the backlash is open.
     """
 
     least: float = 1.0

@@ -2,9 +2,9 @@
 
     load(x) = offset + stiffness x + sine sin(number x) + cosine cos(number x)
 
-The law has a spring or a harmonic, not both. Gravity on an arm behind a gear of ratio r has the
-number r, cogging the number of its poles. The numbers of turning blocks are tried first, because
-gravity has one of them. Then any number is tried.
+The law has a spring or a harmonic, not both. For gravity on an arm behind a gear of ratio r,
+`number` is r; for cogging it is the number of poles. The ratios of the rotary blocks are tried
+first, because gravity has one of them. Then any number is tried.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class ResidualLoad:
 
 @dataclass(frozen=True)
 class LoadUnits:
-    """Names and units of error messages; side: -1 if the sensor counts against x."""
+    """Names and units for error messages; side: -1 if the sensor counts against x."""
 
     name: str
     effort: str
@@ -65,19 +65,19 @@ def fit_residual_load(
     misses: Callable[[ResidualLoad], float],
     known: float | None = None,
 ) -> ResidualLoad:
-    """Return the simplest load law whose remaining load is held by friction.
+    """Return the simplest load law for which friction holds the remaining load.
 
-    The remaining load is the load minus the law. Candidates are tried from simple to general, first
-    no law at all (2.27). A candidate is acceptable if friction holds the remaining load.
-    The first acceptable candidate with an error `misses` of at most FITS is returned; if there is
-    none, the acceptable one with the least error. `misses` is the error of the friction's
-    polynomials with this law.
+    The remaining load is the load minus the law. Candidates are tried from simple to general,
+    beginning with no law (2.27). A candidate is acceptable if friction holds the remaining load.
+    `misses` returns the error of the friction's polynomials for a candidate. The result is the
+    first acceptable candidate with an error of at most FITS, else the acceptable candidate with the
+    smallest error.
 
     x: positions (n,). turns: likely numbers of a harmonic. known: number of the harmonic for the
     same mechanism with other values, 0 if it has none.
 
-    Raises NoSolutionError if no candidate is acceptable; the message has the parts of the travel on
-    which a constant or a spring would do.
+    Raises NoSolutionError if no candidate is acceptable; the message states the parts of the travel
+    on which a constant or a spring would be sufficient.
     """
     mean, half = resistance.mean, resistance.half
     scale = max(float(np.max(np.abs(mean))), 1e-300)

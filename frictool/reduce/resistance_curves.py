@@ -1,8 +1,8 @@
 """Loads and Coulomb friction of a block as one curve per direction, C_+(x) and C_-(x) (2.28).
 
-In a mechanism the pair of curves is represented by two elements: a spring with their mean, and a
-cam of angle 0 with half their difference as friction. Speed-dependent friction stays separate; a
-lossy link towards the source raises its level.
+In a mechanism two elements represent the pair of curves: a spring with their mean, and a cam of
+angle 0 with half their difference as friction. Speed-dependent friction remains separate; the loss
+of a link towards the source raises its level.
 """
 
 from __future__ import annotations
@@ -24,10 +24,11 @@ NOTHING = 1e-12  # relative to the largest effort: a smaller curve is omitted
 
 @dataclass(frozen=True)
 class LinkLoss:
-    """Losses of a link of ratio 1.
+    """Losses of a link of ratio 1. The near side is that of the source.
 
-    drive, back: effort lost per unit carried, if the near side drives and if it is driven back.
-    from_near: True if end `a` of the link is the near side; the loss is added to the effort on `a`.
+    drive, back: lost effort divided by the transmitted effort, if the near side drives and if the
+    far side drives. from_near: True if end `a` of the link is the near side; the loss is added to
+    the effort on `a`.
     """
 
     drive: float
@@ -44,7 +45,7 @@ class LinkLoss:
 
     @property
     def slopes(self) -> tuple[float, float]:
-        """Factors from far to near side for an effort that helps, and for one that opposes motion.
+        """Return the factors from far to near side for efforts with and against the motion.
 
         Raises NoSolutionError if the near side would have to drive an irreversible link backwards.
         """
@@ -52,15 +53,14 @@ class LinkLoss:
             return 1.0 - self.back, 1.0 + self.drive
         if self.back >= 1.0:
             raise NoSolutionError(
-                "the source would have to drive an irreversible link backwards: "
-                "it does not move; turn the link round: the "
-                "other of its two blocks first"
+                "the source would have to drive an irreversible link backwards, which does not "
+                "move; swap the two blocks of the link"
             )
         return 1.0 / (1.0 + self.drive), 1.0 / (1.0 - self.back)
 
     @property
     def factor(self) -> float:
-        """Factor on friction, which always opposes the motion."""
+        """Return the factor of friction, which always opposes the motion."""
         return 1.0 + self.drive if self.from_near else 1.0 / (1.0 - self.back)
 
 
@@ -71,8 +71,8 @@ NO_LOSS = LinkLoss(0.0, 0.0, True)
 class DirectedResistance:
     """Resistance at positions (n,), forward and backward, in slip and at rest [N m | N].
 
-    `falling`: friction that falls with speed; its drop from rest to slip is not part of the
-    breakaways. `damping`: resistance per speed.
+    `falling`: friction that falls with speed; its drop from rest to slip is not included in the
+    breakaways. `damping`: resistance divided by speed.
     """
 
     forward: Vector
@@ -84,17 +84,17 @@ class DirectedResistance:
 
     @property
     def mean(self) -> Vector:
-        """Load: the mean of the resistance in the two directions of motion."""
+        """Return the load (n,), the mean of the resistance in the two directions of motion."""
         return 0.5 * (self.forward + self.backward)
 
     @property
     def half(self) -> Vector:
-        """Friction: half the difference of the resistance in the two directions of motion."""
+        """Return the friction (n,), half the difference of the resistance in the two directions."""
         return 0.5 * (self.forward - self.backward)
 
 
 def resistance(block: BlockResistance, loss: LinkLoss = NO_LOSS) -> DirectedResistance:
-    """Return the resistance (2.28) as seen through a lossy link (2.15).
+    """Return the resistance (2.28) of a block, reflected through a lossy link (2.15).
 
     Speed-dependent friction is multiplied by the loss factor of an opposing load.
     """
@@ -116,7 +116,7 @@ def resistance(block: BlockResistance, loss: LinkLoss = NO_LOSS) -> DirectedResi
 
 
 def position_elements(mechanism: Mechanism, block: str) -> tuple[str, ...]:
-    """Return the names of the links that the block's resistance replaces."""
+    """Return the names of the links that curves of the block's resistance replace."""
 
     def is_one(link: Link) -> bool:
         if isinstance(link, Spring):

@@ -1,4 +1,4 @@
-"""Plot of the resisting effort over the position, as figure 2.14, with the model's polynomials."""
+"""Plot of the resisting effort over the position (as figure 2.14) and the model's polynomials."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def picture(chain: ReductionChain, model: Model) -> str:
 
 
 def figure(chain: ReductionChain, model: Model) -> Figure:
-    """Return the figure: C_r(theta, sign) (2.29) with its load above, the fit error below."""
+    """Return the figure: C_r(theta, sign) (2.29) and the load above, the fit error below."""
     one = chain.one
     unit = si_unit("position", model.axis)
     effort = si_unit("effort", model.axis)

@@ -1,9 +1,9 @@
 """Springs, cams (2.23) and friction of each block as one curve C_r(theta, sign), (2.28)-(2.29).
 
-The step also checks irreversibility (2.27) everywhere: C_+ >= 0 >= C_-, so that friction holds the
-load. If this is true at all positions, the load becomes part of the friction, with a separate level
-for each direction. The state at rest is unchanged, because the axis sticks between the same two
-efforts.
+The step also checks at all positions whether the block is irreversible (2.27): C_+ >= 0 >= C_-, so
+that friction holds the load. If so, the load becomes part of the friction, with a separate level
+for each direction. This does not change the state at rest, because the axis sticks between the same
+two efforts.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ from frictool.typing import Vector
 
 @dataclass(frozen=True)
 class IrreversibilityMargin:
-    """Least margin [N m | N] by which friction holds the load (2.27); negative: not irreversible.
+    """Smallest margin [N m | N] by which friction holds the load (2.27); negative if it does not.
 
-    position: position of the least margin [rad | m].
+    position: position of the smallest margin [rad | m].
     """
 
     margin: float
@@ -43,7 +43,7 @@ class IrreversibilityMargin:
 
 
 def irreversible(x: Vector, directed: DirectedResistance) -> IrreversibilityMargin:
-    """Return the least of C_+ and of -C_- over the positions x (n,)."""
+    """Return the smallest value of C_+ and -C_- over the positions x (n,)."""
     margin = np.minimum(directed.forward, -directed.backward)
     worst = int(np.argmin(margin))
     return IrreversibilityMargin(
@@ -54,11 +54,11 @@ def irreversible(x: Vector, directed: DirectedResistance) -> IrreversibilityMarg
 def in_contact(
     mechanism: Mechanism, x: Vector, behind: Mapping[str, float] | None = None
 ) -> DirectedResistance:
-    """Return the resistance of all blocks together, with the source at x (n,) [rad | m].
+    """Return the sum of the resistances of all blocks, with the source at x (n,) [rad | m].
 
     behind: backlash between the source and each block [rad | m]. A pushed block lags the source by
     half of this backlash; its resistance is evaluated at the position of the block. If `behind` is
-    None, all blocks are at the source's position.
+    None, all blocks are at the position of the source.
     """
     assembled = assemble_cached(mechanism)
     behind = behind or {}
@@ -83,9 +83,9 @@ def in_contact(
 
 
 def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
-    """Replace the loads of each block by two curves; blocks with friction alone stay as they are.
+    """Replace the loads of each block by two curves; blocks with friction only are unchanged.
 
-    The mechanism is in one coordinate and without losses.
+    The mechanism must be in one coordinate and without losses.
     """
     x = positions(mechanism)
     figures = []
@@ -159,7 +159,7 @@ def _unchanged(directed: DirectedResistance, largest: float) -> str:
 
 
 def neglected_memory(mechanism: Mechanism, names: Iterable[str]) -> list[str]:
-    """Return a text for each of the links whose friction has states that curves neglect."""
+    """Return a text for each link of `names` whose friction has states, which curves neglect."""
     links = [(name, mechanism.links[name]) for name in names]
     return [
         f"presliding and memory of {name} ({link.law})"

@@ -1,7 +1,7 @@
-"""Blocks with plain rigid links between them as one block, J + r^2 m (thesis 2.1.5, 2.2.4).
+"""Merging of blocks with plain rigid links between them to one block (thesis 2.1.5, 2.2.4).
 
-Nothing is neglected. The mechanism is in one coordinate (coordinate_change.py), so that every link
-has the ratio 1.
+The step is exact. The mechanism is in one coordinate (coordinate_change.py), so that every link has
+the ratio 1.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from frictool.reduce.step_report import StepFigure, StepReport
 
 
 def lump_rigid_links(mechanism: Mechanism, root: str) -> tuple[Mechanism, StepReport]:
-    """Merge blocks across plain rigid links; everything moves to the block nearest to `root`."""
+    """Merge blocks with plain rigid links; their elements move to the block nearest to `root`."""
     into = bodies(mechanism, root)
     masses: dict[str, list[Quantity]] = {}
     for name, block in mechanism.blocks.items():
@@ -57,7 +57,7 @@ def lump_rigid_links(mechanism: Mechanism, root: str) -> tuple[Mechanism, StepRe
 
 
 def bodies(mechanism: Mechanism, root: str) -> dict[str, str]:
-    """Map each block's name to the block that it becomes part of, the nearest to the root."""
+    """Return, for the name of each block, the name of the block with which it is merged."""
     assembled = assemble_cached(mechanism)
     names = assembled.blocks
     links = connections(assembled)
@@ -85,7 +85,7 @@ def with_mass(block: Block, mass: Quantity) -> Block:
 
 
 def added(one: Quantity, other: Quantity) -> Quantity:
-    """Return the sum, with the sum of the intervals if either has one."""
+    """Return the sum of two quantities, with the sum of the intervals if one has an interval."""
     ends: list[float | None] = [None, None]
     if any(end is not None for end in (one.low, one.high, other.low, other.high)):
         ends = [a + b for a, b in zip(one.interval, other.interval, strict=True)]

@@ -1,9 +1,9 @@
-"""Check of a reduction by simulation: each step against the step before it and the whole mechanism.
+"""Check of a reduction by simulation: comparison of each step with the preceding one and the whole.
 
 Every mechanism is simulated with the commands of check_commands.py. The positions of the sensor's
 block are compared while both are within the travel. The allowed error of a step is the backlash at
-the sensor, which no sensor sees, plus `tolerance` times the distance that the run travels forth and
-back. The error that a step predicts in closed form must be below `tolerance`, too.
+the sensor plus `tolerance` times the distance that the run travels forth and back. The error that a
+step predicts in closed form must be below `tolerance`, too.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ TOLERANCE = 0.05  # relative to the distance; "response time within 5 %"
 
 @dataclass(frozen=True)
 class SimulationCheck:
-    """Result of the check.
+    """Result of the check of a reduction.
 
-    reports: reports of all steps with measured errors; the step to one inertia is the last. play:
+    reports: reports of all steps with measured errors; the last step is that to one inertia. play:
     backlash at the sensor [rad | m]. runs: number of runs. unit: unit of positions at the sensor.
     refused: message on the first error above the allowed one; None if the check passed.
     """
@@ -50,7 +50,7 @@ class SimulationCheck:
 
     @property
     def verdict(self) -> str:
-        """One line that says if the mechanism was reduced, and within which error."""
+        """Return one line that states whether the mechanism was reduced, and the error."""
         last = self.reports[-1].measured
         assert last is not None
         if self.refused is not None:
@@ -70,7 +70,9 @@ def check_reduction(
     tolerance: float = TOLERANCE,
     progress: Progress = lambda _: None,
 ) -> SimulationCheck:
-    """Simulate the whole mechanism, every step and the model; final: report of the last step.
+    """Simulate the whole mechanism, every step and the model, and compare their positions.
+
+    final: report of the last step.
 
     Raises NoSolutionError if the engine fails or there is no test run.
     """

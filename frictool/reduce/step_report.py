@@ -1,4 +1,4 @@
-"""Report of a reduction's step: what it did and neglects, its predicted and its measured error."""
+"""Report of a reduction's step: changes, neglected effects, predicted and measured error."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ class StepFigure(NamedTuple):
 class MeasuredError(NamedTuple):
     """Error of a mechanism relative to another one under the same commands.
 
-    distance: largest distance between their positions at the sensor [rad | m]. way: travelled
-    distance of that run [rad | m]. where: name of the run. whole: largest distance to the whole
+    distance: largest difference of their positions at the sensor [rad | m]. way: travelled distance
+    of that run [rad | m]. where: name of the run. whole: largest difference from the whole
     mechanism [rad | m].
     """
 
@@ -29,7 +29,7 @@ class MeasuredError(NamedTuple):
 
     @property
     def share(self) -> float:
-        """Error relative to the travelled distance."""
+        """Return the error relative to the travelled distance."""
         return self.distance / self.way if self.way > 0.0 else 0.0
 
 
@@ -38,8 +38,8 @@ class StepReport:
     """Report of one step.
 
     predicted: error in closed form relative to the quantity `of`; 0 if nothing is neglected.
-    covered: part of the model that includes this error, if any; only the measured error is then
-    judged.
+    covered: part of the model that includes this error, if any; then only the measured error is
+    checked.
     """
 
     step: str

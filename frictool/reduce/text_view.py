@@ -51,7 +51,7 @@ def lines(
 
 
 def unfinished(name: str, steps: tuple[ReductionStep, ...]) -> list[str]:
-    """Return the steps of a reduction that stopped before the simulation."""
+    """Return the text on the completed steps of a reduction that failed before the simulation."""
     rows = [HEADING, *(_row(step.report, len(step.mechanism.blocks), "") for step in steps)]
     return [f"{name}: {len(steps)} steps, then no further", "", *aligned(rows)]
 
