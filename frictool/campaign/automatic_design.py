@@ -1,10 +1,11 @@
-"""Design from a specification alone: families of candidates, searched on their played verdict.
+"""Design from a specification alone: search of candidates by the verdict on their simulation.
 
     DesignTest ──shortened──▶ PlayedTests ──synth/search/──▶ FamilyOutcome of each family
 
-The families are tried in the order of simplicity; the first that meets the specification wins. If
-none does and a family comes near, this family is searched for longer response times. The search
-then goes on from the design of the easier specification to the requested one.
+The families of candidates are searched in the order of simplicity, until one meets the
+specification. If none does but a family comes near, that family is searched with a longer response
+time. The search then continues from the design for this easier specification towards the requested
+one.
 """
 
 from __future__ import annotations
@@ -65,7 +66,7 @@ EXTREMES: tuple[PlantValues, ...] = (
 
 @dataclass(frozen=True, eq=False, repr=False)
 class AutomaticDesign(ResultView):
-    """Outcome of each family in the order of the search; the last one wins if it passed."""
+    """Outcome of each family in the order of the search; the last one has the design, if any."""
 
     outcomes: tuple[FamilyOutcome, ...]
 
@@ -87,7 +88,7 @@ def design_automatically(
     progress: Callable[[str], None] = lambda _: None,
     wishes: Design | None = None,
 ) -> AutomaticDesign:
-    """Search the simplest family with a design that passes the test.
+    """Search a design that passes the test, in the simplest family that has one.
 
     Parameters
     ----------
@@ -96,7 +97,7 @@ def design_automatically(
     progress : callable
         Called with the name of each step.
     wishes : Design, optional
-        Design with method `auto`, whose name and blocks are kept.
+        Design with method `auto`; the result has its name and its blocks.
 
     Returns
     -------
@@ -134,7 +135,7 @@ def design_automatically(
 
 @dataclass(frozen=True)
 class _Search:
-    """Documents, judges and scales of a search, from which that of a family is made."""
+    """Documents, judges and scales that the searches of all families share."""
 
     test: DesignTest
     tests: PlayedTests

@@ -1,10 +1,10 @@
-"""Complete campaign on documents in memory, as `frictool campaign` runs it.
+"""Complete campaign on documents in memory: the function of `frictool campaign`.
 
     CampaignSetting ──varied_space.py──▶ FactorSpace ──sampling.py──▶ UnitDraws
     UnitDraws ──trial_player.py, trial_sharing.py──▶ Trials ──findings.py──▶ Findings
     Trials ──worst_case_search.py──▶ WorstCase ──▶ Findings
 
-The command adds a file of completed trials, so that it can resume a killed campaign.
+The command also writes a file of completed trials, so that it can resume a killed campaign.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ WORTH_SHARING_S = 3.0
 class CampaignResult(ResultView):
     """Result of a campaign.
 
-    `findings`: statistics of the trials. `worst`: the worst case found for each requirement, with
-    the scenario that replays it.
+    `findings`: statistics of the trials. `worst`: worst case of each requirement, with a scenario
+    that repeats it.
     """
 
     findings: Findings
@@ -64,7 +64,7 @@ class CampaignResult(ResultView):
 
 @dataclass(frozen=True)
 class CampaignRequest:
-    """Choices of a campaign.
+    """Request for a campaign.
 
     Attributes
     ----------
@@ -101,7 +101,7 @@ class CampaignRequest:
 
     @property
     def count(self) -> int | None:
-        """Number of draws; None for all vertices."""
+        """Return the number of draws; None for all vertices."""
         return TRIALS if self.trials is None and self.method != "vertices" else self.trials
 
     def check(self) -> None:
@@ -155,7 +155,7 @@ def campaign(
     spec : Spec
         The requirements.
     request : CampaignRequest
-        Number and choice of the draws, confidence, worst-case search, shares of the work.
+        Number and method of the draws, confidence, worst-case search, processes.
     recorded : Log, optional
         The log that the scenario replays.
     progress : callable
@@ -215,8 +215,8 @@ def conduct(
     """Run all trials, and search for the worst cases if `evaluations` is not 0.
 
     Trials in `store` are not repeated. `shared` maps the expected duration of the work [s] to a
-    function that distributes the work. `commands` returns the command that replays a worst case's
-    scenario. Raises NoSolutionError if the nominal run decides no requirement.
+    function that distributes the work. `commands` returns the command that repeats the scenario of
+    a worst case. Raises NoSolutionError if the nominal run decides no requirement.
     """
     nominal = check_nominal(trial.nominal(), trial.setting.names)
     begun = time.perf_counter()
@@ -235,7 +235,7 @@ def conduct(
 def sharing(cores: int | None, cluster: str | None) -> Callable[[float], JobSharing]:
     """Return a function that maps the expected duration of work [s] to a JobSharing.
 
-    If `cores` is None, work goes to several processes only if that saves time.
+    If `cores` is None, several processes are used only if that saves time.
     """
 
     def of(seconds: float) -> JobSharing:

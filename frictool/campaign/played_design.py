@@ -1,4 +1,4 @@
-"""Played test of a designed controller: steps on the nominal plant, vertices and drawn plants."""
+"""Test of a designed controller by simulation: steps on nominal plant, vertices, drawn plants."""
 
 from __future__ import annotations
 
@@ -42,12 +42,12 @@ GOLDEN = 0.6180339887498949  # multiples of it spread evenly over a count
 
 @dataclass(frozen=True)
 class DesignTest:
-    """Test that a designed controller must pass.
+    """Test that a designed controller must pass in simulation.
 
-    `scenario`: steps on every plant; `Scenario.seed` draws the plants. `about`: description of the
-    steps. `plants`: values of each plant that differ from the nominal plant [SI]. `names`: names of
-    the plants by index. `starts`: initial positions of the plants [rad | m], at different places
-    within an encoder's count. `vertices`: number of vertices, which follow the nominal plant.
+    `scenario`: steps on every plant; its seed draws the plants. `about`: description of the steps.
+    `plants`: values of each plant that differ from the nominal plant [SI]. `names`: names of the
+    plants by index. `starts`: initial positions of the plants [rad | m], at different places within
+    an encoder's count. `vertices`: number of vertices, which follow the nominal plant.
     """
 
     model: Model
@@ -61,14 +61,14 @@ class DesignTest:
 
     @cached_property
     def judge(self) -> ControllerJudge:
-        """Judge that plays all plants."""
+        """Return the judge that simulates all plants."""
         return self.judge_of(self.scenario, self.spec)
 
     def judges_of_others(self, scenario: Scenario, spec: Spec) -> tuple[ControllerJudge, ...]:
-        """Return judges of plants that the test does not contain, one for each of MOVED.
+        """Return judges with plants that the test does not contain, one judge for each of MOVED.
 
-        They play the vertices from another place within a count, and OTHERS drawn plants. The
-        targets are moved within a count too.
+        They simulate the vertices from another position within a count, and OTHERS drawn plants.
+        The targets are also shifted within a count.
         """
         drawn: list[PlantValues] = []
         if self.vertices:
@@ -84,9 +84,10 @@ class DesignTest:
         return tuple(judges)
 
     def judges_of_places(self, scenario: Scenario, spec: Spec) -> tuple[ControllerJudge, ...]:
-        """Return judges of every plant at PLACES starts, one for each of TARGETS targets.
+        """Return judges with every plant at PLACES starts, one judge for each of TARGETS targets.
 
-        Start k of plant i has index i PLACES + k. Starts and targets are spread over a count.
+        Start k of plant i has index i PLACES + k. Starts and targets are spread over an encoder
+        count.
         """
         plants = [plant for plant in self.plants for _ in range(PLACES)]
         return tuple(
@@ -103,9 +104,10 @@ class DesignTest:
     def worst_at_places(
         self, judges: Sequence[ControllerJudge], controller: Controller, found: JudgedRuns
     ) -> list[PlayedVerdict]:
-        """Return the figures of a controller on its worst plants at all places of `judges`.
+        """Return the results of a controller on its worst plants, at all starts of `judges`.
 
-        `found`: its figures on all plants. The WORST plants of each requirement are played.
+        `found`: results of the controller on all plants. The WORST plants of each requirement are
+        simulated.
         """
         chosen: dict[tuple[float, ...], int] = {}
         for reserves in np.transpose(found.reserves):
@@ -140,7 +142,7 @@ class DesignTest:
         return structs.replace(step, reference=structs.replace(step.reference, value=value))
 
     def judge_of(self, scenario: Scenario, spec: Spec) -> ControllerJudge:
-        """Return the judge of the same plants in another scenario and by other requirements."""
+        """Return a judge with the same plants, another scenario and other requirements."""
         return ControllerJudge(self.model, scenario, spec, self.plants, starts=self.starts)
 
 
@@ -150,7 +152,7 @@ def has_requirements(spec: Spec) -> bool:
 
 
 def unjudged_target(spec: Spec) -> str:
-    """Return a remark if no requirement asks the axis to reach its target, or ""."""
+    """Return a remark if no requirement judges whether the axis reaches its target, else ""."""
     if any(getattr(spec, key) is not None for key in REACHED):
         return ""
     return (
@@ -160,7 +162,7 @@ def unjudged_target(spec: Spec) -> str:
 
 
 def untested_reason(model: Model, spec: Spec) -> str:
-    """Return why no controller of this model can be played against the specification, or ""."""
+    """Return the reason why controllers of this model cannot be tested, or ""."""
     if not has_requirements(spec):
         return "the specification has no requirement"
     if model.resonances is not None:
@@ -180,7 +182,7 @@ def design_test(
     spec : Spec
         Requirements on the closed loop; at least one.
     scenario : Scenario, optional
-        Steps to play; by default those of `default_scenario`.
+        Steps to simulate; by default those of `default_scenario`.
     name : str
         Name of the scenario in messages.
 

@@ -93,7 +93,7 @@ def test_the_probability_of_a_factor_without_influence_is_uniform() -> None:
 
 def test_without_both_kinds_there_is_nothing_to_compare() -> None:
     for failing in (np.ones(10, dtype=bool), np.zeros(10, dtype=bool)):
-        with pytest.raises(ValueError, match="trials that fail and trials that pass"):
+        with pytest.raises(ValueError, match="failing and passing trials"):
             tell(np.linspace(0.0, 1.0, 10), failing)
 
 

@@ -1,4 +1,4 @@
-"""Scenario of one draw: a file that replays the drawn plant and events bit for bit."""
+"""Scenario of one draw: it repeats the simulation of the drawn plant and events bit for bit."""
 
 from __future__ import annotations
 
@@ -31,8 +31,7 @@ def scenario_of(
 ) -> Scenario:
     """Return the scenario of one draw with factor values (d,) in SI.
 
-    `noise`: seed and index of the draw whose noise sequence is used. `step`: encoder step [rad |
-    m].
+    `noise`: seed and index of the draw whose noise is used. `step`: encoder step [rad | m].
     """
     spread = base.spread or Spread()
     at = dict(zip(space.names, map(float, values), strict=True))
@@ -59,7 +58,7 @@ def scenario_of(
 
 
 def nominal_of(base: Scenario) -> Scenario:
-    """Return the scenario with the nominal or given plant and without `spread`."""
+    """Return the scenario without `spread`, for the nominal plant or that under `given`."""
     return msgspec.structs.replace(
         base, variants="given" if base.given else "nominal", plants=None, spread=None
     )

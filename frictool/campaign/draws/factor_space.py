@@ -1,4 +1,4 @@
-"""Space of a campaign: factors with ranges; a draw is a point of the unit cube.
+"""Space of a campaign's factors, which have ranges; a draw is a point of the unit cube.
 
 All factors are independent in the unit cube.
 
@@ -24,15 +24,15 @@ Kind = Literal["plant", "wear", "temperature", "drive", "start", "sensor", "load
 
 @dataclass(frozen=True)
 class Factor:
-    """Quantity drawn uniformly from [low, high], in the SI unit `unit` ("1" for a pure number).
+    """Quantity that is drawn uniformly from [low, high], in the SI unit `unit` ("1" if none).
 
     `name`: key of the quantity, such as `coulomb`, `links.screw.backlash` or `spread.wear`.
-    `label`: name for users. `nominal`: value without variation. `whole`: the factor takes whole
-    numbers only, all equally likely.
+    `label`: name for users. `nominal`: value without variation. `whole`: True if all values are
+    whole numbers, which are equally likely.
 
-    `least`: (other factor, scale), a lower limit at scale times the other factor. The factor is
-    drawn from the part of its range above this limit. The two factors are therefore independent in
-    the unit cube, but not in SI.
+    `least`: (other factor, scale); scale times the value of the other factor is a lower limit. The
+    factor is drawn from the part of its range above this limit. The two factors are therefore
+    independent in the unit cube, but not in SI.
     """
 
     name: str
@@ -48,7 +48,7 @@ class Factor:
 
 @dataclass(frozen=True)
 class FactorSpace:
-    """Factors of a campaign, in order; each one varies (low < high)."""
+    """Factors of a campaign in a fixed order; each of them varies (low < high)."""
 
     factors: tuple[Factor, ...]
 
@@ -81,7 +81,7 @@ class FactorSpace:
 
     @cached_property
     def names(self) -> tuple[str, ...]:
-        """Names of the factors."""
+        """Return the names of the factors."""
         return tuple(factor.name for factor in self.factors)
 
 
@@ -92,7 +92,7 @@ def plant_factors(
 ) -> Iterator[Factor]:
     """Yield the factors of a plant's parameters.
 
-    `instead`: ranges that replace those of the plant, by parameter. `fixed`: values of parameters
+    `instead`: ranges by parameter that replace those of the plant. `fixed`: values of parameters
     without a range, in any suitable unit.
     """
     ends = {

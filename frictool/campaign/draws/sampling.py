@@ -1,8 +1,9 @@
 """Draws: points (n, d) of the unit cube that depend only on the seed.
 
 - random: independent and uniform; draw i of a seed does not depend on the number of draws
-- latin: Latin hypercube (McKay, Beckman and Conover 1979); each factor has one draw, at a random
-  position, in each of n equal intervals
+- latin: Latin hypercube (McKay, Beckman and Conover 1979); for each factor, each of n equal
+intervals
+  contains one draw at a random position
 - vertices: all vertices, or above MOST_VERTICES a random subset without repetition
 """
 
@@ -32,7 +33,7 @@ class UnitDraws(NamedTuple):
 def draws_of(method: Method, count: int | None, factors: int, seed: int) -> UnitDraws:
     """Return `count` draws of the factors.
 
-    For vertices, a `count` of None gives all of them, at most MOST_VERTICES.
+    For vertices, `count` may be None: all vertices, at most MOST_VERTICES.
     """
     if method == "vertices":
         corners = 2**factors

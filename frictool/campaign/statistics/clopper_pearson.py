@@ -1,16 +1,15 @@
 """Exact Clopper-Pearson bounds of a pass rate (Biometrika 26, 1934).
 
-The lower bound is the rate at which a count at least as large as the observed one has the
-probability 1 - confidence. It is exact for every rate and number of draws, if the draws are
-independent.
+The lower bound is the rate for which a count of at least the observed one has the probability 1 -
+confidence. It is exact for every rate and number of draws, if the draws are independent.
 
 The count of a Latin hypercube is not binomial. The mean of any function over n draws of a hypercube
 has at most the variance of its mean over n - 1 independent draws (Owen, Annals of Statistics 25(4),
 1997). The bounds for a hypercube are therefore the Clopper-Pearson bounds for n - 1 draws with the
-same rate, after the count is reduced by a half for the lower bound and increased by a half for the
-upper one. The half count is needed because the count may change in steps of two if factors act only
-jointly. The resulting bounds are wide if factors act separately. They hold for the worst known
-function, the parity of two factors' halves (tests/campaign/test_binomial.py).
+same rate, where the count is first reduced by a half for the lower bound and increased by a half
+for the upper bound. The half count is needed because the count may change in steps of two if
+factors act only jointly. If factors act separately, the bounds are wide. A test checks them for the
+worst known function, the parity of two factors' halves (tests/campaign/test_binomial.py).
 """
 
 from __future__ import annotations
@@ -52,7 +51,7 @@ def interval(
 def draws_to_show(
     required: float, share: float, confidence: float = CONFIDENCE, method: Method = "random"
 ) -> int | None:
-    """Return the number of draws that shows the rate `required` if the pass share stays `share`.
+    """Return the number of draws that shows the rate `required` if the share `share` passes.
 
     Return None if `share` is not above `required`, or if more than 2^40 draws would be needed.
     """

@@ -1,10 +1,10 @@
 """Distribution of a metric over the trials: quantiles with intervals, tolerance bound, histogram.
 
-All statistics are order statistics, so that no form of the distribution is assumed. The r-th of n
-sorted values is an upper bound for at least the share beta of all plants, with confidence gamma, if
-P(Binomial(n, beta) <= r - 1) >= gamma (Wilks, Annals of Mathematical Statistics 12, 1941). This
-share is the Clopper-Pearson lower bound of the count r (clopper_pearson.py). The maximum of at
-least 59 draws is such a bound for 95 % of the plants with 95 % confidence.
+All statistics are order statistics, which assume no form of the distribution. With confidence
+gamma, at least the share beta of all plants is below the r-th of n sorted values if P(Binomial(n,
+beta) <= r - 1) >= gamma (Wilks, Annals of Mathematical Statistics 12, 1941). This share is the
+Clopper-Pearson lower bound for the count r (clopper_pearson.py). For example, the maximum of 59
+draws is an upper bound for 95 % of the plants with 95 % confidence.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ FAR = 1.5
 class Quantile:
     """Quantile of a metric: the share `level` of the plants has at most the value `value`.
 
-    The value is infinite if the metric is infinite there. `low`, `high`: confidence interval;
-    infinite if too few draws bound it, None if nothing is random.
+    The value may be infinite. `low`, `high`: confidence interval; infinite if there are too few
+    draws, None if the trials are not random.
     """
 
     level: float
@@ -48,8 +48,8 @@ class Quantile:
 class Histogram:
     """Histogram of finite values: edges (k + 1,) and counts (k,); both are empty without values.
 
-    If the metric's limit lies among the values, it is an edge. `outside`: number of finite values
-    too far from the others for a bin.
+    If the limit of the metric is within the range of the values, it is an edge. `outside`: number
+    of finite values that are too far from the others to be in a bin.
     """
 
     edges: Vector
@@ -64,9 +64,9 @@ class Distribution:
     `met`, `broken`, `undecided`: numbers of trials. `beyond`: number of trials with an infinite
     value. `missing`: number of trials without a value, including those not simulated.
 
-    `bound`: tolerance bound, within which the metric of at least the share COVERED of all plants
-    lies with the confidence; None for too few trials, or if it is not finite. `trials_for_bound`:
-    smallest number of trials for which a bound exists.
+    `bound`: tolerance bound: with the given confidence, the metric of at least the share COVERED of
+    all plants is within it; None if there are too few trials or it is not finite.
+    `trials_for_bound`: smallest number of trials for which a bound exists.
 
     `worst`: worst value, infinite if any value is infinite. `worst_trial`: first draw with the
     worst value.
@@ -128,12 +128,12 @@ def distribution(
 
 
 def fewest(method: Method, confidence: float = CONFIDENCE) -> int:
-    """Return the smallest number of draws whose maximum is a bound for COVERED of all plants."""
+    """Return the smallest number of draws whose maximum is a bound for the share COVERED."""
     return _first(lambda n: lower(n, n, confidence, method) >= COVERED, 1, 1 << 20)
 
 
 def rank(draws: int, level: float, confidence: float, method: Method) -> int | None:
-    """Return the smallest rank r whose value bounds the share `level` of all plants from above.
+    """Return the smallest rank r whose value is an upper bound for the share `level` of plants.
 
     The smallest value has rank 1. Return None for too few draws.
     """

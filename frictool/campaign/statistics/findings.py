@@ -38,7 +38,7 @@ class Findings:
 
     @property
     def reached(self) -> bool:
-        """Return True if all trials pass, or if the requested rate is shown."""
+        """Return True if all trials pass or, with `required`, if the required rate is shown."""
         if self.required is None:
             return 0 < self.rate.count == self.rate.passed
         return self.rate.count > 0 and self.rate.reaches(self.required)
@@ -48,7 +48,7 @@ class Findings:
         """Return the outcome: PASS, FAIL, UNDECIDED or NOT SHOWN.
 
         UNDECIDED: a requirement is undecided in all trials, or no trial fails and some are
-        undecided. NOT SHOWN: the trials do not show the required rate, but more draws might.
+        undecided. NOT SHOWN: the trials do not show the required rate, but more draws may.
         """
         if self.reached:
             return "UNDECIDED" if self.undecided_requirements else "PASS"
@@ -94,7 +94,7 @@ class Findings:
 
     @property
     def draws_needed(self) -> int | None:
-        """Return the number of draws that would show the requested rate at the present pass share.
+        """Return the number of draws that would show the required rate if the same share passes.
 
         Return None unless the outcome is NOT SHOWN.
         """
@@ -111,10 +111,10 @@ def find(
     confidence: float = CONFIDENCE,
     remarks: tuple[str, ...] = (),
 ) -> Findings:
-    """Return the statistics of n trials whose draws `method` chose.
+    """Return the statistics of trials whose draws were chosen by `method`.
 
     `at_least`: required pass rate, 0 to 1; by default every trial must pass. `remarks`: warnings
-    that every view of the findings repeats. Raises ValueError if at_least or confidence is out of
+    that every view of the findings shows. Raises ValueError if at_least or confidence is out of
     range, or if there is no trial.
     """
     if trials.count == 0:

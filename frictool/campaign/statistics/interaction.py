@@ -1,12 +1,12 @@
-"""Interaction of two factors: the share of a value's variance that only both together explain.
+"""Interaction of two factors: the share of the variance that they explain only together.
 
     S_ij = Var(E[Y | X_i, X_j] - E[Y | X_i] - E[Y | X_j] + E[Y]) / Var(Y)
 
-This is the second-order Sobol index (Sobol 1993). First the slice means of each factor are
-subtracted, so that unequal cells carry no first-order effect. Then the mean of the residual is
-taken in each cell of the plane of both factors. The expected random variation of these means is
-subtracted cell by cell, because it is largest in cells with both passing and failing trials.
-`error` is computed in the same way, for cells without interaction.
+This is the second-order Sobol index (Sobol 1993). First the means in the slices of each factor are
+subtracted, so that cells of unequal size contain no first-order effect. Then the mean of the
+residual is computed in each cell of the plane of both factors. The expected random variation of
+these means is subtracted cell by cell, because it is largest in cells with both passing and failing
+trials. `error` is computed in the same way for cells without an interaction.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from frictool.typing import Vector
 class JointShare(NamedTuple):
     """Share of the variance explained by two factors together.
 
-    `joint`: share that the cells of the factors' plane explain. `beyond`: S_ij. `error`: standard
-    deviation of `beyond` without an interaction.
+    `joint`: share explained by the cells of the plane of both factors. `beyond`: S_ij. `error`:
+    standard deviation of `beyond` for factors without an interaction.
     """
 
     joint: float
@@ -35,7 +35,7 @@ class JointShare(NamedTuple):
 def joint_share(first: Slices, second: Slices, values: Vector, drawn: bool) -> JointShare:
     """Return the shares of two factors in the variance of values (n,).
 
-    If all vertices were played (`drawn` is False), the shares are exact and the error is 0.
+    If all vertices were simulated (`drawn` is False), the shares are exact and the error is 0.
     """
     centred = values - values.mean()
     total = float(centred @ centred)

@@ -1,8 +1,8 @@
 """Pass rate of the trials with its confidence interval.
 
-If all vertices were played, the counts are exact and have no interval. An undecided trial counts as
-failed in the lower bound and as passed in the upper bound. A trial that could not be simulated has
-not passed.
+If all vertices were simulated, the counts are exact and have no interval. An undecided trial counts
+as failed in the lower bound and as passed in the upper bound. A trial that could not be simulated
+counts as failed.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ from frictool.campaign.trials.trials import BROKEN, MET, UNDECIDED, Trials
 class PassRate:
     """Counts of n trials: passed, failed, undecided and not run.
 
-    `failed` includes the trials that could not be simulated (`not_run`). `whole`: all vertices were
-    played.
+    `failed` includes the trials that could not be simulated (`not_run`). `whole`: True if all
+    vertices were simulated.
 
     `low`, `high`: two-sided interval of the pass rate with `confidence`. `at_least`: one-sided
-    lower bound. `low`, `high` and `at_least` are None if all vertices were played, because these
-    are not random draws. For a subset of the vertices they bound the share of passing vertices
-    among all 2^d.
+    lower bound. `low`, `high` and `at_least` are None if all vertices were simulated, because these
+    are not random draws. For a random subset of the vertices, they are bounds of the share of
+    passing vertices among all 2^d.
     """
 
     count: int
@@ -58,13 +58,13 @@ class PassRate:
     def reaches(self, required: float) -> bool:
         """Return True if the pass rate is at least `required` with the confidence.
 
-        If all vertices were played, the share of passing vertices is compared.
+        If all vertices were simulated, the share of passing vertices is compared.
         """
         return (self.share if self.at_least is None else self.at_least) >= required
 
 
 def pass_rate(trials: Trials, method: Method, confidence: float = CONFIDENCE) -> PassRate:
-    """Return the pass rate of the trials; fewer than 2^d vertices count as a random subset."""
+    """Return the pass rate of the trials; fewer than 2^d vertices are a random subset."""
     n = trials.count
     passed, failed, undecided = (
         int(np.count_nonzero(trials.passed == mark)) for mark in (MET, BROKEN, UNDECIDED)

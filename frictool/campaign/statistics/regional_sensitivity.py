@@ -1,10 +1,10 @@
 """Regional sensitivity: differences between failing and passing trials along each factor.
 
 The method is that of Hornberger and Spear (Journal of Environmental Management 12, 1981). It
-computes the Kolmogorov-Smirnov distance between the factor's distributions over failing and over
+computes the Kolmogorov-Smirnov distance between the distributions of a factor over failing and over
 passing trials, and the p-value of this distance. If the factor has no influence, every assignment
-of the failures to the draws is equally likely. This is true of random draws and of a Latin
-hypercube, so that the test is valid for both.
+of the failures to the draws is equally likely, for random draws and for a Latin hypercube. The test
+is therefore valid for both.
 """
 
 from __future__ import annotations
@@ -27,11 +27,11 @@ class FailureRegion:
     """Comparison of failing and passing trials along one factor.
 
     `distance`: Kolmogorov-Smirnov distance of the two distributions, 0 to 1. `chance`: p-value of
-    the distance; None if nothing is random.
+    the distance; None if the trials are not random.
 
-    `leans`: P(failing above passing) - P(failing below passing), -1 to 1. `spread`: the same for
-    the distance from the middle of the range. `noise`: standard deviation of `leans` and `spread`
-    for a factor without influence.
+    `leans`: P(F > P) - P(F < P), -1 to 1, for the factor values F of a failing and P of a passing
+    trial. `spread`: the same for the distance from the middle of the range. `noise`: standard
+    deviation of `leans` and `spread` for a factor without influence.
 
     `failing` (k,): share of failing trials in each slice of the range. `sizes` (k,): number of
     trials in each slice. `centres` (k,): mean factor value in each slice, in SI.
@@ -68,7 +68,7 @@ def region(
     bad = units[failing]
     good = units[~failing]
     if bad.size == 0 or good.size == 0:
-        raise ValueError("a comparison needs trials that fail and trials that pass")
+        raise ValueError("a comparison needs failing and passing trials")
     distance, chance = _smirnov(bad, good)
     sizes = slices.sizes
     return FailureRegion(

@@ -3,7 +3,7 @@
     failures: Trials ──slices.py──▶ regional_sensitivity.py ──holm_correction.py──▶ Sensitivity
     metrics:  Trials ──slices.py──▶ sobol_indices.py        ──holm_correction.py──▶ Sensitivity
 
-If all vertices were played, nothing is random: shares are exact and have no p-value.
+If all vertices were simulated, nothing is random: shares are exact and have no p-value.
 """
 
 from __future__ import annotations
@@ -45,9 +45,9 @@ FINEST = 12  # largest number of slices per factor of a plane
 class FailureComparison:
     """Comparison of failing with passing trials.
 
-    `name`: the broken requirement, "" for any, "not simulated" for trials that failed to run.
-    `regions` (d,): comparison for each factor, with p-values corrected for all comparisons of the
-    table.
+    `name`: requirement that is not met, "" for any, "not simulated" for trials that could not be
+    simulated. `regions` (d,): comparison for each factor, with p-values corrected for all
+    comparisons of the table.
     """
 
     name: str
@@ -57,7 +57,7 @@ class FailureComparison:
 
     @property
     def order(self) -> tuple[int, ...]:
-        """Return the indices of the factors, the one with the clearest influence first."""
+        """Return the indices of the factors, the clearest influence first."""
         return tuple(
             sorted(
                 range(len(self.regions)),
@@ -80,7 +80,7 @@ class MetricInfluence:
     """Influence of the factors on one metric.
 
     `used`: number of trials with a finite value. `shares` (d,): variance share of each factor.
-    `reason`: why there are no shares.
+    `reason`: reason if there are no shares.
     """
 
     used: int
@@ -89,9 +89,9 @@ class MetricInfluence:
 
     @property
     def rest(self) -> float | None:
-        """Return the share of the variance that no named factor explains alone.
+        """Return the share of the variance that no factor in `named` explains alone.
 
-        The rest contains interactions, noise and effects finer than the slices.
+        It comes from interactions, noise and effects finer than the slices.
         """
         return (
             max(0.0, 1.0 - sum(max(0.0, self.shares[i].share) for i in self.named))
@@ -101,7 +101,7 @@ class MetricInfluence:
 
     @property
     def rest_of_ranks(self) -> float | None:
-        """Return the share of the ranks' variance that no named factor explains alone."""
+        """Return the share of the variance of ranks that no factor in `named` explains alone."""
         return (
             max(0.0, 1.0 - sum(max(0.0, self.shares[i].of_ranks) for i in self.named))
             if self.shares
@@ -110,7 +110,7 @@ class MetricInfluence:
 
     @property
     def by_rank(self) -> bool:
-        """Return True if ranks show an influence that a few enormous or infinite values hide."""
+        """Return True if ranks show an influence that a few very large or infinite values hide."""
         return any(self.shares[i].of_ranks - self.shares[i].share > HIDDEN for i in self.named)
 
     @property
@@ -149,8 +149,8 @@ class Sensitivity:
     """Sensitivity of failures and metrics.
 
     `questions`: comparison for any failure, then for each requirement. `influences` (m,): influence
-    of the factors on each metric. `pair`: pair of factors that explains failures best; None without
-    failures or without a second factor.
+    of the factors on each metric. `pair`: pair of factors that explains the failures best; None
+    without failures or without a second factor.
     """
 
     questions: tuple[FailureComparison, ...]
@@ -159,7 +159,7 @@ class Sensitivity:
 
 
 def sensitivity(trials: Trials, drawn: bool) -> Sensitivity:
-    """Return the sensitivities of the trials; `drawn` is False if all vertices were played."""
+    """Return the sensitivities of the trials; `drawn` is False if all vertices were simulated."""
     draws = SortedDraws(trials)
     questions, influences = _questions(trials, draws, drawn), _influences(trials, draws, drawn)
     return Sensitivity(

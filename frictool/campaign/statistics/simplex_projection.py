@@ -2,13 +2,13 @@
 
 The factors are independent, so that first-order shares satisfy S_i >= 0 and sum S_i <= 1. Their
 estimates have errors and can violate this: with a hundred trials, 80 % +- 6 % and 23 % +- 9 % can
-occur together. The projection is the point of this set nearest to the estimates, in units of their
-errors:
+occur together. The projection is the point of this set that is nearest to the estimates, in units
+of their errors e_i:
 
     min sum (s_i - S_i)^2 / e_i^2,    s_i >= 0, sum s_i <= 1
 
-It reduces the least certain shares most. The set is convex, so that in this norm no point of it is
-farther from the projection than from the estimates. This holds for the true shares too.
+The projection changes the least certain shares most. The set is convex, so that in this norm every
+point of the set, also the true shares, is at least as near to the projection as to the estimates.
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from frictool.typing import Vector
 
 
 def within_whole(shares: Vector, errors: Vector) -> Vector:
-    """Return the shares (k,); project them with `errors` (k,) if positive shares add up to above 1.
+    """Return the shares (k,), projected with `errors` (k,) if the positive ones exceed 1 in sum.
 
-    Negative shares stay unchanged.
+    Negative shares are unchanged.
     """
     projected = np.array(shares, dtype=float)
     left = projected > 0.0

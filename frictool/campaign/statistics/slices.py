@@ -1,4 +1,4 @@
-"""Slices of a factor's draws with equal counts, the basis of all influence estimates."""
+"""Slices of a factor's draws with equal counts, from which influences are estimated."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Slices:
 def slices_for(draws: int) -> int:
     """Return the number of slices for a variance share: 3 n^(1/3).
 
-    The variation inside a slice and the noise of its mean then decrease together.
+    With this number, the variation within a slice and the noise of its mean decrease together.
     """
     return int(np.clip(round(3.0 * draws ** (1.0 / 3.0)), FEWEST, MOST))
 
@@ -44,8 +44,8 @@ def slices_for(draws: int) -> int:
 def few_slices_for(draws: int) -> int:
     """Return the number of slices for a test of influence.
 
-    Each slice has at least 12 draws if possible. The number is small because an effect that is
-    spread over many slices is hard to detect.
+    Each slice has at least 12 draws if possible. The number is small, because an effect is hard to
+    detect if it is spread over many slices.
     """
     return int(np.clip(draws // 12, FEWEST, TENTHS))
 
@@ -64,7 +64,7 @@ class SortedDraws:
     def sliced(self, factor: int, count: int, chosen: NDArray[np.bool_]) -> Slices:
         """Return `count` slices of a factor's draws in the mask `chosen` (n,).
 
-        If the factor has at most `count` different values, each value is a slice.
+        If the factor has at most `count` different values, each value has a slice.
         """
         if self._few[factor]:
             where = (

@@ -1,23 +1,23 @@
-"""First-order Sobol indices of the factors, estimated from the trials themselves.
+"""First-order Sobol indices of the factors, estimated from the trials of the campaign.
 
     S_i = Var(E[Y | X_i]) / Var(Y)          Sobol, Math. Model. Comp. Exp. 1, 1993
 
 E[Y | X_i] is the mean of Y in slices of X_i with equal counts (the correlation ratio; Plischke,
 Borgonovo, Smith, European Journal of Operational Research 226, 2013). The expected random variation
-of the means of k slices is (k - 1)/(n - k) of the variance inside the slices. This variation is
-subtracted, so that the estimate for a factor without influence is 0 on average (Kelley's epsilon
-squared, PNAS 21, 1935).
+of the means of k slices is (k - 1)/(n - k) times the variance within the slices. It is subtracted,
+so that the estimate for a factor without influence is 0 on average (Kelley's epsilon squared, PNAS
+21, 1935).
 
 The error is the standard deviation of the efficient estimator, whose influence function is 2 Y m -
 m^2 - S Y^2 with m = E[Y | X_i] and zero-mean Y (Da Veiga and Gamboa, Journal of Nonparametric
-Statistics 25, 2013). The random error of the means without influence, sqrt(2 (k - 1))/n, is added
-in quadrature.
+Statistics 25, 2013). The random error of the means for a factor without influence, sqrt(2 (k -
+1))/n, is added in quadrature.
 
-The test of influence uses ranks, so that enormous or infinite values do not upset it (a step that
-never settles has the worst rank). It gives the p-value of two differences between the slices: of
-the mean ranks (Kruskal and Wallis, JASA 47, 1952), and of the spread about the middle rank. The two
-are combined as in Lepage's test (Biometrika 58, 1971), which is for two samples. A factor that acts
-only jointly with others has no first-order share; the spread detects it.
+The test of influence uses ranks, so that very large or infinite values are allowed (a step that
+never settles has the worst rank). It combines two differences between the slices: of the mean ranks
+(Kruskal and Wallis, JASA 47, 1952), and of the spread about the middle rank, as in Lepage's test
+for two samples (Biometrika 58, 1971). A factor that acts only jointly with others has no
+first-order share; the difference of spread detects it.
 """
 
 from __future__ import annotations
@@ -37,9 +37,10 @@ SLOPE = 0.1  # smallest rank correlation that counts as rising or falling
 class VarianceShare:
     """Share of one factor in the variance of a metric.
 
-    `share`: S_i. `error`: standard deviation of S_i. `of_ranks`, `error_of_ranks`: the same for the
-    ranks of the values, including infinite ones. `chance`: p-value of the rank test; None if
-    nothing is random. `rises`: rank correlation of metric and factor, -1 to 1.
+    `share`: S_i. `error`: standard deviation of S_i. `of_ranks`, `error_of_ranks`: S_i and its
+    standard deviation for the ranks of the values, including infinite ones. `chance`: p-value of
+    the rank test; None if the trials are not random. `rises`: rank correlation of metric and
+    factor, -1 to 1.
     """
 
     share: float
@@ -51,14 +52,14 @@ class VarianceShare:
 
     @property
     def direction(self) -> str:
-        """Return how the metric changes as the factor increases."""
+        """Return a text on the change of the metric with a rising factor."""
         return "rises" if self.rises > SLOPE else "falls" if self.rises < -SLOPE else "up and down"
 
 
 def variance_share(slices: Slices, values: Vector, drawn: bool) -> tuple[float, float]:
     """Return S_i of finite values (n,) and its error.
 
-    If all vertices were played (`drawn` is False), S_i is exact and the error is 0.
+    If all vertices were simulated (`drawn` is False), S_i is exact and the error is 0.
     """
     n, k = values.size, slices.count
     if k < 2 or (drawn and n <= k):
@@ -84,8 +85,8 @@ def variance_share(slices: Slices, values: Vector, drawn: bool) -> tuple[float, 
 def scores_of(values: Vector) -> tuple[Vector, ...]:
     """Return the rank scores of values (n,), which may be infinite: location and spread.
 
-    Each score is (n,), has zero mean and is orthogonal to the other. Equal values share a rank.
-    Fewer scores are returned if too many values are equal.
+    Each score (n,) has zero mean and is orthogonal to the other one. Equal values have the same
+    rank. If too many values are equal, fewer scores are returned.
     """
     n = values.size
     score_of_rank = (scipy.stats.rankdata(values) - 0.5 * (n + 1.0)) / n
@@ -113,10 +114,10 @@ def chance_of_ranks(slices: Slices, scores: tuple[Vector, ...]) -> float:
 
 
 def rank_correlation(units: Vector, scores: tuple[Vector, ...]) -> float:
-    """Return the rank correlation (-1 to 1) of draws (n,) with the values of these scores.
+    """Return the rank correlation (-1 to 1) of draws (n,) with values that have these scores.
 
-    The draws are uniform in 0 to 1, so that they are used in place of their ranks. Return 0 if the
-    draws or the values do not vary.
+    The draws are uniform in [0, 1] and used instead of their ranks. Return 0 if the draws or the
+    values do not vary.
     """
     if not scores:
         return 0.0

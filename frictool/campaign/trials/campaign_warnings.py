@@ -27,8 +27,8 @@ Interval = tuple[float, float]
 def remarks_of(setting: CampaignSetting, space: FactorSpace) -> tuple[str, ...]:
     """Return the warnings of a campaign.
 
-    The warnings concern plants for which the controller was not verified, a model without
-    identified parameters, and remaining example values.
+    The warnings concern plants outside the controller's verification, a model without identified
+    parameters, and example values in the bench.
     """
     plant = plant_of(setting.plant)
     controller = setting.controller

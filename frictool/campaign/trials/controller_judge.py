@@ -1,10 +1,11 @@
-"""Judge of controllers: it plays fixed plants through one scenario and compares with the limits.
+"""Judge of controllers: simulation of fixed plants in one scenario, and comparison with limits.
 
     model, scenario, spec, plants ──ControllerJudge──▶ prepared once
     controller ──────────────────────▶ called ───────▶ PlayedVerdict: figure and reserve per plant
 
-A search over controllers calls the judge once per candidate. Plants, reference, disturbances and
-noise stay the same, so that the figures of two candidates can be compared.
+To play a plant means to simulate it. A search over controllers calls the judge once per candidate.
+Plants, reference, disturbances and noise are the same for all candidates, so that their results can
+be compared.
 """
 
 from __future__ import annotations
@@ -43,7 +44,7 @@ PlantValues = Mapping[str, float]  # parameter, as under `given` of a scenario -
 
 @dataclass(frozen=True)
 class PlayedRequirement:
-    """Requirement with its worst figure over the played plants.
+    """Requirement with its worst value over the played plants.
 
     Attributes
     ----------
@@ -53,11 +54,11 @@ class PlayedRequirement:
         Worst value in SI (a ratio in %); infinite for a failure without a number, NaN if no plant
         has a value.
     reserve : float
-        Smallest relative distance to the limit (`relative_reserve`), negative if it is broken.
+        Smallest relative distance to the limit (`relative_reserve`), negative for a violation.
     plant : int
         Index of the plant with this value; -1 if no plant has a value.
     met : bool or None
-        True if every plant meets the limit, False if one breaks it, else None.
+        True if every plant meets the limit, False if one violates it, else None.
     """
 
     metric: MetricLimit
@@ -69,12 +70,12 @@ class PlayedRequirement:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class PlayedVerdict(ResultView):
-    """Figures of one controller on p plants against r requirements.
+    """Results of one controller with p plants for r requirements.
 
     Attributes
     ----------
     metrics : tuple of MetricLimit
-        The requirements of the specification that a run can decide, in its order.
+        The requirements that a run can decide, in the order of the specification.
     plants : tuple of int
         Indices of the played plants.
     values, reserves : ndarray, shape (p, r)
@@ -82,7 +83,7 @@ class PlayedVerdict(ResultView):
     met : ndarray, shape (p, r)
         MET 1, BROKEN 0 or UNDECIDED -1.
     failed : mapping
-        Index of a plant that could not be simulated -> reason. Its figures are NaN.
+        Index of a plant that could not be simulated -> reason. Its values are NaN.
     """
 
     metrics: tuple[MetricLimit, ...]
@@ -94,14 +95,14 @@ class PlayedVerdict(ResultView):
 
     @property
     def requirements(self) -> tuple[PlayedRequirement, ...]:
-        """Worst figure of each requirement, in the order of the specification."""
+        """Return the worst value of each requirement, in the order of the specification."""
         return tuple(self._worst(index) for index in range(len(self.metrics)))
 
     @property
     def reserve(self) -> float:
-        """Smallest reserve of all figures: 0 or more if every decided requirement is met.
+        """Return the smallest reserve: 0 or more if every decided requirement is met.
 
-        -inf if a plant could not be simulated, NaN if nothing was decided.
+        It is -inf if a plant could not be simulated, NaN if no requirement is decided.
         """
         if self.failed:
             return -math.inf
@@ -110,7 +111,7 @@ class PlayedVerdict(ResultView):
 
     @property
     def passed(self) -> bool:
-        """True if every plant was simulated and no figure is outside its limit."""
+        """Return True if every plant was simulated and no value violates its limit."""
         return not self.failed and not np.any(self.met == 0) and bool(np.any(self.met == MET))
 
     def _worst(self, index: int) -> PlayedRequirement:
@@ -239,8 +240,8 @@ class ControllerJudge:
 def relative_reserve(metric: MetricLimit, value: float) -> float:
     """Return the distance of a value to its limit, relative to the limit.
 
-    It is 0 at the limit, negative beyond it, and NaN if there is no value. If the limit is 0, the
-    distance is not divided.
+    It is 0 at the limit, negative for a violation, and NaN if there is no value. If the limit is 0,
+    the absolute distance is returned.
     """
     inside = metric.limit - value if metric.relation == "<=" else value - metric.limit
     return inside / metric.limit if metric.limit > 0.0 else inside

@@ -1,15 +1,14 @@
 """Search for the worst case of one metric in the space of factors.
 
-worst draws ──▶ vertices: one factor after the other to an end, as long as the metric gets worse ──▶
+worst draws ──▶ vertices: one factor after another to an end, as long as the metric gets worse ──▶
 differential evolution ──▶ worst point
 
 The metric can jump where a change of the factors adds or removes a stop or a breakaway. It is
 usually worst at an end of some factors and between the ends of others. The search therefore uses no
 gradients. The algorithm is JADE (Zhang and Sanderson 2009: mutation towards one of the best points,
-with step and crossover adapted to successful values). Points beyond the cube are clipped to its
+with step and crossover adapted to successful values). Points outside the cube are moved to its
 faces. The search starts from the worst draws, so that its result is at least as bad as these. The
-result is the worst point that the search tried. It is not proved to be the worst point of the
-space.
+result is the worst evaluated point, not necessarily the worst point of the space.
 """
 
 from __future__ import annotations
@@ -36,8 +35,8 @@ class SearchResult(NamedTuple):
 
     `name`: name of the metric. `value`: worst value of the metric in the search. `drawn`: its worst
     value over the draws. `unit` (d,): worst point in the cube. `noise`: index of the draw whose
-    noise was used. `evaluations`: number of plants tried. `unplayed`: number of tried plants that
-    could not be simulated.
+    noise was used. `evaluations`: number of evaluated plants. `unplayed`: number of them that could
+    not be simulated.
     """
 
     name: str
@@ -50,7 +49,7 @@ class SearchResult(NamedTuple):
 
 
 class SearchState:
-    """Counter of evaluations with the worst point so far."""
+    """State of a search: number of evaluations, and the worst point so far."""
 
     def __init__(self, badness: Badness, evaluations: int) -> None:
         self._badness = badness
@@ -61,11 +60,11 @@ class SearchState:
 
     @property
     def ended(self) -> bool:
-        """Return True if no evaluation is left, or if nothing can be worse."""
+        """Return True if no evaluation is left, or if no point can be worse."""
         return self.left <= 0 or self.worst == math.inf
 
     def at_point(self, unit: Vector) -> float:
-        """Return the badness at `unit` (d,); remember the point if it is the worst so far."""
+        """Return the badness at `unit` (d,); store the point if it is the worst so far."""
         self.left = self.left - 1
         self.tried = self.tried + 1
         badness = self._badness(unit)

@@ -1,4 +1,4 @@
-"""Results of trials by the index of their draw, in arrays: a million trials take 100 MB."""
+"""Results of trials in arrays, by the index of the draw: a million trials take 100 MB."""
 
 from __future__ import annotations
 

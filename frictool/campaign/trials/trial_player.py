@@ -1,4 +1,4 @@
-"""Player of one trial: it simulates a draw and judges the log by the specification."""
+"""Simulation of one trial (draw), and its judgement by the specification."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from frictool.typing import Vector
 
 
 class CampaignSetting(NamedTuple):
-    """Data that all trials share, and that every worker process receives once.
+    """Data that all trials share; every worker process receives them once.
 
     `recorded`: log that the scenario replays; None if it replays no log.
     """
@@ -45,14 +45,14 @@ class CampaignSetting(NamedTuple):
 
 
 class ScenarioJudge:
-    """Judge of scenarios with the plant and the controller of one setting."""
+    """Simulation and judgement of scenarios with the plant and the controller of one setting."""
 
     def __init__(self, setting: CampaignSetting) -> None:
         self.setting = setting
 
     @cached_property
     def test(self) -> StepTest[Any]:
-        """Closed loop of plant and controller, prepared for all scenarios."""
+        """Return the closed loop of plant and controller, prepared for all scenarios."""
         return StepTest(
             plant_of(self.setting.plant),
             self.setting.controller,
@@ -72,7 +72,7 @@ class ScenarioJudge:
 
 
 class TrialPlayer(ScenarioJudge):
-    """Player of draws of `space` with the noise of `seed`."""
+    """Simulation and judgement of draws of `space`, with noise from `seed`."""
 
     def __init__(self, setting: CampaignSetting, space: FactorSpace, seed: int) -> None:
         super().__init__(setting)
@@ -104,7 +104,7 @@ class TrialPlayer(ScenarioJudge):
     def played(self, unit: Vector, draw: int) -> TrialResult:
         """Return the result at `unit` (d,); it contains a reason if the simulation failed.
 
-        Unexpected errors are caught too, so that one trial does not stop the others.
+        Unexpected errors are caught as well, so that one trial does not stop the others.
         """
         try:
             return trial_of(draw, self.judged(self.scenario(unit, draw)))
@@ -165,9 +165,9 @@ def _value(one: Requirement) -> float:
 def check_nominal(
     requirements: tuple[Requirement, ...], names: DocumentNames
 ) -> tuple[Requirement, ...]:
-    """Return the requirements unchanged.
+    """Return the requirements of the nominal run unchanged.
 
-    Raises NoSolutionError if the nominal run decides none of them, because then no trial would.
+    Raises NoSolutionError if it decides none of them, because then no trial would.
     """
     if all(one.met is None for one in requirements):
         reason = next((one.reason for one in requirements if one.reason), "it has no step")

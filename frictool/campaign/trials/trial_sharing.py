@@ -1,4 +1,4 @@
-"""Distribution of trials to workers; each batch of results is stored as it arrives.
+"""Distribution of trials to workers; each batch of results is stored on arrival.
 
 draws ──not stored yet──▶ jobs ──share──▶ TrialResult in any order ──▶ TrialStore ──▶ Trials in
 order
@@ -33,7 +33,7 @@ class JobSharing(Protocol):
 
 
 class DrawJobs(Sequence[Job]):
-    """Jobs of the draws `left` of `units` (n, d); each is made when a worker takes it."""
+    """Jobs for the draws with the indices `left` in `units` (n, d), created on demand."""
 
     def __init__(self, units: Vector, left: IntVector) -> None:
         self._units, self._left = units, left
@@ -65,7 +65,8 @@ def run_trials(
 ) -> Trials:
     """Run the trials of the draws `units` (n, d) that are not in `store`; return all trials.
 
-    `tell` takes the completed fraction (0 to 1). `each_s`: expected duration of a trial [s].
+    `tell` is called with the completed fraction (0 to 1). `each_s`: expected duration of a trial
+    [s].
     """
     count = units.shape[0]
     jobs = DrawJobs(

@@ -1,8 +1,8 @@
 """File of completed trials: a killed campaign loses at most one batch and can be continued.
 
-The file has one JSON value per line. The first is the header, which identifies the campaign. A
-trial is [draw, metric values, met] or [draw, reason why it could not be simulated]. A completed
-search is {"worst": ..}. A trial whose line is incomplete is run again.
+The file has one JSON value per line. The first value is the header, which identifies the campaign.
+A trial is [draw, metric values, met], or [draw, reason] if it could not be simulated. A completed
+search is {"worst": ..}. A trial with an incomplete line is simulated again.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from frictool.campaign.trials.trials import TrialResult
 from frictool.errors import FrictoolError, InputFileError, OutputError
 
 FORMAT = "campaign-trials/2"
-NO_TRIALS = "contains no stored trials; name another file, or remove this one"
+NO_TRIALS = "contains no stored trials; choose another file, or remove this one"
 Header = Mapping[str, Any]
 SearchKey = tuple[
     str, int, int
@@ -29,7 +29,7 @@ SearchKey = tuple[
 
 
 class TrialStore:
-    """Stored trials and searches of one campaign, in the file `path` or in memory only (None).
+    """Stored trials and searches of one campaign, in the file `path` or in memory (None).
 
     `header`: JSON values that identify the campaign. `trials`: results by index of the draw.
     `worst`: search results by key. Raises InputFileError if the file belongs to another campaign or
@@ -133,7 +133,7 @@ class TrialStore:
             try:
                 self._take(path, number, json.loads(line), header)
             except (ValueError, KeyError, TypeError, IndexError):
-                message = "is no line of stored trials; name another file, or remove this one"
+                message = "is no line of stored trials; choose another file, or remove this one"
                 raise InputFileError(path, message, line=number) from None
         self._file.truncate(sum(len(line) + 1 for line in lines))
         if not lines:

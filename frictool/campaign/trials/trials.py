@@ -18,7 +18,7 @@ MET, BROKEN, UNDECIDED = 1, 0, -1
 
 @dataclass(frozen=True)
 class MetricLimit:
-    """Requirement of the specification: name in `report`, key, and limit in SI."""
+    """Requirement of the specification: name as in `report`, key, and limit in SI."""
 
     name: str
     key: str
@@ -28,7 +28,7 @@ class MetricLimit:
 
 
 class TrialResult(NamedTuple):
-    """Result of one draw: `metric_values` and `met` for each metric, as in Trials.
+    """Result of one draw; `metric_values` and `met` (m,) as in Trials.
 
     `failed`: reason why the draw could not be simulated, or empty.
     """
@@ -45,9 +45,9 @@ class Trials:
 
     `units` (n, d): draws in the unit cube. `values` (n, d): the same draws in SI (factor_space.py).
 
-    `metric_values` (n, m): worst value of each metric over each trial's run. It is infinite for a
+    `metric_values` (n, m): worst value of each metric over the run of a trial. It is infinite for a
     failure without a number (an axis that never settles), and NaN if the metric is undefined or the
-    trial was not simulated.
+    trial could not be simulated.
 
     `met` (n, m): outcome of each requirement as `report` decides: MET 1, BROKEN 0 or UNDECIDED -1.
     `passed` (n,): outcome of the whole trial (`trial_outcomes`).
@@ -74,7 +74,7 @@ class Trials:
 def collect_trials(
     space: FactorSpace, metrics: Sequence[MetricLimit], units: Vector, trials: Iterable[TrialResult]
 ) -> Trials:
-    """Return the trials of the draws `units` (n, d), whose results come in any order.
+    """Return the trials of the draws `units` (n, d) from results in any order.
 
     Raises ValueError if the result of a draw is missing.
     """
@@ -108,7 +108,7 @@ def collect_trials(
 def trial_outcomes(met: Marks, failed: Sequence[int] = ()) -> Marks:
     """Return the outcome (n,) of each trial from `met` (n, m).
 
-    A trial is BROKEN if it breaks a requirement or could not be simulated, UNDECIDED if a
+    A trial is BROKEN if it violates a requirement or could not be simulated, UNDECIDED if a
     requirement is undecided, else MET. A requirement that no trial decides is left out, because the
     scenario cannot decide it for any plant.
     """

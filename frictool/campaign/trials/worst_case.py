@@ -1,4 +1,4 @@
-"""Worst case of a requirement: data, scenario file, and the command that replays this scenario."""
+"""Worst case of a requirement: data, scenario file, and the command that repeats the scenario."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class WorstCase:
     """Worst case of one requirement.
 
     `values`: factor values by name. `scenario`: base name of the scenario file. `command`: command
-    that replays the scenario, with base names of files. `typed`: the same command with the paths of
+    that repeats the scenario, with base names of files. `typed`: the same command with the paths of
     the command line, for the terminal only. `played`: the scenario.
     """
 
@@ -50,7 +50,7 @@ def file_name(metric: MetricLimit) -> str:
 
 
 def commands_of(number: ProgramNumber) -> Commands:
-    """Return the replay commands of documents saved as model.yaml and controller.yaml."""
+    """Return the commands that repeat a scenario, for files model.yaml and controller.yaml."""
 
     def of(scenario: str) -> tuple[str, str]:
         words = replay_command(
@@ -74,7 +74,7 @@ def replay_command(
     number: ProgramNumber,
     output: str,
 ) -> str:
-    """Return the shell command that replays a scenario."""
+    """Return the shell command that simulates a scenario."""
     words = ["frictool simulate", model, "--controller", controller, "--scenario", scenario]
     words += ["--observer", observer] if observer is not None else []
     words += ["--number", number] if number != "double" else []
@@ -82,7 +82,7 @@ def replay_command(
 
 
 def text_of(case: WorstCase, folder: Path, origin: Path) -> str:
-    """Return the text of the scenario's file in `folder`, with a description above it.
+    """Return the text of the scenario's file in `folder`, with a comment at its top.
 
     `origin`: file of the campaign's scenario.
     """

@@ -1,4 +1,4 @@
-"""Worst-case searches of all requirements; each worst case is run again to get its scenario."""
+"""Worst-case searches of all requirements; each worst case is simulated again for its scenario."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ ProgressContext = Callable[[str], AbstractContextManager[ProgressCallback]]
 
 
 class SearchTask(NamedTuple):
-    """Search for the worst case of the metric `name` with index `metric`.
+    """Task of a search for the worst case of the metric `name` with index `metric`.
 
     `drawn`: value of the worst draw. `noise`: index of the worst draw. `starts` (k, d): worst
     draws. `draws`: number of draws.
@@ -81,7 +81,7 @@ def worst_cases(
 ) -> list[WorstCase]:
     """Return the worst case of each requirement that any draw decides.
 
-    `evaluations`: number of plants for each search. `commands` returns the replay command of a
+    `evaluations`: number of plants for each search. `commands` returns the command that repeats a
     scenario. `progress(label)`: context manager that yields a callback taking the completed
     fraction.
     """

@@ -1,4 +1,4 @@
-"""Figures of a campaign: pass rates, metrics against limits, and failures over the factors.
+"""Figures of a campaign: pass rates, metrics with limits, and failures over the factors.
 
 Large numbers of trials are binned, so that a figure has a few hundred elements at most.
 """
@@ -95,13 +95,13 @@ def rates(findings: Findings) -> PageFigure:
     return PageFigure(
         "What passes",
         svg,
-        f"Dots: the share of {rate.count} {rate.noun} that meet it.{bars}{dashed} "
-        "Undecided trials count on neither side.",
+        f"Dots: the share of {rate.count} {rate.noun} that meet it.{bars}{dashed} Undecided trials "
+        f"count on neither side.",
     )
 
 
 def metric(findings: Findings, one: Distribution) -> PageFigure | None:
-    """Return the histogram and distribution of a metric; None if it does not vary."""
+    """Return the figure of a metric's histogram and distribution; None if it does not vary."""
     if not one.varies:
         return None
     name = requirement_title(one.metric.name)
@@ -135,7 +135,7 @@ def metric(findings: Findings, one: Distribution) -> PageFigure | None:
 
 
 def causes(findings: Findings) -> list[PageFigure]:
-    """Return a figure of the failing share over the range of each factor that causes failures."""
+    """Return one figure for each factor that causes failures: failing share over its range."""
     questions = findings.sensitivity.questions
     if not questions or questions[0].name != "":
         return []

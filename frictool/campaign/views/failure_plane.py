@@ -1,4 +1,4 @@
-"""Plot of trials in the plane of two factors: points, or failing share per cell for many trials."""
+"""Plot of trials in the plane of two factors: points, or for many trials failing share per cell."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ SCALE = LinearSegmentedColormap.from_list("failing", ["#f2f4f7", "#f0c3a8", "#d9
 
 
 def plane(axes: Axes, trials: Trials, first: int, second: int) -> str:
-    """Draw the trials on empty axes; return text for the caption."""
+    """Draw the trials on empty axes; return a text for the caption."""
     x, y = edges(trials, first), edges(trials, second)
     axes.set(xlim=(x[0], x[-1]), ylim=(y[0], y[-1]))
     for axis, factor, ends in ((axes.xaxis, first, x), (axes.yaxis, second, y)):
@@ -40,9 +40,9 @@ def plane(axes: Axes, trials: Trials, first: int, second: int) -> str:
 
 
 def edges(trials: Trials, factor: int) -> Vector:
-    """Return the cell edges of a factor: CELLS equal cells, or one cell around each value.
+    """Return the cell edges of a factor: CELLS equal cells.
 
-    There is one cell around each value if the factor has at most CELLS / 2 values.
+    If the factor has at most CELLS / 2 values, there is one cell around each value.
     """
     one = trials.space.factors[factor]
     levels = np.unique(trials.values[:, factor])

@@ -24,7 +24,7 @@ STYLE: dict[str, Any] = {
 
 
 def drawing(name: str) -> AbstractContextManager[None]:
-    """Return the context of settings in which the figure `name` is drawn and rendered."""
+    """Return a context manager with the matplotlib settings for the figure `name`."""
     return svg.drawing(name, STYLE)
 
 
@@ -38,8 +38,8 @@ def new_figure(
 def axis_label(name: str, unit: str, number: int) -> str:
     """Return an axis label with the factor's name, or with its number.
 
-    The number replaces a name that is long, or whose letters the figures' font may lack. The
-    headings of the page show the full name.
+    The number replaces a long name, or a name with letters that the font of the figures may lack.
+    The headings of the page show the full name.
     """
     shown = (
         name

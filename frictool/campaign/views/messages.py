@@ -32,8 +32,8 @@ def quantity(value: float | None, unit: str) -> str:
 def percent(share: float, toward: Literal["nearest", "down", "up"] = "nearest") -> str:
     """Return a share in % with one decimal, or with more decimals near 0 and 100 %.
 
-    A difference from 0 or 100 % below 1 % is shown with two digits. `toward` is the direction of
-    rounding, so that a bound stays a bound.
+    A share within 1 % of 0 or 100 % has two digits of that difference. `toward` is the direction of
+    rounding; a rounded bound is then still a bound.
     """
     if share in (0.0, 1.0):
         return f"{100.0 * share:.0f} %"
@@ -48,12 +48,12 @@ def percent(share: float, toward: Literal["nearest", "down", "up"] = "nearest") 
 
 
 def percent_text(share: float) -> str:
-    """Return a share that the user chose, with all its digits."""
+    """Return a share in % with all its digits, for shares that the user chose."""
     return f"{100.0 * share:.12g} %"
 
 
 def chance_text(chance: float | None) -> str:
-    """Return the p-value as text, or an empty text if the trials were not drawn at random.
+    """Return the p-value as text; empty if the trials are not random.
 
     A value below 1e-4 is written as "below 1e-4", because no decision depends on its digits.
     """
@@ -121,14 +121,14 @@ def _required_text(findings: Findings) -> str:
     if required == 1.0:
         return (
             f"{shown}; no number of draws can show this; lower --at-least, or leave it out so that "
-            "every draw must pass"
+            f"every draw must pass"
         )
     needed = findings.draws_needed
     return shown if needed is None else f"{shown}: {needed} draws suffice if the same share passes"
 
 
 def caveat(findings: Findings) -> str:
-    """Return a sentence on the population that the pass rate refers to."""
+    """Return a sentence on the population to which the pass rate refers."""
     rate = findings.rate
     if rate.whole:
         return (

@@ -1,4 +1,4 @@
-"""Views of a played verdict: lines for the terminal, and JSON data."""
+"""Views of a PlayedVerdict: lines for the terminal, and JSON data."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ OUTCOMES = {True: "MET", False: "NOT MET", None: "UNDECIDED"}
 def played_lines(
     verdict: PlayedVerdict, plants: Sequence[str], scenario: str, colour: bool = False
 ) -> list[str]:
-    """Return one line per requirement with its worst plant, then the verdict.
+    """Return text lines: one per requirement with its worst plant, then the verdict.
 
     `plants`: names of the plants by index. `scenario`: description of the scenario.
     """
@@ -43,7 +43,7 @@ AT_REST = ("rest", "limit_cycle")  # requirements that decide whether the axis s
 
 
 def rest_line(verdict: PlayedVerdict) -> str:
-    """Return what the plants did at rest, for a controller with friction compensation."""
+    """Return a line on limit cycles at rest, for a controller with friction compensation."""
     judged = [one for one in verdict.requirements if one.metric.key in AT_REST]
     if not judged:
         return (

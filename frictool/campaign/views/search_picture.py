@@ -1,4 +1,4 @@
-"""Picture of a search: the trade between the response, the modulus margin and the effort."""
+"""Picture of a search: trade-off between response time, modulus margin and drive."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Views of an automatic design: text, JSON, the reason of a refusal, and its trade as a picture."""
+"""Views of an automatic design: text, JSON, and the reason if there is no design."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from frictool.synth.search.played_tests import RESERVE
 class ReachedValue(NamedTuple):
     """Best value of a requirement over the played candidates.
 
-    The value of a candidate is the worst of the tests in which it was played; candidates far from
-    the limits were played on few plants. `alone`: best value of any candidate. `together`: best
-    value of the candidates that meet all other requirements, None if there is none.
+    The value of a candidate is the worst value over its tests; candidates far from the limits were
+    simulated with few plants. `alone`: best value of any candidate. `together`: best value of the
+    candidates that meet all other requirements, None if there is none.
     """
 
     key: str
@@ -32,7 +32,7 @@ class ReachedValue(NamedTuple):
 
 
 def design_line(found: AutomaticDesign) -> str:
-    """Return the sentence that says how a design was found."""
+    """Return a sentence on the search that led to the design."""
     last = found.outcomes[-1]
     reserve = f"a reserve of {100.0 * RESERVE:g} %" if last.with_reserve else "less reserve"
     without = "oscillations, drive and rest"
@@ -44,7 +44,7 @@ def design_line(found: AutomaticDesign) -> str:
 
 
 def refusal(found: AutomaticDesign) -> str:
-    """Return why no design was found: the requirement that the best candidate misses."""
+    """Return why no design was found: the requirement that the best candidate violates."""
     best = _best(found)
     refusals = [reason for one in found.outcomes for reason in one.refusals]
     if best is None:
@@ -57,10 +57,10 @@ def refusal(found: AutomaticDesign) -> str:
 
 
 def refusal_lines(found: AutomaticDesign, test: DesignTest) -> list[str]:
-    """Return the details of a refusal, one a line.
+    """Return lines with the details if no design was found.
 
-    They are the candidates, the bound of the drive, and each requirement that can be relaxed with
-    the best value of the candidates that meet all others.
+    They are the numbers of candidates, the bound of the drive, and each requirement that can be
+    relaxed, with the best value of the candidates that meet all other requirements.
     """
     bench = test.model.bench
     overshoot = test.spec.overshoot_percent

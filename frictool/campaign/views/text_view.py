@@ -47,7 +47,7 @@ def lines(findings: Findings, colour: bool = False) -> list[str]:
 
 
 def fails_where(findings: Findings, factor: int, region: FailureRegion) -> str:
-    """Return text with the factor values of the largest and the smallest failing share.
+    """Return a text with the factor values of the largest and the smallest failing share.
 
     Example: "fails 40 % around 0.14 N m, 0 % around 0.11 N m".
     """
@@ -66,7 +66,8 @@ def fails_where(findings: Findings, factor: int, region: FailureRegion) -> str:
 def influence_lines(findings: Findings, influence: MetricInfluence) -> list[str]:
     """Return a line with the named factors and their shares of the variance.
 
-    A second line shows the shares of the ranks if these reveal an influence that the values hide.
+    A second line shows the variance shares of the ranks if these reveal an influence that the
+    values hide.
     """
     if influence.reason:
         return [influence.reason]
@@ -107,7 +108,7 @@ def _shares_text(
 
 
 def share_text(share: float, error: float) -> str:
-    """Return a share with its standard deviation, or without one if the error is 0."""
+    """Return a share with its standard deviation, which is left out if it is 0."""
     digits = 0 if error >= 0.0095 else 1
     return (
         _whole(share)
@@ -184,7 +185,7 @@ def _failures(findings: Findings) -> list[str]:
 
 
 def pair_lines(findings: Findings) -> list[str]:
-    """Return a line on the interaction of the leading pair; an empty list if it is within noise."""
+    """Return a line on the interaction of the leading pair; no line if it is within noise."""
     pair = findings.sensitivity.pair
     if pair is None or pair.beyond <= max(0.01, 3.0 * pair.error):
         return []
@@ -196,7 +197,7 @@ def pair_lines(findings: Findings) -> list[str]:
 
 
 def question_text(question: FailureComparison) -> str:
-    """Return the name of a comparison."""
+    """Return the heading of a comparison."""
     return {"": "what fails", "not simulated": "what could not be simulated"}.get(
         question.name, f"what breaks {requirement_title(question.name)}"
     )

@@ -13,8 +13,8 @@ MARKS = {MET: "met", BROKEN: "broken"}
 def as_csv(trials: Trials) -> str:
     """Return the CSV text; an absent value is empty.
 
-    Columns are draw, passed, reason if not simulated, each factor [SI], each metric [SI] and its
-    outcome.
+    The columns are draw, passed, reason if not simulated, each factor [SI], and each metric [SI]
+    with its outcome.
     """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
