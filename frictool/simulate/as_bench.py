@@ -1,4 +1,4 @@
-"""Tests that a simulated bench plays: those of `frictool excite`, and references as CSV."""
+"""Tests for a simulated bench: those of `frictool excite`, and references as CSV."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def read_test(path: Path, bench: Bench) -> Log:
     Raises
     ------
     LogError
-        If the file is no test, or a CSV with ramps, which contains no rules of its segments.
+        If the file is no test, or a CSV with ramps, which does not state when segments end.
     """
     if path.suffix.lower() != CSV:
         return read_excitation(path)
@@ -44,9 +44,8 @@ def read_test(path: Path, bench: Bench) -> Log:
     if TIME not in table or wanted["reference"] not in table:
         raise LogError(
             str(path),
-            f"has the columns {', '.join(head)}; needed in CSV: {TIME} and "
-            f"{wanted['reference']}. Ramps need their rules; write them with "
-            "frictool excite -o NAME.mcap",
+            f"has the columns {', '.join(head)}; needed in CSV: {TIME} and {wanted['reference']}. "
+            f"For ramps, write an MCAP: frictool excite -o NAME.mcap",
         )
     columns = {name: table[label] for name, label in wanted.items() if label in table}
     units = {name: si_unit(COLUMNS[name], bench.axis) for name in columns}

@@ -1,4 +1,4 @@
-"""Log stream of a closed-loop record: channels of a bench, and channels that only a simulation has.
+"""Log stream of a closed-loop simulation: channels of a bench, and channels of a simulation only.
 
 ============================  ====================================================================
 channel                       meaning
@@ -16,7 +16,7 @@ velocity_measured             output of an exact velocity sensor, if the control
 command                       output of the controller at the sample; it acts `delay_samples` later
 position_true, velocity       true position and velocity of the motor
 load_position                 true position behind the backlash
-current_true | voltage_true   the drive that acts from the sample on (without lag), or at it
+current_true | voltage_true   true drive; without lag, that from the sample on
 disturbance                   mean external effort over the sample, if there is any
 ..._factor                    drift factor on friction, viscous friction or constant
 ============================  ====================================================================
@@ -49,10 +49,11 @@ NO_UNIT = "1"
 
 
 class ControllerSignals(NamedTuple):
-    """Inner values of a controller at each sample, (n,) each; None if it has no such value.
+    """Internal signals of a controller, each (n,); None if the controller has no such signal.
 
     speed: speed that the controller used. profile: profile that its loop tracked. fault: 1 in the
-    fault, of a run with commands; without commands it follows from the measured positions.
+    fault, 0 otherwise, for a run with commands; without commands the fault follows from the
+    measured positions.
     """
 
     speed: Vector | None = None
@@ -103,8 +104,8 @@ class AxisChannels:
     ) -> Stream:
         """Return the stream of variant number `index` from its record (n, 7).
 
-        The noise of the drive is drawn from (seed, index). `values`: inner
-        values of the controller. `judged`: True to leave out signals that no
+        The noise of the drive is drawn from (seed, index). `values`: internal signals of the
+        controller. `judged`: True to leave out signals that no
         metric reads: effort, true drive, true position of the motor, disturbance and drifts.
         """
         drive = self.rig.drive
@@ -187,7 +188,7 @@ class AxisChannels:
 
 
 def fault_warning(stream: Stream, hold_samples: int) -> list[str]:
-    """Return the warning for a stream in which the controller set its fault, else an empty list."""
+    """Return a list with a warning if the controller set its fault, else an empty list."""
     fault = stream.signals.get("controller_fault")
     if fault is None or not fault.any():
         return []

@@ -1,4 +1,4 @@
-"""Single axis of a model as a simulated plant; its variants are vertices or random draws."""
+"""Single axis of a model as a simulated plant; its variants are vertices or random plants."""
 
 from __future__ import annotations
 

@@ -1,9 +1,9 @@
 """Closed loops of all variants of an axis.
 
-Runs of a simulated controller use all cores, in batches that limit the memory for records: the
-kernels release the interpreter lock. With compiled controller code, engine/closed_loop.py simulates
-one sample at a time, and the variants run one after the other. So do runs with commands of a
-supervisor.
+Runs with a simulated controller use all cores, because the kernels release the interpreter lock;
+batches limit the memory for records. With compiled controller code, engine/closed_loop.py simulates
+one sample at a time, and the variants run one after another. The same applies to runs with commands
+of a supervisor.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ def play(
     """Yield each variant and its record (n, 7) in `loop`.
 
     Each run starts at rest, in the middle of the backlash, with the prefilter at the measured
-    position. Variants run one by one for compiled code, or if the loop has scheduled parameters.
-    Raises NoSolutionError if a variant cannot be simulated.
+    position. With compiled code or scheduled parameters, the variants run one after another. Raises
+    NoSolutionError if a variant cannot be simulated.
     """
     samples = loop.reference.size
     total = len(variants)

@@ -1,10 +1,10 @@
-"""Variants of an axis in a simulation: the model, vertices of its ranges, random or set values.
+"""Variants of an axis in a simulation: the model, vertices of its ranges, random or given values.
 
-The ranges of inertia, viscous and Coulomb friction and constant are `ranges` of plant/polytope.py,
-the same as for `synth`. A vertex has one end of each range. Each parameter of a random plant is
-drawn uniformly from its range, independently of the others. Plant number i of a seed is the same
-for any number of plants. A vertex or a random plant is four numbers; plant/friction_levels.py
-applies them to models with further friction parameters.
+The ranges of inertia, viscous friction, Coulomb friction and constant are those of `synth`
+(`ranges` of plant/polytope.py). A vertex has one end of each range. Each parameter of a random
+plant is drawn uniformly from its range, independently of the others. For a given seed, plant number
+i is the same for any number of plants. A vertex or a random plant consists of four numbers;
+plant/friction_levels.py applies them to models with further friction parameters.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ PLANTS_STREAM = 1 << 32  # stream number of the random plants of a seed; noise u
 
 @dataclass(frozen=True)
 class AxisVariant:
-    """One plant, with the values that differ from the nominal plant.
+    """One plant of a simulation, with its values that differ from the nominal plant.
 
     `name` is empty for the nominal plant. `topic` names the stream of this plant.
     """
@@ -54,17 +54,17 @@ class AxisVariant:
 
     @property
     def topic(self) -> str:
-        """`/axis`, or `/axis/NAME`."""
+        """Return the topic of the stream, `/axis` or `/axis/NAME`."""
         return f"{MAIN_TOPIC}/{self.name}" if self.name else MAIN_TOPIC
 
     @cached_property
     def array(self) -> NDArray[np.float64]:
-        """Axis parameters as an array for the kernels."""
+        """Return the axis parameters as an array for the kernels."""
         return self.axis.as_array()
 
 
 def count(model: Model, scenario: Scenario) -> int:
-    """Return the number of variants, the nominal one included."""
+    """Return the number of variants, including the nominal plant."""
     if scenario.variants == "vertices":
         return 1 + len(vertices(model))
     return 1 + (scenario.plants or 0) * (scenario.variants == "random")
@@ -124,7 +124,7 @@ def parameters_of(model: Model) -> dict[str, VariedParameter]:
     """Return the parameters of a model that a scenario can set or vary.
 
     They are PARAMETERS in their `ranges`, offset, backlash and breakaway. The breakaway has no
-    range: it keeps its ratio to the Coulomb friction unless the scenario sets it.
+    range: its ratio to the Coulomb friction is constant unless the scenario sets it.
     """
     bench = model.bench
     nominal = nominal_levels(model)

@@ -1,9 +1,9 @@
-"""Simulation of a test of `frictool excite` as its bench would run and log it.
+"""Simulation of a test of `frictool excite`, with a log like that of the bench.
 
-    a reference    is followed under the bench's position loop (engine/bench_position_loop.py)
-    ramps          follow the rule that the test contains (figure 4.6)
+    reference      followed by the bench's position loop (engine/bench_position_loop.py)
+    ramps          end and reverse by the rules in the test (figure 4.6)
 
-The log has only the channels of a bench. Position is the encoder's report; the drive is measured
+The log has only the channels of a bench. Position is the encoder's reading; the drive is measured
 with noise. The offset of the encoder's zero within one count is random. This offset and the noise
 are drawn from PCG64 seeded with `seed`.
 """
@@ -38,7 +38,7 @@ SAME_PERIOD = 1e-6  # relative tolerance of the sample period
 
 
 class RampRows(NamedTuple):
-    """Rows of a ramp test in the form of engine/bench_experiment.py."""
+    """Rows of a ramp test as arrays for engine/bench_experiment.py."""
 
     rows: Vector
     segment: Vector
@@ -59,7 +59,7 @@ def read_excitation(path: Path) -> Log:
 
 
 def is_ramps(excitation: Log) -> bool:
-    """Return True if a test consists of drive rows, without a reference."""
+    """Return True if a test consists of ramps of the drive, without a reference."""
     return "reference" not in excitation.main.signals
 
 
@@ -72,21 +72,21 @@ class BenchPlant(Protocol):
 
     @property
     def name(self) -> str:
-        """Name of the plant's document."""
+        """Return the name of the plant's document."""
 
     @property
     def rig(self) -> Rig:
-        """Drive, encoder, timing and travel."""
+        """Return drive, encoder, timing and travel."""
 
     def follow(
         self, start: float, servo: Vector, reference: Vector, position: Vector, drive: Vector
     ) -> int:
-        """Follow a reference (n,) under the bench's own loop, from rest at `start` [rad | m]."""
+        """Follow a reference (n,) by the bench's position loop, from rest at `start` [rad | m]."""
 
     def ramp(
         self, start: float, ramps: RampRows, position: Vector, drive: Vector, played: IntVector
     ) -> int:
-        """Apply rows of the drive by their rules.
+        """Apply the rows of a ramp test from rest at `start` [rad | m].
 
         The number of applied rows is written to `played` (1,).
         """
@@ -132,8 +132,8 @@ def bench_test(
 ) -> Log:
     """Return the log of a test: position, drive, effort and, if there is one, the reference.
 
-    `noise` is the standard deviation of the measured drive [A | V]; `forward` is the effort (n,)
-    that the bench adds to that of its loop [N m | N]. Raises LogError if the test
+    `noise` is the standard deviation of the measured drive [A | V]; `forward` (n,) is the effort
+    that the bench adds to that of its position loop [N m | N]. Raises LogError if the test
     does not belong to this plant's bench, NoSolutionError if it cannot be simulated.
     """
     bench = AxisBenchPlant(plant) if isinstance(plant, Model) else plant

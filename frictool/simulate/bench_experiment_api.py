@@ -23,9 +23,9 @@ def play(
     provenance: Provenance | None = None,
     forward: Vector | None = None,
 ) -> Log:
-    """Simulate a test of a model as its bench would run it.
+    """Simulate a test on the bench of a model.
 
-    Ramps follow the rule in the test; a reference is followed under `servo`.
+    Ramps end and reverse by the rules in the test; the position loop `servo` follows a reference.
 
     Parameters
     ----------
@@ -34,13 +34,13 @@ def play(
     test : Log
         Test sequence (`Sequence.as_log`).
     servo : PositionServo, optional
-        The bench's own position loop, from position to effort; required for a reference.
+        Position loop of the bench, from position to effort; required for a reference.
     drive_noise : float
         Standard deviation of the measured drive [A | V].
     seed : int
         Seed of the noise and of the encoder's zero.
     provenance : Provenance, optional
-        Origin to store; the record of this call if left out.
+        Origin to store; by default that of this call.
     forward : Vector, optional
         Effort (n,) that the bench adds to that of its position loop [N m | N].
 

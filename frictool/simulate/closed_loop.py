@@ -1,9 +1,9 @@
-"""Simulation of a scenario with a controller, once per variant of the plant, as a log.
+"""Simulation of a scenario with a controller for each variant of the plant, as a log.
 
     scenario -> reference, conditions -> loop of each variant (simulate/simulated_plant.py)
     -> record -> sensors -> stream
 
-Position is the encoder's report. The drive is measured with white noise of standard deviation
+Position is the encoder's reading. The drive is measured with white noise of standard deviation
 `drive_noise`, drawn for each variant from PCG64 seeded with (seed, index of the variant). The log
 also contains the true signals, which a bench cannot measure (simulate/axis_channels.py).
 """
@@ -58,7 +58,7 @@ def no_progress(done: int, total: int) -> None:
 
 @dataclass(frozen=True)
 class SimulationRequest:
-    """Choices of a simulation with a controller.
+    """Request for a simulation with a controller.
 
     Attributes
     ----------
@@ -87,7 +87,7 @@ def simulate_closed_loop(
     progress: Progress = no_progress,
     request: SimulationRequest = PLAIN,
 ) -> Log:
-    """Return the log of the scenario, with one stream per variant, further data and warnings.
+    """Return the log of a scenario, with a stream for each variant, further data and warnings.
 
     `progress(done, total)` is called before the first variants and after each batch. `names` are
     the names of the documents in messages. Raises InputFileError if the documents do not fit
@@ -104,9 +104,10 @@ def simulate_closed_loop(
 
 
 class PreparedScenario(NamedTuple, Generic[V]):
-    """Scenario in the form that the simulation takes.
+    """Scenario as arrays for the simulation.
 
-    `conditions` (n, 8) include those that affect the log only (engine/disturbances_and_faults.py).
+    `conditions` (n, 8) also contain those that affect only the log
+    (engine/disturbances_and_faults.py).
     """
 
     variants: Sequence[V]
@@ -116,16 +117,16 @@ class PreparedScenario(NamedTuple, Generic[V]):
 
 
 class SimulatedRun(NamedTuple):
-    """Signals of one run, and its linear plant for margins; None if the plant has none."""
+    """Signals of one run, and the linear plant for its margins (None without one)."""
 
     stream: Stream
     plant: LoggedPlant | None
 
 
 class StepTest(Generic[V]):
-    """Closed loop of one plant and one controller, prepared once and run with several scenarios.
+    """Closed loop of one plant and one controller, which is prepared once for several scenarios.
 
-    The arguments are arguments of `simulate_closed_loop` and fields of SimulationRequest.
+    The arguments are those of `simulate_closed_loop` and the fields of SimulationRequest.
     """
 
     def __init__(
@@ -199,7 +200,7 @@ class StepTest(Generic[V]):
         return log if provenance is None else with_provenance(log, provenance)
 
     def runs(self, scenario: Scenario, recorded: Log | None = None) -> Iterator[SimulatedRun]:
-        """Yield the run of each variant of a scenario, with the signals of its log but no log.
+        """Yield the run of each variant of a scenario, with the signals of a log.
 
         Raises the errors of `log`.
         """
@@ -212,7 +213,7 @@ class StepTest(Generic[V]):
             yield SimulatedRun(stream, self.plant.linear(variant, prepared.conditions))
 
     def rig_records(self) -> dict[str, dict[str, str]]:
-        """Return the metadata with the rig and the known intervals of the plant's parameters."""
+        """Return the metadata of the rig and of the known intervals of the plant's parameters."""
         return {INTERVALS: self._intervals, FACTS: facts_to_text(self.plant.rig.facts)}
 
     def _prepared(

@@ -1,11 +1,11 @@
-"""Controller as on the target: exported C, compiled here and called instead of the simulated one.
+"""Controller as on the target: exported C code, compiled and called by the simulation.
 
     DIR/NAME.c, NAME.h  ──cc──▶ shared library ──ctypes──▶ step(reference, position,
                                                           velocity) -> drive
 
-A few lines of C convert to and from the number format as the simulation does, so that a run with
-this code equals the simulated run bit by bit. The header of the sources contains the SHA-256 of
-their controller document, which must be that of the simulated controller.
+A few lines of C convert numbers as the simulation does, so that a run with this code equals the
+simulated run bit by bit. The header of the sources contains the SHA-256 of the controller document,
+which must be that of the simulated controller.
 """
 
 from __future__ import annotations
@@ -96,8 +96,8 @@ void target_tell(int which, double value)
 class CompiledTarget:
     """Compiled code of one controller, for one axis at a time.
 
-    `number`: number format of the code. `sources`: compiled files. `scheduled`: values of the
-    scheduled parameters.
+    `number`: number format of the code. `sources`: compiled files. `scheduled`: present values of
+    the scheduled parameters.
     """
 
     def __init__(
@@ -118,7 +118,7 @@ class CompiledTarget:
         self._step.restype = ctypes.c_double
 
     def start(self, position: float) -> None:
-        """Start at rest at `position` [rad | m], with the prefilter settled there."""
+        """Start at rest at `position` [rad | m], with a settled prefilter."""
         self._start(position)
         self._tell_scheduled()
 
@@ -127,12 +127,12 @@ class CompiledTarget:
             self._tell(which, value)
 
     def command(self, name: CommandName, position: float) -> None:
-        """Obey a command; `position` [rad | m] is the measured one."""
+        """Obey a command of a supervisor; `position` [rad | m] is the measured position."""
         self._command(get_args(CommandName).index(name), position)
         self._tell_scheduled()
 
     def step(self, reference: float, position: float, velocity: float) -> float:
-        """Return the drive [A | V] at one sample."""
+        """Run one sample and return the drive [A | V]."""
         return float(self._step(reference, position, velocity))
 
 
@@ -143,7 +143,7 @@ def compiled_target(
     inputs: tuple[str, ...],
     scheduled: tuple[str, ...] = (),
 ) -> CompiledTarget:
-    """Compile the code in `folder` for the controller document of the digest `sha256`.
+    """Compile the C code in `folder`, exported from the document with the digest `sha256`.
 
     `controller`: path of the document in messages. `inputs`: names of the inputs at every sample.
     `scheduled`: names of the scheduled parameters. Raises InputFileError if the folder has no
@@ -208,7 +208,7 @@ def _header(folder: Path, sha256: str, controller: str) -> tuple[Path, str, Prog
         if match is not None and match[2] == sha256:
             return header, match[1].lower(), cast(ProgramNumber, match[3])
         if match is not None:
-            others.append(f"{header.name} is of the controller {match[2][:12]}")
+            others.append(f"{header.name} belongs to the controller {match[2][:12]}")
     listed = "; ".join(others) or "there is no header of frictool export"
     raise InputFileError(
         folder,

@@ -1,8 +1,8 @@
-"""Value of a controller at each sample of a run, from a second run of its program.
+"""Internal signal of a controller at each sample of a run, from a second run of its program.
 
-The first run does not record inner values, because this would slow down every loop. A program is
-deterministic. The second run has the same number format, references and positions as the first,
-also for exported code, so that both have the same values bit by bit.
+The first run does not record internal signals, because this would slow down every loop. Since a
+program is deterministic, a second run with the same number format, references and positions has the
+same values bit by bit, also for exported code.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from frictool.typing import Vector
 
 
 class RecordedRun(NamedTuple):
-    """One run of a controller: program, reference (n,) and record (n, 7).
+    """Recorded run of a controller: program, reference (n,) and record (n, 7).
 
     `running`: program in its number format. `step`: encoder step [rad | m]. `known`: scheduled
     parameters by state index. `commands`: commands of a supervisor before each sample, by index.
@@ -46,7 +46,7 @@ class RecordedRun(NamedTuple):
 def controller_signal(run: RecordedRun, node: ProgramNode) -> Vector:
     """Return the value [SI] (n,) of a node of a controller's program at each sample of a run.
 
-    A state has the value that it has before the sample updates it.
+    For a state, it is the value before the update of the sample.
     """
     values = np.empty(run.reference.size)
     if not run.reference.size:
@@ -76,7 +76,7 @@ def controller_signal(run: RecordedRun, node: ProgramNode) -> Vector:
 
 
 def fault_signal(run: RecordedRun) -> Vector:
-    """Return 1 at each sample in the fault, else 0; shape (n,)."""
+    """Return an array (n,): 1 at each sample in the fault, else 0."""
     values = np.zeros(run.reference.size)
     for k, supervised in _supervised(run, copy_program(run.running)):
         values[k] = supervised.in_fault

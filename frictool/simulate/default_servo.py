@@ -1,9 +1,9 @@
-"""Plausible position loop of a bench, for tests that are played without hardware.
+"""Default position loop of a bench, for simulated tests.
 
     effort = P (reference - position) + D d/dt (reference - position) + feedforward
     feedforward = inertia a + viscous v + coulomb sign(v) + offset    with the bench's values
 
-The speed loop has half the bandwidth that the delay allows, the position loop 0.3 of it. One count
+The speed loop has the bandwidth 0.5/delay, the position loop 0.3 times that bandwidth. One count
 per sample changes the drive by at most a quarter of its limit.
 """
 

@@ -1,4 +1,4 @@
-"""Check that plant, controller and scenario have one rig and one timing."""
+"""Check that plant, controller and scenario have the same rig and timing."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from frictool.simulate.rig import Rig
 
 
 class DocumentNames(NamedTuple):
-    """Names of the three documents in messages: their paths, if they have any."""
+    """Names of plant, controller and scenario in messages, such as their paths."""
 
     model: str = "model"
     controller: str = "controller"
@@ -26,14 +26,14 @@ DOCUMENTS = DocumentNames()
 
 
 def refuse(name: str, key: str, message: str) -> NoReturn:
-    """Raise DocumentError for `key` of the document `name`, with the line if `name` is a file."""
+    """Raise DocumentError for `key` of the document `name`, with the line if it is a file."""
     raise document_error(name, key, message)
 
 
 def check_agreement(
     rig: Rig, controller: Controller, scenario: Scenario, names: DocumentNames
 ) -> None:
-    """Raise DocumentError for the first fact on which rig, controller and scenario disagree.
+    """Raise DocumentError for the first fact in which rig, controller and scenario differ.
 
     The message contains both values and the remedy.
     """

@@ -1,14 +1,14 @@
 """Measured channel as a reference, resampled from the log's times to the controller's samples.
 
-Sample k belongs to the instant from_s + k T after the log's first sample; the last one is at or
-before `to_s` or the log's end.
+Sample k is at the time from_s + k T after the log's first sample; the last sample is at or before
+`to_s` or the log's end.
 
-held     A value set by a controller or an operator is held until the next one: the latest logged
-         value at the instant. A logged time may be up to T/2 after its instant, so that jitter
-         neither doubles nor drops a sample.
-linear   Everything else, such as a measured position, is interpolated between the logged values.
+held     A value set by a controller or an operator is constant until the next one: sample k is
+         the latest logged value. Logged times may be late by up to T/2, so that jitter neither
+         doubles nor drops a sample.
+linear   All other values, such as a measured position, are interpolated between the logged values.
 
-The held channels are those that frictool holds whenever it resamples: reference, current, voltage
+The held channels are reference, current and voltage, as always when frictool resamples
 (logs/clocks/resampling.py).
 """
 
@@ -31,8 +31,8 @@ GAP = 1.5  # periods of the log
 def reference_from_log(replay: Replay, log: Log, axis: Axis, period: float) -> Vector:
     """Return the reference (n,) [rad | m] at the controller's samples.
 
-    Raises LogError if the log lacks the channel, if it is not a position or not finite, or if it
-    ends before `from_s` or `to_s`.
+    Raises LogError if the log lacks the channel, if the channel is not a position or not finite, or
+    if the log ends before `from_s` or `to_s`.
     """
     stream = log.main
     (values,) = log.require(stream, replay.channel)

@@ -1,4 +1,4 @@
-"""Mechanism on its bench, for tests of `frictool excite` (simulate/bench_experiment.py)."""
+"""Mechanism as a bench for tests of `frictool excite` (simulate/bench_experiment.py)."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ from frictool.typing import IntVector, Vector
 
 
 class PreparedBenchRun(NamedTuple):
-    """Mechanism at rest at the beginning of a test, with its record."""
+    """Mechanism at rest at the beginning of a test, with the arrays of its record."""
 
     machine: CompiledMechanism
     state: MechanismState

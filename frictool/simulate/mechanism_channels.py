@@ -1,13 +1,13 @@
-"""Stream `/mechanism` of a log: all blocks of a mechanism, one signal each for plotting tools.
+"""Stream `/mechanism` of a log, with signals of all blocks of a mechanism.
 
 ==============================  ==================================================================
 channel                         meaning at each sample; names of elements are in lower case
 ==============================  ==================================================================
 BLOCK_position, BLOCK_velocity  rad or m, rad/s or m/s
 BLOCK_stuck                     1 while friction holds a block, for blocks that it can hold
-LINK_contact                    link with play: -1 or 1 for the flank in contact, 0 between;
+LINK_contact                    link with backlash: -1 or 1 for the flank in contact, 0 between;
                                 end stop: -1 or 1 at the low or high end
-SOURCE_current, .. _effort      value from the sample on
+SOURCE_current, .. _effort      drive from the sample on
 SENSOR_position, .. _velocity   output of each sensor, without the faults of a scenario
 BLOCK_disturbance               mean external effort over the sample, if a scenario names the block
 ==============================  ==================================================================
@@ -153,7 +153,7 @@ class MechanismChannels:
 def held_blocks(variant: MechanismVariant) -> set[int]:
     """Return the blocks that friction can hold.
 
-    Friction on a rigidly connected block counts too.
+    Friction on a rigidly connected block holds a block, too.
     """
     packed = variant.assembled.packed
     dry = set(packed.frictions.block.tolist()) | set(packed.pressings.block.tolist())

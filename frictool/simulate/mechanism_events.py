@@ -9,10 +9,10 @@ HEAD = "time_s,plant,element,event,speed\n"
 
 
 class EventCsv:
-    """Builder of the table of events, run by run.
+    """Builder of the table of events of all runs.
 
-    Columns: time_s: instant [s]; plant: name of the variant, empty for the nominal one; speed:
-    speed before the event [rad/s | m/s], 0 if the event has no speed.
+    Columns: time_s: time [s]; plant: name of the variant, empty for the nominal plant; speed: speed
+    before the event [rad/s | m/s], 0 if the event has no speed.
     """
 
     def __init__(self) -> None:
@@ -29,5 +29,5 @@ class EventCsv:
 
     @property
     def text(self) -> str:
-        """Whole table as CSV with a header."""
+        """Return the table as CSV with a header."""
         return "".join(self._parts)

@@ -3,10 +3,10 @@
     |- sample k ------------|- sample k+1 ---
     |-- part --|-- part ----|-- part --------
 
-A sample is divided into parts at every instant at which a signal jumps or bends, so that steps
-occur exactly at their instants. In each part a signal is held at its mean, so that its impulse and
-the effect of a step are exact. For a sine or a ramp the error in the motion is of second order in
-the length of the part.
+A sample is divided into parts wherever a signal or its slope jumps, so that steps occur exactly at
+their times. In each part a signal is replaced by its mean, so that its impulse and the effect of a
+step are exact. For a sine or a ramp the error of the motion is of second order in the length of the
+part.
 """
 
 from __future__ import annotations
@@ -74,9 +74,9 @@ def _end(course: Signal | Disturbance) -> float:
 
 
 def mean_over(course: Signal | Disturbance, level: float, edges: Vector) -> Vector:
-    """Return the mean of a course over each part (m,) between the edges (m + 1,) [s].
+    """Return the mean of a signal over each part (m,) between the edges (m + 1,) [s].
 
-    The course must not jump inside a part.
+    The signal must not jump inside a part.
     """
     begin, end = edges[:-1], edges[1:]
     middle = 0.5 * (begin + end)

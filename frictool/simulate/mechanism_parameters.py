@@ -14,7 +14,7 @@ from frictool.simulate.simulated_plant import VariedParameter
 
 
 def quantities_of(document: Mechanism) -> Iterator[tuple[str, Quantity]]:
-    """Yield every quantity with its key, in the document's order."""
+    """Yield every quantity with its key, in the order of the document."""
     yield from _walk(document, "")
 
 
@@ -28,7 +28,7 @@ def ranges(document: Mechanism) -> dict[str, VariedParameter]:
 
 
 def with_quantities(document: Mechanism, values: Mapping[str, float]) -> Mechanism:
-    """Return the document with other values by their keys, in the document's units."""
+    """Return the document with new values by key, in the units of the document."""
     made: Mechanism = _changed(document, values, "")
     return made
 

@@ -169,7 +169,7 @@ class MechanismPlant:
 def width_of(assembled: AssembledMechanism) -> float:
     """Return the size of a mechanism's logged data relative to that of one axis.
 
-    A block has three channels, and an axis has nine.
+    A block has three channels, an axis nine.
     """
     return 1.0 + len(assembled.blocks) / 3.0
 
@@ -177,7 +177,7 @@ def width_of(assembled: AssembledMechanism) -> float:
 def sight_of(
     source: int, controlled: ControlledAxis, resolution: float, start: Vector
 ) -> ControlPorts:
-    """Return the ports of a controller: commanded source and observed blocks.
+    """Return the ports of a controller: the controlled source, and the blocks of sensor and load.
 
     All blocks are initially at `start` (n,).
     """
@@ -228,12 +228,10 @@ def scenario_inputs(
 
 
 def check_pace(assembled: AssembledMechanism, seconds: float, period: float, owner: str) -> None:
-    """Raise DocumentError if a link is so stiff that the simulation would not end."""
+    """Raise DocumentError if a link is too stiff for a simulation in reasonable time."""
     pace = fastest_link(assembled)
     if pace.rate * period > FASTEST or pace.rate * seconds > MOST_TURNS:
-        problem = (
-            f"is so stiff, or so damped, for its load that it responds at {pace.rate:.3g} rad/s"
-        )
+        problem = f"is too stiff, or too damped, for its load: it responds at {pace.rate:.3g} rad/s"
         allowed = (
             f"at most {min(FASTEST / period, MOST_TURNS / seconds):.3g} rad/s in a test of "
             f"{seconds:g} s sampled at {period:g} s"

@@ -31,9 +31,9 @@ def metadata_of(moved: MechanismOutcome) -> dict[str, dict[str, str]]:
 
 
 def energy_of(moved: MechanismOutcome) -> dict[str, float]:
-    """Return the energies of the whole run in J.
+    """Return the energies of a complete run [J].
 
-    The keys are `input`, `kinetic`, `stored`, `lost in NAME` for each element with losses,
+    The keys are `input`, `kinetic`, `stored`, `lost in NAME` for each element with losses, and
     `residual`.
     """
     made = moved.variant.assembled
@@ -62,7 +62,7 @@ def energy_of(moved: MechanismOutcome) -> dict[str, float]:
 def events_of(moved: MechanismOutcome) -> dict[str, int]:
     """Return the number of events by `ELEMENT KIND`.
 
-    `not kept` counts the events beyond ROOM_FOR_EVENTS.
+    `not kept` is the number of events beyond ROOM_FOR_EVENTS.
     """
     counts = Counter(
         f"{element_of(moved.variant, event)} {NAMES[int(event[1])]}" for event in moved.out.events
@@ -72,7 +72,7 @@ def events_of(moved: MechanismOutcome) -> dict[str, int]:
 
 
 def warnings_of(moved: MechanismOutcome) -> Iterator[str]:
-    """Yield the notes of the assembly, and a warning for each end stop that is struck."""
+    """Yield the notes of the assembly, and a warning for each end stop that a block strikes."""
     made = moved.variant.assembled
     if not moved.variant.name:
         yield from made.notes

@@ -1,13 +1,13 @@
-"""Rig of a mechanism for a controller, and the chain of links that starts at its sensor's block.
+"""Rig of a mechanism for a controller, and the chain of links that starts at the sensor's block.
 
-If the play and compliance of the links are neglected, the position of a block in the chain follows
+If backlash and compliance of the links are neglected, the position of a block in the chain follows
 from the sensor's position and the product of the ratios:
 
     q_block - start_block = ratio (q_sensor - start_sensor)
 
-The load is the block that `control.load` names. Without that key it is the block with the most
-links to the sensor, the last such block in the file. Its position is converted to the sensor's
-coordinate, so that it compares with the reference.
+The load is the block that `control.load` names. Without that key it is the block separated by most
+links from the sensor, or the last such block in the file. Its position is converted to the sensor's
+coordinate, so that it can be compared with the reference.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ SAME_PLACE = 1e-12  # relative tolerance of a stop's position
 
 
 class ControlledAxis(NamedTuple):
-    """Indices of the controlled source, its block, the sensor's block and the load.
+    """Indices of the controlled source, of its block, of the sensor's block and of the load.
 
     The speed of the load is `load_ratio` times the speed of the sensor's block.
     """
@@ -45,7 +45,7 @@ class ControlledAxis(NamedTuple):
 
 
 def resolution_of(sensor: Sensor) -> float:
-    """Return the step of an encoder [rad | m], 0 for a perfect one."""
+    """Return the step of an encoder [rad | m], 0 for a perfect encoder."""
     if sensor.step is not None:
         return sensor.step.value
     return (
@@ -107,7 +107,7 @@ def _facts(document: Mechanism, source: Source, sensor: Sensor) -> dict[str, flo
 
 
 class ChainPosition(NamedTuple):
-    """Motion of a block relative to the chain's root, and the number of links between them."""
+    """Motion of a block relative to the root of the chain, and the number of links between both."""
 
     ratio: float
     links: int
@@ -116,9 +116,9 @@ class ChainPosition(NamedTuple):
 def chain_from(
     document: Mechanism, assembled: AssembledMechanism, root: int
 ) -> dict[int, ChainPosition]:
-    """Return every block that links connect to the block `root`, nearest first, `root` included.
+    """Return `root` and every block connected to it by links, nearest first.
 
-    Springs do not connect.
+    Springs are not links.
     """
     joints, couplings = assembled.packed.joints, assembled.packed.couplings
     ties = list(zip(joints.a.tolist(), joints.b.tolist(), joints.ratio.tolist(), strict=True))

@@ -1,4 +1,4 @@
-"""Runs of mechanisms in threads, each with its own state and compiled mechanism.
+"""Runs of mechanisms in parallel threads, which share no state.
 
 The kernels release the interpreter lock.
 """
@@ -56,7 +56,7 @@ ROOM_FOR_EVENTS = 200_000  # stored events of one run; further ones are counted 
 
 
 class MechanismOutcome(NamedTuple):
-    """Result of one variant.
+    """Result of the run of one variant.
 
     `machine`, `state`: compiled mechanism and state at the end. `before`: initial energy balance.
     """
@@ -71,7 +71,7 @@ class MechanismOutcome(NamedTuple):
 class MechanismTask(NamedTuple):
     """Inputs of a run.
 
-    `controller` is None if the sources follow their signals alone, or if `target` replaces it.
+    `controller` is None if the sources only follow their signals, or if `target` replaces it.
     """
 
     samples: int
@@ -91,10 +91,9 @@ def play_all(
 ) -> Iterator[MechanismOutcome]:
     """Yield the outcome of every variant.
 
-    Each run starts at rest at the positions (n,) [rad | m] of its task.
-
-    `progress(done, total)` counts variants, or the samples of a single one. Raises NoSolutionError,
-    with time and element, if a variant cannot be simulated.
+    Each run starts at rest at the positions (n,) [rad | m] of its task. `progress(done, total)`
+    counts variants or, of a single variant, samples. Raises NoSolutionError, with time and element,
+    if a variant cannot be simulated.
     """
     total = len(variants)
     done = 0

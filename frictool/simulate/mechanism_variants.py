@@ -1,8 +1,8 @@
 """Random mechanisms: every quantity with `low` and `high` is drawn uniformly and independently.
 
-Mechanism number i of a seed is the same for any number of plants. A breakaway is never below its
-Coulomb friction: it is drawn from the part of its range above the drawn Coulomb friction. A
-breakaway without a range keeps its ratio to the Coulomb friction.
+For a given seed, mechanism number i is the same for any number of plants. A breakaway is never
+below its Coulomb friction: it is drawn from the part of its range above the drawn Coulomb friction.
+Without a range, the ratio of breakaway to Coulomb friction is constant.
 """
 
 from __future__ import annotations
@@ -45,12 +45,12 @@ class MechanismVariant:
 
     @property
     def topic(self) -> str:
-        """Topic of the controlled axis: `/axis`, or `/axis/NAME`."""
+        """Return the topic of the controlled axis, `/axis` or `/axis/NAME`."""
         return f"{MAIN_TOPIC}/{self.name}" if self.name else MAIN_TOPIC
 
     @property
     def whole_topic(self) -> str:
-        """Topic of all blocks: `/mechanism`, or `/mechanism/NAME`."""
+        """Return the topic of all blocks, `/mechanism` or `/mechanism/NAME`."""
         return f"{MECHANISM_TOPIC}/{self.name}" if self.name else MECHANISM_TOPIC
 
     def described(self) -> str:
@@ -63,7 +63,7 @@ class MechanismVariant:
 def mechanism_variants(
     document: Mechanism, assembled: AssembledMechanism, scenario: Scenario, owner: str
 ) -> list[MechanismVariant]:
-    """Return the nominal mechanism and random ones, or the mechanism of `given` values.
+    """Return the nominal and the random mechanisms, or the mechanism with the `given` values.
 
     `owner` is the name of the document in messages. Raises FrictoolError if there is no range to
     draw from, or if a mechanism cannot be assembled.
@@ -102,7 +102,7 @@ def mechanism_variants(
                 name,
                 values,
                 f"{owner}, plant {name}: ",
-                "narrow the ranges that it is drawn from",
+                "narrow the ranges of its quantities",
             )
         )
     return variants

@@ -1,7 +1,7 @@
 """Simulation of a mechanism without a controller: its sources follow the scenario for `duration_s`.
 
-The log has every block. If the source and sensor of a controller are determined, it also has
-`/axis` as a bench would log it.
+The log contains all blocks. If the source and the sensor of a controller are determined, it also
+contains `/axis`, like the log of a bench.
 """
 
 from __future__ import annotations
@@ -51,10 +51,10 @@ def simulate_open_loop(
     progress: Callable[[int, int], None] = lambda done, total: None,
     watch: Callable[[MechanismOutcome], None] = lambda moved: None,
 ) -> Log:
-    """Return the log of the scenario, with one group of streams per variant, and warnings.
+    """Return the log of the scenario, with streams for each variant, and warnings.
 
-    `progress(done, total)` is called as the runs proceed. `watch(outcome)` is called after the run
-    of each variant with its outcome (final state, initial energy balance, record). `names` are the
+    `progress(done, total)` is called during the runs. `watch(outcome)` is called after the run of
+    each variant with its outcome (final state, initial energy balance, record). `names` are the
     names of the documents in messages. Raises DocumentError if the scenario does not fit
     the mechanism, NoSolutionError if a variant cannot be simulated.
     """

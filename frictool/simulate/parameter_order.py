@@ -1,6 +1,6 @@
-"""Check of parameters with a lower limit, such as a breakaway and its Coulomb friction.
+"""Check of parameters with a lower limit, such as the Coulomb friction of a breakaway.
 
-The check passes if the parameter can be at least as large as its limit in every plant.
+The check passes if in every plant the parameter can be at least its limit.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def check_least(
     names: DocumentNames,
     drawn: bool,
 ) -> None:
-    """Raise DocumentError if a parameter is below its lower limit, which another parameter sets.
+    """Raise DocumentError if a parameter is below its lower limit, another parameter.
 
     `spans` and `provided` replace ranges of the document, in compatible units. `drawn`: True if
     plants are drawn from the ranges, False if the provided or nominal values are simulated.

@@ -1,4 +1,4 @@
-"""Reference of a scenario's steps at each sample k of the controller's period T, part after part.
+"""Reference of a scenario's steps at each sample k of the controller's period T.
 
 reference  r                               held; a part of duration d has round(d/T) samples
 ramp_to    r0 + (r1 - r0)(j + 1)/n         j = 0 .. n - 1: reaches r1 at its last sample

@@ -14,7 +14,7 @@ from frictool.verify.rig_facts import facts_of
 
 @dataclass(frozen=True)
 class Rig:
-    """Actuator and encoder of an axis, or of the controlled axis of a mechanism, in SI units.
+    """Rig of an axis, or of the controlled axis of a mechanism: actuator and encoder in SI units.
 
     `owner`: text for the document in messages, with {} for its name. `constant`: effort per unit of
     the drive. `effort_axis`: kind of axis on which the drive acts. `facts`: facts of
@@ -34,27 +34,27 @@ class Rig:
 
     @property
     def sample_period_s(self) -> float:
-        """Sample period of the controller [s]."""
+        """Return the sample period of the controller [s]."""
         return self.facts["sample_period_s"]
 
     @property
     def delay_samples(self) -> int:
-        """Computational delay [samples]."""
+        """Return the computational delay [samples]."""
         return int(self.facts["delay_samples"])
 
     @property
     def loop_time_constant_s(self) -> float:
-        """Time constant of the drive [s]."""
+        """Return the time constant of the drive [s]."""
         return self.facts["loop_time_constant_s"]
 
     @property
     def resolution(self) -> float:
-        """Encoder step [rad | m], 0 for a perfect encoder."""
+        """Return the encoder step [rad | m], 0 for a perfect encoder."""
         return self.facts["encoder_step"]
 
 
 def rig_of(bench: Bench, model: Model | None = None) -> Rig:
-    """Return the rig of a bench; with `model`, also with the spring on the axis."""
+    """Return the rig of a bench; with `model`, it includes the spring on the axis."""
     return Rig(
         owner="the bench of {}",
         axis=bench.axis,

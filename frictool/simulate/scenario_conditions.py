@@ -4,7 +4,7 @@ The columns are those of engine/disturbances_and_faults.py.
 
 Sample k begins at k T and lasts for T.
 
-disturbance   mean effort over the sample: a pulse keeps its impulse wherever it begins and ends
+disturbance   mean effort over the sample, so that the impulse of a pulse is exact
 drift         factor in the middle of the sample
 sensor        a fault lasts from the first sample at or after `at_s` to the last before `until_s`
 """
@@ -55,7 +55,7 @@ def conditions_of(scenario: Scenario, samples: int, period: float) -> Vector:
 def loop_conditions(conditions: Vector, rig: Rig) -> Vector:
     """Return the conditions that act on the loop.
 
-    A voltage is not fed back, so a fault of its sensor affects the log only.
+    A voltage is not fed back, so that a fault of its sensor affects only the log.
     """
     if rig.drive == "current" or not conditions.size:
         return conditions
@@ -65,7 +65,7 @@ def loop_conditions(conditions: Vector, rig: Rig) -> Vector:
 
 
 def on_axis(scenario: Scenario) -> list[Disturbance]:
-    """Return the disturbances of the driven axis, which name no block of a mechanism."""
+    """Return the disturbances without a block name, which act on the driven axis."""
     return [disturbance for disturbance in scenario.disturbances if disturbance.on is None]
 
 
@@ -133,7 +133,7 @@ def _fail(rows: Vector, faults: Sequence[SensorFault], period: float) -> None:
 def command_samples(
     commands: Sequence[ControllerCommand], period: float
 ) -> dict[int, list[CommandName]]:
-    """Return the commands before each sample, by its index: that at or after `at_s`."""
+    """Return the commands by sample index, that of the first sample at or after `at_s`."""
     samples: dict[int, list[CommandName]] = {}
     for one in sorted(commands, key=lambda command: command.at_s):
         index = math.ceil(round(one.at_s / period, SAME_INSTANT))

@@ -1,4 +1,4 @@
-"""Checks of a scenario: its length, the travel, and the instants of all events."""
+"""Checks of a scenario: its length, its travel, and the times of all events."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def check_steps(
 ) -> None:
     """Raise DocumentError if a step is shorter than a sample, or the runs are too long.
 
-    A sine that is too fast is an error too.
+    Also raise it if a sine is too fast for the sample period.
     """
     for index, step in enumerate(scenario.steps):
         key = f"steps[{index}]"
@@ -40,7 +40,7 @@ def check_length(samples: float, runs: int, key: str, name: str, width: float = 
     `width` is the size of a sample relative to that of one axis.
     """
     if samples * runs * width > MAX_SAMPLES:
-        problem = f"asks for {samples * runs:.3g} samples in {runs} run{'s' * (runs > 1)}"
+        problem = f"requests {samples * runs:.3g} samples in {runs} run{'s' * (runs > 1)}"
         refuse(
             name,
             key,
@@ -74,7 +74,7 @@ def check_path(paths: Mapping[str, Vector], travel: Span | None, name: str) -> N
 
 
 def check_instants(scenario: Scenario, seconds: float, period: float, name: str) -> None:
-    """Raise DocumentError if an event is not within `seconds` [s], too short, or too fast."""
+    """Raise DocumentError if an event is too short, too fast, or not within `seconds` [s]."""
     limit = seconds * (1.0 + SAME_INSTANT)
     for key, begin, end in _spans(scenario):
         if begin[1] >= seconds:

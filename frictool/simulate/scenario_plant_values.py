@@ -23,8 +23,8 @@ def check_given(
 ) -> None:
     """Raise DocumentError if the scenario's values under `given` do not fit the plant.
 
-    They do not fit if a parameter's name or unit is wrong, or if a breakaway friction is below the
-    Coulomb friction. `ranges` has the plant's parameters by name.
+    They do not fit if the name or unit of a parameter is wrong, or if a breakaway is below the
+    Coulomb friction. `ranges` contains the plant's parameters by name.
     """
     for name, quantity in scenario.given.items():
         if name not in ranges:

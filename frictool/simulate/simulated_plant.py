@@ -25,31 +25,31 @@ from frictool.verify.logged_plant import LoggedPlant
 
 
 class PlantVariant(Protocol):
-    """One plant of a scenario."""
+    """Variant of the plant in a scenario."""
 
     @property
     def name(self) -> str:
-        """Name of the variant; empty for the nominal plant."""
+        """Return the name of the variant; empty for the nominal plant."""
 
     @property
     def values(self) -> Mapping[str, float]:
-        """Values that differ from the nominal plant, SI, by name."""
+        """Return the values [SI] that differ from the nominal plant, by name."""
 
     @property
     def topic(self) -> str:
-        """Topic of the variant's stream."""
+        """Return the topic of the variant's stream."""
 
 
 V = TypeVar("V", bound=PlantVariant)
 
 
 class VariedParameter(NamedTuple):
-    """Range and document value of a plant's parameter, SI; low == high if it is known exactly.
+    """Range and nominal value of a plant's parameter in SI; low == high if it is known exactly.
 
-    `label`: name of the parameter in messages. `least`: (parameter that is its lower limit, factor
-    between their units); the Coulomb friction is the lower limit of a breakaway. A parameter with a
-    range is drawn from the part of its range above the limit. A parameter without a range keeps the
-    ratio to the limit that the document has.
+    `label`: name of the parameter in messages. `least`: (lower limit of the parameter, factor
+    between their units), where the limit is another parameter: that of a breakaway is its Coulomb
+    friction. A parameter with a range is drawn from the part of its range above the limit. Without
+    a range, its ratio to the limit is that of the document.
     """
 
     low: float
@@ -61,7 +61,7 @@ class VariedParameter(NamedTuple):
 
 
 class VariantRun(NamedTuple):
-    """Result of one run.
+    """Result of the run of one variant.
 
     `record` (n, 7): record of the controlled axis (engine/closed_loop.py). `streams`, `metadata`:
     further data of the plant.
@@ -76,11 +76,12 @@ class VariantRun(NamedTuple):
 class SimulatedLoop(NamedTuple):
     """Controller, reference and conditions, common to the runs of all plants.
 
-    The controller is `program`, as `running` in the simulation's number format, or compiled code
-    (`target`). `code` is the machine code of `running`; None if the number format has none.
-    `start` and `reference` (n,) are in rad | m. `conditions` (n, 8) act on the loop
-    (engine/disturbances_and_faults.py). `scheduled` has the scheduled parameters of each variant by
-    state index. `progress(done, total)` is called before the first variants and after each batch.
+    The controller is `program` (`running` in the number format of the simulation), or compiled code
+    (`target`). `code` is the machine code of `running`; None if the number format has none. `start`
+    and `reference` (n,) are in rad | m. `conditions` (n, 8) act on the loop
+    (engine/disturbances_and_faults.py). `scheduled` contains the scheduled parameters of each
+    variant by state index. `progress(done, total)` is called before the first variants and after
+    each batch.
     """
 
     controller: Controller
@@ -97,7 +98,7 @@ class SimulatedLoop(NamedTuple):
 
 
 class SimulatedPlant(Protocol[V]):
-    """Single axis or mechanism, with the data of its log."""
+    """Interface of a simulated single axis or mechanism."""
 
     @property
     def name(self) -> str:
@@ -109,7 +110,7 @@ class SimulatedPlant(Protocol[V]):
 
     @property
     def width(self) -> float:
-        """Size of the plant's logged data relative to that of one axis."""
+        """Return the size of the plant's logged data relative to that of one axis."""
 
     def check(
         self, controller: Controller | None, scenario: Scenario, names: DocumentNames
@@ -120,14 +121,14 @@ class SimulatedPlant(Protocol[V]):
         """Return the number of variants, the nominal one included."""
 
     def variants(self, controller: Controller, scenario: Scenario, owner: str) -> list[V]:
-        """Return the nominal plant and the scenario's variants, or the plant of its `given` values.
+        """Return the nominal plant and the scenario's variants, or the plant with `given` values.
 
         `owner` is the name of the document in messages. Raises FrictoolError if a plant's
         parameters are out of range, or if there is no range to draw from.
         """
 
     def ranges(self) -> Mapping[str, VariedParameter]:
-        """Return the parameters that `given` of a scenario may name, by name."""
+        """Return the parameters that may occur under `given` of a scenario, by name."""
 
     def known(self, variant: V) -> Mapping[str, float]:
         """Return the parameters for a scheduled controller, by name [SI]."""
@@ -136,7 +137,7 @@ class SimulatedPlant(Protocol[V]):
         """Yield each variant and its run; raise NoSolutionError if one cannot be simulated."""
 
     def linear(self, variant: V, conditions: Vector) -> LoggedPlant | None:
-        """Return the variant's linear plant under conditions (n, 8); None if it has no margins."""
+        """Return the linear plant of a variant under conditions (n, 8); None if it has none."""
 
     def intervals(self) -> Mapping[str, tuple[float, float]]:
         """Return the known intervals [SI] of the parameters of a synthesis.

@@ -1,4 +1,4 @@
-"""Simulation of a scenario from documents in memory, the function behind `frictool simulate`."""
+"""Simulation of a scenario from documents in memory: the function of `frictool simulate`."""
 
 from __future__ import annotations
 
@@ -31,9 +31,10 @@ def simulate(
     names: DocumentNames = DOCUMENTS,
     progress: Callable[[int, int], None] = lambda done, total: None,
 ) -> Log:
-    """Simulate a scenario and return the log that a bench would have written.
+    """Simulate a scenario and return a log like that of a bench.
 
-    The log has one stream per variant of the plant, with channels that only a simulation knows.
+    The log has one stream per variant of the plant, and additional channels that only a simulation
+    knows.
 
     Parameters
     ----------
@@ -44,7 +45,7 @@ def simulate(
     scenario : Scenario
         Reference or signals, disturbances, faults and variants.
     request : SimulationRequest
-        Log to replay, number format of the controller, compiled code; for a controller only.
+        Log to replay, number format of the controller, compiled code; only with a controller.
     provenance : Provenance, optional
         Origin to store; the record of this call if left out.
     names : DocumentNames

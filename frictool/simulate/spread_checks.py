@@ -1,8 +1,8 @@
 """Check that every draw of a scenario's `spread` can be simulated.
 
-The parameters of `spread` must exist and have suitable units. Its events must lie within the travel
-and the duration. The plants at both ends of each parameter range must be possible, because
-otherwise draws near that end would fail.
+The parameters of `spread` must exist and have suitable units. Its events must be within the travel
+and the duration. The plants at both ends of each parameter range must be possible; otherwise draws
+near an end would fail.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ def check_spread(
     seconds: float,
     names: DocumentNames,
 ) -> None:
-    """Raise DocumentError for the first key of `spread` that does not fit.
+    """Raise DocumentError for the first key of `spread` that does not fit plant and scenario.
 
-    The key must fit the plant and a scenario that lasts for `seconds` [s].
+    seconds: duration of the scenario [s].
     """
     spread = scenario.spread or Spread()
     rig = plant.rig

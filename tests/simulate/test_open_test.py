@@ -199,7 +199,7 @@ def test_names_of_signals_are_those_that_ros_takes() -> None:
             r"sources.push\[0\].duration_s: ends at 0.15 s, after the end",
         ),
         ({}, {"duration_s": 1e-5}, "duration_s: found 1e-05; allowed: one sample"),
-        ({}, {"duration_s": 1e9}, r"duration_s: asks for 1e\+12 samples"),
+        ({}, {"duration_s": 1e9}, r"duration_s: requests 1e\+12 samples"),
         ({}, {"variants": "vertices"}, "variants: found vertices, which only a single axis has"),
         (
             {},
@@ -249,7 +249,7 @@ def test_a_link_that_would_take_steps_without_end_is_refused() -> None:
     )
     with pytest.raises(
         InputFileError,
-        match=r"mechanism.yaml: links.spring: is so stiff.*2.24e\+07 rad/s; allowed: at most "
+        match=r"mechanism.yaml: links.spring: is too stiff.*2.24e\+07 rad/s; allowed: at most "
         r"1e\+07 rad/s",
     ):
         played(text, {"push": (signal("step", 1.0),)})

@@ -248,7 +248,7 @@ HEAD = "format: scenario/1\nname: s\naxis: rotary\nstart: {value: 5, unit: rad}\
         (
             STEPS + "variants: random\nplants: 100000\n",
             5,
-            "steps: asks for 1e+08 samples in 100001 runs;",
+            "steps: requests 1e+08 samples in 100001 runs;",
         ),
         (
             LOAD + "step, effort: ONE, at_s: 1}\n",

@@ -242,7 +242,7 @@ def test_an_end_stop_holds_the_axis_and_is_a_warning() -> None:
         ),
         (scenario(start=-1.0), controller(), "scenario: start: found -1 rad"),
         (scenario(seconds=4e-4), controller(), r"scenario: steps\[0\].duration_s: found 0.0004"),
-        (scenario(seconds=1e9), controller(), r"scenario: steps: asks for 2e\+12 samples"),
+        (scenario(seconds=1e9), controller(), r"scenario: steps: requests 2e\+12 samples"),
     ],
 )
 def test_what_does_not_fit_together_is_refused(

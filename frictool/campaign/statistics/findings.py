@@ -120,11 +120,9 @@ def find(
     if trials.count == 0:
         raise ValueError("there is no trial")
     if not 0.0 < confidence < 1.0:
-        raise ValueError(f"the confidence is {confidence:g}; it lies between 0 and 1")
+        raise ValueError(f"confidence: found {confidence:g}; allowed: above 0 and below 1")
     if at_least is not None and not 0.0 < at_least <= 1.0:
-        raise ValueError(
-            f"a pass rate of {at_least:g} cannot be required; it is above 0 and at most 1"
-        )
+        raise ValueError(f"at_least: found {at_least:g}; allowed: above 0 and at most 1")
     rate = pass_rate(trials, method, confidence)
     distributions = tuple(
         distribution(trials, index, method, confidence) for index in range(len(trials.metrics))
