@@ -132,7 +132,5 @@ def test_a_link_turned_round_that_nothing_can_drive_is_refused() -> None:
     worm = Gear(
         ("wheel", "motor"), 1.0 / RATIO, internal=True, efficiency=0.4, efficiency_back=-0.2
     )
-    with pytest.raises(
-        NoSolutionError, match="swap the two blocks of the link"
-    ):
+    with pytest.raises(NoSolutionError, match="swap the two blocks of the link"):
         chain(msgspec.structs.replace(whole, links={**whole.links, "gear": worm}), None)
