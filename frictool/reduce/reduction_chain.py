@@ -140,10 +140,9 @@ def _chain(
         unit = "rad" if now.blocks[root].inertia is not None else "m"
         names = ", ".join(one.play.hiding)
         raise NoSolutionError(
-            f"sensors.{sensor}: {one.play.before_sensor:.4g} {unit} of play ({names}) "
-            f"lie between it and {source}; a model.yaml has its "
-            "sensor before the play; put a sensor on the source's side, "
-            "or simulate the mechanism"
+            f"sensors.{sensor}: {one.play.before_sensor:.4g} {unit} of backlash ({names}) lie "
+            f"between sensor and {source}; a model.yaml needs a sensor before the backlash; move "
+            "the sensor, or simulate the mechanism"
         )
     kept = tuple(link.name for link in compliant_links(now))
     play = play_figures(whole, whole.sources[source].on, whole.sensors[sensor].on)

@@ -188,9 +188,8 @@ def _refusal(x: Vector, mean: Vector, half: Vector, nearest: ResidualLoad, words
     return (
         f"{words.name}: at {side * x[worst]:.4g} {words.position_unit} the load is "
         f"{side * mean[worst]:.4g} {words.effort}, of which friction holds {half[worst]:.4g} "
-        f"{words.effort}; a fit of a constant with a spring or one harmonic leaves "
-        f"{left[worst]:.3g} {words.effort} more, which no law of model.yaml represents; try "
-        f"{tried}"
+        f"{words.effort}; a law of model.yaml (constant, spring or harmonic) leaves "
+        f"{left[worst]:.3g} {words.effort} more; try {tried}"
     )
 
 

@@ -76,7 +76,7 @@ def accept(
             raise NoSolutionError(
                 f"not verified: coefficients rounded to {one.number}: norm {one.gamma:.4g} "
                 f"(claimed: {worst_norm:.4g}), modulus margin {one.modulus_margin:.3f} "
-                f"(specified: {required:g}); reduce the largest over the smallest weight"
+                f"(specified: {required:g}); reduce the ratio of the largest to the smallest weight"
             )
     return stored.Verified(
         candidate.gamma,
@@ -138,8 +138,8 @@ def _brake(problem: SynthesisProblem, around: SurroundingBlocks) -> None:
             raise NoSolutionError(
                 "not verified: the limiter's virtual friction is unstable at rest, at vertex "
                 f"{point.name} with {samples} samples of "
-                f"delay (spectral radius {check.spectral_radius:.4f}); raise "
-                "limiter.virtual_speed, or velocity.filter_rad_s"
+                f"delay (spectral radius {check.spectral_radius:.4f}); raise limiter.virtual_speed "
+                "or velocity.filter_rad_s"
             )
 
 

@@ -60,9 +60,9 @@ def slow_weight(problem: SynthesisProblem) -> str:
     if share >= SLOW:
         return ""
     return (
-        f"; W2 asks for a static error of {1.0 / weight.gain:.2g} by a pole at {weight.pole:.2g} "
-        "rad/s, which no controller moves and "
-        f"which at {problem.period:g} s is nearly an integrator: try weights.static_error "
+        f"; W2 for a static error of {1.0 / weight.gain:.2g} has a pole at {weight.pole:.2g} "
+        f"rad/s, nearly an integrator at {problem.period:g} s, which no controller moves: try "
+        f"weights.static_error "
         f"{EASY / share / weight.gain:.1g}"
     )
 

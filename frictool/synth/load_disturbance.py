@@ -52,9 +52,8 @@ def disturbance(model: Model) -> LoadDisturbance:
             spring = load.stiffness
             unit = load.stiffness.unit
             raise NoSolutionError(
-                f"laws.load.stiffness is {spring.value:.4g} {unit}: the speed loop is designed "
-                "for an axis without a spring; remove the spring from the axis, or "
-                "laws.load.stiffness from the model if it may be neglected"
+                f"laws.load.stiffness is {spring.value:.4g} {unit}: the speed loop is designed for "
+                "an axis without a spring; remove the spring or, if it may be neglected, this key"
             ).at("model", "laws.load.stiffness")
         gravity = 0.0 if load.gravity is None else amplitude(load.gravity.sine, load.gravity.cosine)
         ripple = sum(amplitude(one.sine, one.cosine) for one in load.ripples)
@@ -64,8 +63,8 @@ def disturbance(model: Model) -> LoadDisturbance:
     friction = largest(today.coulomb)
     if estimate.total + friction >= available:
         raise NoSolutionError(
-            f"the load of up to {estimate.total:.4g} and Coulomb friction of up to "
-            f"{friction:.4g} {today.offset.unit} exceed the {available:.4g} "
+            f"the load (up to {estimate.total:.4g}) and Coulomb friction (up to "
+            f"{friction:.4g} {today.offset.unit}) exceed the {available:.4g} "
             f"{today.offset.unit} of the actuator at its limit; narrow these intervals, or "
             "raise actuator.limit"
         ).at("model", "parameters.coulomb")

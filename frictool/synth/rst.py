@@ -83,8 +83,7 @@ def rst(problem: SynthesisProblem) -> ControllerCandidate:
     rule = best.rule
     note = (
         f"rst: dominant poles at {rule.frequency:.3g} rad/s with damping {rule.damping:.2g}, "
-        "auxiliary ones at "
-        f"{rule.frequency * rule.ratio:.3g} rad/s; nominal linear response "
+        f"other poles at {rule.frequency * rule.ratio:.3g} rad/s; nominal linear response "
         f"{1e3 * best.response_time:.0f} ms, overshoot "
         f"{best.overshoot:.1f} %; modulus margin {best.margin:.3f} at the worst vertex; T = S "
         "with the prefilter"

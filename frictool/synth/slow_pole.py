@@ -46,8 +46,7 @@ def moved(k: Lti, bandwidth: float, to: float) -> Lti:
         raise NoSolutionError(
             f"the slowest pole of the computed controller is {rate:.3g} rad/s from an integrator, "
             "not below a tenth of the bandwidth "
-            f"{bandwidth:.3g} rad/s: it cannot be moved; lower weights.static_error, or raise "
-            "weights.command"
+            f"{bandwidth:.3g} rad/s: lower weights.static_error, or raise weights.command"
         )
     residue, rest = split_pole(k, float(pole.real))
     return parallel_sum(first_order(to, residue, k.period), rest)

@@ -137,9 +137,9 @@ class _BlockRules:
         if not self.design.reads_speed and not winding:
             if requested is not None:
                 raise FrictoolError(
-                    "velocity: no block of this design reads a speed; remove it. It belongs to "
-                    "action brake, a limiter by energy or with virtual friction, "
-                    "friction_compensation, a speed pid, or actuator.winding"
+                    "velocity: no block of this design reads a speed; remove this key. Blocks with "
+                    "a speed: action brake, limiter by energy or with virtual friction, "
+                    "friction_compensation, speed pid, actuator.winding"
                 ).at("design", "velocity")
             return stored.Velocity()
         if requested is not None and requested.source == "measured":

@@ -10,8 +10,8 @@ from frictool.documents.quantity import si_unit
 from frictool.plant.polytope import PlantPoint
 
 NOT_CERTIFIED = (
-    "a certificate exists for a loop that feeds back a measured or filtered speed; this loop feeds "
-    "back an observer's speed, and `verify` computes its margins again"
+    "this loop feeds back the speed of an observer, for which there is no certificate; `verify` "
+    "computes its margins again"
 )
 
 

@@ -32,7 +32,7 @@ def test_one_that_nearly_is_is_named_with_a_static_error_for_which_it_is_none(
     static_error: float,
 ) -> None:
     found = re.search(
-        r"a static error of (\S+) by a pole at .* try weights.static_error (\S+)$",
+        r"a static error of (\S+) has a pole at .* try weights.static_error (\S+)$",
         told(static_error),
     )
     assert found is not None

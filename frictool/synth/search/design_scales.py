@@ -76,7 +76,7 @@ def design_scales(model: Model, spec: Spec, step: float, response: float) -> Des
         unit = si_unit("position", bench.axis)
         raise NoSolutionError(
             f"static_error: found {spec.static_error.value:.4g} {unit}; allowed: at least the "
-            f"encoder's step, {count:.4g} {unit}, below which no error is measured"
+            f"encoder's step, {count:.4g} {unit}, the smallest measurable error"
         ).at("spec", "static_error")
     drive = bench.actuator.limit.value
     if spec.drive_peak is not None:
