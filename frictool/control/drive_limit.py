@@ -28,7 +28,7 @@ def bounds(
     if winding is None or speed is None:
         return low, high
     resistance, constant, voltage = winding
-    program.block("current that the voltage leaves beside the back-EMF")
+    program.block("limits of the current by the supply voltage and the back-EMF")
     back = program.constant(constant / resistance, "back_emf") * speed
     most = program.constant(voltage / resistance, "stall_current")
     upper = program.smaller(high, program.larger(low, most - back))

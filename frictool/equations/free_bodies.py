@@ -148,7 +148,7 @@ def rest_condition(
         else rf"{sum_latex(pushing)} = 0"
     )
     some = (
-        f" for some {' and '.join(between)} between what it is in both directions of power"
+        f" for some {' and '.join(between)} between its values in both directions of power"
         if between
         else ""
     )

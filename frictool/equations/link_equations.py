@@ -182,7 +182,7 @@ def _half_width(
 
 def _within(name: str, b: str, notation: Notation, play: Term) -> Condition:
     stretch, _ = notation.stretch("e", name, notation.kinds[b])
-    text = f"{name} plays while |{stretch.text}| < {play.text}: lambda_{name} = 0"
+    text = f"{name} is open while |{stretch.text}| < {play.text}: lambda_{name} = 0"
     latex = rf"\left|{stretch.latex}\right| < {play.latex}: \quad {indexed_latex(LAMBDA, name)} = 0"
     return Condition(
         text, latex, RATES[notation.kinds[b]][0], (stretch, play), f"links.{name}", "(2.18)"

@@ -123,8 +123,8 @@ def refuse_fixed_modes(framed: Sequence[GeneralisedPlant], frame: TransformVaria
                 continue
             inner = p * identity - plant.a
             sides = {
-                "driven by the command": np.hstack([inner, plant.b2]),
-                "seen by the measurement": np.vstack([inner, plant.c2]),
+                "controllable by the command": np.hstack([inner, plant.b2]),
+                "observable in the measurement": np.vstack([inner, plant.c2]),
             }
             for what, side in sides.items():
                 values = np.linalg.svd(side, compute_uv=False)

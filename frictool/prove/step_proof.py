@@ -311,7 +311,7 @@ def _played(
         NO_CONDITIONS,
     )
     if status != OK:
-        return "the engine cannot play it"
+        return "the engine cannot simulate it"
     position, command = (np.ascontiguousarray(record[:, column]) for column in (MEASURED, COMMAND))
     return metric(test, loop, position, command)
 

@@ -98,9 +98,9 @@ def _losses_report(
     return StepReport(
         "losses",
         "losses of links as friction by direction over the position",
-        "what links lose of accelerations",
+        "losses of links during accelerations",
         predicted,
-        "the effort of accelerations",
+        "the accelerating effort",
         figures,
         notes,
         covered="the inertia's interval",

@@ -124,13 +124,13 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
         StepFigure("C_r forward, most", float(np.max(exact.forward)), unit),
         StepFigure("C_r backward, least", float(np.min(-exact.backward)), unit),
         StepFigure("C_r backward, most", float(np.max(-exact.backward)), unit),
-        StepFigure("friction less load, least", margin.margin, unit),
-        StepFigure("where friction holds the load least", margin.position, position),
+        StepFigure("friction minus load, least", margin.margin, unit),
+        StepFigure("position of that minimum", margin.position, position),
     ]
     did = f"{', '.join(replaced)} as C_r(theta, sign)" if replaced else _unchanged(exact, largest)
     note = (
-        "irreversible over the whole travel: without a command it stays at rest, "
-        "and the load is a part of friction"
+        "irreversible over the whole travel: it stays at rest without a command, and the friction "
+        "of the model includes the load"
         if margin.margin >= 0.0
         else f"not irreversible over {1.0 - margin.share:.1%} of the travel: "
         "there the load moves it without a command"
@@ -152,7 +152,7 @@ def _unchanged(directed: DirectedResistance, largest: float) -> str:
         max(float(np.ptp(directed.forward)), float(np.ptp(directed.backward))) > NOTHING * largest
     )
     return (
-        "the loads are a curve for each direction already"
+        "the loads are already a curve for each direction"
         if varies
         else "no load depends on the position"
     )

@@ -96,8 +96,8 @@ def _proved(loops: Sequence[CertificateLoop], box: Box, of: Quantity) -> ProvedB
         if slack > (MOST_SLACK if cells.violated else LARGE_SLACK):
             break
     return proved or (
-        f"{of} < {below:.4g} needs more than {MOST_CELLS} cells, though no more than {seen:.4g} "
-        "is seen; narrower intervals of the model or of the bench need fewer"
+        f"the proof of {of} < {below:.4g} needs more than {MOST_CELLS} cells (largest value seen: "
+        f"{seen:.4g}); narrower intervals of the model or of the bench need fewer"
     )
 
 

@@ -88,8 +88,7 @@ def _candidate(
     note = (
         f"minimax of order {structure.order}: worst norm {best.worst:.4g} at {worst}, {level} of "
         f"{len(norms)} vertices within "
-        f"{100.0 * LEVEL:g} % of it; the best of several descents, an upper bound of what the "
-        "structure can do"
+        f"{100.0 * LEVEL:g} % of it; the best of several descents, not necessarily the optimum"
     )
     return ControllerCandidate(
         problem.discretised(designed), designed, best.worst, best.worst, (note,)

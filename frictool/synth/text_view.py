@@ -297,7 +297,7 @@ def _disturbance(load: LoadDisturbance, unit: str) -> list[str]:
     )
     lines = [
         f"disturbance: up to {' + '.join(parts)} {unit}, {share}; the plants of the polytope are "
-        "without it, simulate plays it"
+        "without it, but simulate includes it"
     ]
     if load.total >= load.breakaway:
         lines.append(

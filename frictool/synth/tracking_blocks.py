@@ -36,7 +36,7 @@ def outside_notes(design: Design) -> tuple[str, ...]:
     """Return a note that profile and feedforward change no verified figure; empty without both."""
     blocks = [name for name in ("profile", "feedforward") if getattr(design, name) is not None]
     words = f"{' and '.join(blocks)}: outside the loop, so that no margin depends on it"
-    return (f"{words}; simulate plays it",) if blocks else ()
+    return (f"{words}; simulate includes it",) if blocks else ()
 
 
 def stored_profile(

@@ -149,7 +149,8 @@ def _model(verification: Verification) -> list[str]:
     if checked is None:
         return []
     output = [
-        f"model: not what the controller was verified for: {phrase}" for phrase in checked.beyond
+        f"model: not covered by the controller's verification: {phrase}"
+        for phrase in checked.beyond
     ] or [
         "model: within the controller's intervals, with its timing, drive limit, winding and "
         "encoder"

@@ -205,7 +205,7 @@ def test_verify_answers_for_a_model_alone(rig: ControllerRig, low: float, holds:
     text = run(
         "verify", rig.folder / "controller.yaml", "--model", rig.folder / "model.yaml"
     ).stdout
-    assert ("not what the controller was verified for: inertia" in text) is not holds
+    assert ("not covered by the controller's verification: inertia" in text) is not holds
 
 
 def test_verify_refuses_a_model_of_another_bench(rig: ControllerRig) -> None:

@@ -156,7 +156,7 @@ sources: {{motor: {{on: screw, drive: effort}}}}
     assert "p_thread = R_thread tan(alpha_thread + atan(mu_thread))" in section(exact, "Links")
     rest = (
         "screw, nut at rest stay while u_motor - p_thread F_spring = 0 for some p_thread "
-        "between what it is in both directions of power"
+        "between its values in both directions of power"
     )
     assert section(exact, "Modes") == [rest]
     assert section(screw, "Modes") == [

@@ -188,7 +188,7 @@ def test_a_plant_that_cannot_be_stabilised_has_no_solution(sampled: bool) -> Non
         p, a=np.diag([1.5, 0.5, 0.2]), b2=p.b2 * [[0], [1], [1]], c2=p.c2 * [[0, 1, 1]]
     )  # neither driven nor seen
     with pytest.raises(
-        NoSolutionError, match=r"pole at 1\.5 is not driven by the command"
+        NoSolutionError, match=r"pole at 1\.5 is not controllable by the command"
     ) as caught:
         minimise([blind], 1.1)
     assert caught.value.exit_code == 4
@@ -216,7 +216,7 @@ def test_vertices_that_no_common_lyapunov_matrix_joins_have_no_solution(sampled:
 
 def test_a_weight_with_an_unstable_pole_is_named() -> None:
     weights = PlantWeights(FirstOrderWeight(1.0, 10.0, -2.0), 0.1, 0.05)
-    with pytest.raises(NoSolutionError, match=r"pole at 2 is not seen by the measurement"):
+    with pytest.raises(NoSolutionError, match=r"pole at 2 is not observable in the measurement"):
         minimise([generalised_plant("position", AxisRates(1e3, 28.0, 7.5e3), 0.003, weights)], 1.1)
 
 

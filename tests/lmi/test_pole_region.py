@@ -80,7 +80,8 @@ def test_a_disc_has_to_contain_the_poles_of_the_weights() -> None:
     """W2 has its pole at 0.317 rad/s, the drive its own at 333 rad/s."""
     plants = position()[:1]
     with pytest.raises(
-        NoSolutionError, match=r"pole at -0\.3175 is not seen by the measurement.*weights.*region"
+        NoSolutionError,
+        match=r"pole at -0\.3175 is not observable in the measurement.*weights.*region",
     ):
         minimise(plants, 1.05, PoleDisc(-1001.0, 1000.0))
 

@@ -63,7 +63,7 @@ def test_curves_that_losses_made_are_no_absence_of_a_load() -> None:
         for step in chain(screw(0.3), None).steps
         if step.report.step == "resisting curve"
     )
-    assert told.did == "the loads are a curve for each direction already"
+    assert told.did == "the loads are already a curve for each direction"
 
 
 def test_no_zero_has_a_sign() -> None:

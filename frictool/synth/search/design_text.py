@@ -17,7 +17,7 @@ EFFECTS = {
     "structure": "a speed loop inside a position law",
     "pid.speed_gain": "K of the speed loop: more is stiffer, with less modulus margin",
     "pid.integral_time_s": "T_i: less overcomes friction sooner, and overshoots more",
-    "weights.bandwidth_rad_s": "slowest bandwidth that counts as good: more is faster",
+    "weights.bandwidth_rad_s": "least bandwidth of the loop: more is faster",
     "weights.disturbance": "of friction: more rejects it better, with less modulus margin",
     "weights.drive": "on the drive that reaches the actuator: more is softer",
     "weights.command": "on the commanded drive: more makes an encoder count cheaper",
