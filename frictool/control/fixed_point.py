@@ -55,7 +55,7 @@ class FixedProgram:
 
 
 def round_coefficient(value: float, bits: int) -> float:
-    """Return the value that is stored for a coefficient of `bits` bits (`coefficient`)."""
+    """Return a coefficient as it is stored with `bits` bits (see `coefficient`)."""
     word, fraction = coefficient(value, bits)
     return math.ldexp(word, -fraction)
 

@@ -1,7 +1,7 @@
 """Motion of one axis under a held command from event to event, in closed form if possible.
 
-    at rest    until the drive reaches the breakaway; exact from the drive's exponential slipping
-    until the speed falls to zero or the backlash closes; solved to rounding
+    at rest    until the drive reaches the breakaway; exact from the drive's exponential
+    slipping   until the speed falls to zero or the backlash closes; solved to rounding
                (engine/slip_closed_form.py)
 
 With friction laws (plant/axis_friction_laws.py) a slip also ends at a knee, at the boundary of the

@@ -90,7 +90,7 @@ def masing_cycles(cells: int = CELLS) -> list[tuple[Vector, Vector]]:
 
 
 def masing_everett() -> Vector:
-    """Return the table of 3.7.1: n = 20, 10 centred cycles of the Masing hysteresis."""
+    """Return the Everett table of section 3.7.1: n = 20, 10 cycles of the Masing hysteresis."""
     return everett_tail(masing_cycles())
 
 

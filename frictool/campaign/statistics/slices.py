@@ -51,7 +51,7 @@ def few_slices_for(draws: int) -> int:
 
 
 class SortedDraws:
-    """Draws of the trials, with each factor sorted once for all slicings."""
+    """Draws of the trials, sorted by each factor once for all divisions into slices."""
 
     def __init__(self, trials: Trials) -> None:
         self._trials = trials

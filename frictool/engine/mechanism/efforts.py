@@ -3,8 +3,8 @@
 Rows of the work array:
 
     FORCE                        sum of all known efforts
-    GROSS                        sum of their magnitudes; computed only if `whole` is True HOLD_LOW
-    <= 0 <= HOLD_HIGH   range that friction on a block at rest can hold
+    GROSS                        sum of their magnitudes; computed only if `whole` is True
+    HOLD_LOW <= 0 <= HOLD_HIGH   range that friction on a block at rest can hold
     DRIVEN                       effort of the sources alone
 
 `power` contains the power that each element delivers or absorbs, in the order of
