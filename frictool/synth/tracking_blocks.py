@@ -1,11 +1,11 @@
 """Profile and feedforward of a design, and rules for values that the design leaves out.
 
 speed           the bench's top speed
-acceleration    (share K u_max - F_c - load - sigma_v speed)/J, the least of all vertices; u_max
-is the limit of the drive, the specified peak, or the current that the winding
-leaves beside the back-EMF at that speed
+acceleration    (share K u_max - F_c - load - sigma_v speed)/J, the smallest value of all vertices;
+                u_max is the smallest of the drive's limit, the specified peak, and the current
+                that supply voltage and back-EMF allow at that speed
 jerk            2 acceleration/(N T): N samples are a tenth of speed/acceleration, at least 4; or
-one period of the lowest resonance, at which the moving average has a zero
+                one period of the lowest resonance, at which the moving average has a zero
 feedforward     the model's values; on: one encoder step in 10 samples, off: half of it
 """
 
