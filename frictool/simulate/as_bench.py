@@ -45,7 +45,7 @@ def read_test(path: Path, bench: Bench) -> Log:
         raise LogError(
             str(path),
             f"has the columns {', '.join(head)}; needed in CSV: {TIME} and {wanted['reference']}. "
-            f"For ramps, write an MCAP: frictool excite -o NAME.mcap",
+            "For ramps, write an MCAP: frictool excite -o NAME.mcap",
         )
     columns = {name: table[label] for name, label in wanted.items() if label in table}
     units = {name: si_unit(COLUMNS[name], bench.axis) for name in columns}
