@@ -49,7 +49,7 @@ def log_of(time: ArrayLike, signals: Mapping[str, ArrayLike], axis: Axis, name: 
     if unknown or not signals:
         raise LogError(
             name,
-            f"unknown channel: {', '.join(unknown) or 'no array'}; allowed: "
+            f"channels: found {', '.join(unknown) or 'none'}; allowed: "
             f"{', '.join(CHANNEL_DIMENSIONS)}",
         )
     values = {one: _vector(name, one, signal) for one, signal in signals.items()}

@@ -125,8 +125,8 @@ def test_files_are_ingested_as_by_the_command(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("time", "signals", "words"),
     [
-        ([0.0, 1.0], {}, "no array"),
-        ([0.0, 1.0], {"postion": [0.0, 1.0]}, "unknown channel: postion; allowed: position"),
+        ([0.0, 1.0], {}, "channels: found none"),
+        ([0.0, 1.0], {"postion": [0.0, 1.0]}, "channels: found postion; allowed: position"),
         ([0.0, 1.0], {"position": [0.0]}, "position has 1 samples, time has 2"),
         ([0.0, 1.0], {"position": [0.0, np.nan]}, "finite"),
         ([0.0, 1.0], {"position": [[0.0, 1.0]]}, "vector"),
