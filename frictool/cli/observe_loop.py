@@ -72,9 +72,8 @@ def command(
     if observed.after is not None and observed.after < observed.specified:
         raise NoSolutionError(
             f"{controller}: not verified with the observer: modulus margin "
-            f"{observed.after:.4f} at vertex {observed.at}, specified "
-            f"{observed.specified:g}; try an observer of another bandwidth, a slower "
-            f"controller, or --modulus-margin {observed.after - 5e-3:.2f}"
+            f"{observed.after:.4f} at {observed.at}, specified {observed.specified:g}; try another "
+            f"observer, a slower controller, or --modulus-margin {observed.after - 5e-3:.2f}"
         )
     words = {"controller": controller, "--observer": observer, "--modulus-margin": modulus_margin}
     merged = msgspec.structs.replace(

@@ -60,8 +60,8 @@ def _refuse_saturated(record: MotionRecord, bench: Bench) -> None:
             unit = si_unit("effort", bench.axis)
             raise UnusableLogs(
                 f"{record.name}: the effort stays at {top.at:.4g} {unit} for {100 * share:.2g} % "
-                f"of the samples (allowed: {100 * LARGEST_SATURATED_SHARE:g} %; the actuator's "
-                f"limit: {most:.4g}): the measurement is saturated; widen its range"
+                f"of the samples (allowed: {100 * LARGEST_SATURATED_SHARE:g} %, or at {most:.4g}): "
+                "the measurement is saturated; widen its range"
             )
 
 
@@ -73,8 +73,8 @@ def _refuse_hidden_saturation(record: MotionRecord, bench: Bench) -> None:
         unit = si_unit("effort", bench.axis)
         raise UnusableLogs(
             f"{record.name}: the effort stays near {saturation.level:.4g} {unit} where the motion "
-            f"needs up to {saturation.needed:.4g} {unit}, in {100 * saturation.share:.2g} % of the "
-            "moving samples: the measurement is saturated; widen its range"
+            f"needs up to {saturation.needed:.4g} ({100 * saturation.share:.2g} % of the moving "
+            "samples): the measurement is saturated; widen its range"
         )
 
 
@@ -98,8 +98,8 @@ def _refuse_clipped(record: MotionRecord, bench: Bench) -> None:
             if speed > MARGIN * brake * 0.5 * n * record.period + unseen:
                 raise UnusableLogs(
                     f"{record.name}: the position stops at its extreme, {extreme:.4g} {unit}, "
-                    f"at {record.time[at]:.6g} s, from {speed:.3g} {unit}/s in one sample, and "
-                    "the effort does not brake it: clipped encoder, or a stop"
+                    f"at {record.time[at]:.6g} s, from {speed:.3g} {unit}/s in one sample: "
+                    "clipped encoder, or a stop"
                 )
 
 

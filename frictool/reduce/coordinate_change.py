@@ -289,9 +289,8 @@ def _spring(here: MechanismView, name: str, spring: Spring) -> dict[str, Link]:
         if len(moving) == 2 and not _one_body(here, moving):
             raise NoSolutionError(
                 f"links.{name}: {moving[0]} and {moving[1]} move {first.ratio:.6g} and "
-                f"{second.ratio:.6g} times as far as the source, "
-                "so that no coordinate describes the spring between them; "
-                "take a link with ratio and compliance"
+                f"{second.ratio:.6g} times as far as the source; allowed: equal ratios; take a "
+                "link with ratio and compliance"
             )
         stretch = CoordinateFrame(
             first.ratio - second.ratio, first.offset - second.offset, first.axis, first.block_axis

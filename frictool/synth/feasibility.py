@@ -93,8 +93,8 @@ def check_played_step(model: Model, spec: Spec, length: float, dead_time: float)
     raise NoSolutionError(
         f"response_time_95_s: found {required:.4g} s; for {length:.4g} "
         f"{si_unit('position', model.axis)} the drive needs {slowest.time:.4g} s "
-        f"({_described(slowest.plant, model)}) and the speed loop {allowance:.4g} s; raise it, "
-        "shorten the steps, or raise actuator.limit"
+        f"({_described(slowest.plant, model)}) and the loop {allowance:.4g} s; raise it "
+        "or actuator.limit"
     ).at("spec", "response_time_95_s")
 
 
@@ -137,8 +137,7 @@ def _check_bands(model: Model, spec: Spec, design: Design) -> None:
             )
             raise FrictoolError(
                 f"{name}.band: {finding}; allowed: at most static_error of the specification, "
-                f"{spec.static_error.value:.6g} {unit}: the "
-                "drive is released anywhere in the band; narrow the band, or widen static_error"
+                f"{spec.static_error.value:.6g} {unit}; narrow the band, or widen static_error"
             ).at("design", f"{name}.band")
 
 
@@ -210,7 +209,7 @@ def _check_time(
     if required < slowest.time:
         raise NoSolutionError(
             f"{key}: found {required:.4g} s; the drive needs at least {slowest.time:.4g} s for "
-            f"{shortest:.4g} {unit}, the shortest step of such a specification "
+            f"{shortest:.4g} {unit}, the shortest step "
             f"({_described(slowest.plant, model)}); raise it or actuator.limit"
         ).at("spec", key)
     travel = model.bench.mechanics.travel

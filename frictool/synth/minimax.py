@@ -116,8 +116,8 @@ def search(
         if not points:
             raise NoSolutionError(
                 f"minimax: no controller of order {now.order} with poles below {now.bound:.4g} "
-                "rad/s was found that stabilises every "
-                "vertex; raise order, change pole_bound_rad_s, or narrow the model's intervals"
+                "rad/s stabilises every vertex; raise order, change pole_bound_rad_s, or narrow "
+                "the model's intervals"
             )
         progress(f"minimax: order {now.order}, worst norm {points[0].worst:.4f}")
         if now.order == structure.order:
@@ -145,8 +145,7 @@ def search(
         raise NoSolutionError(
             f"minimax: the best controller of order {structure.order} has a modulus margin of "
             f"{margin / (1.0 + best.missed):.3f} < "
-            f"{margin:g} at the worst vertex; raise order, change pole_bound_rad_s, or lower "
-            "weights.bandwidth_rad_s"
+            f"{margin:g}; raise order, change pole_bound_rad_s, or lower weights.bandwidth_rad_s"
         )
     return best
 

@@ -131,9 +131,8 @@ class _TradeSearch:
             nearest = min(self.points, key=lambda point: point.level)
             raise NoSolutionError(
                 f"relax: auto finds no gamma <= {self.required:g}; the least is "
-                f"{nearest.level:.3g}, at W1 {nearest.disturbance:.3g} "
-                f"and W3 {nearest.drive:.3g}; lower weights.bandwidth_rad_s or "
-                "weights.modulus_margin, or raise weights.static_error"
+                f"{nearest.level:.3g} (W1 {nearest.disturbance:.3g}, W3 {nearest.drive:.3g}); "
+                "lower weights.bandwidth_rad_s or modulus_margin, or raise weights.static_error"
             )
         effort = self._best()
         disturbance, point = self.curve[effort]

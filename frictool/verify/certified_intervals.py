@@ -74,6 +74,6 @@ def outside_message(controller: str, names: Iterable[str]) -> str:
     The caller adds the subject: the model, the mechanism or the bench.
     """
     return (
-        f"is outside the range for which {controller} was verified, so that the verified margins "
-        f"do not hold: {'; '.join(names)}; run frictool synth again"
+        f"is outside the range for which {controller} was verified: {'; '.join(names)}; its "
+        "margins do not hold: run frictool synth again"
     )

@@ -54,9 +54,9 @@ def check_forms(controller: Controller) -> None:
     if radius >= 1.0:
         name = "sos_anti_windup" if linear.form == "sos" else "anti_windup"
         raise NoSolutionError(
-            f"{controller.name}: not verified: the anti-windup gains (linear.{name}) leave the "
-            "controller unstable while the drive "
-            f"is limited (spectral radius {radius:.6g} of a - l c); run frictool synth again"
+            f"{controller.name}: not verified: with linear.{name} the controller is unstable while "
+            f"the drive is limited (spectral radius {radius:.6g} of a - l c); "
+            "run frictool synth again"
         )
 
 

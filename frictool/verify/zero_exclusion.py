@@ -105,8 +105,7 @@ def prove(certificate: Certificate, loop: CertificateLoop) -> tuple[ProvedBound,
             raise NoSolutionError(
                 f"not proved: {bound.of} < {bound.below:.6g}: {finding} at inertia "
                 f"{one.inertia:.6g}, viscous {one.viscous:.6g}, constant {one.constant:.6g} and "
-                f"{one.frequency:.4g} rad/s: the controller was changed after the proof; "
-                "run frictool synth again"
+                f"{one.frequency:.4g} rad/s; run frictool synth again"
             )
         proved.append(ProvedBound(bound.of, bound.below, one))
     return tuple(proved)

@@ -40,7 +40,8 @@ KNOWN_LINES = (
     "columns.",
     "  columns.",
 )
-LONGEST_LINE = 1000  # characters of a message
+LONGEST_LINE = 1000  # characters of a line
+LONGEST_MESSAGE = 200  # characters of an error or warning, without the folder
 
 
 def input_of(name: str, data: bytes, seed: int, index: int) -> bytes:
@@ -89,6 +90,10 @@ def complaint(result: CommandResult, target: Path, before: set[str], salvage: bo
         or max(map(len, lines), default=0) > LONGEST_LINE
     ):
         return f"no messages of one line: {result.stderr[:LONGEST_LINE]}"
+    for line in lines:
+        short = line.replace(f"{target.parent}/", "")
+        if short.startswith(("error: ", "warning: ")) and len(short) > LONGEST_MESSAGE:
+            return f"a message of {len(short)} characters: {short}"
     if len(errors) > 1 or (result.code == 3 and not lines):
         return f"exit code 3 needs one line that says why: {lines}"
     if left - {target.name}:

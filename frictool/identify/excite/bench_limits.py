@@ -92,7 +92,7 @@ def limits_of(bench: Bench) -> BenchLimits:
         raise NoSolutionError(
             f"{bench.name}: the drive gives at least {effort:.3g} {si_unit('effort', bench.axis)} "
             f"at its limit, and friction{also} up to {coulomb + offset + load:.3g}: motion "
-            "is not certain; raise actuator.limit or narrow mechanics.coulomb"
+            "is not certain; raise actuator.limit or narrow mechanics"
         )
     if known.top_speed is None and viscous <= 0.0:
         raise NoSolutionError(f"{bench.name}: no value limits the speed; state mechanics.top_speed")
@@ -185,7 +185,7 @@ def check_reference(
     if position.min() < limits.low - rounding or position.max() > limits.high + rounding:
         raise NoSolutionError(
             f"travel: the test goes from {position.min():.4g} to {position.max():.4g} {unit}; "
-            f"allowed (travel less {100 * MARGIN:g} % at either end): {limits.low:.4g} to "
+            f"allowed ({100 * MARGIN:g} % off either end): {limits.low:.4g} to "
             f"{limits.high:.4g}; lower the amplitude or raise the frequency"
         )
     fastest = float(np.abs(velocity).max())
@@ -200,6 +200,6 @@ def check_reference(
         hardest = float(np.abs(acceleration).max())
         raise NoSolutionError(
             f"drive: the test needs {limits.drive_limit * needed / limits.effort:.3g} {drive} "
-            f"on the heaviest axis, with an acceleration of {hardest:.4g} {unit}/s^2; "
+            f"on the heaviest axis at {hardest:.4g} {unit}/s^2; "
             f"allowed (actuator.limit): {limits.drive_limit:.3g}; lower the frequency or the speed"
         )

@@ -117,7 +117,7 @@ class CanonicalReader:
         advice = (
             SALVAGE
             if last is not None or self._has_more()
-            else "no sample can be read; copy the file again from the recorder"
+            else "copy the file again from the recorder"
         )
         self.fail(
             f"is damaged or cut off at byte {part.at} of {self.size}, {after}: {part.reason}; "

@@ -42,7 +42,7 @@ def record_bounds(data: bytes) -> RecordBounds:
     if end != len(data):
         if end < len(data) and not data[end]:
             raise ValueError(
-                f"found a record of kind 0 at byte {end} of its chunk; allowed: 1 and above"
+                f"found a record of kind 0 at byte {end} of the chunk; allowed: 1 and above"
             )
         if int((bounds.length < SHORTEST).sum()) >= MOST_SHORT:
             raise ValueError(
