@@ -58,8 +58,8 @@ def coast_down(
     if misfit > LARGEST_MISFIT:
         raise UnusableLogs(
             f"the drive was off, and friction does not explain {100.0 * misfit:.3g} % of the "
-            f"deceleration (allowed: {100.0 * LARGEST_MISFIT:g} %); declare its load: load.terms: "
-            "[offset, spring] or [offset, gravity]"
+            f"deceleration (allowed: {100.0 * LARGEST_MISFIT:g} %); for a load declare "
+            "load.terms: [offset, spring] or [offset, gravity]"
         )
     shown = _ratios(ratios, inertia.value, bench)
     return replace(

@@ -95,9 +95,9 @@ def test_vertices_are_those_of_the_model_whatever_the_controller_was_verified_fo
     assert plants == [5e-6, *[4.9e-6] * 8, *[1.53e-5] * 8]
     log = log_of(scenario(), light)
     assert log.warnings == (
-        "model is outside the range for which controller was verified, so that the verified "
-        "margins do not hold: inertia 4.9e-06 to 1.53e-05 kg m^2, "
-        "verified 1.11e-05 to 1.53e-05; run frictool synth again",
+        "model is outside the range for which controller was verified: inertia 4.9e-06 to "
+        "1.53e-05 kg m^2, verified 1.11e-05 to 1.53e-05; its margins do not hold: run frictool "
+        "synth again",
     )
 
 
