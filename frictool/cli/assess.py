@@ -111,4 +111,4 @@ def command(
     if missing:
         from frictool.identify.assess.assessment import NotIdentifiable
 
-        raise NotIdentifiable("; ".join(map(unreachable, missing)))
+        raise NotIdentifiable(unreachable(missing))

@@ -16,9 +16,7 @@ from frictool.identify.methods import METHODS, REFERENCE, IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 
 WIDER = 4.0  # largest width from all logs, relative to that of one log alone
-OTHERS_DIFFER = (
-    "although the logs agree on it: they differ in another parameter, or the method widens it"
-)
+OTHERS_DIFFER = "although they agree on it and may differ in another parameter"
 MOST_LOGS = 20  # largest number of logs compared; the first ones are used
 
 
@@ -62,8 +60,7 @@ def pooling_warnings(
         ratio = pooled.parameters[name].half_width / intervals[best].half_width
         if ratio > WIDER:
             values = ", ".join(
-                f"{log} {one.value:.4g} [{one.low:.4g}, {one.high:.4g}]"
-                for log, one in intervals.items()
+                f"{log} [{one.low:.4g}, {one.high:.4g}]" for log, one in intervals.items()
             )
             apart = max(one.low for one in intervals.values()) > min(
                 one.high for one in intervals.values()
@@ -71,7 +68,6 @@ def pooling_warnings(
             reason = "because the logs disagree" if apart else OTHERS_DIFFER
             out.append(
                 f"{name}: the interval from all logs is {ratio:.3g} times as wide as that of "
-                f"{best} alone, {reason} ({values}); use --each log, or leave out logs of "
-                "another state of the machine"
+                f"{best} alone, {reason} ({values}); use --each log, or leave one out"
             )
     return out

@@ -52,7 +52,7 @@ class Format(NamedTuple):
 FORMATS = (
     Format(
         "recording",
-        "recordings (MCAP, ROS bags)",
+        "MCAP and ROS bags",
         (".mcap", ".bag", ".db3"),
         "frictool.logs.recordings.recording_format",
     ),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from frictool.adapters.drive_bound import DriveBound
@@ -11,24 +12,44 @@ from frictool.identify.assess.assessment import Assessment, ParameterAssessment
 from frictool.identify.assess.decision_text import scheme
 
 
-def unreachable(row: ParameterAssessment) -> str:
-    """Return a line that names a precision that cannot be reached, and the remedy."""
-    wanted = f"{row.parameter}: {100.0 * row.target:.3g} % cannot be reached"
-    if row.step is not None:
+def unreachable(rows: Sequence[ParameterAssessment]) -> str:
+    """Return a line that names the precisions that cannot be reached, and the remedies."""
+    out = []
+    by_encoder = {row.step: row for row in rows if row.step is not None}
+    if by_encoder:
+        finest = by_encoder[min(by_encoder)]
         encoder = (
-            f"a step of {row.step:.3g} m"
-            if row.counts is None
-            else f"{math.ceil(row.counts)} counts per revolution (a step of {row.step:.3g} rad)"
+            f"a step of {finest.step:.3g} m"
+            if finest.counts is None
+            else f"{math.ceil(finest.counts)} counts per revolution "
+            f"(a step of {finest.step:.3g} rad)"
         )
-        return f"{wanted} with this encoder; try {encoder}"
+        coarse = [row for row in rows if row.step is not None]
+        out.append(f"{_wanted(coarse)} cannot be reached with this encoder; try {encoder}")
+    longer = {row.parameter: _times_as_long(row) for row in rows if row.step is None}
+    by_test = [row for row in rows if math.isfinite(longer.get(row.parameter, math.inf))]
+    if by_test:
+        factor = max(longer[row.parameter] for row in by_test)
+        out.append(
+            f"{_wanted(by_test)} cannot be reached with any encoder; try a test that is "
+            f"{factor:.3g} times as long, or less noise of the measured drive"
+        )
+    out += [
+        f"{_wanted([row])} cannot be reached: {row.verdict.why}"
+        for row in rows
+        if row.step is None and row not in by_test
+    ]
+    return "; ".join(out)
+
+
+def _wanted(rows: Sequence[ParameterAssessment]) -> str:
+    return ", ".join(f"{row.parameter}: {100.0 * row.target:.3g} %" for row in rows)
+
+
+def _times_as_long(row: ParameterAssessment) -> float:
+    """Return the factor on the test's duration that reaches the precision; inf without one."""
     precision = row.verdict.precision
-    if precision is None or not math.isfinite(precision):
-        return f"{wanted}: {row.verdict.why}"
-    longer = (precision / row.target) ** 2
-    return (
-        f"{wanted} with any encoder; try a test that is {longer:.3g} times as long, or less noise "
-        "of the measured drive"
-    )
+    return math.inf if precision is None else (precision / row.target) ** 2
 
 
 def json_view(assessment: Assessment) -> dict[str, Any]:
