@@ -141,7 +141,7 @@ def _chain(
         names = ", ".join(one.play.hiding)
         raise NoSolutionError(
             f"sensors.{sensor}: {one.play.before_sensor:.4g} {unit} of backlash ({names}) lie "
-            f"between sensor and {source}; a model.yaml needs a sensor before the backlash; move "
+            f"between sensor and {source}; allowed: none; move "
             "the sensor, or simulate the mechanism"
         )
     kept = tuple(link.name for link in compliant_links(now))

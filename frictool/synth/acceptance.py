@@ -74,9 +74,9 @@ def accept(
     for one in rounded[: len(HELD)]:
         if not tolerates_rounding(one, worst_norm, required):
             raise NoSolutionError(
-                f"not verified: coefficients rounded to {one.number}: norm {one.gamma:.4g} "
+                f"coefficients rounded to {one.number}: norm {one.gamma:.4g} "
                 f"(claimed: {worst_norm:.4g}), modulus margin {one.modulus_margin:.3f} "
-                f"(specified: {required:g}); reduce the ratio of the largest to the smallest weight"
+                f"(specified: {required:g}); reduce the largest over the smallest weight"
             )
     return stored.Verified(
         candidate.gamma,
@@ -136,9 +136,9 @@ def _brake(problem: SynthesisProblem, around: SurroundingBlocks) -> None:
         check = check_feedback(one, point.rates, problem.lag, samples)
         if not check.stable:
             raise NoSolutionError(
-                "not verified: the limiter's virtual friction is unstable at rest, at vertex "
-                f"{point.name} with {samples} samples of "
-                f"delay (spectral radius {check.spectral_radius:.4f}); raise limiter.virtual_speed "
+                "the limiter's virtual friction is unstable at rest, at vertex "
+                f"{point.name} with {samples} samples "
+                f"(spectral radius {check.spectral_radius:.4f}); raise limiter.virtual_speed "
                 "or velocity.filter_rad_s"
             )
 

@@ -122,7 +122,7 @@ def _check_bands(model: Model, spec: Spec, design: Design) -> None:
     if law is not None and law.band is not None and law.band.value < step:
         raise FrictoolError(
             f"position_law.band: found {law.band.value:.6g} {unit}; allowed: at least the "
-            f"encoder's step, {step:.6g} {unit}, the smallest measurable error; write a larger "
+            f"encoder's step, {step:.6g} {unit}; write a larger "
             "band, or leave the key out for one step"
         ).at("design", "position_law.band")
     bands: dict[str, PositiveLength | None] = {} if limiter is None else {"limiter": limiter.band}

@@ -64,7 +64,7 @@ def disturbance(model: Model) -> LoadDisturbance:
     if estimate.total + friction >= available:
         raise NoSolutionError(
             f"the load (up to {estimate.total:.4g}) and Coulomb friction (up to "
-            f"{friction:.4g} {today.offset.unit}) exceed the {available:.4g} "
+            f"{friction:.4g}) exceed the {available:.4g} "
             f"{today.offset.unit} of the actuator at its limit; narrow these intervals, or "
             "raise actuator.limit"
         ).at("model", "parameters.coulomb")

@@ -137,8 +137,8 @@ class _BlockRules:
         if not self.design.reads_speed and not winding:
             if requested is not None:
                 raise FrictoolError(
-                    "velocity: no block of this design reads a speed; remove this key. Blocks with "
-                    "a speed: action brake, limiter by energy or with virtual friction, "
+                    "velocity: no block of this design reads a speed; remove it. Such blocks: "
+                    "action brake, limiter by energy or with virtual friction, "
                     "friction_compensation, speed pid, actuator.winding"
                 ).at("design", "velocity")
             return stored.Velocity()
