@@ -93,7 +93,7 @@ def test_text_says_what_json_says(found: Comparison) -> None:
     assert row[-1] == "86"
     assert any(
         line.startswith(
-            "table 3.2, hybrid_a, stick-slip: computed -, printed +: these parameters do it"
+            "table 3.2, hybrid_a, stick-slip: computed -, printed +: caused by these parameters"
         )
         for line in text
     )
