@@ -49,5 +49,5 @@ def test_a_sensor_behind_a_play_is_refused_with_its_width() -> None:
         sensors={"encoder": msgspec.structs.replace(whole.sensors["encoder"], on="shaft")},
         travel=None,
     )
-    with pytest.raises(NoSolutionError, match=r"sensors\.encoder: 0\.02 rad of play \(gear\)"):
+    with pytest.raises(NoSolutionError, match=r"sensors\.encoder: 0\.02 rad of backlash \(gear\)"):
         chain(behind, None)
