@@ -59,7 +59,7 @@ def test_help_opens_with_an_example_and_says_when_each_method_is_right() -> None
     for words in (
         "least-squares",
         "inverse-dynamic",
-        "any encoder, sticks and backlash",
+        "any encoder, stick and backlash",
         "a fine encoder, no backlash",
     ):
         assert words in shown

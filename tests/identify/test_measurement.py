@@ -57,7 +57,7 @@ def test_the_interval_of_the_lag_covers() -> None:
 
 def test_what_does_not_tell_a_lag_is_refused() -> None:
     command, measured = currents(0.003, 1)
-    with pytest.raises(UnusableLogs, match="are the same numbers"):
+    with pytest.raises(UnusableLogs, match="are identical"):
         loop_lag(command, command, PERIOD, 0.95)
     with pytest.raises(UnusableLogs, match="does not change"):
         loop_lag(np.ones(6000), measured, PERIOD, 0.95)

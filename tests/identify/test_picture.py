@@ -64,7 +64,7 @@ def test_text_and_stdout_and_bytes_twice(drawn: Path, tmp_path: Path) -> None:
         assert (tmp_path / name).read_bytes() == (drawn / name).read_bytes()
     for words in (
         "inertia by weak",
-        "differencing sample by sample: up to",
+        "in differences of samples: up to",
         "identified",
         "interval at 95 %",
         "onsets",
