@@ -1,15 +1,15 @@
 """Scalar friction levels of a model whose friction depends on direction, speed or position.
 
-A vertex or a sampled plant has one Coulomb and one viscous friction, as follows:
+A vertex or a randomly drawn plant has one number for Coulomb friction and one for viscous friction:
 
-    coulomb   mean of F_c over the bench's travel and both directions. Another value multiplies all
-              dry friction by one factor: F_c and breakaway of both directions, their maps over
-              position, and the friction inside the backlash
-    viscous   steepest slope over the speed regimes, mean of both directions. Another value
-              multiplies every slope; knees stay. If the model has no viscous friction at all, the
-              value holds at every speed
+    coulomb   for the model: mean of F_c over the bench's travel and both directions. A plant with c
+              times this number has c times all dry friction: F_c and breakaway of both directions,
+              their maps over position, and the friction inside the backlash
+    viscous   for the model: steepest slope over the speed regimes, mean of both directions. A plant
+              with c times this number has c times every slope, and the same knees. If the model has
+              no viscous friction, the number is the slope at every speed
 
-The map therefore keeps its shape, and a vertex with the model's own numbers is the model itself.
+The friction map therefore keeps its shape. A plant with the numbers of the model is the model.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ def coulomb_factor(model: Model, wanted: float) -> float:
     )
     if mean > 0.0:
         return wanted / mean
-    raise ValueError("coulomb is 0 in both directions; allowed: > 0 if it varies")
+    raise ValueError("coulomb is 0 in both directions; allowed: > 0 if plants differ in it")
 
 
 def viscous_level(model: Model) -> Ends:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 def compare_in_loop(
     mechanism: Path, model: Model, controller: Path, scenario: Path, play: float, tolerance: float
 ) -> LoopComparison:
-    """Return the comparison of both logs.
+    """Simulate the mechanism and the model under the controller; return the comparison of the logs.
 
     Raises InputFileError if the documents do not fit together, and NoSolutionError if one cannot be
     simulated.

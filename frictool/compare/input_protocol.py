@@ -2,14 +2,16 @@
 
 stick-slip    a spring of 2 N/m pulled at 0.1 m/s for 60 s                             (3.7.2)
 limit cycle   PID of 3 N/m, 6 N s/m, 4 N/(m s) towards 1 m for 300 s                   (3.40)
-presliding    position-driven at 1e-6 m/s through turning points, in z_max             (3.7.4)
+presliding    the position is imposed at 1e-6 m/s, between turning points in units of
+              z_max, the largest presliding                                            (3.7.4)
 drift         up to 1.6 N in 1 s, down to 0.5 N in 0.05 s, held to 2 s, then
               0.5 + 0.4 sin(2 pi 2 (t - 2)) N to 102 s                                 (3.7.5)
 
 The thesis prints no numbers for presliding and drift; those above are frictool's. All numbers above
-hold for F_s = 1.5 F_c. For another F_s the speed of the pull is 0.1 `fall`, and the pull lasts 52.5
-s after the first breakaway. With `fall` < 1 the position loop lasts 300/`fall` s, since the
-integral part of the effort grows more slowly. The first peak of the drift test is F_s + 0.1 N.
+hold for F_s = 1.5 F_c. For another F_s let fall = (F_s - F_c)/(0.5 F_c), with a lower limit
+(`UnitScales.fall`): the spring is pulled at 0.1 fall m/s until 52.5 s after the first breakaway.
+With fall < 1 the position loop lasts 300/fall s, since the integral part of the effort grows more
+slowly. The first peak of the drift test is F_s + 0.1 N.
 """
 
 from __future__ import annotations

@@ -161,7 +161,7 @@ class Velocity(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
     def __post_init__(self) -> None:
         if (self.source == "observer") != (self.observer is not None):
-            raise ValueError("source observer needs an observer, and no other source has one")
+            raise ValueError("`source: observer` needs an observer, and no other source has one")
 
 
 class Limiter(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
@@ -235,7 +235,7 @@ class FrictionCompensation(
                 "modelled friction fades"
             )
         if self.source == "observer" and (self.observer_rad_s == 0.0 or self.inertia == 0.0):
-            raise ValueError("source observer needs observer_rad_s and inertia")
+            raise ValueError("`source: observer` needs observer_rad_s and inertia")
         if len(self.speeds) != len(self.efforts) or len(self.speeds) == 1:
             raise ValueError(
                 f"speeds and efforts: found {len(self.speeds)} and {len(self.efforts)} values; "

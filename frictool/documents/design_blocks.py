@@ -161,7 +161,9 @@ class FrictionCompensationDesign(
 
     def __post_init__(self) -> None:
         if (self.source == "observer") != (self.observer_rad_s is not None):
-            raise ValueError("source observer needs observer_rad_s, and source model has none")
+            raise ValueError(
+                "`source: observer` needs observer_rad_s, and `source: model` has none"
+            )
         if self.source == "observer" and (
             self.velocity is not None or self.smoothing_speed is not None
         ):

@@ -118,7 +118,7 @@ def _moment(date: str) -> datetime:
 
 
 def batch_populations(batch: Sequence[BatchResult], confidence: float) -> dict[str, Population]:
-    """Return the population tests of each parameter that at least two models identified."""
+    """Return the scatter over the units of each parameter that two or more models contain."""
     values: dict[str, list[UnitValue]] = {name: [] for name in ESTIMATES}
     for one in batch:
         if one.model is not None:

@@ -281,7 +281,10 @@ class _EffectRegression:
         return intervals_around(names, solution.value, solution.half_width(self.confidence))
 
     def accepted(self) -> list[AcceptedEffects]:
-        """Return effects that explain the residual alone, effects that act together, and rivals."""
+        """Return single effects and groups of effects that explain the residual.
+
+        Effects that explain it as well in place of a used effect are included.
+        """
         if self._values(self.used) is None or self.rows.squares(self.used) is None:
             return []
         out = self._rivals()

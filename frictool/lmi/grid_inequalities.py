@@ -14,7 +14,8 @@ is minus, because X is a block of an inverse; with symmetric rates the condition
 discrete time the terms are A X(r) A' - X(r + step) and A' Y(r + step) A - Y(r).
 
 The solver gets the smaller form of lmi/bounded_real.py: without the last block row (Schur
-complement), and with unknowns X/gamma and Y/gamma. Docstrings below call these X' and Y'.
+complement), and with unknowns X/gamma and Y/gamma. Here ' is a transpose or, for X' and Y', the
+derivative in time.
 """
 
 from __future__ import annotations

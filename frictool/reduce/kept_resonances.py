@@ -23,7 +23,7 @@ HIDDEN = 1e-6  # relative distance of a pole and a zero that cancel
 
 
 def resonances(mechanism: Mechanism, source: str, sensor: str) -> Resonances | None:
-    """Return poles and zeros of H(s) (mechanism in one coordinate); None if all links are rigid."""
+    """Return poles and zeros of H(s), from `source` to `sensor`; None if all links are rigid."""
     kept = compliant_links(mechanism)
     if not kept:
         return None

@@ -54,7 +54,7 @@ class JudgedLoop:
     def margin_of(self, plant: LoggedPlant | None, unstated: str = "") -> tuple[float | None, str]:
         """Return the pair (modulus margin with a simulated plant, empty text) or (None, reason).
 
-        `unstated`: reason why the rig of the plant is not known, or empty.
+        `unstated`: reason why the bench of the simulated plant is unknown; "" if it is known.
         """
         if plant is None or not plant.is_possible:
             return None, NO_PLANT

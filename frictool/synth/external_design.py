@@ -79,7 +79,7 @@ def external_controller(
     position_law, prefilter : PositionLawDesign, PrefilterDesign, optional
         Blocks around the controller.
     weights : Weights, optional
-        Weights of the stated norm; by default derived from `spec`.
+        Weights of the norm in the document; by default derived from `spec`.
 
     Returns
     -------

@@ -5,10 +5,9 @@ controller frozen at one plant (5.3.4). This method minimises the largest norm o
 directly, over the parameters of one constant controller (structured_controller.py).
 
 The problem is not convex. The search improves random controllers (from a seed) of the least order
-that can stabilise all vertices. It then adds a pole and a zero that cancel to the best controllers,
-and searches again, until they have the requested order. The added pole and zero do not change the
-controller, so that the norm never rises with the order. The result is an upper bound of the
-optimum.
+that can stabilise all vertices. Each best controller then gets a pole and an equal zero, and the
+search continues, until the requested order is reached. The added pole and zero cancel, so that the
+norm never rises with the order. The result is an upper bound of the optimum.
 """
 
 from __future__ import annotations

@@ -225,11 +225,11 @@ def peak(
     vectors: NDArray[np.complex128],
     grid: Vector,
 ) -> float:
-    """Return the largest gain of a stable loop; UNKNOWN if the modes do not give it.
+    """Return the largest gain of a stable loop; UNKNOWN if the eigenvectors are too imprecise.
 
     loop: result of `sensitivity`. poles (n,), vectors (n, n): its eigenvalues and eigenvectors.
     grid (k,): rising angles in [0, pi] at which the search starts, besides those of the poles. The
-    gain is computed from the modes during the search, and from the matrices at the peak.
+    gain is computed from poles and residues during the search, and from the matrices at the peak.
     """
     _, b, c = loop
     n = poles.shape[0]

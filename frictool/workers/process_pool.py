@@ -118,7 +118,7 @@ class WorkerProcess:
 class ProcessPool:
     """Pool of `size` processes, each replaced if it ends.
 
-    instead: function that gives the result of a job that ended ATTEMPTS processes.
+    instead: function that returns a result for a job during which ATTEMPTS processes have died.
     """
 
     def __init__(

@@ -142,7 +142,7 @@ CONTRADICTIONS = {
     ),
     "observer": (
         ["friction_compensation: {source: observer}"],
-        "source observer needs observer_rad_s",
+        "`source: observer` needs observer_rad_s",
     ),
     "observer's velocity": (
         ["friction_compensation: {source: observer, observer_rad_s: 10, velocity: measured}"],

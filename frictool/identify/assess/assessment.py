@@ -44,7 +44,8 @@ class ParameterAssessment:
     - wanted: requested precision
     - known: precision of the a-priori interval; None without an interval
     - target: the smaller of `wanted` and `known`
-    - least: Cramér-Rao bound of the proposed test; None if the parameter is no sliding parameter
+    - least: Cramér-Rao bound of the proposed test; None for another parameter than
+        inertia, viscous friction, Coulomb friction and offset
     - doubled: precision with half the encoder step
     - step: coarsest encoder step [rad | m] with which the parameter is identifiable; None if no
       step down to FINEST suffices

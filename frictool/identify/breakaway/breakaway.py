@@ -112,7 +112,8 @@ def breakaway(
     """Return the breakaway of ramp logs.
 
     - axis: intervals of `inertia`, `viscous`, `coulomb` and `offset`
-    - stribeck: fall of friction from another log; None: the range that the onsets allow
+    - stribeck: Stribeck velocity that was identified from another log; by default the range that
+      the onsets allow
 
     If the ramps have one direction only, the offset is subtracted. Raises UnusableLogs if each
     direction has fewer than five onsets, or if a load starts the axis.

@@ -301,4 +301,4 @@ def _solved(rows: list[ReversalRows], width: float) -> LeastSquaresSolution:
     try:
         return solve(plain, effort, np.ones(effort.size), stroke)
     except SingularRegressors as error:
-        raise UnusableLogs(f"the motion does not determine the value: {error}") from None
+        raise UnusableLogs(f"the motion does not determine backlash and delay: {error}") from None

@@ -284,9 +284,10 @@ def residuals(samples: RegressionSamples, weight: Vector) -> Vector:
 def cluster_products(
     samples: RegressionSamples, columns: tuple[Vector, ...], window: int
 ) -> tuple[Tensor, Vector, IntVector]:
-    """Return products (g, q, q), number of rows (g,) and cluster (g,) of g runs of rows.
+    """Return Gram matrices (g, q, q), numbers of rows (g,) and clusters (g,) of g groups of rows.
 
-    A run is in one cluster; its products are columns' columns, for q `columns` (n,).
+    A group consists of consecutive rows of one stroke and one cluster. Its Gram matrix is C^T C for
+    the matrix C of its rows in the q `columns` (n,).
     """
     cluster = clusters(samples.stroke, samples.sign, samples.counts, 3 * window)
     starts = np.flatnonzero(np.diff(cluster, prepend=-1) | np.diff(samples.stroke, prepend=-1))

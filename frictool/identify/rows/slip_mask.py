@@ -3,7 +3,7 @@
 The mask is that of (4.18), without a threshold to be tuned. A sample is used if all samples in its
 smoothing window
 
-- are in one stroke, without a gap;
+- are in one stroke, and no sample is missing;
 - are outside the backlash, measured from the beginning of the stroke;
 - move in the direction of the stroke, faster than the encoder's noise in one window and than 2 % of
   the record's top speed.
@@ -37,7 +37,8 @@ def mark_slip(
 ) -> None:
     """Set `mask` (n,) to True for samples that slip over `reach` samples before and after.
 
-    A sample slips if its velocity along the stroke exceeds `slowest` and its advance exceeds `gap`.
+    A sample slips if its velocity along the stroke exceeds `slowest`, and if the distance `advance`
+    since the beginning of the stroke exceeds the backlash `gap`.
     All these samples must be in one stroke. A sample with a NaN velocity does not slip. The mask
     must be False before the call.
     """

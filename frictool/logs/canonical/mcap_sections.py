@@ -41,8 +41,8 @@ class FileSection:
 
     data: consecutive records.
     reason: why a part of the section cannot be read; "" if all of it can.
-    whole: True if `data` is the complete content of chunks, so that one invalid record makes all of
-        it doubtful.
+    whole: True if `data` is the complete content of chunks. One invalid record then makes all of
+        their records doubtful, because records are found by the lengths before them.
     empty: True if the unreadable part held no message.
     """
 

@@ -62,15 +62,15 @@ SPEED_SLACK = 2.0  # factor on the top speed of the bench
 
 @dataclass(frozen=True)
 class RepeatedJump:
-    """Jumps that fit one period.
+    """Jumps that fit one period P.
 
     low, high: bounds of the period in rad or m.
     reach: range of the raw position in rad or m.
     count: number of jumps.
     first: time in s, and positions before and after the first jump.
-    forward: number of jumps across which the axis moves forward.
+    forward: number of jumps that are classified as `forward` (module docstring).
     slow: True if the axis moves by less than P / 100 in the steps before and after a jump.
-    centred: True if all jumps lead from one end of plus and minus half a period to the other.
+    centred: True if every jump leads from one end of the range [-P/2, P/2] to the other.
     movable: True if the drive can move the axis by a jump in one sample.
     """
 

@@ -113,7 +113,7 @@ class _McapPass:
         }
 
     def take(self, opcode: int, body: bytes) -> None:
-        """Read a declaration; ignore a damaged one, which is reported later with its messages."""
+        """Read a schema or channel record; a damaged one is reported when a message needs it."""
         with suppress(*UNREADABLE):
             self.declarations.take(opcode, body)
 

@@ -99,8 +99,8 @@ def verify(
     gain = _simulated(modes, loops, _sequences(switches), solution)
     if gain > gamma * (1.0 + ROUNDING):
         raise NoSolutionError(
-            f"not verified: in simulation |z|/|Delta| is {gain:.6g}, "
-            f"above the gamma of {gamma:.6g} of the synthesis"
+            f"not verified: the simulated gain from disturbance to weighted error is {gain:.6g}, "
+            f"above the gamma {gamma:.6g} of the synthesis; increase gamma"
         )
     return ObserverVerification(
         gamma,

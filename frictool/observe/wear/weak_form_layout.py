@@ -133,8 +133,8 @@ def layout_of(
     if not friction > LEAST_FRICTION * constant * bench.actuator.limit.value:
         raise FrictoolError(
             f"{model.name}: coulomb: found {friction:.3g}; allowed: > 0, "
-            "since wear is that of the dry friction; identify from logs that "
-            "slip in both directions"
+            "because the wear multiplies the dry friction; identify from logs "
+            "that slip in both directions"
         )
     if window is None:
         inertia = model.parameters.inertia.value
