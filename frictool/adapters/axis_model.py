@@ -28,9 +28,9 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
 
     `overrides` replaces fields of AxisParameters. An overridden Coulomb or viscous friction scales
     the model's friction (adapters/friction_levels.py); an overridden breakaway does not. The
-    friction inside the backlash is a part of the axis's friction (motor and brushes, thesis 4.4.4)
-    and does not exceed it; by default it is all of it. Raises ValueError with the name of a
-    parameter that is out of range.
+    friction inside the backlash (motor and brushes, thesis 4.4.4) is a part of the axis's friction;
+    by default it equals the lower Coulomb friction of both directions. Raises ValueError with the
+    name of a parameter that is out of range.
     """
     bench, today = model.bench, model.parameters
     values: dict[str, Any] = {

@@ -60,7 +60,7 @@ def drive_bound(
     length
         Length of the step, rad | m, above 0.
     overshoot
-        Largest overshoot relative to the length; None if only the zone of 95 % limits it.
+        Largest overshoot relative to the length; None if the only limit is the 95 % zone.
 
     Returns
     -------

@@ -26,8 +26,9 @@ def polytope(model: Model, scheduled: Sequence[Parameter] = PARAMETERS) -> Polyt
 def regime_levels(model: Model, coulomb: tuple[float, float]) -> RegimeLevels:
     """Return the model's regimes in both directions; `coulomb` is the interval of F_c at low speed.
 
-    The bench's range of the viscous coefficient applies to the steepest regime, so that the slope
-    below the first knee is the model's slope. Raises FrictoolError if the model has no regimes.
+    The slope below the first knee is that of the model: the bench's range of the viscous
+    coefficient applies to the steepest regime and is not used here. Raises FrictoolError if the
+    model has no regimes.
     """
     if model.laws is None or not model.laws.regimes:
         raise FrictoolError(
@@ -57,9 +58,10 @@ def half_widths(model: Model) -> dict[Parameter, float]:
 
 
 def default_unit(model: Model) -> float:
-    """Return the half-width of the Coulomb friction [N m or N].
+    """Return the unit of the uncertain effort [N m or N]: the half-width of the Coulomb friction.
 
-    If it is 0, the unit is the effort of the other uncertainties at the drive's limit.
+    If this half-width is 0, the unit is the effort that the half-widths of constant and inertia
+    cause at the drive's limit, or 1 if these are 0, too.
     """
     widths = half_widths(model)
     if widths["coulomb"] > 0.0:
@@ -73,7 +75,7 @@ def default_unit(model: Model) -> float:
 
 
 def uncertain_centre(model: Model, unit: float | None = None) -> UncertainPlant:
-    """Return the LFT form (22): the centre of all intervals, all parameters in the channel."""
+    """Return the LFT form (22): the centre of all intervals, with every parameter uncertain."""
     return with_channel(polytope(model).centre, half_widths(model), unit or default_unit(model))
 
 

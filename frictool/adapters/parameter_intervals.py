@@ -31,10 +31,10 @@ def intervals(model: Model) -> dict[str, tuple[float, float]]:
 def ranges(model: Model) -> dict[str, tuple[float, float]]:
     """Return the hull of the model's intervals and of the bench's range over the product's life.
 
-    The hull includes every direction and regime. `simulate` and `campaign` draw from it; friction
-    that varies with position has its mean there. A bench value without a range has the width 0. It
-    is the hull and not the intersection: the log shows this bench today, and the bench's range
-    contains its future values.
+    The hull includes every direction and regime. `simulate` and `campaign` draw from it. Friction
+    that varies with position enters with its mean, and a bench value without a range as a point.
+    The hull is used and not the intersection, because the log shows this bench today, and the
+    bench's range contains its future values.
     """
     known = model.bench.mechanics
     today = model.parameters

@@ -69,7 +69,7 @@ class CampaignRequest:
     Attributes
     ----------
     trials : int or None
-        Number of draws. By default 1000; with method vertices all of them, at most 4096.
+        Number of draws. By default 1000; with method vertices all vertices, at most 4096.
     method : {"random", "latin", "vertices"}
         Method that chooses the draws.
     seed : int or None

@@ -106,8 +106,8 @@ class DesignTest:
     ) -> list[PlayedVerdict]:
         """Return the results of a controller on its worst plants, at all starts of `judges`.
 
-        `found`: results of the controller on all plants. The WORST plants of each requirement are
-        simulated.
+        `found`: results of the controller on all plants. For each requirement, the two plants
+        (WORST) with the least reserve are simulated.
         """
         chosen: dict[tuple[float, ...], int] = {}
         for reserves in np.transpose(found.reserves):

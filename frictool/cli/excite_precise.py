@@ -1,4 +1,4 @@
-"""Test of `frictool excite --for`: wanted precisions, files and promise."""
+"""Test of `frictool excite --for`: requested precisions, files, and promised half widths."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class PreciseRun:
     """Command line of --for.
 
     - options: options shared with --kind
-    - precise: longest, noise, ramps and promise
+    - precise: values of the options --longest, --noise, --ramps and --promise
     """
 
     bench: Path

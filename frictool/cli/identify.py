@@ -254,7 +254,7 @@ def command(
 
 @dataclass(frozen=True)
 class IdentifyViews:
-    """Views of one model: picture, page, comparison with a promise, and JSON instead of text."""
+    """Views of one model: picture, page, comparison with promised intervals, and JSON."""
 
     plot: Path | None
     page: Path | None

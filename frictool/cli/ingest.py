@@ -176,7 +176,9 @@ def _check_guess(guess: bool, axis: str | None, others: dict[str, Any]) -> None:
     if guess and wrong:
         raise click.UsageError(f"--guess writes a bench.yaml and no log: leave out {wrong[0]}.")
     if axis is not None and not guess:
-        raise click.UsageError("--axis belongs to --guess; without it, the bench states the axis.")
+        raise click.UsageError(
+            "--axis belongs to --guess; without --guess, the bench states the axis."
+        )
 
 
 def _propose(

@@ -197,9 +197,9 @@ def _of_this_controller(log: Log, controller: Path, document: Controller) -> Non
         raise LogError(
             log.source,
             (
-                f"was simulated with the speed of a {observed}, which {controller} does not "
-                "contain, so that its margins do not apply; simulate and report the controller of "
-                "`frictool observe loop`"
+                f"was simulated with the speed of a {observed}; {controller} contains no such "
+                "observer, and its margins do not apply to this log; simulate and report the "
+                "controller of `frictool observe loop`"
             ),
         )
     inputs = [
@@ -210,8 +210,8 @@ def _of_this_controller(log: Log, controller: Path, document: Controller) -> Non
     ):
         raise LogError(
             log.source,
-            f"was simulated with another controller than {controller}; its inputs are "
-            f"{', '.join(inputs)}",
+            f"was simulated with another controller than {controller}; the inputs of the "
+            f"simulation are {', '.join(inputs)}",
         )
 
 

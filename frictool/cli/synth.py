@@ -212,8 +212,8 @@ def _check_options(
     """Raise UsageError for options that contradict each other."""
     if design is not None and plot is not None and design.relax == "no":
         raise click.UsageError(
-            f"--plot shows the trade of a search or of `relax: auto`; the design {design.name} "
-            "has neither."
+            "--plot shows the trade-off of a search or of `relax: auto`; the design "
+            f"{design.name} has neither."
         )
     if design is not None and save_design is not None:
         raise click.UsageError("--save-design belongs to a search; leave out --design.")

@@ -1,4 +1,4 @@
-"""Played test at the end of `frictool synth`."""
+"""Simulated test of the controller at the end of `frictool synth`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PlayedTest:
-    """Test with the verdict of a controller; compensated: it has a friction compensation."""
+    """Simulated test with the verdict on a controller.
+
+    compensated: True if the controller has a friction compensation.
+    """
 
     test: DesignTest
     verdict: PlayedVerdict
@@ -47,7 +50,7 @@ class PlayedTest:
 
 
 def read_test(model: Model, spec: Spec, scenario: Path | None) -> DesignTest | None:
-    """Return the test of the documents; None, with a note, if nothing can be played."""
+    """Return the test of the documents; None, with a note, if nothing can be simulated."""
     from frictool.campaign.played_design import design_test, unjudged_target, untested_reason
     from frictool.documents.registry import load, same_axis
     from frictool.documents.scenario import Scenario

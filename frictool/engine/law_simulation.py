@@ -109,8 +109,9 @@ def run_law(
     segments
         Pairs (end [s], drive) in order of time.
     times
-        Ascending times [s] of the samples, within the run. settings Step, tolerance, extension and
-        number of events; by default LawRunSettings().
+        Ascending times [s] of the samples, within the run.
+    settings
+        Step, tolerance, extension and number of events; by default LawRunSettings().
 
     Returns
     -------

@@ -124,8 +124,8 @@ def simulate(
         Ascending times [s] within the run.
     state
         State (5,) at the start, not changed; by default at rest at 0. A body with an extension has
-        a state (8,) (engine/extended_friction_events.py). With a state (5,), it starts after 0 s at
-        rest or, in slip, with a settled film and the breakaway of a long rest.
+        a state (8,) (engine/extended_friction_events.py). If its state is (5,), a body at rest has
+        just stopped; a slipping body has a settled film and began to slip after a long rest.
     start
         Start of the run [s].
     most_events

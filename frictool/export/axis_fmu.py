@@ -3,8 +3,9 @@
     command ──▶ limit, lag, constant ──▶ inertia, friction, backlash, end stops ──▶ encoder
 
 The parameters of the C code are the engine's array (plant/axis.py, plant/axis_friction_laws.py,
-plant/position_load.py), with friction polynomials relative to the friction levels. Each one that
-the model has is a parameter of the unit, whose description states the interval.
+plant/position_load.py), with friction polynomials relative to the friction levels. Each parameter
+that the model has becomes a parameter of the Functional Mock-up Unit; its description states the
+interval.
 """
 
 from __future__ import annotations
@@ -78,7 +79,7 @@ POSITIVE = (SMALLEST, LARGEST)
 
 @dataclass(frozen=True)
 class AxisSetting:
-    """Parameter of the unit.
+    """Parameter of the Functional Mock-up Unit.
 
     Attributes
     ----------
@@ -111,9 +112,9 @@ class AxisSetting:
 def axis_fmu(
     model: Model, origin: ExportOrigin, without: Collection[str]
 ) -> tuple[dict[str, bytes], list[str]]:
-    """Return the unit of a model by its file name, and notes.
+    """Return the Functional Mock-up Unit of a model by its file name, and notes.
 
-    Raises NoSolutionError if the model has a feature that the unit cannot represent and that
+    Raises NoSolutionError if the model has a feature that an FMU cannot represent and that
     `without` lacks.
     """
     model, notes = without_features(model, "the FMU", HELD, without)

@@ -4,15 +4,17 @@ The functions are arm_biquad_cascade_df1_f32, _q31 and _q15:
 
     f32    y = b0 x + b1 x1 + b2 x2 + a1 y1 + a2 y2; a1 and a2 have the opposite sign
            of H = (b0 + ..)/(1 + a1/z + a2/z^2)
-    q31    acc = the same sum in 2.62, y = acc >> (31 - postShift); it wraps, so that
-           the sum must stay within +-2 and y within +-1
-    q15    acc = the same sum in 34.30, y = acc >> (15 - postShift); y saturates
+    q31    acc = the same sum in the format 2.62 (2 integer bits, 62 fraction bits),
+           y = acc >> (31 - postShift); the sum must stay within +-2 and y within +-1,
+           because both wrap on overflow
+    q15    acc = the same sum in the format 34.30, y = acc >> (15 - postShift); y saturates
 
 In fixed point every coefficient is stored times 2^-postShift. Each stage's input and output are
 scaled to a quarter of the range by the sum of the absolute impulse response, so that no stage wraps
 for any input. `input_scale` and `output_scale` are the input and the output at full range. Shifts
-round down, which adds a bias of at most one count per stage. The bias is amplified by 1/A of the
-stage and by the stages behind it; `noise` is the bound of the amplified bias.
+round down, which adds a bias of at most one count per stage. The bias passes through 1/A of the
+stage, with A = 1 + a1/z + a2/z^2, and through the stages behind it; `noise` is the bound of the
+amplified bias.
 """
 
 from __future__ import annotations

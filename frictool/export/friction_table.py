@@ -3,8 +3,8 @@
     F(v) = F_c + (F_s - F_c) exp(-(v/v_s)^delta) + viscous(v)                (2.33)-(2.34)
 
 viscous(v) is linear between the knees of the speed regimes (figure 4.10). The band contains F(v)
-for all values in the intervals of the parameters, taken separately; it is therefore wider than a
-joint confidence band.
+for all combinations of the parameters within their intervals; it is therefore wider than a
+confidence band of the curve.
 """
 
 from __future__ import annotations

@@ -61,14 +61,14 @@ class GoldenVectors:
     V]. `rows`: their values in SI as the format represents them; an invalid input is NaN or
     infinite. `visits`: number of samples in each mode and at each limit.
 
-    `away`: largest difference of the drive from that in double, over samples in which both programs
-    are in the same mode. `rms`: rms of this difference. `apart`: number of samples in different
-    modes.
+    `away`: largest difference between the drives of the format and of double, over samples in which
+    both programs are in the same mode. `rms`: rms of this difference. `apart`: number of samples in
+    different modes.
 
     `fault_from`: first row with the fault. `restart`: row before which the controller is started
-    again at its position. `commands`: row before which each command of control/supervision.py is
-    given. Before the row of `fault` the controller is also disabled and enabled again, which does
-    not end the fault.
+    again at the position of this row. `commands`: for each command of control/supervision.py, the
+    row before which the command is first given. After the command `fault`, and before the same row,
+    the commands `disable` and `enable` are given again; they do not end the fault.
     """
 
     columns: tuple[str, ...]

@@ -1,7 +1,7 @@
 """Holds of the reference, and the steps that begin them.
 
 A *hold* is a run of at least 20 samples of constant reference. A hold begins with a *step* if it
-follows another hold with at most three samples between them (a resampled reference). The step
+follows another hold with at most three samples between them, as a resampled reference has. The step
 starts at the first sample at which the reference has left the previous hold.
 
 The record may begin with a step. Its first hold is then a step from the initial position, if the

@@ -31,8 +31,8 @@ def settling_after_profile(
     -------
     float or str
         Time from the end of a motion to the first sample from which the error stays within the band
-        until the reference changes again; infinite if the error is outside the band then. A reason
-        as text if no motion is followed by a rest of 20 samples.
+        until the reference changes again; infinite if the error is outside the band when the
+        reference changes again. A reason as text if no motion is followed by a rest of 20 samples.
     """
     changes = np.append(changed_samples(tracked), tracked.size - 1)
     band = max(settling_band, resolution) * (1.0 + 1e-9)

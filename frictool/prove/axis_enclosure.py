@@ -9,9 +9,9 @@ is linear. Its Taylor series is summed with interval coefficients, and `_tail` b
 The displacement since the start does not depend on the initial position, since no law depends on
 the position: the same enclosure holds for every position within an encoder count.
 
-Steps that are proved free of events approach the next event, until it lies within EVENT seconds.
-The bounds over these EVENT seconds contain every possible motion. If the enclosure cannot decide
-which event follows, it raises `Ambiguous`, and nothing is claimed.
+Steps that are proved free of events approach the next event, until at most EVENT seconds are left
+to the event. The bounds over these EVENT seconds contain every possible motion. If the enclosure
+cannot decide which event follows, it raises `Ambiguous`, and nothing is claimed.
 """
 
 from __future__ import annotations

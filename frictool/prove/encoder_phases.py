@@ -1,9 +1,9 @@
 """All runs of one plant from the initial positions (starts) within an encoder count.
 
 The controller reads the position as a count. If the counts from two starts agree at all samples,
-the commands are identical; its program therefore runs with numbers in its number format instead of
-sets. The axis moves by the same distance from both starts (axis_enclosure.py). The range of starts
-is divided wherever a count differs: with the start phi and the displacement X(k) at sample k, the
+the commands are identical; the controller's program therefore runs with numbers instead of sets.
+The axis moves by the same distance from both starts (axis_enclosure.py). The range of starts is
+divided wherever a count differs: with the start phi and the displacement X(k) at sample k, the
 count changes at phi = n step - X(k). The parts overlap by the width of X and by OVERLAP, so that
 they cover every start.
 """

@@ -118,7 +118,7 @@ def prove_step(
 
 @dataclass(frozen=True)
 class PlantOutcome:
-    """Result for one plant; open_share: share of its starts of which nothing is claimed."""
+    """Result for one plant; open_share: share of the starts for which nothing is proved."""
 
     requirements: tuple[ProvedRequirement, ...]
     runs: int

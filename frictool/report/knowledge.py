@@ -21,7 +21,8 @@ def with_knowledge(
 ) -> Requirement:
     """Return the requirement with its field `known`, which states the source of the outcome.
 
-    A proof is named if it proves the requirement with a value within the limit.
+    The field also names the proof if the requirement is met and the proof has a value within the
+    limit.
     """
     if requirement.key == "modulus_margin":
         return replace(requirement, known=_margin(requirement, controller))

@@ -11,7 +11,7 @@ MOST_SHOWN = 40
 
 
 def worst_requirement(verdict: Verdict) -> Requirement | None:
-    """Return the requirement with the least margin to its limit at one stream; None if none has."""
+    """Return the requirement with the least margin to its limit; None if no stream has a value."""
     located = [r for r in verdict.requirements if r.where is not None and r.where.log is not None]
     return max(located, key=_severity, default=None)
 

@@ -16,7 +16,8 @@ velocity_measured             output of an exact velocity sensor, if the control
 command                       output of the controller at the sample; it acts `delay_samples` later
 position_true, velocity       true position and velocity of the motor
 load_position                 true position behind the backlash
-current_true | voltage_true   true drive; without lag, that from the sample on
+current_true | voltage_true   true drive; a drive without lag jumps at the sample, and the channel
+                              contains the value after the jump
 disturbance                   mean external effort over the sample, if there is any
 ..._factor                    drift factor on friction, viscous friction or constant
 ============================  ====================================================================
@@ -105,8 +106,8 @@ class AxisChannels:
         """Return the stream of variant number `index` from its record (n, 7).
 
         The noise of the drive is drawn from (seed, index). `values`: internal signals of the
-        controller. `judged`: True to leave out signals that no
-        metric reads: effort, true drive, true position of the motor, disturbance and drifts.
+        controller. `judged`: True to leave out signals that no metric reads: effort, true drive,
+        true position of the motor, disturbance and drifts.
         """
         drive = self.rig.drive
         noise = np.random.Generator(np.random.PCG64([self.seed, index])).normal(

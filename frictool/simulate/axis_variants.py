@@ -1,10 +1,10 @@
 """Variants of an axis in a simulation: the model, vertices of its ranges, random or given values.
 
 The ranges of inertia, viscous friction, Coulomb friction and constant are those of `synth`
-(`ranges` of plant/polytope.py). A vertex has one end of each range. Each parameter of a random
-plant is drawn uniformly from its range, independently of the others. For a given seed, plant number
-i is the same for any number of plants. A vertex or a random plant consists of four numbers;
-plant/friction_levels.py applies them to models with further friction parameters.
+(`ranges` of adapters/parameter_intervals.py). A vertex has one end of each range. Each parameter of
+a random plant is drawn uniformly from its range, independently of the others. For a given seed,
+plant number i is the same for any number of plants. A vertex or a random plant consists of four
+numbers; adapters/friction_levels.py applies them to models with further friction parameters.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ BLOCK_position, BLOCK_velocity  rad or m, rad/s or m/s
 BLOCK_stuck                     1 while friction holds a block, for blocks that it can hold
 LINK_contact                    link with backlash: -1 or 1 for the flank in contact, 0 between;
                                 end stop: -1 or 1 at the low or high end
-SOURCE_current, .. _effort      drive from the sample on
+SOURCE_current, .. _effort      drive at the sample, after a jump at the sample
 SENSOR_position, .. _velocity   output of each sensor, without the faults of a scenario
 BLOCK_disturbance               mean external effort over the sample, if a scenario names the block
 ==============================  ==================================================================

@@ -1,4 +1,4 @@
-"""Check of parameters with a lower limit, such as the Coulomb friction of a breakaway.
+"""Check of parameters whose lower limit is another parameter: Coulomb friction below a breakaway.
 
 The check passes if in every plant the parameter can be at least its limit.
 """
@@ -31,7 +31,7 @@ def check_least(
     names: DocumentNames,
     drawn: bool,
 ) -> None:
-    """Raise DocumentError if a parameter is below its lower limit, another parameter.
+    """Raise DocumentError if a parameter is below the parameter that is its lower limit.
 
     `spans` and `provided` replace ranges of the document, in compatible units. `drawn`: True if
     plants are drawn from the ranges, False if the provided or nominal values are simulated.

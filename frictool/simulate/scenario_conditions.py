@@ -133,7 +133,7 @@ def _fail(rows: Vector, faults: Sequence[SensorFault], period: float) -> None:
 def command_samples(
     commands: Sequence[ControllerCommand], period: float
 ) -> dict[int, list[CommandName]]:
-    """Return the commands by sample index, that of the first sample at or after `at_s`."""
+    """Return the commands by the index of the first sample at or after their time `at_s`."""
     samples: dict[int, list[CommandName]] = {}
     for one in sorted(commands, key=lambda command: command.at_s):
         index = math.ceil(round(one.at_s / period, SAME_INSTANT))

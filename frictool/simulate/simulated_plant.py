@@ -46,8 +46,8 @@ V = TypeVar("V", bound=PlantVariant)
 class VariedParameter(NamedTuple):
     """Range and nominal value of a plant's parameter in SI; low == high if it is known exactly.
 
-    `label`: name of the parameter in messages. `least`: (lower limit of the parameter, factor
-    between their units), where the limit is another parameter: that of a breakaway is its Coulomb
+    `label`: name of the parameter in messages. `least`: (name of another parameter that is the
+    lower limit of this one, factor between their units); for a breakaway, this is its Coulomb
     friction. A parameter with a range is drawn from the part of its range above the limit. Without
     a range, its ratio to the limit is that of the document.
     """

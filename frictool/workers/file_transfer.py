@@ -85,8 +85,9 @@ def share_files(
 
     function: function of the paths of a job's files and of the job.
     jobs: (paths, job).
-    instead: function of a job and the reason of its failure. It gives the result of a job that
-        ended several processes, or whose files the workers cannot read and are too large to send.
+    instead: function of a job and the reason of its failure. It returns the result of a job during
+        which several processes died, or whose files are neither readable for the workers nor small
+        enough to send.
 
     Raises ClusterError if the cluster cannot be used. Raises OSError if a file cannot be read.
     """

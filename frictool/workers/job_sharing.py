@@ -48,8 +48,8 @@ def share(
     batch : int, optional
         number of jobs that are sent together; they should take some tenths of a second
     instead : Callable, optional
-        function of a job that ended several processes, and of the reason; it returns the result
-        of the job
+        function that returns the result of a job during which several processes died; its
+        arguments are the job and the reason
 
     Yields
     ------

@@ -40,7 +40,8 @@ FallbackResult = Callable[[Any, str], Any] | None
 class PendingTask:
     """Task that is to be run or is running.
 
-    deaths: number of processes that ended while they ran the task; counted for a single job only.
+    deaths: number of processes that ended while they ran the task; counted only for a task with one
+    job.
     """
 
     task: Task

@@ -31,7 +31,7 @@ def longest_step(model: Model) -> float:
 
 
 def response_time(model: Model, spec: Spec) -> float:
-    """Return the specified response time [s]; without one, that of 1000 samples."""
+    """Return the specified response time [s]; by default the duration of 1000 samples."""
     specified: float | None = spec.response_time_95_s
     return specified or WITHOUT_RESPONSE * model.bench.sample_period_s
 

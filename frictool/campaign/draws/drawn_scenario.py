@@ -58,7 +58,7 @@ def scenario_of(
 
 
 def nominal_of(base: Scenario) -> Scenario:
-    """Return the scenario without `spread`, for the nominal plant or that under `given`."""
+    """Return the scenario without `spread`, for the nominal plant or the plant of `given`."""
     return msgspec.structs.replace(
         base, variants="given" if base.given else "nominal", plants=None, spread=None
     )

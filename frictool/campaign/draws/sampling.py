@@ -1,9 +1,8 @@
 """Draws: points (n, d) of the unit cube that depend only on the seed.
 
 - random: independent and uniform; draw i of a seed does not depend on the number of draws
-- latin: Latin hypercube (McKay, Beckman and Conover 1979); for each factor, each of n equal
-intervals
-  contains one draw at a random position
+- latin: Latin hypercube (McKay, Beckman and Conover 1979); the range of each factor is divided
+  into n equal intervals, and each interval contains one draw at a random position
 - vertices: all vertices, or above MOST_VERTICES a random subset without repetition
 """
 

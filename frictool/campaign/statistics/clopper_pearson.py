@@ -9,7 +9,8 @@ has at most the variance of its mean over n - 1 independent draws (Owen, Annals 
 same rate, where the count is first reduced by a half for the lower bound and increased by a half
 for the upper bound. The half count is needed because the count may change in steps of two if
 factors act only jointly. If factors act separately, the bounds are wide. A test checks them for the
-worst known function, the parity of two factors' halves (tests/campaign/test_binomial.py).
+worst function that is known: a trial passes if two factors both lie in the upper, or both in the
+lower half of their ranges (tests/campaign/test_binomial.py).
 """
 
 from __future__ import annotations

@@ -29,7 +29,7 @@ class FailureRegion:
     `distance`: Kolmogorov-Smirnov distance of the two distributions, 0 to 1. `chance`: p-value of
     the distance; None if the trials are not random.
 
-    `leans`: P(F > P) - P(F < P), -1 to 1, for the factor values F of a failing and P of a passing
+    `leans`: Pr(f > p) - Pr(f < p), -1 to 1, for the factor values f of a failing and p of a passing
     trial. `spread`: the same for the distance from the middle of the range. `noise`: standard
     deviation of `leans` and `spread` for a factor without influence.
 

@@ -167,7 +167,8 @@ def check_nominal(
 ) -> tuple[Requirement, ...]:
     """Return the requirements of the nominal run unchanged.
 
-    Raises NoSolutionError if it decides none of them, because then no trial would.
+    Raises NoSolutionError if the nominal run decides no requirement, because the trials would not
+    decide one either.
     """
     if all(one.met is None for one in requirements):
         reason = next((one.reason for one in requirements if one.reason), "it has no step")

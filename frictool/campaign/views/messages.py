@@ -32,8 +32,9 @@ def quantity(value: float | None, unit: str) -> str:
 def percent(share: float, toward: Literal["nearest", "down", "up"] = "nearest") -> str:
     """Return a share in % with one decimal, or with more decimals near 0 and 100 %.
 
-    A share within 1 % of 0 or 100 % has two digits of that difference. `toward` is the direction of
-    rounding; a rounded bound is then still a bound.
+    A share within 1 % of 0 or 100 % is shown with two significant digits of its difference from 0
+    or 100 %. `toward` is the direction of rounding: a lower bound that is rounded down, or an upper
+    bound that is rounded up, is still a bound.
     """
     if share in (0.0, 1.0):
         return f"{100.0 * share:.0f} %"

@@ -2,7 +2,7 @@
 
 With the `work` of the state it gives the balance:
 
-    kinetic + stored - (at the start) = work of sources and held efforts
+    kinetic + stored - (the same sum at the start) = work of sources and held efforts
         - losses in joints, couplings, frictions, pressings, impacts and stops
 """
 

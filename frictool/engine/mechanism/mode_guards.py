@@ -109,8 +109,8 @@ def is_broken(
 ) -> bool:
     """Return True if a guard has been passed.
 
-    An open flank or stop counts if it closes, or if it had not passed its end at the beginning of
-    the step. Otherwise it has just been opened. begin: guards at the beginning of the step.
+    begin: guards at the beginning of the step. The guard of an open flank or stop that was below 0
+    at the beginning counts only if the gap is closing; otherwise the contact has just opened.
     """
     if guard[index] >= BROKEN:
         return False

@@ -120,9 +120,9 @@ def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
 
 @inset_kernel
 def unload(tree: JointTree) -> bool:
-    """Set the branch to 0 for each self-locking joint that is not loaded on this side at rest.
+    """Set the branch of each self-locking joint to 0 if it is not loaded on its branch's side.
 
-    Returns True if there are self-locking joints.
+    The tree is at rest. Returns True if there are self-locking joints.
     """
     k, p, modes, members, _, w = tree
     n = k[ly.BLOCKS]

@@ -1,6 +1,7 @@
 """Writer of a stream as Parquet (extra `parquet`).
 
-Values are doubles, units are in the fields' metadata, and the log's notes are in the schema's.
+Values are doubles, units are in the metadata of the fields, and the log's notes in that of the
+schema.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Reader of ULog, the log of PX4, with pyulog (extra `ulog`).
 
-Each topic is a table, `esc_status`, its further instances `esc_status.1`, ...; the field
-`timestamp` gives the times of its rows.
+Each topic is a table such as `esc_status`; further instances of the topic are the tables
+`esc_status.1`, ... The field `timestamp` gives the times of the rows.
 """
 
 from __future__ import annotations

@@ -4,7 +4,8 @@
                                        interpolation
 
 Both signals get the same smoothing first. Linear interpolation reduces the noise of x between the
-samples. Without smoothing, the estimate of tau would be biased towards such times.
+samples. Without smoothing, the estimate of tau would therefore be biased towards offsets with which
+the samples of y fall between those of x.
 
 tau minimises the sum of squares of e, with |tau| <= most. Its variance follows from two quantities.
 The first is the slope s = b x' without the part that a and b can compensate. The second is the

@@ -15,7 +15,8 @@ steps:
 The motion on one side is the sum of 2, 8, 32 or 128 steps. It counts if it exceeds 4 times the mean
 difference of neighbouring steps, which is a measure of noise, and 3 times the smallest of these
 steps, which is one count. Noise at the end of the period causes several long steps of alternating
-signs. If the number of these steps is odd, the first of them is used.
+signs. If the number of these steps is odd, the first of them represents the wrap; if it is even,
+none does.
 
 If the axis rests, turns or creeps at an end of the period, noise hides the motion. The positions
 before and after the long steps then decide: they are the ends of a period that is known.
@@ -170,7 +171,7 @@ class RepeatedJumps:
         )
 
     def between(self, low: float, high: float) -> RepeatedJump | None:
-        """Return the jumps from one end of a period to the other, with any motion around them.
+        """Return the jumps from one end of a period to the other, whatever the motion around them.
 
         Returns None if less than MOSTLY of the long steps are such jumps, or if the position leaves
         the period.

@@ -12,11 +12,11 @@ wrap is certain in these cases:
                       is one turn
     other period      the drive cannot move the axis by the jump in one sample, and the jump occurs
                       three times; on a slow axis twice is enough, or once if all jumps lead from
-                      one end of the range -P/2 to P/2 to the other
+                      one end of the range [-P/2, P/2] to the other
 
 If noise hides the motion, a wrap is certain if the period is natural, the drive cannot move the
-axis by the jump in one sample, and three or more jumps lead from one end of 0 to P, or of -P/2 to
-P/2, to the other.
+axis by the jump in one sample, and three or more jumps lead from one end of the range [0, P] or
+[-P/2, P/2] to the other.
 
 An axis is slow if it moves by less than P/100 in the steps before and after the jump. Other
 causes look different: a glitch returns to its start, lost counts have another length, and a fast

@@ -4,8 +4,8 @@ metadata lines       may contain a sample interval. The lines of TwinCAT repeat 
                      `Name,a,Name,b` holds the names, `Unit` the units.
 header               the nearest line above the numbers that is a line of labels
 units                part of the header's names, or in a separate line below
-rows of numbers      begin at the first line that has numbers in most of the columns in which most
-                     lines have numbers
+rows of numbers      begin at the first line that has numbers in most of the numeric columns; a
+                     column is numeric if most lines have a number in it
 """
 
 from __future__ import annotations
@@ -66,9 +66,9 @@ def trimmed(row: Sequence[str]) -> Sequence[str]:
 def first_row(rows: Rows, is_number: IsNumber) -> int | None:
     """Return the index of the first row of numbers, or None.
 
-    This row has the most frequent number of cells. It has numbers in most of the columns in which
-    most lines have numbers. A row that begins with a text where the others begin with a number is
-    metadata, `Probe Attenuation,10,10`, if no such row follows.
+    This row has the most frequent number of cells, and numbers in most of the numeric columns
+    (module docstring). A row such as `Probe Attenuation,10,10` begins with a text where the other
+    rows begin with a number; it is metadata if no row of numbers follows.
     """
     numeric = [(index, row) for index, row in enumerate(rows) if any(map(is_number, row))]
     if not numeric:
