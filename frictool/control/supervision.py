@@ -3,15 +3,15 @@
 ==========  =================================================  =====================================
 command     effect from the next sample on                     ends with
 ==========  =================================================  =====================================
-`disable`   the drive is 0, inputs are not read                `enable`: at rest at its position,
-                                                               unless the fault is set
+`disable`   the drive is 0, inputs are not read                `enable`: at rest at the measured
+                                                               position, unless the fault is set
 `hold`      the reference is the last valid one                `follow`
 `fault`     the fault is set: the drive is 0                   `reset`
-`reset`     at rest at its position, without fault, enabled,
-            following the reference
+`reset`     at rest at the measured position, without
+            fault, enabled, following the reference
 ==========  =================================================  =====================================
 
-`enable` and `reset` at an invalid position set the fault, as a start there does. After `hold` the
+`enable` and `reset` at an invalid position set the fault, as `start` does. After `hold` the
 reference is not used and may be invalid.
 """
 
@@ -60,7 +60,7 @@ class SupervisedProgram:
         return read(self.machine, int(self.machine.ports[LEFT])) < 0.0
 
     def command(self, name: CommandName, position: float) -> None:
-        """Obey a command; `position` [rad | m] is the measured one, for `enable` and `reset`."""
+        """Obey a command; `enable` and `reset` need the measured `position` [rad | m]."""
         if name == "reset" or (name == "enable" and self.disabled and not self.in_fault):
             self.start(position)
         elif name == "fault":

@@ -14,10 +14,10 @@ whenever the axis follows the filtered reference closely. `cut` enters REST at o
 brings the measured speed below `rest_speed`. The mode is RUN again when the error leaves the band
 or the prefilter moves.
 
-Property: boundedness and rest; the decrease of (5.12) has no definite sign and does not prove
-stability. Rule: a band above two encoder steps and above the distance in which friction stops the
-axis from its speed at the time at which the band begins to act. With `cut` and a small band, the
-axis hunts at low friction.
+Property: the motion is bounded and ends at rest. This is no proof of stability, because the
+derivative (5.12) has no definite sign. Rule: a band above two encoder steps and above the distance
+in which friction stops the axis from its speed at the time at which the band begins to act. With
+`cut` and a small band, the axis hunts at low friction.
 """
 
 from __future__ import annotations

@@ -55,7 +55,7 @@ def _breakaway(logs: AxisLogs, sliding: Outcome) -> Breakaway:
     for record in logs.ramps:
         if record.velocity is not None:
             raise UnusableLogs(
-                f"{record.name} has no position, which shows when the axis breaks away"
+                f"{record.name} has no position; without it the time of a breakaway is unknown"
             )
     identified = sliding.identified
     axis = sliding_intervals(identified, logs.bench)

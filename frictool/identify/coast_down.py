@@ -26,7 +26,7 @@ from frictool.identify.rows.slip_fit import known_inertia
 # largest effort (rms) of a drive that is off, relative to that of the least inertia of the bench
 LARGEST_EFFORT = 0.05
 LARGEST_MISFIT = 0.5  # as the largest force error, relative to the effort of the inertia
-DRIVE_OFF = "the drive was off, which shows friction relative to the inertia only"
+DRIVE_OFF = "the drive was off; such a log shows friction relative to the inertia only"
 
 
 def drive_was_off(rows: Sequence[SlipRows], bench: Bench) -> bool:

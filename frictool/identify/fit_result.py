@@ -89,7 +89,7 @@ class Explanation:
     - effort: rms effort, N m | N
     - probability: p-value of the test that this part of the effort is 0
     - held_out: held-out error with this part, relative to the error without it
-    - settle: change of bench or test that decides if this part is real, as text
+    - settle: change of the bench or test that decides if this part exists, as text
     - rivals: physical names of hypotheses that predict unseen strokes equally well
     """
 

@@ -26,9 +26,9 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
     bench (4.2.1). An interval that does not overlap the bench's is usable even if it is wider,
     because the bench's value would not explain the log.
 
-    Viscous and Coulomb friction may be 0. Of an interval that is narrower than the bench's, only
-    the part above 0 is compared, and the ratio of the ends has no limit. The ratio is limited if
-    the bench's interval is disjoint and narrower, or if the bench has a value without an interval.
+    Viscous and Coulomb friction may be 0. Only the part of their interval above 0 is compared with
+    the bench's interval. The ratio of its ends is limited in two cases only: if it is wider than
+    the bench's interval and does not overlap it, or if the bench has a value without an interval.
     """
     shown = f"[{interval.low:.4g}, {interval.high:.4g}]"
     if not interval.half_width < float("inf"):
@@ -72,9 +72,9 @@ def _factor(interval: Interval) -> str:
 
 
 def without_negative(name: str, interval: Interval, known: Quantity | None) -> Interval:
-    """Return the interval with its negative friction raised to 0, if it contradicts the bench.
+    """Return the interval with a negative value of friction raised to 0.
 
-    An interval that does not contain 0 is returned unchanged.
+    The interval is returned unchanged if it does not contain 0 or overlaps the bench's interval.
     """
     nearly_none = (
         name in NEVER_NEGATIVE

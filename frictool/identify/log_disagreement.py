@@ -16,7 +16,7 @@ from frictool.identify.methods import METHODS, REFERENCE, IdentificationSettings
 from frictool.identify.motion_record import MotionRecord
 
 WIDER = 4.0  # largest width from all logs, relative to that of one log alone
-OTHERS_DIFFER = "although they agree on it and may differ in another parameter"
+OTHERS_DIFFER = "although the logs agree on this parameter; they may differ in another one"
 MOST_LOGS = 20  # largest number of logs compared; the first ones are used
 
 

@@ -94,9 +94,9 @@ class MotionRecord:
 def once_per_record(
     function: Callable[Concatenate[MotionRecord, P], R],
 ) -> Callable[Concatenate[MotionRecord, P], R]:
-    """Return the function with its results kept as long as their record; for a few numbers.
+    """Return the function with a cache of its results, which are kept as long as their record.
 
-    Several methods and noise shares need the same figure of the same record.
+    Several methods need the same figure of the same record.
     """
     kept: WeakKeyDictionary[MotionRecord, dict[tuple[object, ...], R]] = WeakKeyDictionary()
 

@@ -35,7 +35,7 @@ class Outcome:
     laws: Laws | None = None
 
     def merge(self, later: Outcome) -> Outcome:
-        """Return this outcome, with every entry of `later` in place of its own."""
+        """Return this outcome, with its entries replaced by those of `later`."""
         kept = _without(self.identified, later.refused)
         refused = _without(self.refused, later.identified)
         return Outcome(

@@ -146,8 +146,8 @@ def _reasons(
     step = bench.encoder.resolution
     if facts.sensing.step > MORE * step:
         reasons.append(
-            f"the noise of the position is that of a count of {facts.sensing.step:.3g}, the "
-            f"encoder's is {step:.3g}"
+            f"the noise of the position is that of an encoder with the step "
+            f"{facts.sensing.step:.3g}, the bench's has {step:.3g}"
         )
     assumed = SensorPrecision(
         facts.sensing.period, step, promise.drive_noise.value * constant.interval[1]

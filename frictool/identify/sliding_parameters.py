@@ -135,7 +135,7 @@ def unexplained(logs: AxisLogs, free: SlidingFit, outcome: Outcome) -> float | N
 
 
 def without_unexplained(logs: AxisLogs, free: SlidingFit, outcome: Outcome) -> Outcome:
-    """Return the outcome, without sliding parameters if the bench's ranges do not explain it."""
+    """Return the outcome, without sliding parameters if `unexplained` returns a force error."""
     error = unexplained(logs, free, outcome)
     if error is None:
         return outcome

@@ -60,7 +60,7 @@ def law_lines(model: Model) -> list[str]:
             f"{', '.join(backward)} above: forward"
         )
     if laws.load is not None:
-        lines.append(f"load beside friction: {load_line(laws.load)}")
+        lines.append(f"load in addition to friction: {load_line(laws.load)}")
     if laws.position is not None and today.coulomb.value > 0.0:
         lines.append(
             "breakaway relative to friction in slip: "
@@ -239,8 +239,8 @@ def table(outcome: IdentifiedModel) -> str:
     if result.ramp is not None:
         unit = model.parameters.breakaway.unit
         lines.append(
-            f"breakaway from {result.ramp.onsets} onsets, each seen {result.ramp.delay:.3g} "
-            f"{unit} late (corrected)"
+            f"breakaway from {result.ramp.onsets} onsets; until the encoder shows one, the effort "
+            f"rises by {result.ramp.delay:.3g} {unit} on average (corrected)"
         )
         lines.append(fall_line(result.ramp.fall, si_unit("velocity", model.axis)))
     if result.over_rate is not None:

@@ -44,7 +44,9 @@ ROUNDING = 1e-14
 class ProjectedInequality:
     """Projected inequality of one plant: fixed + gamma level - p v e' - e v p' > 0, v = R or S.
 
-    In discrete time it is fixed + gamma level - p v p' + e v e' > 0.
+    In discrete time it is fixed + gamma level - p v p' + e v e' > 0. The matrices p and e are P and
+    E of the module, projected. The other two are the parts without v: `fixed` is constant, and
+    `level` is multiplied by gamma.
     """
 
     p: Matrix
@@ -185,8 +187,8 @@ class BoundedRealInequalities:
     def at(self, gamma: float, b: float | None, margin: float) -> list[AffineConstraint]:
         """Return the inequalities for a given gamma, and [R bI; bI S] >= 0.
 
-        Every smallest eigenvalue must be at least `margin`. The decision vector is (R', S'), or
-        (R', S', b/gamma) if b is None.
+        Every smallest eigenvalue must be at least `margin`. The decision vector is (R', S'). If b
+        is None, b is unknown, and the decision vector is (R', S', b/gamma).
         """
         count = 2 * self.half + (b is None)
         inequalities = [self._coupling(count, None if b is None else b / gamma)]

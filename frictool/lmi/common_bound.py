@@ -7,9 +7,10 @@ their hull (Boyd et al., 1994). In discrete time a Schur complement keeps A' P A
 
     [-P  A'P  0  C'; P A  -P  P B  0; 0  B'P  -gamma  D'; C  0  D  -gamma] < 0.
 
-A sampled plant depends only approximately multi-affinely on the parameters of the continuous plant.
-For sampled loops the bound therefore covers the interpolation between the corners. The solver's
-gamma is not used: for the computed P, the smallest gamma of each inequality is the largest
+The matrices of a sampled plant are not multi-affine in the parameters of the continuous plant. For
+sampled loops the bound therefore covers plants whose sampled matrices are interpolated between
+those of the corners. The true plants between the corners are near them, but not covered. The
+solver's gamma is not used: for the computed P, the smallest gamma of each inequality is the largest
 eigenvalue of a matrix (Schur complement).
 """
 
@@ -35,7 +36,8 @@ def common_bound(loops: Sequence[Lti]) -> float:
 
     The loops have the same states, inputs, outputs and domain. The bound is infinite if a loop is
     unstable or no Lyapunov matrix was found. P is computed in balanced states and, in continuous
-    time, in a time unit of the loops: in SI units the decrease of x' P x would be lost in rounding.
+    time, in a unit of time in which the fastest poles have a modulus of about 1: in SI units the
+    decrease of x' P x would be lost in rounding.
     """
     best = np.inf
     if any(not loop.stable for loop in loops):

@@ -14,8 +14,8 @@ is minus, because X is a block of an inverse; with symmetric rates the condition
 discrete time the terms are A X(r) A' - X(r + step) and A' Y(r + step) A - Y(r).
 
 The solver gets the smaller form of lmi/bounded_real.py: without the last block row (Schur
-complement), and with unknowns X/gamma and Y/gamma. Here ' is a transpose or, for X' and Y', the
-derivative in time.
+complement), and with unknowns X/gamma and Y/gamma. Here X' and Y' are derivatives in time; at any
+other matrix, ' is a transpose.
 """
 
 from __future__ import annotations
@@ -83,7 +83,8 @@ class GridPlants:
 class GridInequalities:
     """Inequalities at all points of the grid.
 
-    Decision vectors begin with the upper triangles of the coefficients of X'; those of Y' follow.
+    Decision vectors begin with the upper triangles of the coefficients of X/gamma; those of Y/gamma
+    follow.
     """
 
     def __init__(
@@ -117,7 +118,7 @@ class GridInequalities:
 
     @property
     def unknowns(self) -> int:
-        """Return the number of unknown coefficients of X' and Y'."""
+        """Return the number of unknown coefficients of X and Y."""
         return sum(self.sizes)
 
     def blocks(self, x: Vector, gamma: float) -> tuple[Matrix, Matrix]:
@@ -129,9 +130,9 @@ class GridInequalities:
         )
 
     def free(self) -> list[AffineConstraint]:
-        """Return the inequalities with unknown gamma; the decision vector is (X', Y', d, m).
+        """Return the inequalities with unknown gamma.
 
-        d = 1/gamma and m >= d^2.
+        The decision vector is (X/gamma, Y/gamma, d, m), with d = 1/gamma and m >= d^2.
         """
         count = self.unknowns + 2
         inequalities = self.coupling(count, None)
@@ -147,8 +148,8 @@ class GridInequalities:
     def at(self, gamma: float, b: float | None, margin: float) -> list[AffineConstraint]:
         """Return the inequalities for a given gamma, and [X bI; bI Y] >= 0.
 
-        Every smallest eigenvalue must be at least `margin`. The decision vector is (X', Y'), or
-        (X', Y', b/gamma) if b is None.
+        Every smallest eigenvalue must be at least `margin`. The decision vector is (X/gamma,
+        Y/gamma). If b is None, b is unknown, and the vector is (X/gamma, Y/gamma, b/gamma).
         """
         count = self.unknowns + (b is None)
         inequalities = self.coupling(count, None if b is None else b / gamma)
@@ -163,7 +164,8 @@ class GridInequalities:
     def reduced(self) -> Iterator[tuple[Matrix, Matrix, Matrix]]:
         """Yield (fixed, columns, entering) of the inequality of each grid point, plant and motion.
 
-        It is fixed + F(X', Y') - entering/gamma^2 > 0; `columns` are the coefficients of F.
+        It is fixed + F(X/gamma, Y/gamma) - entering/gamma^2 > 0; `columns` are the coefficients of
+        F.
         """
         for cell, sides in zip(self.cells, self.sides, strict=True):
             for block in (0, 1):
@@ -202,7 +204,10 @@ class GridInequalities:
         return list(unique.values())
 
     def coupling(self, count: int, b: float | None) -> list[AffineConstraint]:
-        """Return [X' bI; bI Y'] at every grid point; b None stands for the unknown after Y'."""
+        """Return [X/gamma bI; bI Y/gamma] >= 0 at every grid point.
+
+        If b is None, b is the unknown after Y/gamma.
+        """
         n, (i, j) = self.n, upper_triangle(2 * self.n)
         side = np.block([[np.zeros((n, n)), np.eye(n)], [np.eye(n), np.zeros((n, n))]])
         inequalities = []

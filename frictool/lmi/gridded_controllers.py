@@ -1,16 +1,18 @@
 """Explicit controllers scheduled by r, independent of the rates of r, for constant X and Y(r).
 
 With M = I and N(r) = I - Y(r) X in (5.63), the map from the closed loop's inequality to (5.62) is
-constant. The rates of r then occur only as Y' in M22; Apkarian and Adams (1998) call such
-controllers practically valid. D is any matrix with |D11 + D12 D D21| < gamma. W is the lower right
-block of (5.62), V = -W^-1, E = [0; D12], F = [D21'; 0]:
+constant. The rates of r then occur only as Y' in the second diagonal block of (5.62); Apkarian and
+Adams (1998) call such controllers practically valid. D is any matrix with |D11 + D12 D D21| <
+gamma. W is the lower right block of (5.62), which a Schur complement removes, with its row [L1 L2].
+V = -W^-1, E = [0; D12], F = [D21'; 0]:
 
-    A^ = -A' - C2' D' B2' + L2' W^-1 L1        makes the Schur complement of M21 zero; two
+    A^ = -A' - C2' D' B2' + L2' W^-1 L1        makes the remaining off-diagonal block zero; two
                                                inequalities remain, one in C^ and one in B^
     C^ = -(E' V E + e I)^-1 (B2' + E' V L1)    minimises the left side of the first
     B^' = -(F' V F + e I)^-1 (C2 + F' V L2)    minimises that of the second, for every rate
 
-e > 0 is a small weight, needed if D12 or D21 has no full rank. The code uses the largest e for
+In the last two formulas, L1 has the value for C^ = 0, and L2 that for B^ = 0. e > 0 is a small
+regularising weight, needed if D12 or D21 does not have full rank. The code uses the largest e for
 which both inequalities hold at every point: a smaller e only makes the controller faster.
 """
 
@@ -138,7 +140,7 @@ class _ScheduledPlant:
 
 
 def lyapunov(solution: GriddedSolution, values: Values) -> Matrix:
-    """Return the Lyapunov matrix P(r) of the loop with a scheduled controller, in its states.
+    """Return the Lyapunov matrix P(r) of the loop with a scheduled controller, for its states.
 
     P solves [X I; I 0] P = [I Y; 0 N'].
     """

@@ -71,10 +71,11 @@ def quiet_gains(
 ) -> QuietGains:
     """Return the gains for `modes` and the allowed `switches`; `noise` has n_i (m,) of each mode.
 
-    `apart` (n, m) marks for a mode the gains that may differ from 0. States with the same mask must
-    be consecutive, so that the mask also holds after a triangular change of states. Raises
-    NoSolutionError if a mode is not detectable, or if no gains are proved within `factor` times the
-    smallest gamma. Raises ValueError for a decay outside (0, 1] or a factor of at most 1.
+    `apart` maps a mode to a mask (n, m) of the gains that may differ from 0. States with equal rows
+    of the mask must be consecutive, so that the mask also holds after a triangular change of
+    states. Raises NoSolutionError if a mode is not detectable, or if no gains are proved within
+    `factor` times the smallest gamma. Raises ValueError for a decay outside (0, 1] or a factor of
+    at most 1.
     """
     if not 0.0 < decay <= 1.0 or not factor > 1.0:
         raise ValueError(

@@ -26,7 +26,7 @@ def enclosing_box(points: Sequence[PlantPoint]) -> dict[str, tuple[float, float]
 def largest_coulomb(box: Box) -> float:
     """Return the largest magnitude of the Coulomb friction [N m or N].
 
-    It may be negative in the tangent of a speed regime.
+    The friction itself may be negative in the tangent of a speed regime.
     """
     return max(abs(value) for value in box["coulomb"])
 

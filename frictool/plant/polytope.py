@@ -63,8 +63,9 @@ def spanned(
 ) -> Polytope:
     """Return the polytope that the 1 to 5 parameters `scheduled` span within `box`.
 
-    box: interval of each of PARAMETERS [SI]. levels: regimes, if "regime" is scheduled; each regime
-    multiplies the vertices. Raises ValueError for an empty list or a repeated parameter.
+    box: interval of each of PARAMETERS [SI]. levels: regimes, if "regime" is scheduled; there are
+    as many vertices for each regime as without regimes. Raises ValueError for an empty list or a
+    repeated parameter.
     """
     if not scheduled or len(set(scheduled)) != len(scheduled):
         raise ValueError(

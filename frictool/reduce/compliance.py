@@ -47,7 +47,10 @@ def compliant_links(mechanism: Mechanism) -> tuple[Connection, ...]:
 
 
 def swings(mechanism: Mechanism, root: str) -> tuple[LinkResonance, ...]:
-    """Return the resonances of the compliant links (mechanism in one coordinate), slowest first."""
+    """Return the resonances of the compliant links, slowest first.
+
+    The mechanism must be in one coordinate.
+    """
     assembled = assemble_cached(mechanism)
     links = connections(assembled)
     seen = seen_from(assembled.blocks.index(root), links, assembled.blocks)

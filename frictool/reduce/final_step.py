@@ -50,7 +50,7 @@ def final(chain: ReductionChain, axis: Axis) -> StepReport:
             f"{', '.join(chain.kept)} stays compliant: model.yaml lists the resonances, and "
             "--reduced writes the mechanism"
         )
-        neglects.append("the twist of links that still yield")
+        neglects.append("the twist of the links that stay compliant")
     did = "one inertia, C_r(theta, sign) by polynomials, one backlash"
     return StepReport(
         "one inertia",

@@ -75,8 +75,7 @@ def model_of(
 
     ends: intervals by the names of OneInertia.scalars. bench: the user's bench; without one, the
     bench follows from the mechanism. Raises NoSolutionError if the bench contradicts the mechanism,
-    or if the
-    source has no limit.
+    or if the source has no limit.
     """
     one = chain.one
     axis = axis_kind(chain.last.blocks[chain.last.sources[chain.source].on])

@@ -162,8 +162,7 @@ def one_inertia(
 
     reflected: bounds of the inertia due to the losses that were removed. side: -1 if the sensor
     counts against the coordinate. turns: likely numbers of the load's harmonic, as in
-    `fit_residual_load`. number: number of the
-    harmonic if it is known.
+    `fit_residual_load`. number: number of the harmonic if it is known.
 
     Raises NoSolutionError if no model.yaml can describe the load that friction does not hold.
     """

@@ -115,7 +115,7 @@ def _chain(
         if bandwidth is None:
             raise NoSolutionError(
                 f"{whole.name}: {', '.join(one.name for one in compliant_links(now))} "
-                "yields, and no bandwidth determines the resonances to keep"
+                "is compliant, and no bandwidth determines the resonances to keep"
             )
         now = take(stiffen_above(now, root, bandwidth))
     progress("losses")

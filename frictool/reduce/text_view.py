@@ -117,7 +117,7 @@ def _model(model: Model) -> list[str]:
             f"breakaway {backward.breakaway.value:.5g} {backward.coulomb.unit}"
         )
     if model.laws is not None and model.laws.load is not None:
-        output += [f"  load beside friction: {one}" for one in _load(model.laws.load)]
+        output += [f"  load in addition to friction: {one}" for one in _load(model.laws.load)]
     if model.resonances is not None:
         for kind, roots in (("pole", model.resonances.poles), ("zero", model.resonances.zeros)):
             output += [

@@ -229,8 +229,8 @@ class _TradeSearch:
         return (
             f"{given_up[0]:.2f} decades of disturbance rejection are given up (W1 "
             f"{start.disturbance:.3g} to {point.disturbance:.3g}) and "
-            f"{given_up[1]:.2f} of effort (W3 {start.drive:.3g} to {point.drive:.3g}); no more "
-            f"effort, as {self._end(effort)}"
+            f"{given_up[1]:.2f} of effort (W3 {start.drive:.3g} to {point.drive:.3g}); W3 is "
+            f"not lowered further, because {self._end(effort)}"
         )
 
     def _end(self, effort: float) -> str:
@@ -239,10 +239,10 @@ class _TradeSearch:
             return "one encoder count alone would then exceed the bound of the error weight"
         if not any(other in self.curve for other in less):
             return (
-                f"with W3 {math.exp(max(less)) * self.chosen.weights.drive:.3g} nothing reaches "
-                f"gamma {self.required:g}"
+                f"with W3 {math.exp(max(less)) * self.chosen.weights.drive:.3g} no W1 has gamma "
+                f"{self.required:g}"
             )
-        return f"that would not gain {100.0 * (1.0 / FLAT - 1.0):.0f} % of W1"
+        return f"W1 would not rise by {100.0 * (1.0 / FLAT - 1.0):.0f} %"
 
     def _trade(
         self, disturbance: float, effort: float, point: TradePoint, start: TradePoint, why: str

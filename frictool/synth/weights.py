@@ -217,13 +217,13 @@ class _WeightRules:
                 "disturbance",
                 STRICTEST / amplitude,
                 "",
-                f"{STRICTEST:g} over {source}, from where relax: auto goes down",
+                f"{STRICTEST:g} over {source}, at which relax: auto starts",
             )
         return self._tell(
             "disturbance",
             1.0 / amplitude,
             "",
-            f"1 over {source}: full friction leaves static_error of it",
+            f"1 over {source}: full friction leaves an error of static_error times it",
         )
 
     def _drive(self) -> float:

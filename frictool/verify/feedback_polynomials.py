@@ -2,9 +2,9 @@
 
 With eta = -position, the controller C = N/A and the filter of the speed F = N_F/A_F:
 
-    of eta                  drive = C eta
-    of a difference         drive = C (F (z - 1)/(T z) + g) eta
-    of a measured speed     drive = C (g eta - speed)
+    C has the input eta                     drive = C eta
+    speed from differences of positions     drive = C (F (z - 1)/(T z) + g) eta
+    measured speed                          drive = C (g eta - speed)
 
 g is the gain of a proportional law, or 0. All arithmetic uses integers and fractions.
 """

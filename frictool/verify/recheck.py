@@ -196,8 +196,8 @@ def _rounded(loops: LinearLoops, verified: Verified, gamma: float) -> tuple[Roun
 def needs_search(controller: Controller) -> bool:
     """Return True if plants inside the box may have a norm above CLAIM times that of the vertices.
 
-    A proved bound of the norm excludes this; for a loop without weights, of the sensitivity. If
-    True, the figures inside the box must be computed.
+    A proved bound of the norm excludes this. A loop without weights has no norm; its sensitivity is
+    used instead. If True, the figures inside the box must be computed.
     """
     bounds = () if controller.certificate is None else controller.certificate.bounds
     most = CLAIM * controller.verified.gamma_verified

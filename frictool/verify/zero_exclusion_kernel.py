@@ -23,8 +23,9 @@ the characteristic polynomial is D = 2 p H K + M G, and the entries of T are tho
 
     u = N E Z^d X        i = (1 - e) N Q^(d + 1) X      (N Q^d X without lag)
 
-times the weights. A loop that feeds back a speed has the first entry of e of a position only, its
-sensitivity. A measured speed with the numerator N_v adds, with the filter of the speed within A,
+times the weights. If the loop feeds back a speed, T has one entry only: e of a position from the
+reference, the sensitivity. A measured speed with the numerator N_v adds, with the filter of the
+speed within A,
 
     2 p kappa N_v Q^(d + 1) V,    V = (h_1 E - 2 p a)/T
 

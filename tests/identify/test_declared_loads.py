@@ -153,7 +153,7 @@ def test_declared_loads_stay_in_the_model(tmp_path: Path, method: str) -> None:
         method,
     )
     assert result.code == 0, result.stderr
-    assert "load beside friction: spring" in result.stdout
+    assert "load in addition to friction: spring" in result.stdout
     laws = load_document(target, Model).laws
     assert laws is not None
     assert laws.backward is not None

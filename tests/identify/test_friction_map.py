@@ -70,7 +70,7 @@ def test_slip_knee_and_beta(result: Identification) -> None:
             <= np.mean(np.polynomial.polynomial.polyval(places, np.array(TABLE_4_7[side]))) / BETA
             <= level.high
         )
-    assert "cannot separate half of it from an offset" in result.refused["offset"]
+    assert "cannot separate this difference from an offset" in result.refused["offset"]
 
 
 def test_an_inertia_that_was_fitted_to_a_constant_friction_is_refused() -> None:

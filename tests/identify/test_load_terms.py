@@ -257,7 +257,7 @@ def test_the_command_writes_them_into_the_model(tmp_path: Path) -> None:
     log, target = csv_of(axis.record, tmp_path), tmp_path / "model.yaml"
     text = command("identify", log, "--bench", bench, "-o", target)
     assert text.code == 0, text.stderr
-    assert "load beside friction: gravity sine" in text.stdout
+    assert "load in addition to friction: gravity sine" in text.stdout
     assert "backward: viscous " in text.stdout
     model = load_document(target, Model)
     assert model.laws is not None

@@ -77,7 +77,7 @@ def test_gravity_through_a_gear_is_the_law_that_model_yaml_has(
             2.0 * math.pi * laws.load.ripple.cycles / laws.load.ripple.per.value
             == pytest.approx(ratio, rel=1e-12)
         )
-    assert "load beside friction: " in result.stdout
+    assert "load in addition to friction: " in result.stdout
 
 
 def test_the_interval_of_what_gravity_is_felt_as(tmp_path: Path) -> None:

@@ -1,7 +1,7 @@
 """Inputs of the decision scheme from recorded motion, in place of a proposed test.
 
-A stroke of a record counts as a half sine with the same distance and duration. A few strokes,
-evenly spaced over the durations, represent all strokes.
+A stroke of a record counts as a half sine with the same distance and duration. All strokes are
+sorted by duration; a few of them, evenly spaced in this order, represent the others.
 """
 
 from __future__ import annotations

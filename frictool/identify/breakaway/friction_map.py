@@ -38,8 +38,8 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.typing import Vector
 
 OFFSET_REASON = (
-    "the difference of friction between the directions varies with position, and the logs cannot "
-    "separate half of it from an offset; state mechanics.offset in the bench"
+    "friction differs between the directions by an amount that varies with position; the logs "
+    "cannot separate this difference from an offset; state mechanics.offset in the bench"
 )
 
 

@@ -433,7 +433,10 @@ def _explanation(
     position = trial.rows.samples.loads.get(TERMS[SPRING][0])
     if position is not None and not _spans_a_turn(trial):
         turn = float(np.ptp(position)) / (2.0 * np.pi)
-        alike = (*alike, f"over {turn:.2g} of a turn another load of one cycle a turn")
+        alike = (
+            *alike,
+            f"another load with one cycle per turn (the travel is {turn:.2g} of a turn)",
+        )
     return Explanation(
         declared_term(one),
         one.what,

@@ -115,7 +115,7 @@ def _explanation_table(outcome: IdentifiedModel) -> TextTable:
             "Possible cause",
             "Treatment",
             "Effort, rms",
-            "Prediction error on unseen strokes, with it / without it",
+            "Prediction error on unseen strokes, relative to that without this cause",
             "Predict equally well",
             "To decide",
         ),
@@ -163,7 +163,7 @@ def _next_steps(outcome: IdentifiedModel, rows: list[ParameterIntervals]) -> lis
         (
             row.name.replace("_", " "),
             f"known to ±{100.0 * row.relative_half_width:.3g} %; logs that are four times as long "
-            "halve what chance contributes",
+            "halve the random error",
         )
         for row in rows
         if row.identified and row.name != "offset" and row.relative_half_width > WIDE

@@ -56,7 +56,7 @@ class SwitchedObserverSettings:
 
 
 class UnsuitableSetting(NoSolutionError):
-    """Error: no observer of this model can have the setting, such as an option of a command."""
+    """Error: a setting (for example an option of a command) is impossible with this model."""
 
 
 def decay_of(model: Model, settings: SwitchedObserverSettings) -> float:

@@ -4,7 +4,7 @@
                 x'' = (e + d)/J, d' = 0:
                 L1 = 1 - p^3      L2 = 3/2 (1 - p)^2 (1 + p)/T      L3 = J (1 - p)^3/T^2
     bandwidth   w = RATE sqrt(delta_a/step), at most 1/T
-                delta_a = (spread of the inertia x most effort + spread of the friction + noise)/J
+                delta_a = (spread of inertia x largest effort + spread of friction + noise)/J
 
 The observer is for coarse encoders. An error delta_a of the acceleration causes a speed error of
 about delta_a/w, until the disturbance estimate compensates it. An innovation of one encoder step

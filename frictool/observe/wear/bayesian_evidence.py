@@ -1,12 +1,12 @@
 """Posterior of a linear model's parameters, and evidence of the data under a prior.
 
-    rows = columns theta + errors       prior theta ~ N(mean, P), errors ~ N(0, 1)
+    effort = C theta + errors           prior theta ~ N(mean, P), errors ~ N(0, 1)
 
-Let G = columns' columns, b = columns' effort, M = (P^-1 + G)^-1 = (I + P G)^-1 P, and let `best` be
-the least-squares fit, G best = b. P may be singular (parameters tied together). Then
+C is the matrix of the rows. Let G = C' C, b = C' effort, M = (P^-1 + G)^-1 = (I + P G)^-1 P, and
+let `best` be the least-squares fit, G best = b. P may be singular (parameters tied together). Then
 
     theta given the rows ~ N(mean + M (b - G mean), M)
-    ln p(rows) = -1/2 ln det(I + G P)
+    ln p(effort) = -1/2 ln det(I + G P)
                  - 1/2 (best - mean)' (I + G P)^-1 G (best - mean) + const
 
 where const depends on the rows only. This form avoids the subtraction of large numbers, because it

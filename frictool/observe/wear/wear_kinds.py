@@ -1,6 +1,6 @@
 """Classification of wear: five kinds are priors of one linear model, compared by their evidence.
 
-    rows = columns theta + errors       theta ~ N(mean, P_kind)
+    effort = C theta + errors           theta ~ N(mean, P_kind), C: matrix of the rows
 
     none             dry_d,z = 1
     multiplicative   dry_d,z = w        alpha of (6.13)

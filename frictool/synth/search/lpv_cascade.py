@@ -1,14 +1,16 @@
 """Cascade of a position law and a speed controller by matrix inequalities (`lft_lpv`).
 
-The weights are those of the clutch's fast form (annex C), scaled by time, speed and count:
+The weights are those of `configs/clutch/designs/fast.yaml`, the clutch of annex C. They are scaled
+by time, speed and encoder count. The search varies the factors `bandwidth` and `softness`:
 
     t_s   response/0.22 s                v_s   (step/response)/227, in rad/s or m/s
-    bandwidth      40 bandwidth/t_s      drive, command    25 softness v_s/limit
+    W2 bandwidth   40 bandwidth/t_s      drive, command    25 softness v_s/limit
     disturbance    0.03/v_s              noise             0.01 softness clip(q, 0.1, 1) step/50
     channel        0.03 F
 
-q is the ratio of encoder step to step, divided by that ratio for the clutch. Softness and bandwidth
-are powers of 2, so that few sets of inequalities must be solved.
+`step` is the longest step of the reference, `limit` that of the drive, F the Coulomb friction, and
+q the quotient (encoder count)/step, divided by its value for the clutch. Softness and bandwidth are
+rounded to powers of 2, so that few sets of inequalities must be solved.
 """
 
 from __future__ import annotations

@@ -5,9 +5,10 @@
     rest         rest_share of the law's speed at the edge of the band
     settled      settled_share of step/response
     prefilter    prefilter_product/response
-    velocity     velocity_product/dead time, at most MOST_FILTER of the sampling frequency
+    velocity     velocity_product/dead time, at most MOST_FILTER/sample period
 
-A law with k^2 < 2F/J has the formula sqrt(F/J) with a factor of at least 1.
+If k^2 < 2F/J, the law is stored with the formula sqrt(F/J), else with sqrt(2F/J); its factor
+(`virtual_coulomb_factor`) is at least 1.
 """
 
 from __future__ import annotations
