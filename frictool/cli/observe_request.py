@@ -93,9 +93,9 @@ def observer_of(request: ObserveRequest) -> tuple[Path, Observer] | None:
 
 
 def commissioning_of(request: ObserveRequest) -> Commissioning | None:
-    """Return the reference of the wear, from a log or from the --json output of its run.
+    """Return the reference of the wear, from a log or from the --json output of `observe run`.
 
-    Raises InputFileError if it contains no wear.
+    Raises InputFileError if this output contains no wear.
     """
     path = request.commissioning
     if path is None:

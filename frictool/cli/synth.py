@@ -89,8 +89,8 @@ written in either case.
     "--plot",
     type=NamedPath(writes=("SVG",)),
     help=(
-        "Write a picture of the trade that `relax: auto` finds, or of the values that the search "
-        "reached (SVG)."
+        "Write a picture of the trade-off that `relax: auto` finds, or of the values that the "
+        "search reached (SVG)."
     ),
 )
 @click.option(

@@ -63,7 +63,7 @@ def beside(controller: Path | None) -> Path | None:
 
 
 def unplayable(model: Model, spec: Spec) -> FrictoolError:
-    """Return the error of a search whose candidates cannot be played."""
+    """Return the error of a search whose candidates cannot be simulated."""
     from frictool.campaign.played_design import has_requirements, untested_reason
     from frictool.errors import FrictoolError, NoSolutionError
 
@@ -80,7 +80,7 @@ def unplayable(model: Model, spec: Spec) -> FrictoolError:
 def search_design(
     test: DesignTest, outputs: SearchOutputs, inputs: list[Path], wishes: Design | None
 ) -> FoundDesign:
-    """Search a design, write it and its picture.
+    """Search a design, and write the design and the picture of the search.
 
     `wishes`: design with method `auto`, if the user provides one. Raises NoSolutionError if no
     design passes.

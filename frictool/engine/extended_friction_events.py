@@ -35,7 +35,10 @@ from frictool.typing import Vector
 
 @kernel
 def locate(laws: ExtendedLaws, body: Vector, state: Vector) -> None:
-    """Set the state's side of the layer and speed regime; without a lag also the film velocity."""
+    """Set in `state` the side of the layer and the speed regime.
+
+    Without a lag, the film velocity is set, too.
+    """
     table = laws[2]
     if table[LAG] == 0.0:
         state[FILM] = state[fb.VELOCITY]

@@ -157,9 +157,9 @@ def run_hybrid(
     """Simulate state = (x, v, q) and z, in place, from stick at `start` [s] to ends[-1].
 
     step [s]: length of a step. ends (s,), drives (s, 10): ends and drives of the segments; each
-    step uses the drive at its middle. times (n,): ascending; samples (n, 5) are those of the step
-    with the nearest start. events (m, 4): filled. laws: as in `dynamic_law_motion.run_dynamic`.
-    past (n + 1,): workspace for a delay of n steps.
+    step uses the drive in the middle of the step. times (n,): ascending; samples (n, 5) are those
+    of the step with the nearest start. events (m, 4): filled. laws: as in
+    `dynamic_law_motion.run_dynamic`. past (n + 1,): workspace for a delay of n steps.
 
     Returns a status of engine/status_codes.py, the time reached, and the number of events.
     """

@@ -72,7 +72,7 @@ class ElastoPlasticLaw(Law):
             unit = ELASTIC_LIMIT.unit(axis)
             raise ValueError(
                 f"elastic_limit is {p[Z_BA]:g} {unit}; allowed: < breakaway/stiffness, "
-                f"{yielded:g} {unit} (with a higher value the body would never slide)"
+                f"{yielded:g} {unit} (nothing would ever slide)"
             )
         return p
 

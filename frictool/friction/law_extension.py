@@ -95,8 +95,8 @@ class FrictionExtension:
             if index >= 0 and self.rise_time > 0.0 and self.fresh * levels_of[index] < levels_of[0]:
                 low = self.fresh * levels_of[index]
                 raise ValueError(
-                    f"fresh is {self.fresh:g}: the breakaway just after a stop is {low:g}; "
-                    f"allowed: >= coulomb, {levels_of[0]:g}"
+                    f"fresh is {self.fresh:g}: a fresh breakaway is {low:g}; allowed: >= "
+                    f"coulomb, {levels_of[0]:g}"
                 )
             if "elastic_limit" in names:
                 self._check_elastic_limit(
@@ -176,9 +176,7 @@ class FrictionExtension:
         by_direction = bool(self.backward_values) or self.forward != self.backward
         if self.rise_time > 0.0 and (dynamic or "breakaway" not in names):
             reason = "never rests" if dynamic else "has no breakaway"
-            raise ValueError(
-                f"{law.name} {reason}: no breakaway can rise with the time at rest (dwell)"
-            )
+            raise ValueError(f"{law.name} {reason}: nothing rises with the time at rest (dwell)")
         if stores and by_direction:
             raise ValueError(
                 f"{law.name} stores force in its contacts: levels that differ by direction "
@@ -188,8 +186,7 @@ class FrictionExtension:
             dynamic or law.approximation
         ):
             raise ValueError(
-                f"{law.name} already contains a lag of friction behind velocity: "
-                "a film is not allowed"
+                f"{law.name} already contains a lag of friction behind velocity: it takes no film"
             )
 
 

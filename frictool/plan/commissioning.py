@@ -175,8 +175,8 @@ def _designed(bench: Bench, outcome: IdentifiedModel, refusal_of: Judge, narrow:
     if not narrow and refusal_of(narrowed_model(model)) is None:
         why = (
             "a controller exists for the identified intervals, but none for the ranges of the "
-            f"bench ({refusal}); narrow `mechanics` of the bench, or give --narrow, unless the "
-            "product needs these ranges"
+            f"bench ({refusal}); give narrower intervals under `mechanics` of the bench, or give "
+            "--narrow, unless the product needs these ranges"
         )
         return PlanStep("ranges", why, None, reached, model, exit_code=EXIT_NO)
     if refusal_of(exact_model(model)) is not None:

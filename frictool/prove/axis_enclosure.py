@@ -11,7 +11,7 @@ the position: the same enclosure holds for every position within an encoder coun
 
 Steps that are proved free of events approach the next event, until at most EVENT seconds are left
 to the event. The bounds over these EVENT seconds contain every possible motion. If the enclosure
-cannot decide which event follows, it raises `Ambiguous`, and nothing is claimed.
+cannot decide which event follows, it raises `Ambiguous`, and nothing is proved.
 """
 
 from __future__ import annotations
@@ -246,7 +246,7 @@ def _slipped(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[
         return _met(state, command, p, left)
     if bounds.fastest < 0.0:
         return _stopped(state, command, p, left, bounds.fastest)
-    raise Ambiguous("an acceleration without a sign at a stop")
+    raise Ambiguous("the sign of the acceleration at a possible stop is not certain")
 
 
 def _fitting_step(speed: float, fastest: float, length: float) -> float:
@@ -428,7 +428,7 @@ def _met(state: AxisSet, command: float, p: PlantBox, left: float) -> tuple[Axis
     far = (half - state.gap.low if sign > 0 else half + state.gap.high) * (1.0 + SLACK) + SLACK
     slow = _least(state.speed)
     if slow == 0.0:
-        raise Ambiguous("a contact without speed")
+        raise Ambiguous("a contact whose speed may be zero")
     wait = max(EVENT, 2.0 * far / slow)
     free, carried = (_phase(state, command, p, carries) for carries in (False, True))
     if wait > left or not (_bounds(free, wait).moves and _bounds(carried, wait).moves):

@@ -58,7 +58,7 @@ def lines(proof: Proof) -> list[str]:
     )
     if proof.open_share:
         share = 100.0 * proof.open_share
-        head += f"; nothing is claimed of up to {share:.3g} % of the starts of a plant"
+        head += f"; nothing is proved for up to {share:.3g} % of the starts of a plant"
     return [head, *(_requirement(one, unit) for one in proof.requirements)]
 
 

@@ -279,7 +279,7 @@ def check_mechanism_scenario(
             refuse(
                 names.scenario,
                 key,
-                "is what the controller commands; allowed: signals of other sources, or "
+                "is commanded by the controller; allowed: signals of other sources, or "
                 f"disturbances on {document.sources[name].on}",
             )
         block = assembled.packed.sources.block[assembled.sources.index(name)]

@@ -55,7 +55,7 @@ def check_least(
             refuse(
                 below.document,
                 below.key,
-                f"{problem}; allowed: at most that; write a range of {parameter.label} too",
+                f"{problem}; allowed: at most this {parameter.label}, or write a range of it too",
             )
         without = "without a range" if ends.document == names.model else "left out"
         problem = (

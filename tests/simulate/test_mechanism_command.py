@@ -225,7 +225,7 @@ def test_a_test_of_excite_is_played_as_to_the_axis(tmp_path: Path) -> None:
             "scenario",
             "steps:",
             "sources: {motor: []}\nsteps:",
-            ("sources.motor: is what the controller commands",),
+            ("sources.motor: is commanded by the controller",),
         ),
         (
             "scenario",

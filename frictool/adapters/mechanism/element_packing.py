@@ -56,8 +56,9 @@ class CouplingRow(NamedTuple):
 class ElementArrays:
     """Rows by name of all arrays of a packed mechanism, except rigid links and sources.
 
-    springs: (block, block or FRAME) of each spring. pushes: (name, row); a link and a source may
-    have the same name. grounded: blocks that an element ties to the frame.
+    springs: (block, block or FRAME) of each spring. pushes: (name, row) of each effort on a block,
+    constant or of a cam; a link and a source may have the same name. grounded: blocks that an
+    element ties to the frame.
     """
 
     def __init__(

@@ -1,7 +1,7 @@
 r"""Reader of ASAM MDF (2 to 4) with asammdf (extra `mdf`).
 
 Each channel group is a table; its master channel gives the times of the rows. Channels are named as
-in the file, `nAct\ETKC:1`; a name that occurs in several groups is `GROUP/NAME`. Values are
+in the file, such as `nAct\ETKC:1`; a name that occurs in several groups is `GROUP/NAME`. Values are
 physical; a channel whose conversion gives texts keeps its raw numbers. In a salvage, a sample that
 is marked as invalid becomes an empty cell; otherwise it is an error.
 """

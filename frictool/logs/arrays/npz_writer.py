@@ -1,4 +1,4 @@
-"""Writer of streams as NumPy arrays, `np.load(file)["position"]`.
+"""Writer of streams as NumPy arrays; `np.load(file)["position"]` returns one of them.
 
 Arrays of several streams are named `axis_force.position`. Units and notes are arrays of text.
 """

@@ -107,7 +107,8 @@ def _home(tables: Sequence[RawTable], channel: str, column: Column) -> tuple[int
         where = listed([tables[home].topic for home, _ in matches])
         raise LogError(
             source,
-            f"has {len(matches)} columns {wanted!r}, in {where}; name the one of columns.{channel}",
+            f"has {len(matches)} columns {wanted!r}, in {where}; "
+            f"columns.{channel} needs the name of only one of them",
         )
     return matches[0]
 
