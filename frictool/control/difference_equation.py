@@ -5,9 +5,10 @@
 The order of the sums is d e, then c x for the output, and b e, then l (limited u - u), then a x for
 the state. Terms whose coefficient is 0 are left out.
 
-An integrator is a state whose row of `a` equals the row of the identity matrix. It is
-held while the drive is released (5.2.2). With `conditional` it is also held at rest, and while the
-drive is limited and the input would move it further. At rest every other state is set to 0.
+An integrator is a state whose row of `a` equals the row of the identity matrix. It is held while
+the drive is released (5.2.2). With `conditional` it is also held at rest, and while the drive is
+limited and the input would move the drive further into its limit. At rest every other state is set
+to 0.
 
 Property: the state obeys x+ = (a - l c) x + (b - l d) e + l (limited u) for any u. If a - l c is
 stable, sums of the absolute impulse responses from e and from the limited u bound every state.

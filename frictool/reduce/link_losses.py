@@ -181,7 +181,7 @@ def _placed(
 def _verdict(name: str, link: Connection, whole: Mechanism) -> str:
     """Return the note on reversibility; for a thread, by comparison of mu with tan(alpha)."""
     original = whole.links.get(name)
-    why = f"efficiency driven back {1.0 - link.back_loss:.4g}"
+    why = f"its efficiency is {1.0 - link.back_loss:.4g} if the load drives"
     if isinstance(original, Screw) and original.friction_coefficient is not None:
         steep = tangent_of_lead(f"links.{name}", original)
         why = (

@@ -34,8 +34,8 @@ def verified_schedule(problem: SynthesisProblem, candidate: ControllerCandidate)
     for corner, k in zip(corners, candidate.scheduled, strict=True):
         if not k.stable:
             raise NoSolutionError(
-                f"the controller of vertex {corner.name} is itself unstable, and would run away "
-                "whenever the loop is open; "
+                f"the controller of vertex {corner.name} is itself unstable, so that its states "
+                "grow whenever the loop is open; "
                 "raise weights.static_error, or leave out scheduled"
             )
     stored_corners = tuple(

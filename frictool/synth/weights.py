@@ -11,7 +11,7 @@ Quantities for a reference of amplitude A are therefore divided by A:
     W3     A over the drive's limit: a reference of A does not saturate (5.58)
     W4     the encoder's step over A
     W_u    step/(share limit W4): at gamma 1 and any frequency, a signal with the amplitude
-           of one count requests at most that share of the limit
+           of one count requests at most the fraction `share` of the drive's limit
 """
 
 from __future__ import annotations

@@ -166,7 +166,7 @@ def _model(verification: Verification) -> list[str]:
             f"{checked.specified:g}, at {worst.where}"
         )
     output.append(
-        "model: nonlinear, so that no margin covers it, but simulate does: "
+        "model: nonlinear parts, which no margin covers but simulate includes: "
         f"{', '.join(checked.outside_margins)}"
     )
     return output

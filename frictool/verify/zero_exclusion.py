@@ -4,8 +4,8 @@ The closed loop of figure 5.11 or 5.25 with the sampled axis is T(z) = N(z)/D(z)
 characteristic polynomial of the whole loop (zero_exclusion_kernel.py). Theorem: if
 
     (a) the roots of D lie in the unit circle for one plant of the box,
-    (b) D(z) is not zero for any plant of the box and any |z| = 1,
-    (c) |T(z)| < g for any plant of the box and any |z| = 1,
+    (b) D(z) differs from zero for every plant of the box and every |z| = 1,
+    (c) |T(z)| < g for every plant of the box and every |z| = 1,
 
 then the loop of every constant plant of the box is stable with a norm below g. The reason is that
 roots depend continuously on the plant, the box is connected, and by (b) no root crosses the circle.

@@ -106,7 +106,7 @@ def _parameter_table(rows: list[ParameterIntervals], confidence: float) -> TextT
 
 
 def _explanation_table(outcome: IdentifiedModel) -> TextTable:
-    """Return the efforts besides inertia, friction and offset, and what would settle them."""
+    """Return further efforts than inertia, friction and offset, with tests that decide on them."""
     fit = outcome.result.fit
     explanations = () if fit is None else fit.explanations
     return TextTable(

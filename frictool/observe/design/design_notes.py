@@ -122,7 +122,7 @@ def _made_up(switched: Switched) -> str:
 
 
 def _rest(switched: Switched) -> list[str]:
-    said = "at rest the error of alpha is constant (eigenvalue 1), and the decay is not certified"
+    said = "at rest the error of alpha is constant (eigenvalue 1), and no decay is certified"
     after = switched.motion_after_rest_s
     return [
         said
