@@ -84,7 +84,7 @@ def in_loop(
 def _refused(step: LoopStep, tolerance: float, period: float, resolution: float) -> str | None:
     where = f"step at {step.time:g} s"
     if step.distance > step.allowed:
-        return f"{where}: {step.distance:.3g} from the whole mechanism; allowed: {step.allowed:.3g}"
+        return f"{where}: positions differ by {step.distance:.3g}; allowed: {step.allowed:.3g}"
     # a step of a few counts has no response time
     if abs(step.target - step.origin) < 4.0 * resolution:
         return None
@@ -98,8 +98,8 @@ def _refused(step: LoopStep, tolerance: float, period: float, resolution: float)
         tolerance * step.whole_s, period
     ):
         return (
-            f"{where}: response time {step.reduced_s:.4g} s, "
-            f"of the whole mechanism {step.whole_s:.4g} s; allowed: {100 * tolerance:g} %"
+            f"{where}: response time {step.reduced_s:.4g} s of the one inertia, "
+            f"{step.whole_s:.4g} s of the whole mechanism; allowed: {100 * tolerance:g} % apart"
         )
     return None
 

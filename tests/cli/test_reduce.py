@@ -147,8 +147,8 @@ def test_an_error_beyond_the_tolerance_writes_nothing(train: Path) -> None:
     # friction and inertia are the same everywhere, so that all runs have this error; the first of
     # them is named
     assert (
-        "losses: forward from -7, 0.114 rad from the step before over a distance of 4.8 rad; "
-        "allowed: 0.1 % of the distance" in result.stderr
+        "losses: forward from -7, 0.114 rad from the mechanism before the step, over a distance "
+        "of 4.8 rad; allowed: 0.1 % of the distance" in result.stderr
     )
     assert not (train / "none.yaml").exists()
 

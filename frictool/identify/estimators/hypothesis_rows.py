@@ -96,7 +96,7 @@ class ReducedRows:
         return size / float(np.sqrt(self.samples.velocity.size))
 
     def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
-        """Return True if the rows separate `tested` and its effort exceeds the noise.
+        """Return True if the rows separate `tested`, and its effort exceeds the noise.
 
         A derivative of the acceleration explains the encoder's noise. Any other column that
         resembles the acceleration explains the part of the effort by which noise attenuates the

@@ -178,8 +178,8 @@ def _redundant(
         other = path[0][2].name
         raise ElementError(
             key,
-            f"moves {second} {link.ratio:.6g} as far as {first}, and {other} moves it "
-            f"{path[0][1]:.6g} as far: no motion solves both; "
+            f"moves {second} {link.ratio:.6g} times as far as {first}, and {other} moves it "
+            f"{path[0][1]:.6g} times as far: no motion solves both; "
             "allowed: the same ratio and direction, or one rigid link",
         )
     if abs(round_trip - 1.0) > CLOSED:

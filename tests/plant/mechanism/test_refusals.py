@@ -125,7 +125,7 @@ WRONG = [
      RACK + "  belt: {kind: belt, between: [motor, shaft], radius_a: {value: 1, unit: cm}, "
            "radius_b: {value: 4, unit: cm}}\n",
      "links.belt",
-     ["moves shaft 0.25 as far as motor, and reducer moves it -0.25 as far: "
+     ["moves shaft 0.25 times as far as motor, and reducer moves it -0.25 times as far: "
       "no motion solves both"]),
     (SHAFT, SHAFT.replace("kg m^2", "kg"), "blocks.shaft.inertia.unit",
      ["unit 'kg' does not measure rotary inertia; allowed: kg m^2"]),
