@@ -24,7 +24,8 @@ from frictool.typing import Vector
 # maximum rows of a block; a file's own larger blocks (chunks, records) are split
 BLOCK_ROWS = 1 << 16
 MOST_NAMES_SHOWN = 12
-LONGEST_LIST = 200  # maximum number of characters of a list of names in a message
+LONGEST_LIST = 90  # maximum number of characters of a list of names in a message
+LONGEST_REASON = 60  # maximum number of characters of a library's reason in a message
 LAYOUT = "layout"  # metadata record: file -> description of its detected layout
 Nanoseconds = NDArray[np.int64]
 
@@ -202,12 +203,17 @@ def pick(names: Sequence[str], wanted: str | int, source: str, kind: str = "colu
     raise LogError(source, f"has no {kind} {wanted!r}{hint}; found: {listed(names)}{without}")
 
 
+def excerpt(reason: str) -> str:
+    """Return the beginning of a library's reason, which may quote a damaged file."""
+    return reason if len(reason) <= LONGEST_REASON else f"{reason[:LONGEST_REASON]}..."
+
+
 def listed(names: Collection[str]) -> str:
     """Return names for a message, as many as fit one line; an empty name is shown in quotes."""
     shown: list[str] = []
     for name in names:
         if len(shown) == MOST_NAMES_SHOWN or (
-            shown and sum(map(len, shown)) + len(name) > LONGEST_LIST
+            shown and len(", ".join(shown)) + len(name) > LONGEST_LIST
         ):
             break
         shown.append(name or "''")

@@ -40,7 +40,7 @@ def stored_forms(k: Lti) -> LinearController:
     radius = spectral_radius(rest.a)
     if radius >= 1.0:
         raise NoSolutionError(
-            f"the computed controller is unstable (a pole of modulus {radius:.6g}); raise "
+            f"the controller itself is unstable (a pole of modulus {radius:.6g}); with weights, raise "
             "weights.static_error or weights.command"
         )
     kept, _ = balanced_form(rest, NEGLIGIBLE)

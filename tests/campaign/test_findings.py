@@ -101,7 +101,7 @@ def test_vertices_are_counted_and_have_no_rate() -> None:
     ("count", "at_least", "confidence", "message"),
     [
         (0, None, 0.95, "no trial"),
-        (9, 0.0, 0.95, "pass rate of 0 "),
+        (9, 0.0, 0.95, "at_least: found 0"),
         (9, 1.01, 0.95, "1.01"),
         (9, None, 1.0, "confidence"),
         (9, 0.9, float("nan"), "nan"),

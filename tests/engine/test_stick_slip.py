@@ -254,7 +254,7 @@ def test_a_peak_that_touches_the_threshold_ends_and_moves_nothing() -> None:
         ({"coulomb": (-1.0, 1.0)}, "friction"),
         ({"tolerance": 1.0}, "tolerance"),
         ({"restitution": 1.0}, "restitution"),
-        ({"stops": (1.0, 0.0)}, "end stop"),
+        ({"stops": (1.0, 0.0)}, "stops: found"),
         ({"knee": 1e-4}, "knee"),
     ],
 )

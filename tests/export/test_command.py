@@ -155,7 +155,7 @@ def test_a_controller_that_runs_away_is_no_solution(tmp_path: Path) -> None:
     speed: LinearController = msgspec.structs.replace(good.linear, anti_windup=(50.0, 0.0))
     path = tmp_path / "controller.yaml"
     path.write_text(to_yaml(msgspec.structs.replace(good, linear=speed)))
-    refused(run("export", path, "-o", tmp_path / "c"), 4, "anti-windup")
+    refused(run("export", path, "-o", tmp_path / "c"), 4, "linear.anti_windup")
     assert not (tmp_path / "c").exists()
 
 

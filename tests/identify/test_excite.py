@@ -249,7 +249,7 @@ def test_ramps_played_by_their_rules_give_the_breakaway() -> None:
         (
             "sine",
             ExcitationSettings(frequency=30.0, speed=300.0),
-            ("acceleration", "allowed (actuator.limit): 50"),
+            ("rad/s^2", "allowed (actuator.limit): 50"),
         ),
         ("multisine", ExcitationSettings(amplitude=20.0, frequency=30.0), ("speed", "400")),
         ("steps", ExcitationSettings(amplitude=40.0), ("travel", "59.85")),

@@ -122,7 +122,7 @@ def _bytes(data: Callable[[], bytes]) -> Callable[[Path], None]:
 BOMBS: dict[str, tuple[Callable[[Path], None], str]] = {
     "mcap zeros": (
         _bytes(lambda: _mcap(bytes(30_000_000), 40)),
-        "found a record of kind 0 at byte 0 of its chunk",
+        "found a record of kind 0 at byte 0 of the chunk",
     ),
     "mcap private": (
         _bytes(lambda: _mcap((b"\x80" + bytes(8)) * 3_000_000, 40)),

@@ -130,7 +130,7 @@ def test_which_methods_a_log_can_feed():
     one_way = told(with_signals(position=pausing, current=force))
     assert "in one direction only" in str(one_way["least-squares"])
     for name, stream in {
-        "no position": with_signals(effort=force),
+        "neither position nor velocity": with_signals(effort=force),
         "none of effort, current, voltage": with_signals(position=fine),
         "does not change": with_signals(position=0.0 * fine, effort=force),
     }.items():

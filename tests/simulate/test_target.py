@@ -165,7 +165,7 @@ def test_command_plays_the_folder_and_names_its_sources(tmp_path: Path) -> None:
         run(*common, tmp_path / "c.mcap", "--target", folder),
         3,
         "holds no sources of",
-        f"speed.h is of the controller {sha256[:12]}",
+        f"speed.h belongs to the controller {sha256[:12]}",
     )
     assert not (tmp_path / "c.mcap").exists()
 

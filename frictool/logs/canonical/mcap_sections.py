@@ -198,5 +198,7 @@ def _joined(run: list[FileSection]) -> FileSection:
 
 
 def error_text(error: Exception) -> str:
-    """Return the error's text, or its class if it has no text."""
+    """Return the error's text for a message, or its class if it has no text."""
+    if isinstance(error, UnicodeDecodeError):
+        return "a text is not UTF-8"
     return str(error) or type(error).__name__

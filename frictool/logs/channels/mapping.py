@@ -261,8 +261,7 @@ class ChannelMapper:
             )
             if time[row] == before and self._time is not None:
                 error += (
-                    "; if the times are too coarse, remove columns.time: rows are then "
-                    "sample_period_s apart"
+                    "; if too coarse, remove columns.time (rows are then sample_period_s apart)"
                 )
             raise fail_at(self._table, block.first_row + int(rows[row]), f"{error}; {SALVAGE}")
         kept = increasing(time, self._last)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from frictool.errors import LogError
+from frictool.logs.raw_table import excerpt
 from frictool.logs.recordings.cdr import MessageDecoder
 from frictool.logs.recordings.json_messages import JsonDecoder
 from frictool.logs.recordings.protobuf_messages import protobuf_decoder
@@ -33,7 +34,8 @@ def topic_of(
         return Topic(
             name,
             kind,
-            refused=f"the definition of {kind or 'its messages'} cannot be read: {error}",
+            refused=f"the definition of {kind or 'its messages'} cannot be read: "
+            f"{excerpt(str(error))}",
         )
 
 

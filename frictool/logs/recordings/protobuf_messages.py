@@ -26,8 +26,8 @@ def protobuf_decoder(path: Path, kind: str, definition: bytes) -> ObjectDecoder:
         pool = pools.DescriptorPool()
         _add(pool, {file.name: file for file in files.file})
         Message = factory.GetMessageClass(pool.FindMessageTypeByName(kind))
-    except (message.DecodeError, TypeError, KeyError, ValueError) as error:
-        raise ValueError(f"its descriptors are damaged ({' '.join(str(error).split())})") from None
+    except (message.DecodeError, TypeError, KeyError, ValueError):
+        raise ValueError("its descriptors are damaged") from None
 
     def objects(data: bytes) -> object:
         try:
