@@ -155,7 +155,7 @@ class DetectedLayout(Protocol):
 
 
 # advice in messages about a damaged file
-SALVAGE = "`frictool ingest --salvage` keeps the readable part"
+SALVAGE = "`ingest --salvage` keeps the readable part"
 
 
 def fail_at(table: RawTable, row: int, message: str) -> LogError:

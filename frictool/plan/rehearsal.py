@@ -30,6 +30,7 @@ REHEARSALS = 8
 # standard deviations above the mean: upper limit of 97 % of a normal distribution that is known
 # from REHEARSALS draws, with a confidence of 90 % (noncentral t distribution)
 SPREAD = 3.1
+CONFIRMED_SPREAD = 2.6  # the same for twice as many draws
 STREAM = 43  # of the random numbers
 
 
@@ -55,8 +56,13 @@ class HalfWidthSample:
         if len(self.widths) < REHEARSALS:
             return max(self.widths)
         logarithms = np.log(self.widths)
-        bound = float(np.exp(logarithms.mean() + SPREAD * logarithms.std(ddof=1)))
+        spread = CONFIRMED_SPREAD if len(self.widths) >= 2 * REHEARSALS else SPREAD
+        bound = float(np.exp(logarithms.mean() + spread * logarithms.std(ddof=1)))
         return max(bound, *self.widths)
+
+    def joined(self, other: HalfWidthSample) -> HalfWidthSample:
+        """Return the sample of both."""
+        return HalfWidthSample(self.widths + other.widths, self.refusals + other.refusals)
 
 
 def rehearse(

@@ -40,8 +40,8 @@ def stored_forms(k: Lti) -> LinearController:
     radius = spectral_radius(rest.a)
     if radius >= 1.0:
         raise NoSolutionError(
-            f"the controller itself is unstable (a pole of modulus {radius:.6g}); with weights, raise "
-            "weights.static_error or weights.command"
+            f"the controller is itself unstable (a pole of modulus {radius:.6g}); if it was "
+            "synthesised, raise weights.static_error or weights.command"
         )
     kept, _ = balanced_form(rest, NEGLIGIBLE)
     whole = kept if integrator is None else parallel_sum(integrator, kept)

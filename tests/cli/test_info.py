@@ -283,7 +283,7 @@ def test_a_recording_with_samples_behind_the_damage_is_sent_to_a_salvage_that_wo
     refused(
         run("ingest", path, "--bench", CLUTCH, "-o", target),
         3,
-        "`frictool ingest --salvage` keeps the readable part",
+        "`ingest --salvage` keeps the readable part",
     )
     assert (
         run("ingest", path, "--bench", CLUTCH, "--salvage", "-o", target).code == 3

@@ -128,7 +128,7 @@ def test_one_bad_chunk_costs_only_itself_and_is_counted(place: int):
     damaged[(begin + end) // 2] ^= 0x55
     with pytest.raises(
         LogError,
-        match=r"damaged or cut off at byte .*; `frictool ingest --salvage` keeps the readable part",
+        match=r"damaged or cut off at byte .*; `ingest --salvage` keeps the readable part",
     ):
         salvage_refused(bytes(damaged))
     log, lost = salvaged(bytes(damaged))
