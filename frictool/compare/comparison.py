@@ -1,4 +1,4 @@
-"""Simulation of the four tests with each law, judged against the event-exact Stribeck law (3.7)."""
+"""Simulation of the four tests of section 3.7 with each law, judged by the exact Stribeck law."""
 
 from __future__ import annotations
 

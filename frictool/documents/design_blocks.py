@@ -103,7 +103,8 @@ class VelocityDesign(msgspec.Struct, frozen=True, forbid_unknown_fields=True, om
     def __post_init__(self) -> None:
         if self.source == "measured" and (self.filter_rad_s is not None or self.order is not None):
             raise ValueError(
-                "order and filter_rad_s belong to source position; a measured speed is not filtered"
+                "order and filter_rad_s belong to `source: position`; "
+                "a measured speed has no filter"
             )
         if self.filter_rad_s == 0.0 and self.order is not None:
             raise ValueError("order needs a filter, but filter_rad_s is 0; remove order")

@@ -66,7 +66,8 @@ def normalised_coefficients(
 ) -> tuple[float, ...]:
     """Return the coefficients that `normalise` returns, from a cache.
 
-    All sampled plants of a model have the same polynomial. Raises ValueError as `normalise` does.
+    All randomly drawn plants of a model have the same polynomial. Raises ValueError as `normalise`
+    does.
     """
     return tuple(map(float, normalise(np.array(coefficients), low, high)[0]))
 

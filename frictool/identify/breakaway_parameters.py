@@ -1,4 +1,4 @@
-"""Breakaway of an axis from ramps, and friction over position if it varies."""
+"""Breakaway from logs of ramps, and friction over position if the friction varies with it."""
 
 from __future__ import annotations
 

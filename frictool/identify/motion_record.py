@@ -196,8 +196,8 @@ def _on_grid(record: MotionRecord) -> MotionRecord:
     if not parts:
         raise LogError(
             record.name,
-            f"has no 3 samples without a gap of {LONGEST_BRIDGE:g} median periods "
-            f"({record.period:g} s) between them",
+            f"has no 3 successive samples that are less than {LONGEST_BRIDGE:g} periods of "
+            f"{record.period:g} s apart",
         )
     joined = [np.concatenate(signals) for signals in zip(*parts, strict=True)]
     return replace(

@@ -118,7 +118,7 @@ def with_force_error(
 def unexplained(logs: AxisLogs, free: SlidingFit, outcome: Outcome) -> float | None:
     """Return the force error if no value in the bench's ranges explains the effort, else None.
 
-    Each refused parameter has the value in the bench's range that is nearest to the free fit.
+    A parameter that was refused is set to the value in the bench's range nearest to the free fit.
     """
     assert outcome.fit is not None
     nearest = dict(outcome.identified)

@@ -1,7 +1,8 @@
-"""Box of parameters around a set of plants, and its corners, such as the 16 of (5.68).
+"""Smallest box of parameters that contains a set of plants, and the corners of a box.
 
-Coulomb friction enters the linear plant only as the scale of its friction input w, and may be
-negative. Every norm of the loop grows with its magnitude, so that bounds use the largest magnitude.
+In the linear plant the Coulomb friction is only the scale of the disturbance input w. A lower end
+below 0 has the effect of its magnitude, because a norm of the loop does not depend on the sign of
+w; bounds therefore use the largest magnitude.
 """
 
 from __future__ import annotations

@@ -140,7 +140,7 @@ def unload(tree: JointTree) -> bool:
 
 @inset_kernel
 def stays_loaded(tree: JointTree, towards: float) -> bool:
-    """Return True if a tree can rest with its self-locking joints loaded as their branches state.
+    """Return True if a tree can rest with the present load directions of its self-locking joints.
 
     See `gather_rest`.
     """

@@ -76,7 +76,7 @@ def precise_ramps(bench: Bench, request: PrecisionRequest) -> PreciseTest:
             f"time: {FEWEST_ONSETS} ramps are not possible within the duration; raise --duration"
             if request.duration is not None
             else "resolution: the range of mechanics.inertia makes the onsets too uncertain at "
-            "any rate; identify the inertia first, or use a finer encoder"
+            "any ramp rate; identify the inertia first, or use a finer encoder"
         )
     shortest = min(plans, key=lambda plan: plan[0 if request.duration is None else 1])
     needed, reached, rate, onsets = shortest
