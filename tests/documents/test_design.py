@@ -133,7 +133,7 @@ CONTRADICTIONS = {
     ),
     "measured and filtered": (
         ["velocity: {source: measured, filter_rad_s: 100}"],
-        "a measured speed is not filtered",
+        "a measured speed has no filter",
     ),
     "order of no filter": (["velocity: {order: 1, filter_rad_s: 0}"], "remove order"),
     "virtual speed": (
