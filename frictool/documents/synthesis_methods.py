@@ -59,7 +59,7 @@ INEQUALITIES = (*SEARCH, "poles", "recentring")
 METHODS: dict[str, SynthesisMethod] = {
     "lpv": SynthesisMethod(
         "inequalities at the polytope's vertices with common X and Y; the controller of one plant",
-        "first: it takes seconds, and gamma shows how demanding the weights are",
+        "to judge weights: it takes seconds, and gamma shows how demanding they are",
         (*INEQUALITIES, "schedule", "vertices", "frozen_at", "scheduled", "ease"),
     ),
     "lft": SynthesisMethod(
@@ -79,8 +79,8 @@ METHODS: dict[str, SynthesisMethod] = {
         (*INEQUALITIES, "schedule", "vertices", "frozen_at", "scheduled", "grid"),
     ),
     "minimax": SynthesisMethod(
-        "one constant controller of a specified order with the smallest worst true norm over the "
-        "vertices",
+        "one constant controller of a specified order, with the smallest maximum of the norm over "
+        "the vertices",
         "for the controller that runs: the best of its order; it takes a minute",
         (*SEARCH, "pole_bound_rad_s"),
     ),
@@ -91,7 +91,8 @@ METHODS: dict[str, SynthesisMethod] = {
         structures=("position",),
     ),
     "pid": SynthesisMethod(
-        "none: the design provides the gains, in effort, and `synth` verifies them; `weights: {}`",
+        "none: the design provides the gains, from error to effort, and `synth` verifies them; "
+        "`weights: {}`",
         "for an existing loop",
         ("pid",),
         check=check_gains,
@@ -101,7 +102,7 @@ METHODS: dict[str, SynthesisMethod] = {
     ),
     "auto": SynthesisMethod(
         "the simplest controller that meets the specification in simulation; `weights: {}`",
-        "first; it searches all blocks that the design does not contain",
+        "by default; it searches all blocks that the design does not contain",
         (),
         structures=("speed_cascade",),
         check=check_search,

@@ -24,7 +24,7 @@ from frictool.typing import Vector
 # maximum rows of a block; a file's own larger blocks (chunks, records) are split
 BLOCK_ROWS = 1 << 16
 MOST_NAMES_SHOWN = 12
-LONGEST_LIST = 90  # maximum number of characters of a list of names in a message
+LONGEST_LIST = 120  # maximum number of characters of a list of names in a message
 LONGEST_REASON = 60  # maximum number of characters of a library's reason in a message
 LAYOUT = "layout"  # metadata record: file -> description of its detected layout
 Nanoseconds = NDArray[np.int64]
@@ -198,9 +198,10 @@ def pick(names: Sequence[str], wanted: str | int, source: str, kind: str = "colu
         raise LogError(source, f"has no {kind} {wanted}; it has {len(names)}: {listed(names)}")
     near = difflib.get_close_matches(wanted, names, n=1, cutoff=0.5)
     hint = f" (did you mean {near[0]!r}?)" if near else ""
+    found = listed(names, LONGEST_LIST - len(hint))
     numbered = list(names) == [str(number) for number in range(1, len(names) + 1)]
     without = " (the file has no header; columns have numbers)" if numbered else ""
-    raise LogError(source, f"has no {kind} {wanted!r}{hint}; found: {listed(names)}{without}")
+    raise LogError(source, f"has no {kind} {wanted!r}{hint}; found: {found}{without}")
 
 
 def excerpt(reason: str) -> str:
@@ -208,12 +209,12 @@ def excerpt(reason: str) -> str:
     return reason if len(reason) <= LONGEST_REASON else f"{reason[:LONGEST_REASON]}..."
 
 
-def listed(names: Collection[str]) -> str:
-    """Return names for a message, as many as fit one line; an empty name is shown in quotes."""
+def listed(names: Collection[str], longest: int = LONGEST_LIST) -> str:
+    """Return names for a message, up to `longest` characters; an empty name is shown in quotes."""
     shown: list[str] = []
     for name in names:
         if len(shown) == MOST_NAMES_SHOWN or (
-            shown and len(", ".join(shown)) + len(name) > LONGEST_LIST
+            shown and len(", ".join(shown)) + len(name) > longest
         ):
             break
         shown.append(name or "''")

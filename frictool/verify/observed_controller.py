@@ -233,7 +233,7 @@ def _brake(controller: Controller) -> None:
 
 def _refuse(controller: Controller, vertex: Vertex, delay: int, radius: float, what: str) -> None:
     raise NoSolutionError(
-        f"{controller.name}: not verified: with the observer {what} is unstable at "
+        f"{controller.name}: with the observer {what} is unstable at "
         f"vertex {vertex.name} with {delay_words(delay)} "
         f"(spectral radius {radius:.4f}); try another --bandwidth, or a slower controller"
     )

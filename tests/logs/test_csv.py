@@ -162,7 +162,7 @@ def test_columns_that_are_not_asked_for_may_be_text_or_blank(tmp_path: Path):
     text = "t,state,x,y\n0,idle,1,\n1,run,2,7\n"
     assert read(tmp_path, text, ["x", 1]) == {"x": [1, 2], "t": [0, 1]}
     found = (
-        r"raw.csv:2: column 'state': found 'idle'; allowed: a number; `frictool ingest "
+        r"raw.csv:2: column 'state': found 'idle'; allowed: a number; `ingest "
         r"--salvage` keeps the readable part$"
     )
     with pytest.raises(LogError, match=found):

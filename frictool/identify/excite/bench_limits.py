@@ -92,7 +92,7 @@ def limits_of(bench: Bench) -> BenchLimits:
         raise NoSolutionError(
             f"{bench.name}: the drive gives at least {effort:.3g} {si_unit('effort', bench.axis)} "
             f"at its limit, and friction{also} up to {coulomb + offset + load:.3g}: motion "
-            "is not certain; raise actuator.limit, or narrow the intervals of mechanics"
+            "is not certain; raise actuator.limit, or narrow `mechanics`"
         )
     if known.top_speed is None and viscous <= 0.0:
         raise NoSolutionError(f"{bench.name}: no value limits the speed; state mechanics.top_speed")

@@ -180,7 +180,7 @@ def _redundant(
             key,
             f"moves {second} {link.ratio:.6g} times as far as {first}, and {other} moves it "
             f"{path[0][1]:.6g} times as far: no motion solves both; "
-            "allowed: the same ratio and direction, or one rigid link",
+            "allowed: the same ratio and sign, or one rigid link",
         )
     if abs(round_trip - 1.0) > CLOSED:
         raise ElementError(
