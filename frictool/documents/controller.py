@@ -503,7 +503,7 @@ class Controller(
       by its last valid value. Then the drive becomes 0 and the fault is set.
     """
 
-    # an external design: synth/external_controller.py; invalid inputs: docs/theory/export.md
+    # an external design: synth/external_design.py; invalid inputs: docs/theory/export.md
     format: Literal["controller/1"]
     name: Name
     axis: Axis

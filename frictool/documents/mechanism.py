@@ -7,7 +7,7 @@ backlash is centred and no compliance is strained.
 
 If a link has a rotary and a linear end, the unit of a quantity determines its end: a backlash of 3
 rad is at the pinion, one of 0.6 mm at the rack. The links' compatibility is checked when the
-mechanism is assembled (plant/mechanism/assembly.py).
+mechanism is assembled (adapters/mechanism/assembly.py).
 """
 
 from __future__ import annotations

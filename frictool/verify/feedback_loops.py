@@ -236,7 +236,7 @@ def open_loop(
     delay_samples: int,
     resonance: Lti | None = None,
 ) -> Lti:
-    """Return L(z) with one plant; `lag` [s]; `resonance`: filter of plant/resonance_filter.py."""
+    """Return L(z) with one plant; `lag` [s]; `resonance`: of adapters/resonance_filter.py."""
     blocks, sums = _diagram(feedback, rates, lag, delay_samples, resonance)
     return connect(blocks, {**sums, "returned": {"u": -1.0}}, ("entering",), ("returned",))
 
