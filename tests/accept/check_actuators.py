@@ -12,7 +12,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import subprocess
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -36,6 +35,7 @@ from studies.actuators.table import HEADER, row, run_trials, write_table
 from studies.actuators.trial import MET, MISSED, summary
 from studies.command_line import run, run_checked
 from studies.rigs.example_controllers import ROOT
+from tests.support.commit_hash import commit_hash
 
 COUNT = 200
 LEAST_MET = 0.8  # of all actuators
@@ -55,17 +55,9 @@ FIGURES = {
 RELATIVE = 1e-5  # largest relative difference of a figure
 
 
-def commit() -> str:
-    """The hash of the last commit."""
-    done = subprocess.run(
-        ["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True
-    )
-    return done.stdout.strip()
-
-
 def drawn_actuators() -> dict[str, Any]:
     """Rates over COUNT actuators; a refusal of an actuator that the search solves is a failure."""
-    seed = commit()
+    seed = commit_hash()
     target = CACHE / f"{seed}.json"
     trials = []
     print(HEADER)
@@ -90,7 +82,7 @@ def drawn_actuators() -> dict[str, Any]:
 def judge_and_report_agree() -> dict[str, Any]:
     """AGREEING actuators, COMPARED plants each: every count and command, every figure and margin of
     the judge against the log of `simulate` and the verdict of `report`."""
-    seed, differences, runs = commit(), [], 0
+    seed, differences, runs = commit_hash(), [], 0
     for number in range(AGREEING):
         actuator = draw(seed, number)
         with tempfile.TemporaryDirectory() as place:

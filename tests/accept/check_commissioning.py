@@ -6,12 +6,12 @@ with a refusal where the judge's search finds none. No test breaks a limit of th
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from studies.commissioning import commission, summary
+from tests.support.commit_hash import commit_hash
 
 COUNT = 100
 LEAST_RIGHT = 0.97
@@ -19,9 +19,7 @@ LEAST_RIGHT = 0.97
 
 def commissioned_actuators() -> dict[str, Any]:
     """Counts over COUNT actuators; the rows are written to build/commissioning.txt."""
-    seed = subprocess.run(
-        ["git", "rev-parse", "HEAD"], capture_output=True, text=True, check=True
-    ).stdout.strip()
+    seed = commit_hash()
     page = Path("build", "commissioning.txt")
     page.parent.mkdir(exist_ok=True)
     page.write_text(f"seed {seed}\n")

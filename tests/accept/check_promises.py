@@ -9,7 +9,6 @@ time. The rows are written to build/promises.txt.
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from statistics import median
@@ -17,6 +16,7 @@ from typing import Any
 
 from studies.promises.__main__ import HEADER, counts_of
 from studies.promises.rigs import benches
+from tests.support.commit_hash import commit_hash
 
 AXES = 100
 KEPT, HELD = 0.97, 0.88
@@ -28,10 +28,7 @@ DESIGN_S = 20.0
 
 def promises() -> dict[str, Any]:
     """Rates and ratios over the ten rigs; the figures name the least and the largest."""
-    commit = subprocess.run(
-        ["git", "rev-parse", "HEAD"], capture_output=True, text=True, check=True
-    ).stdout.strip()
-    first = int(commit[:8], 16)
+    first = int(commit_hash()[:8], 16)
     page = Path("build", "promises.txt")
     page.parent.mkdir(exist_ok=True)
     page.write_text(f"first seed {first}\n{HEADER}\n")

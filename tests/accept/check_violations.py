@@ -9,7 +9,6 @@ records of the true model and 30 % of the mild ones, false loads, knees and reso
 
 from __future__ import annotations
 
-import subprocess
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -17,6 +16,7 @@ from typing import Any
 from studies.violations.__main__ import HEADER, row
 from studies.violations.families import FAMILIES
 from studies.violations.judgement import PARAMETERS, judge, pooled, summary
+from tests.support.commit_hash import commit_hash
 
 RECORDS = 100
 FEWEST = 0.88
@@ -27,9 +27,7 @@ FALSE, TRUE_WARNED, MILD_WARNED = 0.02, 0.03, 0.3
 
 def violations() -> dict[str, Any]:
     """All families; the figures name the family and parameter that hold least."""
-    seed = subprocess.run(
-        ["git", "rev-parse", "HEAD"], capture_output=True, text=True, check=True
-    ).stdout.strip()
+    seed = commit_hash()
     verdicts = {
         family: [judge(seed, family, number) for number in range(RECORDS)] for family in FAMILIES
     }

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import subprocess
 import sys
 from dataclasses import asdict
 from pathlib import Path
@@ -21,6 +20,7 @@ from typing import Any
 
 from tests.mutation.mutants import Mutant, draw, mutants_of
 from tests.mutation.tree import Tree
+from tests.support.commit_hash import commit_hash
 
 PACKAGES = [
     "engine",
@@ -54,9 +54,7 @@ def main(arguments: list[str]) -> int:
         help="every mutant of these lines instead of a draw",
     )
     options = parser.parse_args(arguments)
-    commit = subprocess.run(
-        ["git", "rev-parse", "HEAD"], cwd=ROOT, capture_output=True, text=True, check=True
-    ).stdout.strip()
+    commit = commit_hash()
     seed = options.seed or commit
     folders = [f"frictool/{package}" for package in PACKAGES]
     mutants = of_lines(options.only) if options.only else draw(ROOT, folders, options.count, seed)
