@@ -1,4 +1,4 @@
-"""Intervals of a model's parameters: for the nominal drive constant, absolute, and the bench's."""
+"""Intervals of a model's parameters, without and with the error of the drive constant."""
 
 from __future__ import annotations
 

@@ -18,8 +18,8 @@ from frictool.identify.outcome import Outcome, accept, bench_interval, sliding_i
 
 NO_RAMPS = "no log of breakaway ramps was provided"
 POSITION_HIDES_INERTIA = (
-    "friction and acceleration both vary along a stroke and cannot be separated; the bench's "
-    "value is used; --method auto or weak separates them if friction in slip varies with position"
+    "acceleration and friction both vary along a stroke, and this method cannot separate them; "
+    "the bench's value is used; try --method auto or weak"
 )
 
 
@@ -145,7 +145,7 @@ def _inertia_over_position(
 
 
 def without_impossible_breakaway(outcome: Outcome) -> Outcome:
-    """Return the outcome; a constant breakaway below Coulomb friction is removed."""
+    """Return the outcome without a constant breakaway that is below Coulomb friction."""
     identified, ramp = outcome.identified, outcome.ramp
     if (
         ramp is None

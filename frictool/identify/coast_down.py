@@ -23,9 +23,9 @@ from frictool.identify.methods import REFERENCE, IdentificationSettings, run
 from frictool.identify.motion_record import MotionRecord
 from frictool.identify.rows.slip_fit import known_inertia
 
-# largest effort (rms) of a drive that is off, relative to that of the least inertia of the bench
+# largest rms effort of a drive that is off, relative to that for the bench's least inertia
 LARGEST_EFFORT = 0.05
-LARGEST_MISFIT = 0.5  # as the largest force error, relative to the effort of the inertia
+LARGEST_MISFIT = 0.5  # largest rms residual relative to inertia times acceleration
 DRIVE_OFF = "the drive was off; such a log shows friction relative to the inertia only"
 
 

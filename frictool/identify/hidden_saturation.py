@@ -1,4 +1,4 @@
-"""Find an effort that saturates, softly or where noise hides its flat tops.
+"""Detection of an effort that saturates softly, or whose flat tops are hidden by noise.
 
 A saturated effort stays below the effort that the motion needs. The search fits
 

@@ -46,7 +46,7 @@ from frictool.identify.unmodelled_effects import WidenedFit
 
 # parameters of which every model that `identify` writes has at least one
 PHYSICAL = frozenset(NEVER_NEGATIVE)
-ORDER = (*PARAMETERS, *CURVE)  # of identified parameters in a model and its views
+ORDER = (*PARAMETERS, *CURVE)  # order of parameters in a model and its views
 
 
 @dataclass(frozen=True, kw_only=True)

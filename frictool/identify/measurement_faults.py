@@ -37,7 +37,7 @@ MARGIN = 2.0  # factor on the deceleration that effort and friction can cause
 COUNTS = 2.0  # counts by which the encoder may be off over those samples
 SELF_EXPLAINED = 1e-3  # relative residual below the noise of any sensor
 NO_FRICTION = 0.02  # Coulomb friction relative to the rms effort
-# largest variance of the effort, of all of it, that the position leaves unexplained
+# largest share of the effort's variance that the position leaves unexplained
 LEFT_BY_POSITION = 1e-3
 FEWEST_SAMPLES = 100  # in each direction
 

@@ -136,7 +136,7 @@ _ROWS = (
     ),
     IdentificationMethod(
         "total-least-squares",
-        "total least squares, which includes the encoder's noise in the regressors",
+        "total least squares, which allows for the encoder's noise in the regressors",
         "short windows, an encoder much noisier than the effort",
         ("window",),
     ),

@@ -82,9 +82,8 @@ def settled(logs: AxisLogs, fit: SlidingFit) -> tuple[Outcome, WidenedFit]:
 def with_unmodelled_effects(logs: AxisLogs, fit: SlidingFit) -> WidenedFit:
     """Return the fit with intervals widened by effects that the model does not include.
 
-    If a requested method does not explain a doubtful part of the effort, its intervals are not
-    widened, and a warning states this (`fit_warnings`). Motion with the drive off has no effort for
-    this search.
+    The intervals of a requested method with a doubtful force error are not widened; a warning
+    states this (`fit_warnings`). Motion with the drive off has no effort for this search.
     """
     if logs.drive_off:
         return WidenedFit(fit)

@@ -176,21 +176,21 @@ def explanation_line(one: Explanation, unit: str) -> str:
 
 
 def fall_line(fall: StribeckVelocityRange, unit: str) -> str:
-    """Return the line on the Stribeck velocities that the breakaway's interval includes.
+    """Return the line on the Stribeck velocities for which the breakaway's interval holds.
 
     If the range comes from the onsets only, the line also states how to make it narrower.
     """
     if fall.known:
         return (
-            f"its interval includes the fit's Stribeck velocity, [{fall.low:.3g}, "
+            f"its interval holds for the fit's Stribeck velocity, [{fall.low:.3g}, "
             f"{fall.high:.3g}] {unit}"
         )
     upper = f"up to {fall.high:.2g} {unit}" if isfinite(fall.high) else "of any size"
     lower = f" from {fall.low:.2g}" if fall.low > 0.0 else ""
     return (
-        f"its interval includes Stribeck velocities{lower} {upper}, which the encoder cannot "
-        "separate; a finer encoder, a slower ramp, or runs at constant speeds (--method "
-        "stribeck-curve) narrow it"
+        f"its interval holds for Stribeck velocities{lower} {upper}, which the encoder cannot "
+        "separate; to narrow it, use a finer encoder, a slower ramp, or runs at constant speeds "
+        "(--method stribeck-curve)"
     )
 
 

@@ -297,8 +297,7 @@ class _EffectRegression:
                 for one in self.free
                 if one not in chosen and self.rows.visible(one, chosen)
             ]
-            # no effect acts on a machine that obeys the model, so that all tests together have the
-            # level; once one is accepted, each further one has it
+            # Bonferroni's correction until an effect is accepted; then each test has the full level
             best = min(tried, key=lambda one: one[0], default=None)
             if best is None or best[0] > level / (1.0 if chosen else len(tried)):
                 break

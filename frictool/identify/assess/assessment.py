@@ -72,7 +72,7 @@ class Assessment(ResultView):
     - rows: assessment of each parameter
     - entropy: metric entropy of the encoder; None if the travel is unlimited
     - constant: relative half width of the effort constant
-    - drive: shortest step responses over the a-priori intervals; None if the length is unknown
+    - drive: shortest step responses over the a-priori intervals; None if the step has no length
     """
 
     bench: Bench

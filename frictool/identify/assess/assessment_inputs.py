@@ -15,7 +15,7 @@ from frictool.identify.excite.sines import plan
 
 # largest ratio of the a-priori time constants inertia/viscous for which a filter can be tuned
 KNOWN_DYNAMICS = 10.0
-PRESLIDING = {"linear": 1e-5, "rotary": 1e-3}  # m, of table 3.1; rad, the same at a radius of 10 mm
+PRESLIDING = {"linear": 1e-5, "rotary": 1e-3}  # m (table 3.1); rad (10 um at a radius of 10 mm)
 
 
 @dataclass(frozen=True)

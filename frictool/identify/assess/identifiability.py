@@ -137,7 +137,7 @@ def statistical(facts: AssessmentInputs) -> dict[str, float]:
 
 
 def best_window(facts: AssessmentInputs) -> int:
-    """Return the number of samples over which a smoothing window gives the smallest errors."""
+    """Return the length [samples] of the smoothing window with the smallest errors."""
     return _statistical(facts.strokes, facts.axis, facts.sensing)[1]
 
 

@@ -1,14 +1,14 @@
 """Expected precision of the method of sines (4.38).
 
-A stroke is averaged over |sin| > 1/2. The mean effort has the noise of n samples; the mean speed
-follows from the encoder counts at both ends:
+The middle part of a stroke, |sin| > 1/2, is averaged. The mean effort has the noise of n samples;
+the mean speed follows from the encoder counts at both ends of this part:
 
     variance = noise^2/n + (viscous step)^2/(6 duration^2)
 
 The uncertainty of the inertia times the mean acceleration adds an error. The mean acceleration is 0
-if the axis follows the sine exactly. The position loop is assumed to keep the difference of the
-speeds at both ends within FOLLOWED of the top speed. Repetition does not reduce this error; it is
-added as a bound.
+if the axis follows the sine exactly. The position loop is assumed to keep the speeds at these ends
+equal to within FOLLOWED of the top speed. Repetition does not reduce this error; it is added as a
+bound.
 """
 
 from __future__ import annotations

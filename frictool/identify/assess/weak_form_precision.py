@@ -1,9 +1,9 @@
 """Expected precision of least squares over smoothing windows (weak form).
 
-With the convolution * by a bell g with the second difference c (weak_form.py), the equation of
-motion contains no derivative of a measurement:
+The bell g (weak_form.py) has the second difference c, and d is the central difference. Convolved
+(*) with g, the equation of motion contains no derivative of a measurement:
 
-    inertia (c*x) + viscous (g*dx) + coulomb (g*sign v) + offset = g*u + n
+    inertia (c*x) + viscous (g*d*x) + coulomb (g*sign v) + offset = g*u + n
     n = g*e_u - (inertia c + viscous g*d) * e_x
 
 e_u and e_x are the errors of effort and position. Ordinary least squares with the regressors G has

@@ -79,7 +79,7 @@ class Breakaway:
     - delay: mean correction for the encoder's delay, N m | N
     - position, direction: rad | m and +-1 of each onset, (n,)
     - friction: |effort - offset| at each onset, (n,), N m | N
-    - fall: falls of friction over speed that the interval includes
+    - fall: falls of friction over speed whose breakaways the interval includes
     - by_position: polynomials over position; None if the breakaway is constant
     - rising: law over the time at rest; None if the breakaway does not grow with this time
     """
@@ -98,7 +98,7 @@ class Breakaway:
 
     @property
     def parameter(self) -> Interval:
-        """Return the breakaway for a model: the forward mean if it varies with position."""
+        """Return the breakaway for a model; if it varies with position, its forward mean."""
         return self.interval if self.by_position is None else self.by_position.forward
 
 
@@ -239,9 +239,9 @@ def _levels(structure: PolynomialOrders) -> list[Vector]:
 class BreakawayErrors:
     """Errors of the coefficients (p,) of a fit.
 
-    - ranges: shifts of the coefficients at both ends of each axis parameter and of the rest
-      position
-    - falls: shifts of the coefficients with the falls that the interval includes
+    - ranges: changes of the coefficients if an axis parameter, or the rest position, is at either
+      end of its range
+    - falls: changes of the coefficients with each allowed fall of friction
     - half_step: half a step of a sampled ramp, N m | N
     """
 

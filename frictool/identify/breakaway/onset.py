@@ -1,7 +1,8 @@
 """Time of the onset of motion, from the encoder's changes after the onset.
 
 Under an effort that grows at a rate r, an axis breaks away at t0 and its friction falls at once to
-Coulomb friction. With l = viscous/J and excess = |effort(t0)| - coulomb, it moves by
+Coulomb friction. With l = viscous/J and excess = |effort(t0)| - coulomb, it moves in the time t
+after t0 by
 
     s(t) = excess/J t^2 phi2(-l t) + r/J t^3 phi3(-l t)
     phi2(x) = (e^x - 1 - x)/x^2

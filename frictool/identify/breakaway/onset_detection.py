@@ -17,12 +17,12 @@ from frictool.logs.quality.ramps import STRAIGHT, are_ramps, ramps_among, rests_
 from frictool.plant.weak_form import effort_weights
 from frictool.typing import Vector
 
-MOVED_COUNTS = 0.5  # counts, least distance of a motion; one count to and fro is none
+MOVED_COUNTS = 0.5  # counts, least distance of a motion; a count forward and back is no motion
 # encoder changes used after an onset; later ones reveal more of the inertia than of the onset
 CHANGES_USED = 4
 FEWEST_ONSETS = 5
 RELATIVE_NOISE = 1e-3  # least noise of the effort, relative to its level
-# standard deviations below the line at which the effort counts as taken back
+# standard deviations below the line at which the effort counts as withdrawn
 LEFT_THE_RAMP = 5.0
 
 
@@ -138,7 +138,7 @@ def _onset(
 def _timing(time: Vector, distance: Vector, record: MotionRecord) -> float:
     """Return the mean square of the counts that the axis moves in one sample."""
     if time.size < 2:
-        return 1.0  # any positive number: there is nothing to weigh it against
+        return 1.0  # any positive number: one change alone does not determine the position
     return float(
         np.mean((np.diff(distance) / np.diff(time) * record.period / record.resolution) ** 2)
     )

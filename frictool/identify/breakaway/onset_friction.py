@@ -34,8 +34,7 @@ from frictool.identify.motion_record import MotionRecord
 from frictool.typing import Vector
 
 PRIOR = 12.0  # precision of a rest position that is uniform within its count, 1/count^2
-# largest number of onsets, evenly spaced, in the comparison of Stribeck velocities; all count as
-# one there
+# largest number of onsets, evenly spaced, in the comparison of Stribeck velocities
 ONSETS_COMPARED = 100
 
 
@@ -87,7 +86,7 @@ def efforts(
 
 @dataclass(frozen=True)
 class OnsetData:
-    """Selected onsets, their positions, and known data of the axis."""
+    """Selected onsets, their positions, the encoder step, the offset and the fall of friction."""
 
     onsets: list[BreakawayOnset]
     positions: BreakawayPositions
@@ -151,7 +150,7 @@ class OnsetData:
         gain = max(1.0 - float(np.mean(high - low)), 1e-6)
         independent = max(1.0, low.size / FOLLOWING)
         spread = max(float(np.var(0.5 * (low + high))), 1e-9) / (gain**2 * independent)
-        # variance left to one onset by the timing; all onsets repeat the same errors
+        # variance of one onset's position due to the timing; all onsets repeat the same errors
         repeated = max(1.0 - gain, 0.0) / (12.0 * gain)
         mean = (min(max(intercept / gain, 0.0), 1.0) / spread + 0.5 * PRIOR) / (
             1.0 / spread + PRIOR

@@ -19,7 +19,7 @@ from frictool.errors import LogError
 from frictool.identify.fit_result import Interval
 from frictool.typing import Vector
 
-FEWEST = 2  # breakaways at a rate that give an interval
+FEWEST = 2  # least breakaways at a rate for an interval
 LARGEST = 1_000_000  # bytes of a table
 SEPARATOR = re.compile(r"\s*[,;\t]\s*|\s+")
 
@@ -48,7 +48,7 @@ class BreakawayOverRate:
 
     - rates: mean breakaway at each rate, in ascending order
     - per_decade: increase of the breakaway for a tenfold rate, N m | N; None for a single rate
-    - interval: mean over the rates; its ends are the lowest and the highest end at any rate
+    - interval: mean over the rates, between the lowest and the highest interval end of all rates
     """
 
     rates: tuple[BreakawayAtRate, ...]

@@ -5,8 +5,9 @@
 Loads and disturbing effects are searched first (`explanation_search`). The following steps fit
 those that the logs support together with the sliding parameters.
 
-1. If differentiated velocities are too inaccurate, the method is sines. Exception: least squares
-   over smoothing windows agree with sines, and their intervals are at most half as wide.
+1. If differentiated velocities are too inaccurate, the method is sines. Least squares over
+   smoothing windows are used instead if they agree with sines and their intervals are at most half
+   as wide.
 2. If the efficient estimate (`least_squares`) and the robust estimate (`power_balance`) disagree by
    more than their intervals, power-balance is preferred. The disagreement means that friction at
    low speed is not viscous + Coulomb.
@@ -56,7 +57,7 @@ from frictool.identify.rows.load_terms import ONLY_OFFSET
 from frictool.identify.rows.slip_fit import weighted_fit
 
 STRIBECK_CURVE = "stribeck-curve"
-FAR = 0.5  # largest half width of least squares that replace means over strokes, relative to theirs
+FAR = 0.5  # largest half width of least squares that replace sines, relative to that of sines
 WEAK_DETAILS = ("window", "position_order")
 DROPPABLE = ("viscous", "offset")
 

@@ -78,7 +78,7 @@ MOST_LEFT = 3  # hypotheses reported as left in the residual
 # less than this share
 NOTICEABLE = 0.95
 ECCENTRICITY = "eccentricity"
-EQUAL = 1.1  # squares of two hypotheses that predict alike, largest ratio
+EQUAL = 1.1  # largest ratio of the squares of two hypotheses that predict equally well
 
 
 @dataclass(frozen=True)

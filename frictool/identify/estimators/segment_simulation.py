@@ -192,7 +192,7 @@ def estimate(simulated: SegmentSimulation, known: Mapping[str, float]) -> Simula
         gtol=1e-9,
     )
     if not solution.success and solution.status != 0:
-        raise UnusableLogs(f"the search of output error does not converge: {solution.message}")
+        raise UnusableLogs(f"the output-error search does not converge: {solution.message}")
     values = dict(zip(names, (solution.x * scale).tolist(), strict=True))
     return SimulationFit(
         {**simulated.fixed, **values}, solution.fun * size, solution.jac * size / scale

@@ -140,7 +140,7 @@ def _place(
         except SingularRegressors:
             return float(np.inf)
 
-    # approximate: without the bell
+    # approximate: not averaged with the test function
     near = int(
         np.argmin(
             [left(samples.sign * np.maximum(speed - candidate, 0.0)) for candidate in candidates]

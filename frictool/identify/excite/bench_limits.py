@@ -52,10 +52,7 @@ class BenchLimits:
 
     @property
     def steady(self) -> float:
-        """Return the effort needed at rest and at every speed, N m | N.
-
-        It is the sum of Coulomb friction, offset and load.
-        """
+        """Return the sum of Coulomb friction, offset and load, N m | N."""
         return self.coulomb + self.offset + self.load
 
     @property

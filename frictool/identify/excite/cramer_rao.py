@@ -53,7 +53,7 @@ class DeclaredLoads:
     """Loads that the bench declares in addition to friction.
 
     - offset: True if the effort may have an offset
-    - terms: terms of rows/load_terms.py, each with its wave number, 1/rad | 1/m
+    - terms: load terms, each with its wave number, 1/rad | 1/m
     - plain: True if the only load is an offset, which every method can fit
     """
 

@@ -29,11 +29,11 @@ from frictool.typing import Vector
 
 CONFIDENCE = 0.95  # of the promised half widths
 QUANTILE = float(scipy.special.ndtri(0.5 + 0.5 * CONFIDENCE))
-# half width that `identify` reports over that of least squares over windows, before rehearsals
+# half width of `identify` relative to that of least squares over windows, before rehearsals
 EXPECTED_FACTOR = 1.3
 PAUSE = 0.1  # s, of one pause
 KIND = "strokes"
-CORRECTIONS = 8  # corrections of the program by the loss of the estimator on its test
+CORRECTIONS = 8  # most corrections of the program's limits by the loss of the estimator
 MORE = 1.02  # factor on the loss, so that the corrections end
 
 
@@ -183,7 +183,7 @@ def _expected_deviation(
 def stroke_program(
     bench: Bench, request: PrecisionRequest, candidates: list[StrokeCandidate]
 ) -> StrokeProgram:
-    """Return the convex program of a request; its last candidate is a pause.
+    """Return the convex program for `candidates` and, last, a pause without motion.
 
     Raises
     ------

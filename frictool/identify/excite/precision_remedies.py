@@ -34,7 +34,7 @@ def remedies(bench: Bench, request: PrecisionRequest, needed: float | None) -> l
                 break
     if not shown:
         return [
-            "no finer encoder, longer travel or stronger drive up to 16 times as large would do"
+            "no encoder, travel or drive up to 16 times finer, longer or stronger would do"
         ]
     return ["any of these would do: " + "; ".join(shown)]
 

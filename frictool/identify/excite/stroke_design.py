@@ -10,8 +10,8 @@ shortest test for the half widths h_i of the parameters i is
 
 (Pukelsheim 2006, chapter 6; Boyd and Vandenberghe 2004, 7.5). q_i is the half width divided by the
 standard deviation at the Cramér-Rao bound. The most precise test of a given duration minimises the
-largest ratio of left to right side over the parameters. A pause is a candidate without information
-and drive.
+largest ratio of a parameter's variance to its limit. A pause is a candidate without information and
+drive.
 
 All x_k are rounded up. Repetitions are then removed one by one, those of the longest strokes first,
 as long as every constraint holds.

@@ -108,7 +108,7 @@ def reversals(
     widest = WIDEST * float(np.median([stroke.distance for stroke in facts.strokes]))
     gap = full_backlash(bench)
     step = max(record.resolution for record in records)
-    # the second pass is past the estimated backlash, if the bench declares a narrower one
+    # the second pass uses rows past the estimated backlash if the bench's is narrower
     for _ in range(2):
         late = _over_windows(partial(_delay, records, gap, confidence), windows)
         known = late if isinstance(late, Interval) else Interval.around(0.0, facts.sensing.period)

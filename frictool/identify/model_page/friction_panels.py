@@ -123,8 +123,8 @@ def _over_speed(model: Model, samples: SlipSamples | None) -> FigurePanel:
     )
     return FigurePanel(
         "Friction over speed",
-        f"{caption}; the curves of the model, backward dashed. The band is the interval that "
-        "Coulomb and viscous friction have together.",
+        f"{caption}; the lines are the model, dashed for backward motion. The band is the joint "
+        "interval of Coulomb and viscous friction.",
         draw,
     )
 

@@ -187,7 +187,7 @@ def prediction_panel(held_out: HeldOutPositions, axis: Axis) -> FigurePanel:
     title = "Strokes left out of the fit" if held_out.held_out else "Strokes of the fit"
     return FigurePanel(
         f"{title}: fit {held_out.fit:.4g} %",
-        f"{how}, driven by the measured effort alone ({logs}). The fit is 100 % less the norm of "
-        "the error relative to the norm of the measured position about its mean.",
+        f"{how}, driven by the measured effort alone ({logs}). The fit is 100 % minus the norm "
+        "of the error in per cent of the norm of the measured position about its mean.",
         draw,
     )

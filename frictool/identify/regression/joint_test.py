@@ -25,7 +25,7 @@ def joint_probability(parts: Tensor, cluster: IntVector, tested: Sequence[int]) 
     Parameters
     ----------
     parts
-        Triangular matrices (g, p + 1, p + 1) of g runs of rows, with p regressors and the target.
+        Triangular matrices (g, p + 1, p + 1) of g runs of successive rows: p regressors, target.
     cluster
         Number (g,) of each run's cluster.
     tested

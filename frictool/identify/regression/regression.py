@@ -48,7 +48,7 @@ class LeastSquaresSolution:
 def solve(
     regressors: Matrix, target: Vector, weight: Vector, cluster: IntVector
 ) -> LeastSquaresSolution:
-    """Return the `value` that minimises sum (weight (target - regressors value))^2 over n rows.
+    """Return the `value` that minimises sum (weight (target - regressors @ value))^2 over n rows.
 
     - regressors: (n, p)
     - target, weight, cluster: (n,)
@@ -62,9 +62,9 @@ def solve(
 
 
 def solve_triangles(parts: Tensor, cluster: IntVector) -> LeastSquaresSolution:
-    """Return the solution of `solve` from the triangular matrices of g runs of weighted rows.
+    """Return the solution of `solve` from triangular matrices of g runs of successive rows.
 
-    - parts: QR triangles of the rows [regressors, target], (g, p + 1, p + 1)
+    - parts: QR triangles of the weighted rows [regressors, target], (g, p + 1, p + 1)
     - cluster: cluster number of each run, (g,)
 
     Raises SingularRegressors if the regressors do not determine the parameters.
@@ -99,7 +99,7 @@ def least(parts: Tensor) -> tuple[Vector, Vector, float]:
 
 
 def residual_norm(parts: Tensor, value: Vector) -> float:
-    """Return the norm of target - regressors value over the triangles (g, p + 1, p + 1)."""
+    """Return the norm of target - regressors @ value from the triangles (g, p + 1, p + 1)."""
     return float(np.linalg.norm(parts[:, :, -1] - parts[:, :, :-1] @ value))
 
 

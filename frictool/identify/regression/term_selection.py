@@ -24,7 +24,7 @@ def held_out_squares(
 ) -> Vector | None:
     """Return the squared prediction error (g,) of each run of rows, by a fit to the other half.
 
-    - plain, weighted: triangular matrices (g, q, q) of g runs of rows, without and with weights
+    - plain, weighted: triangles (g, q, q) of g runs of successive rows, without and with weights
     - half: half to which each run belongs, 0 or 1, (g,)
     - columns: indices of the regressors; the last column is the target
 

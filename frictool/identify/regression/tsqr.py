@@ -1,8 +1,8 @@
 """QR by blocks of rows (TSQR of Demmel, Grigori, Hoemmen and Langou 2012).
 
-Each run of rows is reduced to a triangular matrix R with R^T R = rows^T rows. R contains all
-information for least squares with full precision. Stacked matrices R are reduced again by QR, as if
-they were rows. To leave out a run, its R is left out. The samples are read once.
+Each run of successive rows is reduced to a triangular matrix R with R^T R = rows^T rows. R contains
+all information for least squares with full precision. Stacked matrices R are reduced again by QR,
+as if they were rows. To leave out a run, its R is left out. The samples are read once.
 """
 
 from __future__ import annotations

@@ -30,8 +30,10 @@ DIRECTIONS = 90  # directions tried in the plane of a harmonic's sine and cosine
 class OmittedParameters:
     """Half widths that the omitted parameters of a regression add to its intervals.
 
-    names: columns of `weighted` (g, q, q), the triangular matrices of g runs of rows, before any
-    column is removed.
+    - weighted: triangular matrices (g, q, q) of g runs of successive rows
+    - names: names of the columns of `weighted`
+    - fixed: fixed parameters with their intervals
+    - hidden: names of the hidden loads
     """
 
     def __init__(

@@ -39,8 +39,8 @@ def mark_slip(
 
     A sample slips if its velocity along the stroke exceeds `slowest`, and if the distance `advance`
     since the beginning of the stroke exceeds the backlash `gap`.
-    All these samples must be in one stroke. A sample with a NaN velocity does not slip. The mask
-    must be False before the call.
+    The samples within `reach` must be in one stroke. A sample with a NaN velocity does not slip.
+    The mask must be False before the call.
     """
     first = 0
     n = velocity.shape[0]
