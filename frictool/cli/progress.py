@@ -64,7 +64,7 @@ def search_progress() -> Callable[[str], None]:
 
 
 def show_count(verb: str, done: int, total: int) -> None:
-    """Print `VERB 3 of 17` on a terminal, overwriting the line; nothing if there is one only."""
+    """Print `VERB 3 of 17` on a terminal, overwriting the line; nothing if `total` is 1."""
     if total > 1 and shows_progress() and sys.stderr.isatty():
         end = "\n" if done == total else ""
         click.echo(f"\r{verb} {done} of {total}{end}", err=True, nl=False)

@@ -1,15 +1,15 @@
 """Parameters of a law comparison for an identified actuator, from its model and bench.
 
 A comparison has parameters that neither document contains. They are taken from table 3.1 and scaled
-to the actuator's units of length and time. T_s is the sample period, and delta_x is the encoder's
-step. `fall` is (F_s - F_c)/F_c divided by its value in table 3.1.
+to the actuator's units of length and time. T_s is the sample period, delta_x the encoder's step,
+and T_e the simulation's step. `fall` is (F_s - F_c)/F_c divided by its value in table 3.1.
 
 unit of time   (m/sigma_v)/2.5, or less to stay within the bench's travel and top speed
 v_s            1e-3 fall (unit of length)/(unit of time); at most delta_x p0/5
 z_max          1e-5 fall (unit of length)
 k_1, k_2       k_1 = sigma_0 = F_s/z_max, k_2 = sigma_1 = 2 sqrt(m k_1)                  (3.35)
-p0             5/T_s                                                                      (3.8)
-Sigma          4 v_s, and thus below delta_x p0                                    (3.2), (3.10)
+p0             5/T_s, decay rate of the velocity in stick                                 (3.8)
+Sigma          4 v_s, and thus below delta_x p0; switching speed                  (3.2), (3.10)
 dv             v_s, Karnopp's band
 T_e            the smallest of 0.8 m Sigma/u_max (3.11), 0.8 m dv/(2 F_s), 1/p0 and
                sqrt(m/k_1)/20; u_max is the largest effort of the drive

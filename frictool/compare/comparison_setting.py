@@ -1,8 +1,8 @@
 """Parameters of the compared laws in SI, and the scales of the tests.
 
-The inputs of 3.7 are defined for a mass of 1 kg, a Coulomb friction of 1 N and a time constant
-m/sigma_v of 2.5 s. For another actuator the inputs are scaled. The newton, second and metre of the
-thesis are replaced by these units:
+The inputs of section 3.7 are defined for a mass of 1 kg, a Coulomb friction of 1 N and a time
+constant m/sigma_v of 2.5 s. For another actuator the inputs are scaled. The newton, second and
+metre of the thesis are replaced by these units:
 
     force = F_c
     time = (m/sigma_v)/2.5, or 1 s without viscous friction

@@ -44,7 +44,7 @@ class WearEstimation(Protocol):
         ...
 
     def finish(self) -> list[WearEstimate]:
-        """Return the estimate after the move that the end of the log cuts off, if any."""
+        """Return the estimate after an unfinished last move; None without one."""
         ...
 
 

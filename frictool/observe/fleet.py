@@ -55,7 +55,8 @@ def observe_logs(
     """Return the result of each log, in the order of `fleet`.
 
     cores, cluster: number of processes, or address of a Dask cluster (`workers/job_sharing.py`). A
-    small fleet needs neither. tick: function called with the completed fraction (0 to 1).
+    small fleet without either runs in this process. tick: function called with the completed
+    fraction (0 to 1).
     """
     few = (
         sum(member.path.stat().st_size for member in fleet if member.path.is_file()) < WORTH_SHARING

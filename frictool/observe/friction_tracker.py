@@ -41,7 +41,7 @@ WIDTH, LOOSE = 0.2, 0.4
 
 
 class FrictionTracker:
-    """Estimator of friction along a log, block by block; intervals have the given `confidence`."""
+    """Estimator of friction along a log, block by block; `confidence` is that of the intervals."""
 
     def __init__(self, model: Model, confidence: float = 0.95) -> None:
         self._axes = np.stack(
@@ -166,8 +166,8 @@ def estimate_starts(
 ) -> list[tuple[int, WearEstimate]]:
     """Return pairs (index of a sample in the block, wear estimate from this sample on).
 
-    An estimate holds from the sample after the last that it uses. If several estimates start at the
-    same sample, the last of them is used.
+    An estimate holds from the sample after the last one that it uses. If several estimates start at
+    the same sample, the last of them is used.
     """
     starts = [0, *(int(np.searchsorted(piece.time, one.time, side="right")) for one in estimates)]
     pairs = [

@@ -38,7 +38,7 @@ class ObservationSettings:
     """Options for reading and judging logs.
 
     topic: name of the stream; None: /axis. confidence: confidence of all intervals. patterns:
-    patterns of file names.
+    patterns that take the unit and the date from file names.
     """
 
     window: TimeWindow = EVERYTHING

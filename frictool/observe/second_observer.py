@@ -91,6 +91,6 @@ def check_observer(path: Path, observer: Observer, model: Model, period: float) 
     if abs(observer.sample_period_s / period - 1.0) > SAME_PERIOD:
         difference = (
             f"found {observer.sample_period_s:g} s; the log's period is {period:.6g} s; "
-            "design the observer for it"
+            "design the observer for this period"
         )
         raise DocumentError(path, difference, line=None, key="sample_period_s")

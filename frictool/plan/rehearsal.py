@@ -139,7 +139,7 @@ def _drawn_axes(bench: Bench, seed: int) -> Iterator[tuple[Model, int]]:
             if (known := getattr(bench.mechanics, name)) is not None
         }
         values.setdefault("offset", 0.0)
-        # a bench without a breakaway has one between the Coulomb friction and its largest ratio
+        # without a breakaway in the bench, a ratio to the Coulomb friction is drawn
         ratio = draw.uniform(1.0, LARGEST_BREAKAWAY_RATIO)
         breakaway = values.get("breakaway", ratio * values["coulomb"])
         values["breakaway"] = max(breakaway, values["coulomb"])

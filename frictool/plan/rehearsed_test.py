@@ -26,10 +26,10 @@ from frictool.identify.excite.precision_remedies import remedies
 from frictool.plan.rehearsal import HalfWidthSample, rehearse
 
 ROUNDS = 6  # designs of a test
-# largest increase of a factor in one round, and that after a refusal: short tests have heavy tails
+# largest increase of a factor in one round, and the increase after a refusal
 LARGEST_STEP = 2.0
 RESERVE = 1.05  # factor on a measured width, so that the rounds end
-SHORTER = 0.7  # reached over wanted below which the next round asks for less
+SHORTER = 0.7  # half width relative to the request, below which the next round asks for less
 Design = Callable[[Bench, PrecisionRequest], PreciseTest]
 Progress = Callable[[str], None]
 
@@ -101,7 +101,7 @@ def _rehearsed(
         }
         sample = rehearse(test.sequence, bench, wanted, request.noise, request.seed)
         if request.duration is not None or _largest(sample, wanted) <= 1.0:
-            # the test was chosen by this sample; other axes show if it was luck
+            # this sample selected the test, which biases it; further axes are drawn
             again = rehearse(test.sequence, bench, wanted, request.noise, request.seed + 1)
             sample = {name: one.joined(again[name]) for name, one in sample.items()}
         reached = {name: one.upper for name, one in sample.items()}

@@ -5,9 +5,10 @@ with w = s v >= 0 and a constant command u,
 
     drive i' = (u - i)/lag,        w' = s (K i - offset)/J - viscous w/J - friction/J
 
-is linear. Its Taylor series is summed with interval coefficients, and `_tail` bounds the remainder.
-The displacement since the start does not depend on the initial position, since no law depends on
-the position: the same enclosure holds for every position within an encoder count.
+is linear (K: drive constant, J: inertia). Its Taylor series is summed with interval coefficients,
+and `_tail` bounds the remainder. The displacement since the start does not depend on the initial
+position, since no law depends on the position: the same enclosure holds for every position within
+an encoder count.
 
 Steps that are proved free of events approach the next event, until at most EVENT seconds are left
 to the event. The bounds over these EVENT seconds contain every possible motion. If the enclosure
@@ -31,7 +32,7 @@ MOST_STEPS = 400  # steps of one sample
 
 
 class Ambiguous(Exception):
-    """Error: the enclosure cannot decide whether the axis sticks, slips or touches."""
+    """Error: the enclosure cannot decide which event follows."""
 
 
 @dataclass(frozen=True)

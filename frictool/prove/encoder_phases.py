@@ -36,7 +36,7 @@ from frictool.typing import Vector
 
 OVERLAP = 1e-10  # encoder counts by which neighbouring parts overlap
 FOLLOWED = 40  # samples of rest over which the drive is followed, at the end of a rest
-MOST_RUNS = 10_000  # runs after which the starts that are left stay open
+MOST_RUNS = 10_000  # largest number of runs; the remaining starts stay undecided
 DRIVE_SLACK = 1e-9  # relative distance of the drive from the breakaway while the axis rests
 
 
@@ -86,7 +86,7 @@ class _Branch:
     position: Vector
     command: Vector
     known: bool  # the command of `sample` is computed
-    at: RoundedInterval | None  # motion at which `reading` was taken at rest
+    at: RoundedInterval | None  # displacement at which `reading` was taken at rest
     reading: float
     read: bool = True  # the count of `sample` is decided
 

@@ -79,7 +79,7 @@ def test_an_inertia_that_was_fitted_to_a_constant_friction_is_refused() -> None:
     found = identify_records(_fine_logs(), [], clutch(), "least-squares", IdentificationSettings())
     assert found.laws is not None
     assert "inertia" not in found.identified
-    assert "both vary along a stroke, and this method cannot separate them" in found.refused["inertia"]
+    assert "both vary along a stroke, and this method cannot" in found.refused["inertia"]
 
 
 def test_auto_gives_the_inertia_by_the_weak_form_with_friction_over_the_position() -> None:

@@ -4,10 +4,8 @@
 
 xi is the position scaled to [-1, 1], and P_k is a Legendre polynomial, so that c_0 is the mean over
 the range. Orders are compared by their leave-one-out errors, paired by breakaway. The order is the
-smallest one whose error is within two standard errors of the smallest error. This rule accepts an
-order that is too high in 1 log of 20; one standard error (Breiman et al. 1984) accepts it in 3 of
-20. The same rule decides between one polynomial per direction and a common polynomial with an
-offset of the effort.
+smallest one whose error is within two standard errors of the smallest error. The same rule decides
+between one polynomial per direction and a common polynomial with an offset of the effort.
 """
 
 from __future__ import annotations

@@ -33,9 +33,7 @@ def remedies(bench: Bench, request: PrecisionRequest, needed: float | None) -> l
                 shown.append(f"{text} ({duration:.3g} s)")
                 break
     if not shown:
-        return [
-            "no encoder, travel or drive up to 16 times finer, longer or stronger would do"
-        ]
+        return ["no encoder, travel or drive up to 16 times finer, longer or stronger would do"]
     return ["any of these would do: " + "; ".join(shown)]
 
 

@@ -1,8 +1,7 @@
 """Motion of one stroke from rest to rest: a half sine of the speed.
 
-Trapezoids of the speed have no advantage. With fine encoders the shortest tests are equally long to
-within a fifth. With coarse encoders `identify` uses means over half sines, and trapezoids need up
-to 25 times as long.
+Trapezoids of the speed have no advantage with fine encoders. With coarse encoders they need far
+longer tests.
 """
 
 from __future__ import annotations

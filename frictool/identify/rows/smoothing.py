@@ -15,8 +15,7 @@ equation of motion with g gives, without an error of alignment,
   long lag.
 
 The smoothing therefore adds no bias for any W: J, viscous, coulomb and offset are those of the
-unsmoothed equation. (Linear interpolation of a lagging current would change the clutch's inertia by
--0.07 %.)
+unsmoothed equation.
 
 The window W is the smallest odd number for which the noise of the position causes at most a share s
 of the rms acceleration. W is between 11 samples and a sixth of the median stroke. The noise of the

@@ -37,7 +37,7 @@ READERS = (
     ("CanutilsLogReader", re.compile(rb"\(\d+\.\d+\)\s+\S+\s+[0-9A-Fa-f]{3,8}#")),
     ("TRCReader", re.compile(rb";\$FILEVERSION=")),
 )
-FRAMES = 100_000  # frames whose messages become tables
+FRAMES = 100_000  # frames from which the messages of a log are listed
 CUT = "the file is cut off: its header declares {} bytes, but it has {}"
 NO_LINE_END = "the last line has no line end: the file may be cut"
 
@@ -74,9 +74,8 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
 class MessageTable(LibraryTable):
     """Frames of one message.
 
-    message: message in cantools.
-    identifier: identifier of the frames, and whether it is an extended one.
-    reader: name of the reader of python-can.
+    message: message of the DBC, as cantools describes it. identifier: identifier of the frames, and
+    whether it is an extended one. reader: name of the reader of python-can.
     """
 
     message: Any

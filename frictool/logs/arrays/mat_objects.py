@@ -28,7 +28,7 @@ def can_read() -> bool:
 
 
 def open_objects(path: Path) -> Sequence[LibraryTable]:
-    """Return the tables and timetables of a file with numbers; runs in the reader process."""
+    """Return the tables and timetables that hold numbers; runs in the reader process."""
     import matio
     import pandas
 

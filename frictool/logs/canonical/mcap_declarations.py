@@ -20,7 +20,7 @@ UNREADABLE = (McapError, struct.error, ValueError)  # errors that a damaged reco
 
 @dataclass
 class McapDeclarations:
-    """Declarations collected record by record.
+    """Collector of the schemas, channels, metadata and counts that records declare.
 
     counts: channel -> number of messages according to the statistics; None without statistics.
     """

@@ -24,7 +24,7 @@ class DroppedRows(NamedTuple):
 
 
 class LossLedger:
-    """Collector of losses into `losses`.
+    """Collector of losses into `losses`; a loss is open until the next sample is known.
 
     named: column -> paths of the channels made from it.
     every: paths of all channels.
@@ -37,7 +37,7 @@ class LossLedger:
         self._open: list[DataLoss] = []  # losses whose end is still unknown
 
     def take(self, inbox: list[DataLoss] | None, before: int | None) -> None:
-        """Move the losses that a table appended to `inbox` before its next block into the ledger.
+        """Record the losses that a table appended to `inbox` before its next block.
 
         before: time of the last sample in ns; None before the first.
         """

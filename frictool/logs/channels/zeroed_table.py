@@ -72,7 +72,7 @@ class ZeroedTable(DerivedTable):
 def zeroed(table: RawTable, columns: Mapping[Channel, Column]) -> RawTable:
     """Return the table with the zeros subtracted that the bench's columns request.
 
-    A column that may lie in damaged data is left to `bind`.
+    A column that may lie in damaged data is not changed; `bind` reports it.
     """
     counts: dict[str, int] = {}
     for one in columns.values():

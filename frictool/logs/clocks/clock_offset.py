@@ -89,8 +89,8 @@ def clock_offset(t: Vector, x: Vector, u: Vector, y: Vector, most: float) -> Clo
     explained = 1.0 - left(tau) / max(float(np.sum(y**2)), np.finfo(float).tiny)
     if explained < LEAST_EXPLAINED:
         raise ValueError(
-            f"the best offset, {tau:.6g} s, explains {max(explained, 0.0):.0%} of the variance of "
-            "the other signal; name two channels of the same quantity"
+            f"even at the best offset, {tau:.6g} s, the signals share only "
+            f"{max(explained, 0.0):.0%} of their variance; name two channels of one quantity"
         )
     half = NORMAL_95 * _deviation(t, x, u, y, tau, width)
     _refuse_others(lags, misfit, best, max(half, 2.0 * step))

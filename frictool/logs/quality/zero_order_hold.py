@@ -42,7 +42,7 @@ class HoldDetector:
         self._last = float(values[-1])
 
     def samples(self, step: float | None) -> int | None:
-        """Return the least number of samples for which a value is held, without rare exceptions.
+        """Return the least number of samples for which a value is held, apart from rare exceptions.
 
         Returns None if the signal is not held.
 

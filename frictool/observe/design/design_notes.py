@@ -11,8 +11,7 @@ from frictool.observe.design.friction_map import KNEES, left_out
 
 DEAR = 1.5  # ratio of gamma to that without a decay, above which a note is due
 SLOW_S = 10.0  # s, time constant of alpha above which a note is due
-# deviation relative to the friction, if no mode has a deviation: gamma is then relative to that,
-# and the gains do not depend on it
+# deviation relative to the friction that is assumed if no mode has one; it scales gamma only
 UNIT_DEVIATION = 0.01
 KNOWN_BY_TRACKING = (KNEES,)
 # speed of one count per sample, relative to the switch speed, above which the encoder is coarse

@@ -4,8 +4,8 @@
     in slip   F is the model x'' = a + d/J over one period
     n, a      white errors of the measured position and of the acceleration
 
-Smith's doubling method computes the steady covariance of e, the sum of A^k Q A'^k. The unit of time
-is one period, so that the matrices depend on the gains only.
+L are the gains, and C = [1 0 0]. Smith's doubling method computes the steady covariance of e. The
+unit of time is one period, so that the matrices depend on the gains only.
 """
 
 from __future__ import annotations

@@ -30,7 +30,7 @@ from frictool.lmi.switched_observer_gains import ObserverMode
 class ModeConstants:
     """Constants that all modes share: T [s], J [kg m^2 | kg], viscous [N m s/rad | N s/m].
 
-    stuck_speed: factor h. weights: diagonal of C-bar.
+    stuck_speed: factor h. weights: weights of the three errors, the diagonal of C-bar (6.19).
     """
 
     wear: Literal["multiplicative", "additive"]
@@ -60,7 +60,10 @@ class ModeConstants:
 def subsystem(
     facts: ModeConstants, direction: int, friction: float, deviation: float
 ) -> ObserverMode:
-    """Return the matrices A (3, 3), C (1 or 2, 3), Q (3, 1) and C-bar (3, 3) of a mode."""
+    """Return the matrices A (3, 3), C (1 or 2, 3), Q (3, 1) and C-bar (3, 3) of a mode.
+
+    direction: s, 0 for the stuck mode. friction, deviation: f_m and Delta_f.
+    """
     gain = facts.period / facts.inertia
     a = np.array([[1.0, facts.period, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]])
     weight = np.diag(facts.weights)

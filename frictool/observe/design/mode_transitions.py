@@ -7,8 +7,7 @@ interval or 0. From mode 0 every mode is allowed. A motion that reverses therefo
 
 If repeated reversals without mode 0 were allowed, (6.6) would have no solution. An error of alpha
 appears in the position two samples later. If the direction has changed in between, the correction
-of alpha has the wrong sign. With the clutch's gains for figure 6.3, the error then grows by 1 % per
-sample along the modes (1, 1, -1, -1, ...).
+of alpha has the wrong sign.
 """
 
 from __future__ import annotations
@@ -23,7 +22,8 @@ Switch = tuple[int, int]
 def switches(forward: int, backward: int, allowed: Transitions) -> tuple[Switch, ...]:
     """Return the sorted pairs (mode, mode at the next sample).
 
-    forward, backward: number of intervals of each direction.
+    forward, backward: number of intervals of each direction. allowed: `neighbours` as above, or
+    `direction`, by which any interval may follow another one of the same direction.
     """
     modes = [*range(-backward, 0), 0, *range(1, forward + 1)]
     pairs = {(i, i) for i in modes} | {(i, 0) for i in modes} | {(0, i) for i in modes}

@@ -1,4 +1,4 @@
-"""Multiplicative observer: friction has grown by a factor alpha; 2 n + 1 modes (6.13)-(6.19)."""
+"""Multiplicative observer: friction has grown by a factor alpha (6.13)-(6.19)."""
 
 from __future__ import annotations
 

@@ -23,8 +23,8 @@ class SwitchedObserverSettings:
     """Options of `observe design`; an option that is None is derived from the model.
 
     - intervals: n of (6.15)-(6.16), for each direction in which friction depends on the position
-    - switch_speed: Sigma [rad/s | m/s]
-    - weights: diagonal of C-bar (6.19)
+    - switch_speed: Sigma, speed below which the axis counts as stuck [rad/s | m/s]
+    - weights: weights of the errors of position, speed and alpha, the diagonal of C-bar (6.19)
     - decay: lambda; in each sample the error falls at least to this fraction
     - inertia: value in place of the model's [kg m2 | kg]
     - transitions: `neighbours` as in figure 6.3; `direction`: any interval of a direction may

@@ -1,7 +1,7 @@
 """Design of the tracking observer (control/tracking_observer.py) by its bandwidth.
 
     gains       three poles of the error in slip at p = exp(-w T), with the model
-                x'' = (e + d)/J, d' = 0:
+                x'' = (effort + d)/J, d' = 0:
                 L1 = 1 - p^3      L2 = 3/2 (1 - p)^2 (1 + p)/T      L3 = J (1 - p)^3/T^2
     bandwidth   w = RATE sqrt(delta_a/step), at most 1/T
                 delta_a = (spread of inertia x largest effort + spread of friction + noise)/J

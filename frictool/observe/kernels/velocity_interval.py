@@ -5,19 +5,18 @@
 
     G_n, G_a   gains of the observer's linear error (observe/design/error_gains.py)
     ROUNDED    part of a count's rounding that passes the observer's dead zone
-    h          predicted misfit |delta_a - low-pass of delta_a|/w, where
-               delta_a = unsure a + friction sign(v)/J is the possible error of the model. The
-               disturbance estimate compensates a constant delta_a; a change of delta_a acts for
-               about 1/w
+    h          predicted misfit |delta_a - low-pass of delta_a|/w with the bandwidth w;
+               delta_a = unsure a + friction sign(v) is the possible error of the model's
+               acceleration. The disturbance estimate compensates a constant delta_a; a change of
+               delta_a acts for about 1/w
     s          observed misfit: rms over about MEMORY samples in motion of the part of
                (measured - predicted position) that rounding does not explain. It includes noise of
                the drive
     r          peak of the observed misfit, which decays with the observer's error. Impacts
                and friction with a delayed onset cause such peaks
 
-The predicted and the observed misfit estimate the same error; the larger one is used. ROUNDED and
-MODEL_PART are chosen so that the intervals contain the true velocity of simulated clutches within
-the bench's ranges, with encoders of 56 to 1e5 counts (docs/theory/velocity.md).
+The predicted and the observed misfit estimate the same error; the larger one is used.
+docs/theory/velocity.md describes the choice of ROUNDED and MODEL_PART.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """Detection of a step in one parameter, from the innovations of one or several moves.
 
-Let e be the part of a move that the filter did not predict, with covariance S = r A + A P A. Let h
-= A[:, w] be the effect of a unit step of parameter w on e. The maximum-likelihood step is delta =
-h'S^-1 e / h'S^-1 h, with the standard deviation (h'S^-1 h)^-1/2. To detect a drift that no single
-move shows, numerators and denominators of successive moves are summed. A move that is k moves old
-has the weight m^k, for each m in MEMORIES. Without a change, delta is normal with this standard
-deviation, because the innovations are white.
+Let e be the part of a move that the filter (A, P and r of filter_bank.py) did not predict, with
+covariance S = r A + A P A. Let h = A[:, w] be the effect of a unit step of parameter w on e. The
+maximum-likelihood step is delta = h'S^-1 e / h'S^-1 h, with the standard deviation (h'S^-1 h)^-1/2.
+To detect a drift that no single move shows, numerators and denominators of successive moves are
+summed. A move that is k moves old has the weight m^k, for each m in MEMORIES. Without a change,
+delta is normal with this standard deviation, because the innovations are white.
 
 A change of one parameter resembles changes of others. Therefore only the most likely change is
 reported. The log prior of a change of the wear is larger than that of other changes by FAVOUR.
@@ -20,7 +20,7 @@ from frictool.typing import Vector
 MEMORIES = np.array([0.0, 0.8, 0.95])  # weight of a move relative to the next
 SURPRISE = 4.0  # standard deviations, threshold of a change
 FAVOUR = 6.0  # log prior ratio of a change of the wear to one of another parameter
-EXPLAINED = 2.0  # standard deviations that remain after a parameter has walked
+EXPLAINED = 2.0  # standard deviations of a change after the walk has been enlarged to explain it
 
 
 class ChangeDetector:
@@ -37,7 +37,7 @@ class ChangeDetector:
         )
 
     def seen(self, step: Vector, weight: Vector) -> Vector:
-        """Return the standard deviation (k, r) of each parameter's change; 0 without a change.
+        """Return the walk (k, r) of each parameter that explains its change; 0 without a change.
 
         step, weight: (k, r), h'S^-1 e and h'S^-1 h. The sums of a filter restart when it reports a
         change.

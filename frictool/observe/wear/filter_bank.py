@@ -11,9 +11,10 @@ the filters; until then, the interval covers both. A slope is positive like all 
 the prior prefers small slopes. Similar moves repeat the rounding errors of the encoder. The
 evidence of a move is therefore multiplied by EVIDENCE and forgotten over MEMORY moves.
 
-The measurement of a move is the Gram matrix of its rows. The rows overlap, so that their errors are
-correlated. r is the variance of a row's residual, estimated from the moves, times `inflation`, the
-number of rows per independent row. Parameters are in units of their prior standard deviations.
+A and b are the Gram matrix C'C and C' effort of the move's rows C. The rows overlap, so that their
+errors are correlated. r is the variance of a row's residual, estimated from the moves, times
+`inflation`, the number of rows per independent row. Parameters are in units of their prior standard
+deviations.
 """
 
 from __future__ import annotations

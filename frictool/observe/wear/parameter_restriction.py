@@ -7,8 +7,9 @@ parameter.
     multiplicative   dry_d,z = wear            additive   dry_d,z = 1, level_d = d added
     directional      dry_d,z = wear_d          zones      dry_d,z = wear_z
 
-Here d is the direction (1 or -1), and z the zone. Every kind also has the inertia, the viscous
-friction with its bends, and an offset, level_d = d offset, for example of a current sensor.
+Here dry_d,z and level_d are coefficients of weak_form_layout.py for the direction d (1 or -1) and
+the zone z. Every kind also has the inertia, the viscous friction with its bends, and an offset,
+level_d = d offset, for example of a current sensor.
 
 The prior is wide for parameters that differ between units or change with age: inertia, wear and
 viscous friction. `UnmodelledFriction` bounds friction over speed that the model does not include: a

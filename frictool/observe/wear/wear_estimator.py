@@ -10,8 +10,7 @@ wear has grown faster, or has jumped (thesis 6.3.2: by a factor of 1.5 at 5 s).
 
 The variance of the interval is the sum of three: that of the filters, the square of the lag behind
 a growing wear, and the square of FLOOR times the wear. FLOOR is the error that many moves do not
-reduce: of the friction's shape over position and speed, and of the rows' approximations. It was set
-on plants that no acceptance check uses (docs/theory/wear.md).
+reduce: of the friction's shape over position and speed, and of the rows' approximations.
 """
 
 from __future__ import annotations
@@ -81,7 +80,7 @@ class WearEstimator:
         return [self.learn(move) for move in self.moves.take(piece)]
 
     def finish(self) -> list[WearEstimate]:
-        """Return the estimate after the move that the end of the log cuts off, if any."""
+        """Return the estimate after an unfinished last move; None without one."""
         return [self.learn(move) for move in self.moves.end()]
 
     def learn(self, move: Move) -> WearEstimate:
