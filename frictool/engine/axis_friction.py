@@ -1,8 +1,9 @@
-"""Friction of an axis by direction, speed, position and time at rest (plant/axis_friction_laws.py).
+"""Friction of an axis with friction laws (plant/axis_friction_laws.py).
 
-All quantities are in the direction of motion: speed w >= 0. The state determines the current piece
-of the law, such as a speed regime. A rising speed leaves a piece at a slightly higher speed than
-that at which a falling speed enters it, so that no motion can chatter between two pieces.
+The friction depends on direction, speed, position and time at rest. Speeds w >= 0 count in the
+direction of motion. The law consists of pieces, such as speed regimes; the state determines the
+present piece. The limits between pieces have a hysteresis, so that no motion chatters between two
+pieces.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from frictool.typing import Vector
 # parameters of an axis with laws, None if it has none; numba compiles both cases separately
 Laws = Vector | None
 
-# speeds at which a slowing slip enters the lower piece, relative to the speed of knee or layer
+# lower limits of the hysteresis, relative to the speed of a knee and of the Stribeck layer
 BELOW_KNEE = 1.0 - 2.0**-40
 BELOW_LAYER = 0.98
 NOWHERE, MAP_EDGE, END_STOP = 0, 1, 2
@@ -60,10 +61,9 @@ def _rested_breakaway(p: Vector, direction: float, x: float) -> float:
 
 @kernel
 def strength(p: Vector, direction: float, x: float) -> tuple[float, float]:
-    """Return F_s after a long rest [N m | N] at x, and the fraction of F_s just after a stop.
+    """Return the breakaway after a long rest at x [N m | N], and its fraction just after a stop.
 
-    The axis has friction laws. The fraction is limited from below so that the breakaway is at least
-    F_c.
+    The axis must have friction laws. The fraction keeps the breakaway at or above F_c.
     """
     full = _rested_breakaway(p, direction, x)
     fresh = max(p[al.FRESH], coulomb_at(p, direction, x) / full) if full > 0.0 else 1.0
@@ -106,7 +106,7 @@ def distance_to_stop(p: Vector, x: float, direction: float) -> float:
 
 @kernel
 def next_place(p: Vector, x: float, direction: float) -> tuple[float, int]:
-    """Return distance [rad | m] and kind of the next boundary in this direction.
+    """Return distance [rad | m] and kind of the next boundary from x in this direction.
 
     The kind is MAP_EDGE (an end of the travel of the position polynomials) or END_STOP.
     """
@@ -138,7 +138,7 @@ def is_curved(state: Vector, p: Vector, direction: float) -> bool:
 
 @kernel
 def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
-    """Return (added, viscous) of the friction F_c + added + viscous w, without Stribeck curve."""
+    """Return (added, viscous) of the friction F_c + added + viscous w at the speed w."""
     added = 0.0
     viscous = p[al.VISCOUS_PAIR + _side(direction)]
     for row in range(al.REGIMES, al.COULOMB_MAPS, al.REGIME_SIZE):
@@ -152,7 +152,7 @@ def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
 
 @kernel
 def speed_band(p: Vector, w: float) -> tuple[float, float]:
-    """Return the lowest and highest speed of the piece of the law at w, for an axis with laws."""
+    """Return the lowest and highest speed of the piece of the friction law that contains w."""
     lower = 0.0
     upper = math.inf
     for row in range(al.REGIMES, al.COULOMB_MAPS, al.REGIME_SIZE):
@@ -169,7 +169,7 @@ def speed_band(p: Vector, w: float) -> tuple[float, float]:
 def slip_line(
     state: Vector, p: Vector, laws: Laws, direction: float, driving: bool
 ) -> tuple[float, float]:
-    """Return (coulomb, viscous) of a slip with linear friction.
+    """Return (coulomb, viscous) of the friction coulomb + viscous w, without Stribeck term.
 
     driving: True if the backlash is closed, so that the motor moves the load.
     """

@@ -1,14 +1,15 @@
 """Motion of one axis under a held command from event to event, in closed form if possible.
 
-    at rest    until the drive reaches the breakaway; exact from the drive's exponential
+    at rest    until the drive, an exponential of time, reaches the breakaway
     slipping   until the speed falls to zero or the backlash closes; solved to rounding
                (engine/slip_closed_form.py)
 
-With friction laws (plant/axis_friction_laws.py) a slip also ends at a knee, at the boundary of the
-Stribeck layer, at an end of the position polynomials and at an end stop. If the breakaway grows
-with the time at rest, engine/drive_lag.py computes when the drive exceeds it. If friction is
-nonlinear in speed or position, or a load follows the position (plant/position_load.py), the slip is
-integrated in steps (engine/slip_integration.py); otherwise it has a closed form.
+With friction laws (plant/axis_friction_laws.py) a slip also ends where the law changes: at a knee,
+at the boundary of the Stribeck layer and at an end of the position polynomials. End stops end it,
+too. If the breakaway grows with the time at rest, engine/drive_lag.py computes the breakaway's
+time. If friction is nonlinear in speed or position, or a load follows the position
+(plant/position_load.py), the slip is integrated in steps (engine/slip_integration.py); otherwise it
+has a closed form.
 
 The sign of the friction is fixed within a phase: no integrator ever evaluates sign(v). After a stop
 the axis sticks if the effort is within the breakaway; otherwise it slips in the direction of the
@@ -57,7 +58,7 @@ from frictool.plant.position_load import is_loaded, opposing_effort
 from frictool.runtime.kernels import inner_kernel, kernel
 from frictool.typing import Vector
 
-ROUNDING = 2.0**-50  # largest effort that counts as zero, relative to its terms
+ROUNDING = 2.0**-50  # largest effort that counts as zero, relative to the sum of its terms
 MAX_EVENTS = 100  # events per call; a held command causes only a few, since its effort is monotone
 MAX_REBOUNDS = 10_000  # events per call of an axis with end stops, which may rebound
 SHORTEST_FLIGHT = 1e-6  # s, shortest flight of a rebound; a shorter one ends at rest at the stop

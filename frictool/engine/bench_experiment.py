@@ -53,7 +53,7 @@ def servo_effort(
 
 
 class RampProgress(NamedTuple):
-    """Progress of a ramp test: next row, current segment, encoder reading at its start."""
+    """Next row of a ramp test, current segment, and encoder reading at the segment's start."""
 
     row: int
     segment: float
@@ -70,7 +70,7 @@ def next_place(
     rules: Vector,
     measured: float,
 ) -> RampProgress:
-    """Return the progress with the next row of the drive; the row is `rows` at the end of the test.
+    """Return the progress after a sample; at the end of the test, its next row is `rows`.
 
     The arguments are those of `play_ramps`.
     """

@@ -4,8 +4,8 @@
     effort u ──▶ [ m ] ──▶ v          lower stop │        x        │ upper stop
 
 The friction law consists of a kernel `slip_force(v, direction, law)` and two breakaway forces.
-Above the speed `straight_from`, the force equals the straight line direction coulomb + viscous v up
-to rounding; there the engine uses a closed form. Below it, in the Stribeck layer, the engine
+Above the speed `straight_from`, the force is the straight line `direction * coulomb + viscous * v`
+up to rounding; there the engine uses a closed form. Below it, in the Stribeck layer, the engine
 integrates in steps.
 """
 
@@ -69,14 +69,14 @@ class FrictionBody:
     coulomb: tuple[float, float]
     viscous: tuple[float, float] = (0.0, 0.0)
     straight_from: float = 0.0  # m/s, speed from which the law is a straight line; inf: never
-    speed_scale: float = 1.0  # m/s, speeds are computed to `tolerance` of it, or of themselves
+    speed_scale: float = 1.0  # m/s, least reference of the relative `tolerance`
     # m/s, speed from which the viscous coefficient is `viscous_beyond`; at least straight_from
     knee: float = math.inf
     viscous_beyond: tuple[float, float] = (0.0, 0.0)
     stops: tuple[float, float] = (-math.inf, math.inf)  # m
     restitution: float = 0.0  # ratio of the speeds after and before an end stop
     tolerance: float = TOLERANCE_DEFAULT
-    # friction/law_extension.py; the knees are then those of the extension
+    # friction/law_extension.py; its knees replace those of the body
     extension: PackedExtension | None = None
 
     def law_in(self, direction: float) -> Vector:

@@ -1,4 +1,4 @@
-"""First-order lag of a drive under a held command, and its crossing of a rising breakaway."""
+"""Drive with a first-order lag under a held command, and when it exceeds a rising breakaway."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ def outgrowing_time(
 ) -> float:
     """Return the first t in [0, remaining] at which the drive reaches the breakaway, or NEVER.
 
-    The drive's effort is settled - losing e^{-t/lag}, the breakaway is full dwell_factor(rested +
-    t). At t = 0 the effort must be below the breakaway; losing > 0 and lag > 0.
+    At time t the drive's effort is settled - losing e^{-t/lag}, and the breakaway is full times
+    dwell_factor(rested + t). At t = 0 the effort must be below the breakaway; losing > 0, lag > 0.
 
     With age = rise + rested and lost = (1 - fresh) full rise, the breakaway exceeds the effort by
     full - lost/(age + t) - settled + losing e^{-t/lag}. This difference falls while (age + t)^2

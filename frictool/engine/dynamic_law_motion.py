@@ -1,10 +1,11 @@
-"""Simulation of a mass under a law with internal state: Dahl, LuGre, elasto-plastic, Leuven, ...
+"""Simulation of a mass under a friction law with internal states z, such as Dahl or LuGre.
 
     m v' = u(t, x, v, q) - F(z, z', v)        x' = v        q' = x - r        z' = rate(z, v)
 
-These laws are reference models for the exact engine. They have no modes: in stick v is small, but
-not zero. The integrator is an implicit Rosenbrock method (engine/rosenbrock.py) with error control
-on v and z, because the equations are stiff in slip, where the contact relaxes in microseconds.
+These laws are reference models for the exact engine. They have no modes: during stick v is small,
+but not zero. The integrator is an implicit Rosenbrock method (engine/rosenbrock.py) with error
+control on v and z, because the equations are stiff in slip, where the contact relaxes in
+microseconds.
 
 The memory of a law is updated after accepted steps only. A step ends at each reversal, because the
 memory must register it. An extension (friction/law_extension.py) provides F_c and F_s for the

@@ -35,9 +35,9 @@ from frictool.typing import Vector
 
 @kernel
 def locate(laws: ExtendedLaws, body: Vector, state: Vector) -> None:
-    """Set in `state` the side of the layer and the speed regime.
+    """Set in `state` the speed regime, and if the film's velocity is inside the Stribeck layer.
 
-    Without a lag, the film velocity is set, too.
+    Without a lag, the velocity of the film is set, too.
     """
     table = laws[2]
     if table[LAG] == 0.0:
@@ -76,7 +76,7 @@ def _layer_event(
 def extended_slip_event(
     laws: ExtendedLaws, body: Vector, state: Vector, piece: Vector, longest: float, probe: Vector
 ) -> tuple[float, int]:
-    """Return time and kind of the first event on a piece of slip: stop, knee, layer or end stop."""
+    """Return time and kind of the first event in a slip: stop, knee, layer's edge or end stop."""
     regimes = regime_table(laws[2])
     passed = int(state[KNEES_PASSED])
     direction = state[fb.DIRECTION]

@@ -5,9 +5,10 @@
     in slip    Dormand-Prince with error control on speed and film, because F_c and F_s that vary
                with position have no closed form
 
-Within a piece of slip the derivatives are smooth, because four quantities are constant: the
-direction, the speed regime between two knees, the side of the Stribeck layer, and the time at rest
-before the slip. The time at rest determines F_s, the value of the Stribeck curve at v = 0.
+The film is the lagged velocity that determines the Stribeck effect. Within a piece of slip the
+derivatives are smooth, because four quantities are constant: the direction, the speed regime
+between two knees, the side of the Stribeck layer, and the time at rest before the slip. The time at
+rest determines F_s, the value of the Stribeck curve at v = 0.
 """
 
 from __future__ import annotations
@@ -58,7 +59,7 @@ def slip_friction(
 ) -> float:
     """Return the friction of a slip at position x, velocity v and lagged velocity w.
 
-    Direction, regime, side of the layer and time at rest are taken from `state`.
+    `state` contains the direction, the speed regime, the side of the layer and the time at rest.
     """
     forward, backward, table, p = laws
     direction = state[fb.DIRECTION]
@@ -79,8 +80,8 @@ def threshold(
 ) -> float:
     """Return the largest effort in a direction under which a body stays at rest.
 
-    This effort is the breakaway, minus the amount by which a remaining film lowers the friction at
-    the start of a slip.
+    It is the breakaway, minus the amount by which a film (lagged velocity w) that has not decayed
+    yet lowers the friction at the start of a slip.
     """
     force, body = driven.force, driven.body
     forward, backward, table, p = laws
@@ -98,7 +99,7 @@ def threshold(
 
 @kernel
 def film_at_rest(w: float, lag: float, spent: float) -> float:
-    """Return the film's velocity after the time `spent` [s] at rest."""
+    """Return the lagged velocity w of the lubricant film after the time `spent` [s] at rest."""
     return w * math.exp(-spent / lag) if lag > 0.0 else 0.0
 
 
@@ -130,10 +131,10 @@ def sampled_friction(
 
 @kernel
 def pass_time(laws: ExtendedLaws, state: Vector, film: Vector, spent: float) -> None:
-    """Set film velocity and time at rest to their values after a piece of `spent` [s].
+    """Set the film's velocity and the time at rest in `state` after a piece of `spent` [s].
 
-    The velocity in `state` must be set before. film: polynomial coefficients of the lagged velocity
-    during slip; at rest the film decays.
+    The body's velocity in `state` must be set before. film: polynomial coefficients of the lagged
+    velocity during slip; at rest the film decays.
     """
     lag = laws[2][LAG]
     if state[fb.DIRECTION] == 0.0:
@@ -240,7 +241,7 @@ def rest_piece(
     refused: float,
     piece: Vector,
 ) -> tuple[float, float]:
-    """Return length [s] of a piece at rest, and direction of the breakaway at its end, or 0.
+    """Return the length [s] of a piece at rest, and the direction of a breakaway at its end, or 0.
 
     The parameters are those of `motion_pieces.rest_piece`.
     """

@@ -78,8 +78,8 @@ class LawRunSettings:
     tolerance: relative tolerance of a dynamic law.
     speed_scale: scale of the error of speed [m/s | rad/s]. length_scale: scale of the error of
     presliding [m | rad].
-    extension: extension of the law; the contact is made at 0 s.
-    most_events: largest number of events.
+    extension: friction/law_extension.py; at 0 s the body has just come to rest. most_events:
+    largest number of events.
     """
 
     step: float | None = None
@@ -111,7 +111,7 @@ def run_law(
     times
         Ascending times [s] of the samples, within the run.
     settings
-        Step, tolerance, extension and number of events; by default LawRunSettings().
+        By default LawRunSettings().
 
     Returns
     -------
@@ -121,7 +121,7 @@ def run_law(
     Raises
     ------
     ValueError
-        If segments, times or step are invalid, or the law does not support the extension.
+        If segments, times or step are invalid, or the law does not support `settings.extension`.
     """
     settings = settings or LawRunSettings()
     extension, step = settings.extension, settings.step

@@ -20,7 +20,7 @@ from frictool.runtime.kernels import bare_kernel, kernel
 from frictool.typing import Vector
 
 ROUNDING = 2.0**-48  # largest effort that counts as zero, relative to its terms
-TRACE = 2.0**-40  # excess over a refused breakaway, relative to the terms of the effort
+TRACE = 2.0**-40  # excess over a refused breakaway, relative to the effort's terms
 SHORTEST_STEP = 2.0**-50  # shortest step, relative to the time or to the run
 # first step, relative to the time in which the largest force would cross the layer
 FIRST_STEP = 2.0
@@ -52,7 +52,7 @@ def side(direction: float) -> int:
 
 @bare_kernel
 def friction_line(body: Vector, region: float, direction: float) -> tuple[float, float]:
-    """Return (friction, viscous) of the straight law friction + viscous v, with its sign."""
+    """Return (friction, viscous) of the signed friction force `friction + viscous * v`."""
     index = side(direction)
     coulomb = direction * body[fb.COULOMB + index]
     viscous = body[fb.VISCOUS + index]
@@ -83,7 +83,7 @@ def friction(driven: DrivenBody, state: Vector, v: float, u: float) -> float:
 def gross(state: Vector, t: float, drive: Vector) -> float:
     """Return the sum of the magnitudes of the effort's terms, the scale of its rounding error.
 
-    It includes the effect of rounded time.
+    The sum includes the effect of the rounding of t.
     """
     distance: float = (
         abs(state[fb.POSITION]) + abs(drive[dr.TARGET]) + abs(drive[dr.TARGET_SPEED] * t)
@@ -110,7 +110,7 @@ def rest_piece(
     piece: Vector,
     probe: Vector,
 ) -> tuple[float, float]:
-    """Return length [s] of a piece at rest, and direction of the breakaway at its end, or 0.
+    """Return the length [s] of a piece at rest, and the direction of a breakaway at its end, or 0.
 
     refused: direction in which the body has just stopped at the instant of its breakaway; in this
     direction the threshold is slightly higher.
@@ -158,7 +158,7 @@ def _acceleration(driven: DrivenBody, state: Vector, t: float) -> float:
 
 @bare_kernel
 def lengthen(pace: Vector, h: float, least: float, error: float) -> None:
-    """Set the next step length after an accepted step of length h; `error` in tolerances."""
+    """Set the next step length in `pace` after a step of length h with `error`, in tolerances."""
     size = math.log(max(error, LEAST_ERROR))
     pace[0] = max(least, h * min(GROWTH, SAFETY * math.exp(BEFORE * pace[1] - NOW * size)))
     pace[1] = size
@@ -180,11 +180,12 @@ def layer_piece(
     slopes: Vector,
     piece: Vector,
 ) -> tuple[float, int]:
-    """Take one accepted step in the layer; return its length [s] and a status.
+    """Take one accepted step in the Stribeck layer; return its length [s] and a status.
 
-    pace (3,): step length to try, 0 at first; logarithm of the last error; time at which the layer
-    was entered. The tolerance limits the error in time: an error of v shifts the motion in time by
-    error/acceleration, which may be at most `tolerance` times the time spent in the layer.
+    pace (3,): step length to try [s], 0 at first; logarithm of the last error; time at which the
+    body entered the layer [s]. The tolerance limits the error in time: an error of v shifts the
+    motion in time by error/acceleration, which may be at most `tolerance` times the time spent in
+    the layer.
     """
     force, law, body, drive = driven
     # the last stage of a step is the first of the next
@@ -227,7 +228,7 @@ def layer_piece(
 def straight_piece(
     driven: DrivenBody, state: Vector, t: float, longest: float, piece: Vector
 ) -> float:
-    """Fill one piece in closed form; return its length [s]."""
+    """Fill one piece of slip above the Stribeck layer in closed form; return its length [s]."""
     body, drive = driven.body, driven.drive
     start = _acceleration(driven, state, t)
     _, viscous = friction_line(body, state[fb.REGION], state[fb.DIRECTION])

@@ -1,6 +1,6 @@
 """Many runs in parallel on all cores, without a controller.
 
-No run writes data of another run, so that the results do not depend on the number of threads.
+The results do not depend on the number of threads.
 """
 
 from __future__ import annotations

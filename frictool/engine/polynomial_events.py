@@ -14,9 +14,9 @@ from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
 NEVER = -1.0
-# shortest distance of two crossings that are both seen, relative to the piece
+# shortest distance of two crossings that the search separates, relative to the piece
 RESOLUTION = 2.0**-40
-MAX_HALVINGS = 10_000  # limit of the search; a grazing piece needs about a hundred
+MAX_HALVINGS = 10_000  # limit of iterations; a piece that nearly touches zero needs about a hundred
 
 
 @kernel

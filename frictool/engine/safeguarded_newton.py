@@ -5,7 +5,7 @@ from __future__ import annotations
 from frictool.runtime.kernels import inner_kernel
 
 ROUNDING = 2.0**-52
-MAX_ITERATIONS = 200  # bisection alone needs 60 to 110; no bracket of finite numbers reaches this
+MAX_ITERATIONS = 200  # limit of iterations; bisection alone needs 60 to 110
 
 
 @inner_kernel

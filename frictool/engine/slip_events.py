@@ -1,4 +1,4 @@
-"""Events that end a piece of slip (layer, knee, stop, end stops), and the state after them."""
+"""Events that end a piece of slip, and the state after them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from frictool.engine.polynomial_events import NEVER, first_fall
 from frictool.runtime.kernels import bare_kernel, kernel
 from frictool.typing import Vector
 
-BELOW = 0.98  # speed at which a slowing slip enters the layer again, relative to the layer's speed
+BELOW = 0.98  # speed at which a slower slip enters the layer again, relative to the layer's speed
 # speed at which a slowing slip passes the knee, relative to the knee's speed
 BELOW_KNEE = 1.0 - 2.0**-40
 SHORTEST_FLIGHT = 1e-9  # shortest flight of a rebound, relative to the run
@@ -58,8 +58,8 @@ def slip_event(
 ) -> tuple[float, int]:
     """Return time [s] and kind of the first event on a piece of slip, within `longest` [s].
 
-    Events are a stop of the body, the speeds of the layer and of the knee, and an end stop. Without
-    an event the result is (longest, NO_EVENT).
+    Events are a stop of the body, the end stops, and the speeds of the knee and of the edge of the
+    Stribeck layer. Without an event the result is (longest, NO_EVENT).
     """
     direction = state[fb.DIRECTION]
     here = state[fb.REGION]

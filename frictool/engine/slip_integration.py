@@ -3,11 +3,11 @@
     y' = w        w' = (d (K i(t) - offset - load(x)) - F_c(x) - (F_s - F_c)(x) exp(-|w/v_s|^delta)
                   - added - viscous w)/J    x = x0 + d y
 
-This method is used if a load acts, or if friction depends on position or is nonlinear in speed. d
-is the direction of motion. While the backlash is open, only its friction acts. The drive i(t) is an
-exponential, and the load (plant/position_load.py) follows the position. Knees, the layer, map ends
-and the flank of the backlash are events: roots of the dense output. Each piece therefore has a
-smooth field.
+Here d is the direction of motion, y the distance and w >= 0 the speed. While the backlash is open,
+only its friction acts. The drive i(t) is an exponential, and the load (plant/position_load.py)
+follows the position. Knees, the edge of the Stribeck layer, ends of the position maps and the flank
+of the backlash are events, located as roots of the dense output. Each piece therefore has smooth
+derivatives.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Event-driven simulation of a body with dry friction under successive drives.
 
-The simulation is exact to rounding, except for the integration error in the layer (`tolerance`).
+The simulation is exact to rounding, except at low speed, in the Stribeck layer (`tolerance`).
 
     at rest            x and v are constant; the effort is a power series; breakaway where it
                        crosses the threshold, solved to rounding
@@ -71,10 +71,10 @@ Extension = ExtendedLaws | None
 
 @kernel
 def pieces_allowed(body: Vector, drive: Vector, span: float, events: int) -> float:
-    """Return a limit for the number of pieces, which only an endless cycle exceeds.
+    """Return a limit for the number of pieces that only an endless cycle exceeds.
 
-    It grows with the largest number of events, the fastest rate of the loop and, in an unbounded
-    layer, that of the law.
+    It grows with `events`, with the fastest rate of the loop and, in an unbounded Stribeck layer,
+    with the rate of the law.
     """
     viscous = max(
         body[fb.VISCOUS], body[fb.VISCOUS + 1], body[fb.VISCOUS_BEYOND], body[fb.VISCOUS_BEYOND + 1]

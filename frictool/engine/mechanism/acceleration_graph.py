@@ -1,4 +1,4 @@
-"""Piecewise linear function Lambda(x) of a tree of joints (tree_solver.py), and its zeros."""
+"""Effort Lambda(x) that a tree of joints needs for an acceleration x of its root, and its zeros."""
 
 from __future__ import annotations
 
@@ -23,9 +23,10 @@ PASSED = 1e-9  # relative overshoot of a search beyond the end of a piece
 
 
 class JointTree(NamedTuple):
-    """Tree of joints, bounded by open contacts, with the arrays for its solution.
+    """Tree of joints up to its open contacts, with the arrays for its solution.
 
-    members: its blocks, root first, as indices in ORDER (array_layout.py). w: workspace_rows.py.
+    members: its blocks, root first, as indices in ORDER (array_layout.py). w: work array
+    (workspace_rows.py).
     """
 
     k: IntVector
@@ -100,7 +101,8 @@ def solve(tree: JointTree, towards: float, gross: float) -> tuple[bool, float]:
     """Return (True, x) with Lambda(x) = 0, or (False, x) if Lambda does not rise at that zero.
 
     x is the acceleration of the tree's root block. If this block starts from rest, `towards` is the
-    direction of its motion, and x * towards >= 0 holds.
+    direction of its motion, and x * towards >= 0 holds. gross: sum of the magnitudes of the
+    efforts.
     """
     k, members, w = tree.k, tree.members, tree.w
     root = ly.block_at(k, members[0])

@@ -2,9 +2,8 @@
 
 A compiled mechanism consists of one array of integers (`whole`, in kernels `k`), one array of
 floats (`numbers`, in kernels `p`), both divided into sections, and the addresses of the laws'
-kernels. A kernel with the fifty arrays of `PackedMechanism` as arguments would be slow to compile
-and to call. `whole` begins with HEADER entries: the numbers of blocks, joints and other elements,
-and the index at which each section begins. In section X with WIDTH columns, the entry in row r and
+kernels. `whole` begins with HEADER entries: the numbers of blocks, joints and other elements, and
+the index at which each section begins. In section X with WIDTH columns, the entry in row r and
 column c is at index whole[X] + r * WIDTH + c.
 
 Joints form trees without loops. Each tree has one root. Section ORDER lists the blocks in preorder:
@@ -25,7 +24,7 @@ from frictool.typing import IntVector, Vector
 
 # indices of the counts
 BLOCKS, JOINTS, COUPLINGS, FRICTIONS, PRESSINGS, PUSHES, STOPS, SOURCES, INNER = range(9)
-TIMED = 38  # index of the number of frictions whose law has its own step
+TIMED = 38  # index of the number of frictions whose law has a fixed step
 # sections of integers
 (
     JOINT_ENDS,

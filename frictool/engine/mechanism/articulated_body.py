@@ -12,8 +12,8 @@ is the distance of a mode from its end in units of the tolerance; a mode continu
 is above -1. Guards of positions are the distances of open flanks and stops. Guards of speeds belong
 to roots and are positive in the direction of motion.
 
-Stages within a step need fewer results than the ends of the step: an evaluation with `whole` False
-does not compute the guards of speeds and positions, nor GROSS.
+Stages within a step need fewer results: with `whole` False, the guards of speeds and positions and
+the scale GROSS of rounding errors are not computed.
 """
 
 from __future__ import annotations
@@ -268,7 +268,7 @@ def field_within(
     inputs: Vector,
     out: RateEvaluation,
 ) -> int:
-    """Evaluate like `field`, but without GROSS and the guards of speeds and positions."""
+    """Evaluate like `field`, but without the sums GROSS and the guards of speeds and positions."""
     return _rates(machine, t, y, modes, inputs, out, False)
 
 

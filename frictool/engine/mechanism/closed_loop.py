@@ -3,7 +3,7 @@
     sample k:  sensor's block --[encoder]--> y[k] --[controller]--> u[k] --[delay_samples]-->
     controlled source, held until k + 1
 
-It works as engine/closed_loop.py does for one axis. A sample is divided into parts with constant
+The loop is that of engine/closed_loop.py. A sample period is divided into parts with constant
 inputs (`MechanismInputs`). With a winding each part is divided again into PARTS, because the limit
 of the winding is computed for the speed at the beginning of a call. Drifts multiply numbers of the
 mechanism from sample to sample (`DriftedNumbers`).
@@ -65,9 +65,9 @@ class MechanismInputs(NamedTuple):
     """Piecewise constant inputs of a mechanism.
 
     first (n + 1,): index of the first part of each sample, then the number m of parts. durations
-    (m,): of the parts [s]. drives (m, u): commands of the u sources [A | V | N m | N]; (0, u)
-    stands for zeros. blocks (d,): indices of the blocks on which `efforts` act. efforts (m, d):
-    efforts [N m | N], or (0, d) for none.
+    (m,): durations of the parts [s]. drives (m, u): commands of the u sources [A | V | N m | N];
+    (0, u) stands for zeros. blocks (d,): indices of the blocks on which `efforts` act. efforts (m,
+    d): efforts [N m | N], or (0, d) for none.
     """
 
     first: IntVector

@@ -38,7 +38,7 @@ ROUNDS = 200  # iterations of the search
 # iterations for the zero of a cubic, and its last change relative to the step
 NEWTON = 60
 NEAR = 1e-15
-# target values of a guard: AT_END of a speed or a position, BEYOND of a force, which is then just
+# target values of a guard: AT_END for a speed or a position; BEYOND for a force, which is then just
 # beyond its end, so that the mode ends
 AT_END, BEYOND = -0.5, -2.0
 FAR = -4.0  # lowest value of a force's guard at the located instant

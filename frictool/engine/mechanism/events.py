@@ -85,7 +85,7 @@ def write_changes(
     modes: IntVector,
     events: EventRows,
 ) -> None:
-    """Write a row for each changed mode; of a rigid group, only that of its first block.
+    """Write a row for each changed mode; only the first block of a rigid group has a row.
 
     before: modes before the event. speeds (n,): speeds before the event. The branch of a joint is
     written only if the joint has losses.

@@ -9,7 +9,7 @@ from frictool.engine.mechanism.state import FREE, OPEN, STUCK
 from frictool.runtime.kernels import inset_kernel, part_kernel
 from frictool.typing import IntVector, Vector
 
-# distance to its end below which a dip of a guard is checked, relative to its change
+# lowest guard that needs no check for a dip, relative to its change in the step
 GRAZING = 1e-3
 BROKEN = -1.0  # value of a guard below which it has been passed
 

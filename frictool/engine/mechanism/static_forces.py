@@ -1,4 +1,4 @@
-"""Ranges of the forces in a tree of joints at rest, and the load of self-locking joints.
+"""Ranges of the forces in a tree of joints at rest, and load directions of self-locking joints.
 
 The functions are used by tree_solver.py.
 """
@@ -23,11 +23,11 @@ from frictool.typing import IntVector, Vector
 
 @inset_kernel
 def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
-    """Fill NEED and NEED_HIGH with Lambda(0) of all members; return False if there is no solution.
+    """Fill NEED and NEED_HIGH with the force range that each member needs at rest; False if none.
 
-    sided: True if each self-locking joint must be loaded on that side of its kink which its branch
-    states. A joint with branch 0 is then at its kink, or loaded on the side on which it drives
-    while the root moves in the direction `towards`.
+    sided: True if each self-locking joint must be loaded on the side of its kink that its branch (a
+    mode, +1 or -1) names. A joint with branch 0 is then at its kink, or loaded on the side on which
+    it drives while the root moves in the direction `towards`.
     """
     k, p, modes, members, _, w = tree
     n = k[ly.BLOCKS]

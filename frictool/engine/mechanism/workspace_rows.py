@@ -1,8 +1,7 @@
 """Rows of the work array `w`; a column belongs to a block, in row LAMBDA to a joint.
 
-Every row except GROSS contains the result of the last kernel that fills it. GROSS is the sum of the
-magnitudes of the efforts on a block, the scale of rounding errors. Only an evaluation with `whole`
-True fills GROSS; the stages within a step use the last values.
+GROSS is the sum of the magnitudes of the efforts on a block, the scale of rounding errors. Only an
+evaluation with `whole` True fills GROSS; the stages within a step use the last values.
 """
 
 from __future__ import annotations
@@ -12,5 +11,5 @@ FORCE, GROSS, HOLD_LOW, HOLD_HIGH, DRIVEN = range(5)  # engine/mechanism/efforts
 INERTIA, NEED, NEED_HIGH, ACCELERATION, LAMBDA = range(5, 10)
 # contact_resolution.py, tree_solver.py, lossy_impulses.py
 ALONG, AHEAD, BEHIND, VALUE, SLOPE, STOPPED_LOW, STOPPED_HIGH = range(10, 17)
-ON_BLOCK = 17  # fixed_step_laws.py: effort that the law on a block sees
+ON_BLOCK = 17  # fixed_step_laws.py: effort u on the block of a law
 WORK_ROWS = 18
