@@ -52,9 +52,9 @@ NO_UNIT = "1"
 class ControllerSignals(NamedTuple):
     """Internal signals of a controller, each (n,); None if the controller has no such signal.
 
-    speed: speed that the controller used. profile: profile that its loop tracked. fault: 1 in the
-    fault, 0 otherwise, for a run with commands; without commands the fault follows from the
-    measured positions.
+    speed: speed that the controller used. profile: profile that its loop tracked. fault: 1 while
+    the controller is in its fault state, else 0. Without commands of a supervisor it is None,
+    because the measured positions determine the fault.
     """
 
     speed: Vector | None = None
@@ -189,7 +189,7 @@ class AxisChannels:
 
 
 def fault_warning(stream: Stream, hold_samples: int) -> list[str]:
-    """Return a list with a warning if the controller set its fault, else an empty list."""
+    """Return a warning in a list if the controller entered its fault state, else an empty list."""
     fault = stream.signals.get("controller_fault")
     if fault is None or not fault.any():
         return []

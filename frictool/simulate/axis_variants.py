@@ -1,4 +1,4 @@
-"""Variants of an axis in a simulation: the model, vertices of its ranges, random or given values.
+"""Variants of a simulated axis: nominal, vertices of the ranges, random, or with provided values.
 
 The ranges of inertia, viscous friction, Coulomb friction and constant are those of `synth`
 (`ranges` of adapters/parameter_intervals.py). A vertex has one end of each range. Each parameter of
@@ -81,7 +81,7 @@ def variants_of(
     owner: str = "model",
     parameters: Mapping[str, VariedParameter] | None = None,
 ) -> list[AxisVariant]:
-    """Return the nominal plant and its vertices or random plants, or the plant of `given` values.
+    """Return the nominal plant with vertices or random plants, or the plant with `given` values.
 
     `owner` is the name of the model in messages. `parameters` is the result of `parameters_of`;
     None computes it. Raises FrictoolError if a plant's parameters are out of range, or if there is

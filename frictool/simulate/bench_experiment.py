@@ -149,7 +149,7 @@ def bench_test(
     if stream.units[played] != si_unit(CHANNEL_DIMENSIONS[played], rig.axis):
         raise LogError(
             excitation.source,
-            f"has its {played} in {stream.units[played]!r}; the model is one of a {rig.axis} axis",
+            f"has its {played} in {stream.units[played]!r}; the axis of the model is {rig.axis}",
         )
     if abs(stream.period / rig.sample_period_s - 1.0) > SAME_PERIOD:
         problem = (

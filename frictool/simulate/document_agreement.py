@@ -62,7 +62,7 @@ def check_drive(scenario: Scenario, rig: Rig, names: DocumentNames) -> None:
     """Raise DocumentError if the scenario has quantities of another kind of drive."""
     in_drive = any(fault.offset is not None for fault in scenario.sensor_faults)
     if scenario.drive != rig.drive and (in_drive or scenario.drive != "current"):
-        allowed = f"drive: {rig.drive}, which {names.model} has"
+        allowed = f"drive: {rig.drive}, as in {names.model}"
         refuse(
             names.scenario,
             "drive",

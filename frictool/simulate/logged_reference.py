@@ -100,5 +100,5 @@ def gaps_of(replay: Replay, log: Log) -> list[str]:
     count = int(wide.sum())
     return [
         f"the log that is replayed has {count} gap{'s' * (count > 1)}, {where}; the reference "
-        "keeps or bridges its value there"
+        "holds or interpolates its value there"
     ]

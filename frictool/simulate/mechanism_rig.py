@@ -60,8 +60,8 @@ def rig_of_mechanism(
 ) -> tuple[Rig, ControlledAxis]:
     """Return the rig for a controller, and the controlled axis.
 
-    Raises ElementError if source or sensor are not determined, or if the sensor does not measure a
-    position.
+    Raises ElementError if the mechanism has several sources or sensors and `control` names none of
+    them, or if the sensor does not measure a position.
     """
     source, sensor = controlled_indices(document, assembled)
     drives, senses = (
@@ -107,7 +107,7 @@ def _facts(document: Mechanism, source: Source, sensor: Sensor) -> dict[str, flo
 
 
 class ChainPosition(NamedTuple):
-    """Motion of a block relative to the root of the chain, and the number of links between both."""
+    """Motion of a block relative to the root of the chain, and the number of links between them."""
 
     ratio: float
     links: int

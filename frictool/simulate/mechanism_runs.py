@@ -92,8 +92,8 @@ def play_all(
     """Yield the outcome of every variant.
 
     Each run starts at rest at the positions (n,) [rad | m] of its task. `progress(done, total)`
-    counts variants or, of a single variant, samples. Raises NoSolutionError, with time and element,
-    if a variant cannot be simulated.
+    counts variants, or samples if there is a single variant. Raises NoSolutionError, with time and
+    element, if a variant cannot be simulated.
     """
     total = len(variants)
     done = 0

@@ -1,7 +1,7 @@
 """Simulation of a mechanism without a controller: its sources follow the scenario for `duration_s`.
 
-The log contains all blocks. If the source and the sensor of a controller are determined, it also
-contains `/axis`, like the log of a bench.
+The log contains all blocks. If the mechanism has one source and one sensor, or `control` names
+them, the log also contains `/axis`, like the log of a bench.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Check of parameters whose lower limit is another parameter: Coulomb friction below a breakaway.
+"""Check of parameters with another parameter as lower limit, such as breakaway and Coulomb force.
 
 The check passes if in every plant the parameter can be at least its limit.
 """

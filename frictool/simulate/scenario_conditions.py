@@ -36,7 +36,7 @@ from frictool.engine.disturbances_and_faults import (
 from frictool.simulate.rig import Rig
 from frictool.typing import Vector
 
-SAME_INSTANT = 9  # decimals of a sample: instants that differ only by rounding
+SAME_INSTANT = 9  # decimals of a sample to which instants are rounded
 
 
 def conditions_of(scenario: Scenario, samples: int, period: float) -> Vector:

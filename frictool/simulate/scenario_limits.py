@@ -17,10 +17,7 @@ SAME_INSTANT = 1e-9  # relative to the whole duration
 def check_steps(
     scenario: Scenario, period: float, runs: int, name: str, width: float = 1.0
 ) -> None:
-    """Raise DocumentError if a step is shorter than a sample, or the runs are too long.
-
-    Also raise it if a sine is too fast for the sample period.
-    """
+    """Raise DocumentError if a step is too short, a sine too fast, or the runs too long."""
     for index, step in enumerate(scenario.steps):
         key = f"steps[{index}]"
         if step.seconds < 0.5 * period:

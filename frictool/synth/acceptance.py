@@ -76,7 +76,7 @@ def accept(
             raise NoSolutionError(
                 f"coefficients rounded to {one.number}: norm {one.gamma:.4g} "
                 f"(claimed: {worst_norm:.4g}), modulus margin {one.modulus_margin:.3f} "
-                f"(specified: {required:g}); reduce the largest over the smallest weight"
+                f"(specified: {required:g}); reduce the ratio of the largest to the smallest weight"
             )
     return stored.Verified(
         candidate.gamma,

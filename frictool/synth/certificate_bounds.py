@@ -28,9 +28,9 @@ from frictool.verify.loop_figures import weights_of
 from frictool.verify.speed_loop import performance
 from frictool.verify.zero_exclusion import MOST_CELLS, ProvedBound, prove_bounds
 
-SLACK = 0.001  # of a bound over the worst norm seen
-LARGE_SLACK = 0.1  # above it the proof is given up if it needs too many cells
-MOST_SLACK = 1e6  # above it no plant is believed to have an unstable loop
+SLACK = 0.001  # of a bound, relative to the worst norm computed
+LARGE_SLACK = 0.1  # above this slack, a proof with too many cells is given up
+MOST_SLACK = 1e6  # above this slack, no proof is tried
 
 
 def certify(loop: CertificateLoop, box: Box) -> tuple[Certificate, tuple[ProvedBound, ...]]:

@@ -1,22 +1,22 @@
 """Check before the design: requirements that no controller can meet on this bench.
 
-Bands are compared with the encoder and the specification, times with the drive's limit. The
-shortest time of a step is that of plant/time_optimal.py: the drive accelerates at its limit and
-then brakes at its limit, with its lag and the bench's delay. Every assumption is the most
-favourable one, so that no controller can be faster: the axis stops short of the target by
-static_error, the encoder reads one count in favour of the zone, and the step begins inside the open
-backlash. Load, the voltage of the winding and resonances are neglected. For the rise time, the axis
-need not stop and the drive has no lag.
+The bands of a design are compared with the encoder and the specification, the specified times with
+the drive's limit. The shortest time of a step is that of plant/time_optimal.py: the drive
+accelerates at its limit and then brakes at its limit, with its lag and the bench's delay. Every
+assumption is the most favourable one, so that no controller can be faster: the axis stops short of
+the target by static_error, the encoder shows it one count closer, and the step begins inside the
+open backlash. Load, the voltage of the winding and resonances are neglected. For the rise time, the
+axis need not stop and the drive has no lag.
 
-A search simulates steps of a known length. Their response takes longer than that of the drive
-alone, because the speed loop has a lag: `loop_allowance` is its time constant on the plant with the
-smallest gain. The loop has the dead time of delay, drive and speed filter. On the plant with the
-largest gain, it has the specified modulus margin.
+Method `auto` simulates steps of a known length. The response is slower than that of the drive alone
+by the time constant of the speed loop on the plant with the smallest gain (`loop_allowance`). The
+loop has the dead time of delay, drive and speed filter, and the specified modulus margin on the
+plant with the largest gain.
 
 A specification does not state the length of its steps. The drive must be able to make the shortest
-step to which the specification can apply (else exit 4). Its length is 20 times static_error (at
-least 20 encoder counts), but at most the travel. A note states the longest step that is possible in
-the specified time.
+step to which the specification can apply (else exit 4). The length of this step is 20 times
+static_error (at least 20 encoder counts), but at most the travel. A note states the longest step
+that is possible in the specified time.
 """
 
 from __future__ import annotations
@@ -47,9 +47,9 @@ from frictool.plant.time_optimal import (
 
 RISE = (0.1, 0.9)  # shares of the step between which rise_time_s counts
 LENGTHS = 20  # bisections of the length of a step
-LEAST_MARGIN = 0.3  # modulus margin of a loop without a specified one
+LEAST_MARGIN = 0.3  # modulus margin if the specification has none
 ANGLES = np.linspace(0.01, math.pi, 2000)  # frequencies times the dead time, rad
-ShortestTime = Callable[[DrivenAxis, float], float]  # of a step with a length [rad | m]
+ShortestTime = Callable[[DrivenAxis, float], float]  # (axis, length [rad | m]) -> time [s]
 
 
 class SlowestStep(NamedTuple):
@@ -102,7 +102,7 @@ def loop_allowance(model: Model, margin: float, dead_time: float) -> float:
     """Return the time constant [s] of the slowest plant's speed loop.
 
     The loop k exp(-s dead_time)/s of the plant with the largest gain has the modulus margin
-    `margin`; that of the plant with the smallest gain is slower by the ratio of the gains.
+    `margin`; the loop of the plant with the smallest gain is slower by the ratio of the gains.
     """
     gains = [point.constant / point.inertia for point in polytope(model).vertices]
 

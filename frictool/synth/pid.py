@@ -32,9 +32,9 @@ def pid(problem: SynthesisProblem) -> ControllerCandidate:
     actuator = problem.model.bench.actuator
     unit = "A" if actuator.drive == "current" else "V"
     note = (
-        f"pid: provided gains; K {quantity.value:g} {quantity.unit}, with the constant "
-        f"{constant:g} {actuator.constant.unit} "
-        f"{quantity.value / constant:.4g} {unit} per unit"
+        f"pid: gains of the design; K {quantity.value:g} {quantity.unit}; with the constant "
+        f"{constant:g} {actuator.constant.unit} this is "
+        f"{quantity.value / constant:.4g} {unit} of the drive per unit of the error"
     )
     return ControllerCandidate(k, k, None, None, (note,))
 

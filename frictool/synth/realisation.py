@@ -22,8 +22,7 @@ from frictool.verify.feedback_loops import running_form
 from frictool.verify.hinf_norm import spectral_radius
 from frictool.verify.stored_forms import AT_ONE
 
-# share of the largest Hankel singular value, below the resolution of a solver (the delayed command
-# is known exactly)
+# share of the largest Hankel singular value below which a state is left out
 NEGLIGIBLE = 1e-8
 INFINITE = 1e8  # zeros of larger modulus count as infinite
 
@@ -81,7 +80,7 @@ def running_in_sections(linear: LinearController, period: float) -> LinearContro
 
 
 def split_integrator(k: Lti) -> tuple[Lti | None, Lti]:
-    """Return the integrator of `k` (None if `k` has none) and the other part, with the sum `k`.
+    """Return the integrator of `k` (None if `k` has none) and the rest; their sum is `k`.
 
     The integrator has one state with the exact pole z = 1 or s = 0, and no direct gain. Raises
     NoSolutionError if there is more than one.

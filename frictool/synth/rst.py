@@ -14,9 +14,8 @@ the specified one; the nominal overshoot is at most the specified one; the margi
 margin is not guaranteed: the poles are placed at the centre of the intervals, and the loop is then
 verified at every vertex.
 
-T = S, with the prefilter (5.69) on the reference: the target runs drive = (S/R)(reference -
-position), the same code as for every other method. T = P_aux/B(1) would cancel the auxiliary poles
-in the response to the reference, but would need a second filter on the target.
+The polynomial T of the reference equals S, with the prefilter (5.69) on the reference: the target
+runs drive = (S/R)(reference - position), the same code as for every other method.
 """
 
 from __future__ import annotations
@@ -40,7 +39,7 @@ ORDER = 5
 DAMPINGS = (0.6, 0.7, 0.8, 0.9, 1.0)
 FREQUENCIES = 10  # natural frequencies, and pole ratios, of the first search
 STARTS = 2  # starts of the refinement, from the better quarter
-CLEAR = 1.01  # factor on the specified margin, which is read on a grid
+CLEAR = 1.01  # factor on the specified margin, because the margin is computed on a grid
 REFINEMENTS = 6  # halvings of the search pattern around the best point
 SETTLED = 0.05  # share of the step: error within which the response has settled (the 95 % of 5.4.1)
 

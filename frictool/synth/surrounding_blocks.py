@@ -5,14 +5,15 @@
     velocity                filter: 10 times the prefilter's frequency, see (5.70)
     limiter                 inertia and Coulomb friction of the model
                             band delta_e: the encoder's step, the least allowed (5.2.2)
-                            v_r = 10 F_cv T/J: a viscous brake near standstill, with a
-                            time constant of 10 samples
+                            v_r = 10 F_cv T/J: a viscous brake near standstill, with a time constant
+                            of 10 samples
     profile, feedforward    synth/tracking_blocks.py
     friction_compensation   levels of the model, or its curve over the speed as a table
                             smoothing_speed: the peak that one encoder count causes in the filtered
                             speed; no rule for a measured speed
 
-For the mass of table 5.1, v_r is 0.01 m/s; 5.2.5 prints 10 m/s, which hardly brakes.
+Here v_r is `virtual_speed`, F_cv `virtual_coulomb`, T the period and J the inertia. For the mass of
+table 5.1, v_r is 0.01 m/s; section 5.2.5 prints 10 m/s, which hardly brakes.
 """
 
 from __future__ import annotations
@@ -163,8 +164,8 @@ class _BlockRules:
         if bandwidth * self.period >= 2.0:
             raise FrictoolError(
                 f"velocity.filter_rad_s: found {bandwidth:g}; allowed: below "
-                f"{2.0 / self.period:g} rad/s (two per sample period); above it the filter "
-                "alternates from sample to sample; 0 for none"
+                f"{2.0 / self.period:g} rad/s (2/T), or 0 for no filter; a faster filter "
+                "alternates from sample to sample"
             ).at("design", "velocity.filter_rad_s")
         order = (requested.order if requested is not None else None) or 2
         return (

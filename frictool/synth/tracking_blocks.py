@@ -26,10 +26,10 @@ from frictool.synth.load_disturbance import disturbance
 
 Tell = Callable[[str, float, str, str], float]
 
-SMOOTHED = 0.1  # part of the time to the top speed that the smoothing adds to a move
+SMOOTHED = 0.1  # duration that the smoothing adds to a move, relative to the time to the top speed
 LEAST_SMOOTHING = 4  # samples
 STEP_SAMPLES = 10.0  # samples in which a reference at the switching speed moves one encoder step
-OFF = 0.5  # of the switching speed
+OFF = 0.5  # share of the switching speed at which the Coulomb term switches off
 
 
 def outside_notes(design: Design) -> tuple[str, ...]:

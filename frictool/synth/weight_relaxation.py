@@ -1,15 +1,15 @@
 """Weight relaxation (`relax: auto`): strictest feasible W1 (disturbance rejection) and W3 (effort).
 
 The weight on the command changes with W3. The thesis changes W1 and W3 by hand, from (1, 1.26) with
-gamma 20.9 to (0.1, 0.05) with gamma 1.15 (5.4.3.1). gamma does not fall when W1 rises. Therefore
-the largest W1 with gamma <= 1 is bracketed for each W3, which gives one point of the trade-off
+gamma 20.9 to (0.1, 0.05) with gamma 1.15 (5.4.3.1). gamma does not fall when W1 rises. For each W3,
+the largest W1 with gamma <= 1 can therefore be bracketed; it gives one point of the trade-off
 curve. Within a bracket the search assumes that gamma^2 minus its value at W1 = 0 is proportional to
 a power of W1, which is nearly true; otherwise it bisects.
 
 W3 is lowered only as long as that raises W1. Among the points of the curve whose W1 is within 10 %
 of the largest, the result is that with the largest W3. At still lower W3, W1 falls again: the noise
-weight of one encoder count grows, until this noise alone reaches the limit of W2. If the design has
-no noise weight, the search ends at the W3 for which one count alone would reach that limit.
+weight of one encoder count grows, until this noise alone reaches the limit of W2. Without a noise
+weight, the search ends at that W3.
 """
 
 from __future__ import annotations

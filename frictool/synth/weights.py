@@ -1,8 +1,8 @@
 """Weights of a design, and rules for missing weights; each derived value names its source.
 
-A is the amplitude of the reference for which the drive is sized: the travel (position) or the top
-speed (speed). The friction w in [-1, 1] and a reference of 1 rad | rad/s are inputs of equal size.
-Quantities for a reference of amplitude A are therefore divided by A:
+A is the amplitude of the reference for which the drive is sized: the travel for a position loop,
+the top speed for a speed loop. The friction w in [-1, 1] and a reference of 1 rad | rad/s are
+inputs of equal size. Quantities for a reference of amplitude A are therefore divided by A:
 
     W2     z2 = 3/(M_mod t_95), twice that for the speed loop under a position law;
            M_mod and e_stat from the specification (5.56)-(5.57)

@@ -1,6 +1,7 @@
 """Enclosures of the sampled axis's exponentials: integer polynomials in the viscous rate.
 
-With sigma = s T and lambda = T/tau, the zero-order hold of linear_axis.py is
+With the symbols of plant/linear_axis.py, the period T, sigma = s T and lambda = T/tau, the
+zero-order hold of the axis is
 
     h_q(sigma, lambda) = sum over m, n of (-sigma)^m (-lambda)^n/(m + n + q)!
 
@@ -25,12 +26,12 @@ from functools import lru_cache
 
 from frictool.errors import NoSolutionError
 
-BITS = 96  # of an enclosure, below the binary point
+BITS = 96  # bits of an enclosure below the binary point
 ONE = 1 << BITS
 # limit of lambda and |sigma|: above it the series is long, and the axis is better described without
 # that lag or that mass
 LARGEST = 64
-DEGREE = 14  # of the polynomials; on an interval of width 1 the remainder is below 1e-16
+DEGREE = 14  # degree of the polynomials; on an interval of width 1 the remainder is below 1e-16
 Series = Callable[[int, Fraction], tuple[Fraction, Fraction]]
 
 

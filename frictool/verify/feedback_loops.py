@@ -169,7 +169,7 @@ def feedbacks_of(controller: Controller) -> tuple[FeedbackLoop, ...]:
 
 
 def virtual_friction(slope: float, velocity: Velocity, period: float) -> tuple[FeedbackLoop, ...]:
-    """Return the loops with a limiter's virtual friction at rest.
+    """Return the loops with a limiter's virtual friction near standstill.
 
     There is one loop, or one for each mode of an observer that estimates the speed. slope:
     F_cv/(v_r K) [A | V per rad/s | m/s].
@@ -212,8 +212,8 @@ def low_pass(velocity: Velocity, period: float, hold: Held = float) -> Lti:
 def from_position(feedback: FeedbackLoop) -> Lti:
     """Return the system from -(encoder position) to the drive.
 
-    It gives the response of the drive to encoder counts. The path from a measured speed is left
-    out, because that speed contains no encoder counts.
+    The response of the drive to encoder counts follows from it. The path from a measured speed is
+    left out, because that speed contains no encoder counts.
     """
     period = feedback.system.period
     if feedback.sees == (ETA,):

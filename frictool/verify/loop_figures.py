@@ -40,7 +40,7 @@ from frictool.verify.margins import loop_margins
 from frictool.verify.speed_loop import is_required, performance
 from frictool.verify.stored_forms import limited_radius
 
-CLAIM = 1.01  # factor by which a norm may exceed the claimed one
+CLAIM = 1.01  # factor by which a norm may exceed the claimed norm
 HELD: tuple[stored.Number, ...] = (
     "double",
     "float",

@@ -22,7 +22,7 @@ WORDS = {
     "frozen_integrator": (None, "integrators are held while the drive is released"),
     "arrival_speed": (
         "velocity",
-        "speed of arrival {value}, the axis stops in the band from up to {limit}",
+        "speed of arrival {value}; from up to {limit} the axis stops in the band",
     ),
     "stable_loop": (None, "largest sensitivity of the linear loop proved below {value}"),
 }

@@ -46,7 +46,7 @@ from frictool.verify.zero_exclusion_kernel import (
 )
 
 Interval = tuple[Fraction, Fraction]
-MOST_CELLS = 400_000  # of one bound: some seconds
+MOST_CELLS = 400_000  # cells for one bound: some seconds
 ROUNDING = Fraction(1, 1 << 53)
 
 
@@ -101,7 +101,7 @@ def prove(certificate: Certificate, loop: CertificateLoop) -> tuple[ProvedBound,
             )
         one = prove_bounds(quantity_loops(loop, bound.of), certificate.box, bound.below)
         if isinstance(one, OpenCell):
-            finding = "it is not so" if one.violated else f"more than {MOST_CELLS} cells are needed"
+            finding = "violated" if one.violated else f"more than {MOST_CELLS} cells are needed"
             raise NoSolutionError(
                 f"not proved: {bound.of} < {bound.below:.6g}: {finding} at inertia "
                 f"{one.inertia:.6g}, viscous {one.viscous:.6g}, constant {one.constant:.6g} and "

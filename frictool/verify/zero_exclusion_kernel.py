@@ -62,7 +62,7 @@ from frictool.verify.taylor_forms import (
 
 PROVED, VIOLATED, UNDECIDED = 0, 1, 2
 DEPTH = 512  # largest number of cells that wait
-STEADY = 0.05  # of the largest change of T over a cell
+STEADY = 0.05  # share of the largest change of T over a cell
 
 
 class KernelLoop(NamedTuple):

@@ -10,7 +10,7 @@ import msgspec
 from frictool.documents.design import Design
 from frictool.documents.writing import drop_unset, tree_to_yaml
 
-COLUMN = 64  # at which comments begin, if the value is shorter
+COLUMN = 64  # column at which comments begin, if the value is shorter
 
 # key with its parents -> effect of the value
 EFFECTS = {

@@ -31,7 +31,7 @@ from frictool.synth.search.design_scales import DesignScales
 CANDIDATES = 250
 RESPONSE, SPEED, STEP, COUNT = 0.22, 227.0, 50.0, 0.1122  # of the clutch [s, rad/s, rad, rad]
 BANDWIDTH, DISTURBANCE, DRIVE, NOISE = 40.0, 0.03, 25.0, 0.01
-CHANNEL = 0.03  # of the Coulomb friction, unit of the uncertainty channel
+CHANNEL = 0.03  # unit of the uncertainty channel, as a share of the Coulomb friction
 STARTS = {
     "braking_share": (0.33, 0.3),
     "band_share": (0.7, 0.8),
@@ -48,7 +48,7 @@ LOOP = (
 
 
 def lpv_design(scales: DesignScales, values: Mapping[str, float]) -> Design:
-    """Return the design of dimensionless parameters by name."""
+    """Return the design for `values`, the dimensionless parameters by name."""
     bench = scales.bench
     time = scales.response / RESPONSE
     speed = scales.step / scales.response / SPEED

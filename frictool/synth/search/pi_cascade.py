@@ -26,7 +26,7 @@ LOOP = (
 
 
 def pi_design(scales: DesignScales, values: Mapping[str, float]) -> Design:
-    """Return the design of dimensionless parameters by name."""
+    """Return the design for `values`, the dimensionless parameters by name."""
     bench = scales.bench
     filtered = position_blocks.velocity(scales, values)
     assert filtered.filter_rad_s

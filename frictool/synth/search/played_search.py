@@ -4,11 +4,10 @@ To play a candidate means to simulate its controller. Each start is played first
 evolution (Storn and Price 1997, scipy) varies the parameters around the best start. The objective
 is the largest shortfall of all requirements, where each requirement must be met with a reserve. A
 candidate is played on few plants first, and on all plants if it is promising; the plant with the
-worst result is added to the few. The search ends with the first candidate that passes the whole
+worst result is added to these few. The search ends with the first candidate that passes the whole
 test with the reserve, passes on other plants without the reserve, and is verified. If there is
-none, the search continues without the reserve from the best candidates. It then finds a controller
-that the search for a slightly easier specification would find with the reserve. The figures of a
-candidate are the worst of all tests in which it was played.
+none, the search continues without the reserve from the best candidates. The figures of a candidate
+are the worst of all tests in which it was played.
 """
 
 from __future__ import annotations
@@ -39,7 +38,7 @@ from frictool.synth.search.played_tests import (
 from frictool.typing import Vector
 from frictool.verify.document_check import NOT_EVALUABLE
 
-# errors of a candidate, which is then rejected: its numbers may be far outside of what is usual
+# errors after which a candidate is rejected
 UNUSABLE = (FrictoolError, *NOT_EVALUABLE)
 SEED = 1
 POPULATION, SPREAD = 18, 0.25  # candidates of a generation; their spread around the best start

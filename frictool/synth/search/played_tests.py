@@ -13,7 +13,7 @@ from frictool.documents.controller import Controller
 from frictool.typing import Vector
 
 RESERVE = 0.05  # relative distance to each limit that the search aims at
-EXACT = ("oscillations", "drive_peak", "rest", "limit_cycle", "saturation_time_s")  # without it
+EXACT = ("oscillations", "drive_peak", "rest", "limit_cycle", "saturation_time_s")  # no reserve
 FAILED = 10.0  # shortfall of a candidate that cannot be played
 EACH = 0.02  # weight of the sum of all shortfalls beside the largest
 # shortfall of a response that does not end, and its growth with that of the static error
@@ -93,7 +93,7 @@ def shortfalls(runs: JudgedRuns, reserve: float = RESERVE) -> Vector:
     short = wanted - np.where(broken, -0.5, reserves)
     short = np.where(runs.met == 1, np.minimum(short, wanted), short)  # rounding at a limit
     for column, one in enumerate(runs.metrics):
-        if one.limit == 0.0:  # its reserve has a unit
+        if one.limit == 0.0:  # a reserve relative to 0 is undefined
             short[:, column] = np.where(runs.met[:, column] == 0, 0.5, 0.0)
     short = np.where(np.isnan(short), 0.0, short)
     error = next((k for k, one in enumerate(runs.metrics) if one.key == "static_error"), None)
