@@ -52,8 +52,8 @@ KEPT = (
 TRACKED = ("tracking_error_peak", "tracking_error_rms", "settling_after_profile")
 CONTINUABLE = 0.15  # largest relative miss from which a search for a longer response may help
 EASINGS = (1.06, 1.12, 1.25)  # longer response times, relative to the specified one
-SHORT = 2.5  # response times, duration of a part in the tests before the whole one
-AT_REST = 2.25  # response times after which the axis must rest in these tests
+SHORT = 2.5  # duration of a part in the tests before the whole test, in response times
+AT_REST = 2.25  # time after which the axis must rest in these tests, in response times
 SCREENED = 2  # parts of the screen
 # ends of the ranges of the first plants of the screen: 1 is the high end, -1 the low end
 EXTREMES: tuple[PlantValues, ...] = (

@@ -37,7 +37,7 @@ OTHERS, MOVED = 30, ((0.2, 0.15), (0.35, 0.37), (0.7, 0.6), (0.85, 0.85))
 PLACES, TARGETS, WORST = 4, 5, 2
 # requirements that an axis misses if it stays away from its target
 REACHED = ("response_time_95_s", "rise_time_s", "static_error", "settling_after_profile")
-GOLDEN = 0.6180339887498949  # multiples of it spread evenly over a count
+GOLDEN = 0.6180339887498949  # its multiples spread evenly over a count
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ class DesignTest:
         return tuple(judges)
 
     def judges_of_places(self, scenario: Scenario, spec: Spec) -> tuple[ControllerJudge, ...]:
-        """Return judges with every plant at PLACES starts, one judge for each of TARGETS targets.
+        """Return one judge for each of TARGETS targets, with PLACES start positions of every plant.
 
         Start k of plant i has index i PLACES + k. Starts and targets are spread over an encoder
         count.

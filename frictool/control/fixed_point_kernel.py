@@ -3,9 +3,9 @@
     value = word 2^-fraction
 
 Every value is a 32-bit word; sums and products have 64 bits. Words of inputs and states saturate at
-their intervals. Right shifts round to nearest, halves away from zero, so that a mirrored input
-gives the mirrored drive. No operation overflows, since control/fixed_point.py chooses every
-fraction from the proved interval of the value.
+their intervals. Right shifts round to nearest, ties away from zero, so that a mirrored input gives
+the mirrored drive. No operation overflows, since control/fixed_point.py chooses every fraction from
+the proved interval of the value.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def whole_root(value: int) -> int:
 
 @kernel
 def from_real(form: IntVector, value: float) -> int:
-    """Return the saturated word nearest to a value, halves to even; INVALID for NaN, inf."""
+    """Return the saturated word nearest to a value, ties to even; INVALID for NaN or infinity."""
     if not math.isfinite(value):
         return INVALID
     scaled = math.ldexp(value, form[op.FRACTION])

@@ -114,8 +114,8 @@ def axis_fmu(
 ) -> tuple[dict[str, bytes], list[str]]:
     """Return the Functional Mock-up Unit of a model by its file name, and notes.
 
-    Raises NoSolutionError if the model has a feature that an FMU cannot represent and that
-    `without` lacks.
+    Raises NoSolutionError if the model has a feature that an FMU cannot represent and that is not
+    in `without`.
     """
     model, notes = without_features(model, "the FMU", HELD, without)
     starts = _starts(model)

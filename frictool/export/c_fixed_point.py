@@ -24,10 +24,10 @@ EDGE = 2**31
 
 
 class FixedNumbers:
-    """Writer of numbers in q31, the words of the program `scaled`.
+    """Writer of C numbers in q31, with the words of the program `scaled`.
 
     `kind`: C type of values. `constant_kind`: C type of coefficients. `printed`, `cast`: conversion
-    and cast of a value in printf. `words`: note on the values in a row of vectors.
+    and cast of a value in printf. `words`: note on the values in a row of golden vectors.
     """
 
     printed, cast = "%ld", "(long)"

@@ -77,8 +77,8 @@ def time_step(model: Model) -> float:
 def exported_model(model: Model, without: Collection[str]) -> tuple[Model, list[str]]:
     """Return the part of a model that MJCF contains, and notes.
 
-    Raises NoSolutionError if the model has a feature that MJCF cannot represent and that `without`
-    lacks.
+    Raises NoSolutionError if the model has a feature that MJCF cannot represent and that is not in
+    `without`.
     """
     held = {"spring", "ripple"}
     if _contact(model) is not None and "presliding" not in without:

@@ -37,7 +37,7 @@ def visit_conditions(program: Program) -> dict[str, VisitCondition]:
     if "mode_now" in indices:
         modes = {"run": (RUN, "in RUN"), "brake": (BRAKE, "in BRAKE"), "rest": (REST, "in REST")}
         for name, (value, text) in modes.items():
-            if name != "brake" or "running" in indices:  # a band that cuts never brakes
+            if name != "brake" or "running" in indices:  # a band with action `cut` never brakes
                 conditions[name] = VisitCondition(indices["mode_now"], value, False, text)
     released = indices.get("released_and_settled", indices.get("released"))
     if released is not None:

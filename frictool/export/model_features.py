@@ -122,7 +122,7 @@ def without_features(
     Raises
     ------
     NoSolutionError
-        If the model has a feature that the target cannot represent and that `without` lacks.
+        If the model has a feature that the target cannot represent and that is not in `without`.
     """
     present = [name for name, feature in FEATURES.items() if feature.present(model)]
     refused = [name for name in present if name not in held and name not in without]

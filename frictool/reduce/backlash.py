@@ -23,10 +23,10 @@ from frictool.reduce.step_report import StepFigure
 class BacklashChain:
     """Backlash of a mechanism in the coordinate of its source.
 
-    chain: links with backlash, on that path from the source which has the widest backlash. width:
-    sum of the widths of these links [rad | m]. before_sensor: backlash between source and sensor
-    [rad | m]. hiding: names of the links with the backlash before the sensor. behind: names of the
-    blocks behind backlash.
+    chain: links with backlash on the path from the source that has the widest backlash. width: sum
+    of the widths of these links [rad | m]. before_sensor: backlash between source and sensor [rad |
+    m]. hiding: names of the links with the backlash before the sensor. behind: names of the blocks
+    behind backlash.
     """
 
     chain: tuple[Connection, ...]

@@ -28,12 +28,13 @@ BEYOND = 1.6  # effort of a step relative to the breakaway
 RAMP_S, SLIP = 0.3, 1.15  # s to the end of a ramp; its last effort relative to the breakaway
 REST_S = 0.1  # s, rest after a move
 LONGEST_S = 4.0  # s, longest push or coasting
-LITTLE = 0.02  # relative to the push: less friction does not stop the axis
+LITTLE = 0.02  # least friction that stops the axis, relative to the push
 STEPS = 101  # points along a move
-SLOWEST = 1e-12  # relative to the largest speed: slower is at rest
-# distance looked at, relative to that of the step; vanishing friction, relative to its mean
+SLOWEST = 1e-12  # speed that counts as rest, relative to the largest speed
+# checked distance, relative to that of the step; friction that counts as vanishing, relative to its
+# mean
 BEYOND_END, FAINT = 1.25, 0.25
-FREE = 0.3  # push relative to the drive's limit, if there is no friction
+FREE = 0.3  # push without friction, relative to the drive's limit
 
 
 @dataclass(frozen=True)

@@ -49,7 +49,7 @@ def compliant_links(mechanism: Mechanism) -> tuple[Connection, ...]:
 def swings(mechanism: Mechanism, root: str) -> tuple[LinkResonance, ...]:
     """Return the resonances of the compliant links, slowest first.
 
-    The mechanism must be in one coordinate.
+    All blocks must be in the coordinate of one block (coordinate_change.py).
     """
     assembled = assemble_cached(mechanism)
     links = connections(assembled)
@@ -89,7 +89,7 @@ def stiffen_above(
     """Make links with a resonance above `bandwidth` [rad/s] rigid, and merge their blocks."""
     resonances = swings(mechanism, root)
     if not resonances:
-        return mechanism, StepReport("compliance", "no link yields", "nothing")
+        return mechanism, StepReport("compliance", "no link is compliant", "nothing")
     dropped = [one for one in resonances if one.frequency > bandwidth]
     reduced = rigid(mechanism, {one.link.name for one in dropped})
     gain, phase = _difference(mechanism, reduced, bandwidth) if dropped else (0.0, 0.0)

@@ -113,9 +113,7 @@ def from_source(mechanism: Mechanism, source: str) -> tuple[Mechanism, StepRepor
         if isinstance(one, Screw) and one.friction_form == "thesis"
     )
     neglects = (
-        f"accelerations in the torque that friction_form: thesis of {threads} uses"
-        if threads
-        else "nothing"
+        f"the accelerating torque in friction_form: thesis of {threads}" if threads else "nothing"
     )
     return reduced, StepReport("coordinates", did, neglects, figures=tuple(figures))
 
@@ -141,10 +139,7 @@ def at_sensor(
     notes = (
         ()
         if side > 0.0
-        else (
-            f"{sensor} counts down where the command is positive: "
-            "encoder.direction is -1 in the bench",
-        )
+        else (f"{sensor} counts down for a positive command: encoder.direction is -1 in the bench",)
     )
     did = f"the coordinate of {whole.sensors[sensor].on}, where {sensor} measures"
     unit = f"{si_unit('position', there.block_axis)}/{si_unit('position', there.axis)}"

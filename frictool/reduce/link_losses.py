@@ -39,8 +39,9 @@ def as_friction(
 ) -> tuple[Mechanism, StepReport, ReflectedInertia]:
     """Replace the losses of rigid links by friction; also return report and reflected inertia.
 
-    The mechanism is in one coordinate. whole: document with the original threads and efficiencies.
-    Raises NoSolutionError if the source would have to drive an irreversible link backwards.
+    All blocks must be in the coordinate of one block. whole: document with the original threads and
+    efficiencies. Raises NoSolutionError if the source would have to drive an irreversible link
+    backwards.
     """
     x = positions(mechanism)
     figures = []
@@ -75,7 +76,7 @@ def as_friction(
         )
     lossless = lump_rigid_links(mechanism, root)[0]
     if not figures:
-        return lossless, StepReport("losses", "no rigid link loses", "nothing"), ReflectedInertia()
+        return lossless, StepReport("losses", "no lossy rigid link", "nothing"), ReflectedInertia()
     reflected = _reflected_inertia(mechanism, root, slopes)
     total = _total(lossless)
     unit = "kg m^2" if _rotary(lossless) else "kg"

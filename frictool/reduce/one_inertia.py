@@ -44,7 +44,7 @@ class DirectionFriction:
     coulomb: polynomial of the Coulomb friction. extra: polynomial of the breakaway minus the
     Coulomb friction. curve, breakaway: Coulomb friction and breakaway, each (n,), that the
     polynomials approximate. met: mask (n,) of the positions at which the source can push the blocks
-    behind the backlash; at the other positions the source must reverse before that.
+    behind the backlash, because these blocks are within their travel.
     """
 
     coulomb: PolynomialFit
@@ -158,7 +158,7 @@ def one_inertia(
     turns: Sequence[float] = (),
     number: float | None = None,
 ) -> OneInertia:
-    """Reduce a mechanism in one coordinate, without losses in rigid links, to one inertia.
+    """Reduce a mechanism with all blocks in one coordinate and lossless rigid links to one inertia.
 
     reflected: bounds of the inertia due to the losses that were removed. side: -1 if the sensor
     counts against the coordinate. turns: likely numbers of the load's harmonic, as in

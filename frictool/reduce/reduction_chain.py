@@ -74,7 +74,7 @@ def chain(
     bandwidth: frequency [rad/s] above which resonances are removed; required if a link is
     compliant. number: number of the load's harmonic, `known` of `fit_residual_load`.
 
-    Raises ElementError if the mechanism is wrong or its sensor measures no position. Raises
+    Raises ElementError if the mechanism is invalid or its sensor measures no position. Raises
     ReductionStopped, with the steps so far, if the mechanism has several independent motions,
     several commanded sources, a sensor behind backlash, or a load that no model.yaml can describe.
     """

@@ -60,7 +60,7 @@ class LinkLoss:
 
     @property
     def factor(self) -> float:
-        """Return the factor of friction, which always opposes the motion."""
+        """Return the factor from far to near side for friction, which always opposes the motion."""
         return 1.0 + self.drive if self.from_near else 1.0 / (1.0 - self.back)
 
 

@@ -85,7 +85,7 @@ def in_contact(
 def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
     """Replace the loads of each block by two curves; blocks with friction only are unchanged.
 
-    The mechanism must be in one coordinate and without losses.
+    All blocks must be in the coordinate of one block, without losses.
     """
     x = positions(mechanism)
     figures = []

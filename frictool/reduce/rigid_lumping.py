@@ -1,7 +1,7 @@
 """Merging of blocks with plain rigid links between them to one block (thesis 2.1.5, 2.2.4).
 
-The step is exact. The mechanism is in one coordinate (coordinate_change.py), so that every link has
-the ratio 1.
+The step is exact. All blocks are in the coordinate of one block (coordinate_change.py), so that
+every link has the ratio 1.
 """
 
 from __future__ import annotations

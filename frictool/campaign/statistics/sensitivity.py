@@ -67,7 +67,7 @@ class FailureComparison:
 
     @property
     def named(self) -> tuple[int, ...]:
-        """Return the indices of the factors that cause failures, the clearest cause first."""
+        """Return the indices of the factors with a significant influence, the clearest first."""
         return tuple(
             i
             for i in self.order
@@ -91,7 +91,7 @@ class MetricInfluence:
     def rest(self) -> float | None:
         """Return the share of the variance that no factor in `named` explains alone.
 
-        It comes from interactions, noise and effects finer than the slices.
+        Interactions, noise and effects finer than the slices cause this share.
         """
         return (
             max(0.0, 1.0 - sum(max(0.0, self.shares[i].share) for i in self.named))
@@ -120,7 +120,7 @@ class MetricInfluence:
 
     @property
     def named(self) -> tuple[int, ...]:
-        """Return the indices of the factors with an influence, the largest share first."""
+        """Return the factors with a significant influence, by index, the largest share first."""
         return tuple(
             i
             for i in self.order

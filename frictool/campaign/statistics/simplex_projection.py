@@ -2,13 +2,13 @@
 
 The factors are independent, so that first-order shares satisfy S_i >= 0 and sum S_i <= 1. Their
 estimates have errors and can violate this: with a hundred trials, 80 % +- 6 % and 23 % +- 9 % can
-occur together. The projection is the point of this set that is nearest to the estimates, in units
-of their errors e_i:
+occur together. The projection is the nearest point to the estimates, in units of their errors e_i,
+among all shares that satisfy both conditions:
 
     min sum (s_i - S_i)^2 / e_i^2,    s_i >= 0, sum s_i <= 1
 
-The projection changes the least certain shares most. The set is convex, so that in this norm every
-point of the set, also the true shares, is at least as near to the projection as to the estimates.
+The projection changes the least certain shares most. These shares form a convex set, so that in
+this norm the true shares are at least as near to the projection as to the estimates.
 """
 
 from __future__ import annotations

@@ -89,7 +89,7 @@ def text_of(case: WorstCase, folder: Path, origin: Path) -> str:
     searched, played = case.searched, case.played
     name = f"worst {case.requirement.replace('_', ' ')}"
     replay = played.reference
-    if replay is not None:  # its path counts from the scenario's folder
+    if replay is not None:  # its path is relative to the scenario's folder
         replay = msgspec.structs.replace(
             replay, log=Path(os.path.relpath(origin.parent / replay.log, folder)).as_posix()
         )
