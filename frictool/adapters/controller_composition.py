@@ -231,7 +231,7 @@ class _Composition:
     def _cascade(self) -> None:
         document, program = self.document, self.program
         law = document.position_law
-        assert law is not None  # the document says so
+        assert law is not None  # checked with the document
         edge = program.constant(law.band, "band")
         resting = running = None
         if law.action != "none":

@@ -105,6 +105,6 @@ def _mean_factor(
 ) -> float:
     """Return the mean of the normalised friction polynomial over positions first to last.
 
-    It is cached, because all plants sampled from one model have the same mean.
+    It is cached, because all plants drawn from one model have the same mean.
     """
     return mean_over(normalised_coefficients(powers, low, high), low, high, first, last)

@@ -67,8 +67,7 @@ class Switched(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_def
 
     The inequalities do not cover a rest, in which alpha is constant, nor a switch between moving
     modes that is not in `transitions`. After a rest or such a switch, the axis must move for some
-    time. No command proves an
-    edited document again; run `observe design` instead.
+    time. No command proves an edited document again; run `observe design` instead.
 
     - `wear`: `multiplicative`: the friction is alpha f. `additive`: it is f + alpha.
     - `switch_speed`: Speed below which the mode is 0.

@@ -61,7 +61,7 @@ def equations(mechanism: Mechanism, *, name: str = "mechanism", explain: bool = 
     Raises
     ------
     DocumentError
-        the document is wrong; the message contains the key of the element
+        the document is invalid; the message contains the key of the element
     """
     try:
         return Equations(derive(mechanism, assemble(mechanism)), explain)

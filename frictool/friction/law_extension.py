@@ -1,4 +1,4 @@
-"""Extensions of a friction law: dependence on direction, position and time at rest, and others.
+"""Extensions of a friction law by direction, position, time at rest, speed regimes and a film.
 
     F_c(x, direction)    = F_c(direction) position factor(x, direction)             (4.41)-(4.44)
     F_s(x, direction, t) = F_s(direction) position factor(x, direction) dwell factor(t)   3.4.2.3

@@ -27,7 +27,7 @@ from frictool.friction.stribeck import BREAKAWAY, VISCOUS, curve
 from frictool.runtime.kernels import kernel
 from frictool.typing import Vector
 
-# C; compared with a memory as fast as LuGre's at v_s
+# C; for comparisons, a memory as fast as LuGre's at v_s
 ATTRACTION = LawParameter(
     "attraction",
     "N/s",

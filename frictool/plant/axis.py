@@ -96,7 +96,7 @@ class AxisParameters(NamedTuple):
 
     @property
     def numbers(self) -> tuple[float, ...]:
-        """Values of all fields except `laws`, in order."""
+        """Return the values of all fields except `laws`, in order."""
         return self[:PLAIN_SIZE]  # type: ignore[return-value]  # the laws are the last field
 
 

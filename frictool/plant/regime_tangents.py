@@ -47,9 +47,9 @@ class RegimeLevels:
 def tangents(levels: RegimeLevels, *, viscous: bool, coulomb: bool) -> tuple[RegimeTangent, ...]:
     """Return the tangents of every regime, at both ends of the scheduled intervals.
 
-    viscous, coulomb: True if the slopes or F_c are scheduled; the slopes of all regimes are low
-    together or high together. A parameter that is not scheduled has its upper end; its lower values
-    lie in the polytope between the regimes, as the annex states after (32).
+    viscous: True if the slopes are scheduled. coulomb: True if F_c is scheduled. The slopes of all
+    regimes are low together or high together. A parameter that is not scheduled has its upper end;
+    its lower values lie in the polytope between the regimes, as the annex states after (32).
     """
     lows, highs = zip(*levels.viscous, strict=True)
     slopes = (lows, highs) if viscous else (highs,)

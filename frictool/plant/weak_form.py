@@ -14,7 +14,7 @@ from frictool.typing import Vector
 
 
 def bell(window: int) -> Vector:
-    """Return phi (window - 2,) with sum 1, whose second difference has `window` values."""
+    """Return the test function (window - 2,) with sum 1; its second difference is (window,)."""
     inner = np.linspace(-1.0, 1.0, window)[1:-1]
     phi = (1.0 - inner**2) ** 3
     return np.asarray(phi / phi.sum())

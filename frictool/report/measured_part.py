@@ -73,7 +73,7 @@ ARGUMENTS: dict[str, Callable[[MeasuredPart], Any]] = {
     "target": lambda part: part.hold and part.hold.target,
     # step of the position sensor; 0 if unknown
     "resolution": lambda part: part.evidence.resolution,
-    # measured drive, or the command if no drive was measured; the two alone, None if not logged
+    # measured drive, or the command if no drive was measured; each of the two, None if not logged
     "drive": lambda part: part.of(part.evidence.drive),
     "command": lambda part: part.of(part.evidence.command),
     "measured": lambda part: part.of(part.evidence.measured),

@@ -8,7 +8,7 @@ from frictool.logs.log import Stream
 from frictool.presentation.decimation import finite_or_nan
 from frictool.typing import Vector
 
-LEAST_LEVELS = 40  # sensor steps at top speed, smallest number
+LEAST_LEVELS = 40  # smallest position difference at top speed, in sensor steps
 MOST_SAMPLES = 40
 
 

@@ -49,7 +49,7 @@ def step_key(judged: Judged, where: ValueLocation) -> str | None:
 
 
 def same_steps(judged: Judged) -> list[list[tuple[StreamEvidence, HoldMetrics]]]:
-    """Return the steps of all streams, grouped by initial and final reference (5.32, 5.33).
+    """Return the steps of all streams, grouped by initial and final reference.
 
     If a stream contains a step several times, the first occurrences of all streams form a group,
     the second ones another group, and so on, at whatever time they occur.

@@ -34,7 +34,7 @@ def limit_of(spec: Spec, key: str) -> float:
     limit = getattr(spec, key)
     if isinstance(limit, float):
         return float(limit)
-    for part in ("limit", "drive", "value"):  # of `energy`, of `rest`, of a quantity
+    for part in ("limit", "drive", "value"):  # limit of `energy`, of `rest` or of a quantity
         limit = getattr(limit, part, limit)
     return float(limit)
 
