@@ -143,10 +143,10 @@ METRICS = (
         "response_time_95",
         "response 95 %",
         "time",
-        "time from the step until the position stays, to the end of the hold, in a zone around "
-        "its final value. The zone is 5 % of the amplitude to each side, and at least one sensor "
-        "step. The time is infinite if the position leaves the zone in the last tenth of the "
-        "hold, or if the final value misses the reference by more than half of the step",
+        "time from the step until the position enters a zone around its final value and stays in "
+        "it until the end of the hold. The zone is 5 % of the amplitude to each side, and at least "
+        "one sensor step. The time is infinite if the position leaves the zone in the last tenth "
+        "of the hold, or if the final value misses the reference by more than half of the step",
         compute="response_time.response_time_95",
         needs=("step", "response_time"),
         table=MOTION,
@@ -225,7 +225,7 @@ METRICS = (
         table=MOTION,
         key="oscillations",
         limit=Annotated[int, msgspec.Meta(ge=0)],
-        meaning="Largest number of reversals during a step.",
+        meaning="Largest number of oscillations after a step.",
         rank=6,
     ),
     Metric(
@@ -263,8 +263,8 @@ METRICS = (
         "drive_rms",
         "rms drive",
         "drive",
-        "root mean square of the drive over time, sqrt(sum i² dt/sum dt), including the noise. "
-        "Each sample has the weight of the time to the next one",
+        "root mean square of the drive i including its noise, sqrt(sum i² dt/sum dt), where dt is "
+        "the time from a sample to the next one",
         compute="drive_rms.drive_rms",
         needs=("drive",),
     ),
@@ -272,9 +272,9 @@ METRICS = (
         "energy",
         "energy",
         "drive squared",
-        "mean square of the drive over the time t_int after the step, (T_e/t_int) sum i² with the "
-        "sample period T_e. t_int is energy.window_s of the specification; without this key it is "
-        "response_time_95_s",
+        "mean square of the drive i over the time t_int after the step, (T_e/t_int) sum i² with "
+        "the sample period T_e. t_int is energy.window_s of the specification; without this key "
+        "it is response_time_95_s",
         compute="energy.energy",
         needs=("step", "drive", "energy_window"),
         key="energy",
@@ -344,8 +344,7 @@ METRICS = (
         "drive_peak",
         "peak drive",
         "drive",
-        "the larger of two values over the whole record: the largest absolute command, if there "
-        "is one, and the largest absolute measured drive less its noise floor",
+        "as in a hold, over the whole record",
         scope="stream",
         compute="drive_peak.larger_peak",
         needs=("drive",),
@@ -358,7 +357,7 @@ METRICS = (
         "drive_rms",
         "rms drive",
         "drive",
-        "root mean square of the drive over the whole record, including the noise",
+        "as in a hold, over the whole record",
         scope="stream",
         compute="drive_rms.drive_rms",
         needs=("drive",),
@@ -371,7 +370,7 @@ METRICS = (
         "saturation_time",
         "time at limit",
         "time",
-        "time at the drive's limit, as in a hold, over the whole record",
+        "as in a hold, over the whole record",
         scope="stream",
         compute="saturation_time.saturation_time",
         needs=("drive", "drive_limit"),
@@ -394,8 +393,8 @@ METRICS = (
         "tracking_error_rms",
         "rms error",
         "position",
-        "root mean square of the distance of the position from the reference over the whole "
-        "record. If the log has a profile, the profile replaces the reference",
+        "root mean square of the distance of the position from the reference or the profile, "
+        "over the whole record",
         scope="stream",
         compute="tracking_error.tracking_error_rms",
         needs=("tracking",),
@@ -408,11 +407,10 @@ METRICS = (
         "settling_after_profile",
         "settling after a profile",
         "time",
-        "longest time from the end of a motion of the reference to the sample from which the "
+        "longest time from the end of a motion of the reference (or of the profile) until the "
         "error stays in a zone until the next motion. The zone is settling_after_profile.within "
-        "of the specification, and at least one sensor step. If the log has a profile, the "
-        "profile replaces the reference. The time is infinite if the last sample is outside the "
-        "zone",
+        "of the specification, and at least one sensor step. The time is infinite if the last "
+        "sample is outside the zone",
         scope="stream",
         compute="settling_after_profile.settling_after_profile",
         needs=("tracking", "settling"),
@@ -426,7 +424,7 @@ METRICS = (
         "rms error of the speed used",
         "velocity",
         "root mean square of the difference between the speed that the controller used and the "
-        "true speed; for simulated records",
+        "true speed, in simulated records",
         scope="stream",
         compute="velocity_error.velocity_error_rms",
         needs=("used_velocity",),
