@@ -58,23 +58,24 @@ INEQUALITIES = (*SEARCH, "poles", "recentring")
 
 METHODS: dict[str, SynthesisMethod] = {
     "lpv": SynthesisMethod(
-        "inequalities at the polytope's vertices with common X and Y; the controller of one plant",
+        "matrix inequalities with one Lyapunov function for all vertices; the controller of one "
+        "plant runs",
         "to judge weights: it takes seconds, and gamma shows how demanding they are",
         (*INEQUALITIES, "schedule", "vertices", "frozen_at", "scheduled", "ease"),
     ),
     "lft": SynthesisMethod(
-        "one plant with an uncertainty channel",
+        "matrix inequalities for one plant with an uncertainty channel",
         "to reproduce published results; its bound does not hold at every corner of the box",
         (*INEQUALITIES, "channel_effort", "ease"),
     ),
     "lft_lpv": SynthesisMethod(
-        "friction (or other parameters) scheduled, the others in the channel",
+        "as `lft`, but friction (or other parameters) scheduled instead of in the channel",
         "if the friction varies most",
         (*INEQUALITIES, "schedule", "scheduled", "channel_effort", "ease"),
     ),
     "lpv_grid": SynthesisMethod(
-        "X and Y are functions of constant or slow parameters; a grid, with checks between its "
-        "points",
+        "as `lpv`, but the Lyapunov function depends on the parameters, which are constant or "
+        "slow; a grid, with checks between its points",
         "if `lpv` is too conservative: `lpv` allows parameters that jump",
         (*INEQUALITIES, "schedule", "vertices", "frozen_at", "scheduled", "grid"),
     ),
