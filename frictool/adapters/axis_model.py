@@ -29,8 +29,8 @@ def axis_of(model: Model, **overrides: float) -> AxisParameters:
     `overrides` replaces fields of AxisParameters. An overridden Coulomb or viscous friction scales
     the model's friction (adapters/friction_levels.py); an overridden breakaway does not. The
     friction inside the backlash (motor and brushes, thesis 4.4.4) is a part of the axis's friction;
-    by default it equals the lower Coulomb friction of both directions. Raises ValueError with the
-    name of a parameter that is out of range.
+    by default it equals the Coulomb friction of the direction in which that is lower. Raises
+    ValueError with the name of a parameter that is out of range.
     """
     bench, today = model.bench, model.parameters
     values: dict[str, Any] = {

@@ -16,7 +16,7 @@ GRID_POINTS = 1001  # number of positions at which a polynomial is evaluated ove
 def intervals(model: Model) -> dict[str, tuple[float, float]]:
     """Return the intervals for which `synth` designs, and which `verify` compares.
 
-    They are `ranges`, extended by the local Coulomb friction over the travel.
+    The intervals are `ranges`, extended by the local Coulomb friction over the travel.
     """
     ranges_of_model = ranges(model)
     if model.laws is not None and model.laws.position is not None:
@@ -33,8 +33,7 @@ def ranges(model: Model) -> dict[str, tuple[float, float]]:
 
     The hull includes every direction and regime. `simulate` and `campaign` draw from it. Friction
     that varies with position enters with its mean, and a bench value without a range as a point.
-    The hull is used and not the intersection, because the log shows this bench today, and the
-    bench's range contains its future values.
+    The log shows the bench today; the bench's range also covers later values.
     """
     known = model.bench.mechanics
     today = model.parameters

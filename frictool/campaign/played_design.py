@@ -65,10 +65,10 @@ class DesignTest:
         return self.judge_of(self.scenario, self.spec)
 
     def judges_of_others(self, scenario: Scenario, spec: Spec) -> tuple[ControllerJudge, ...]:
-        """Return judges with plants that the test does not contain, one judge for each of MOVED.
+        """Return judges with plants that the test does not contain, one for each pair in MOVED.
 
-        They simulate the vertices from another position within a count, and OTHERS drawn plants.
-        The targets are also shifted within a count.
+        They simulate the vertices and OTHERS drawn plants. Start and targets are shifted within an
+        encoder count.
         """
         drawn: list[PlantValues] = []
         if self.vertices:

@@ -7,8 +7,8 @@ The fraction of a value is its number of fractional bits. Values are 32-bit word
 are formed in 64 bits. A program runs in q31: its coefficients have 31 bits and a sign, each with a
 separate fraction. Only coefficients can be rounded to q15. A state saturates at the interval of its
 bounds `low` and `high`; the intervals therefore hold at every sample if they hold at one. The
-overflow proof uses integers of any size, not real numbers. It repeats every operation on the words
-at both ends of its operands' intervals. Each intermediate result must fit.
+overflow proof uses integers of any size, not real numbers. The proof repeats every operation on the
+words at both ends of its operands' intervals. Each intermediate result must fit.
 """
 
 from __future__ import annotations

@@ -10,9 +10,9 @@
 Section 5.1 of the thesis argues against friction compensation; it serves as a baseline. The model
 needs the sign of v near v = 0, which a coarse encoder cannot provide. If the model has too much
 friction, the axis moves without a command. At rest the observer integrates the effort, so that the
-axis breaks away, overshoots and hunts (5.1). docs/theory/control.md compares this compensation with
-the laws that use friction. Rule: the bandwidth L below that of the measured speed; v_s above the
-speed of one encoder count per sample.
+axis breaks away, overshoots and hunts. docs/theory/control.md compares this compensation with the
+laws that use friction. Rule: the bandwidth L below that of the measured speed; v_s above the speed
+of one encoder count per sample.
 """
 
 from __future__ import annotations

@@ -5,8 +5,8 @@
 
 The code does the operations of `run_values` in the same order, each rounded to float64, so that
 drive and states are equal bit by bit. Coefficients are read from memory: programs that differ only
-in their coefficients share one code. Compilation takes some hundredths of a second; it pays after
-about a hundred runs of a thousand samples.
+in their coefficients share one code. Compilation pays after about a hundred runs of a thousand
+samples.
 """
 
 from __future__ import annotations

@@ -141,7 +141,7 @@ def _is_current(state: Path, sources: Sources) -> bool:
 
 
 def check_old_kernels(left: list[OldKernelFolder]) -> InstallationFinding:
-    """Return the number and size of old folders, which only take space."""
+    """Return the number and size of old folders."""
     size = sum(one.folder.size for one in left)
     facts: dict[str, Any] = {
         "folders": [

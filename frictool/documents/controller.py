@@ -460,7 +460,7 @@ class Schedule(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     - `parameters`: Scheduled parameters.
     - `corners`: Controllers at the corners.
     - `gamma`: Worst norm of the sampled loop over the corners and the plants between them, each
-      with the controller of its own parameters.
+      with the controller for its parameters.
     - `modulus_margin`: Worst modulus margin of these plants.
     - `points`: Number of plants between the corners.
     """

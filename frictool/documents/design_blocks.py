@@ -211,7 +211,8 @@ class FeedforwardDesign(
     - `viscous`: Viscous friction.
     - `coulomb`: Coulomb friction.
     - `switch_on_speed`: Speed of the reference above which the Coulomb friction is added. By
-      default one encoder step in 10 samples. It is removed below half of this speed.
+      default one encoder step in 10 samples. Below half of this speed the friction is removed
+      again.
     - `filter_rad_s`: Bandwidth of the filter that differentiates the reference.
     """
 

@@ -57,7 +57,7 @@ class Parameters(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_d
 
 
 class Fit(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
-    """Quality of the fit on its own logs.
+    """Quality of the fit on the logs of the identification.
 
     - `force_error`: Residual effort relative to the measured effort (rms).
     - `condition`: Condition number of the regression.

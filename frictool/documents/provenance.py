@@ -1,6 +1,6 @@
 """Provenance of an artefact: command, version and digest of each input.
 
-It contains no time and no absolute path.
+The provenance contains no time and no absolute path.
 """
 
 from __future__ import annotations

@@ -182,7 +182,7 @@ def positive(dimension: str) -> Any:
 
 @lru_cache(maxsize=1)
 def unit_registry() -> pint.UnitRegistry[float]:
-    """Return the unit registry; its construction at the first use takes about 0.1 s."""
+    """Return the unit registry."""
     made: pint.UnitRegistry[float] = _pint().UnitRegistry()
     return made
 
@@ -190,8 +190,7 @@ def unit_registry() -> pint.UnitRegistry[float]:
 def _pint() -> ModuleType:
     """Return pint, imported without dask.
 
-    If dask is installed, pint imports it and jinja2, which adds half of the import time. frictool
-    uses no dask arrays.
+    If dask is installed, pint imports it, which is slow; frictool uses no dask arrays.
     """
     hidden = "dask" not in sys.modules
     if hidden:

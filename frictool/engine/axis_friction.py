@@ -87,7 +87,7 @@ def at_edge(state: Vector, p: Vector, direction: float) -> bool:
 def threshold(state: Vector, p: Vector, laws: Laws, direction: float) -> float:
     """Return the largest effort [N m | N] in a direction under which an axis stays at rest.
 
-    It is inf at an end stop.
+    The effort is inf at an end stop.
     """
     if laws is not None and distance_to_stop(laws, state[ax.POSITION], direction) <= 0.0:
         return math.inf
@@ -138,7 +138,7 @@ def is_curved(state: Vector, p: Vector, direction: float) -> bool:
 
 @kernel
 def straight_line(p: Vector, direction: float, w: float) -> tuple[float, float]:
-    """Return (added, viscous) of the friction F_c + added + viscous w at the speed w."""
+    """Return (added, viscous) of the friction F_c + added + viscous w, without Stribeck term."""
     added = 0.0
     viscous = p[al.VISCOUS_PAIR + _side(direction)]
     for row in range(al.REGIMES, al.COULOMB_MAPS, al.REGIME_SIZE):

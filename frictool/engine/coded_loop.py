@@ -1,8 +1,7 @@
 """Closed loop of engine/closed_loop.py with a controller as machine code (control/machine_code.py).
 
-The record equals that of `closed_loop.run` bit by bit. A sample of the controller takes a sixth of
-the time of the interpreted program. If the command cannot move the axis at rest, only the state of
-the drive is computed.
+The record equals that of `closed_loop.run` bit by bit. If the command cannot move the axis at rest,
+only the state of the drive is computed.
 """
 
 from __future__ import annotations

@@ -64,7 +64,7 @@ def convolved(a: float, b: float, t: float) -> float:
 def convolved_integral(a: float, b: float, t: float) -> float:
     """Return int_0^t convolved(a, b, s) ds [s^2].
 
-    It is t^2 times the divided difference of phi1 at -a t and -b t.
+    The result is t^2 times the divided difference of phi1 at -a t and -b t.
     """
     p, q = -a * t, -b * t
     gap = q - p

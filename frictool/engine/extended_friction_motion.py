@@ -80,8 +80,8 @@ def threshold(
 ) -> float:
     """Return the largest effort in a direction under which a body stays at rest.
 
-    It is the breakaway, minus the amount by which a film (lagged velocity w) that has not decayed
-    yet lowers the friction at the start of a slip.
+    This effort is the breakaway, minus the amount by which a film (lagged velocity w) that has not
+    decayed yet lowers the friction at the start of a slip.
     """
     force, body = driven.force, driven.body
     forward, backward, table, p = laws

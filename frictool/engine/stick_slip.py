@@ -9,7 +9,7 @@ The simulation is exact to rounding, except at low speed, in the Stribeck layer 
                        (engine/power_series.py)
 
 The direction of slip is fixed within a piece: no integrator ever evaluates sign(v). Rules prevent
-endless cycles (3.5):
+endless cycles:
 
 - An effort that equals the breakaway threshold to rounding breaks the body away only if the effort
   rises.

@@ -101,7 +101,7 @@ def fixed_biquads(name: str, sections: tuple[Row, ...], number: Number, entering
 def response_sum(sections: tuple[Row, ...]) -> float:
     """Return the sum of the absolute impulse response of a chain; inf if it is unstable.
 
-    It is the largest output for inputs within +-1.
+    The sum is the largest output for inputs within +-1.
     """
     a, b, c, d = chain_state_space(sections)
     n = len(b)

@@ -40,7 +40,7 @@ STANDARD_HEADERS = frozenset(
 def c_identifier(name: str) -> str:
     """Return a prefix for C identifiers and file names.
 
-    It consists of lower-case ASCII letters, digits and underscores.
+    The prefix consists of lower-case ASCII letters, digits and underscores.
 
     >>> c_identifier("Clutch 2: speed")
     'clutch_2_speed'

@@ -3,8 +3,8 @@
 The sampled loop is rebuilt at every vertex with the rounded coefficients. It must be stable at
 every delay of the document, and have the specified modulus margin at the bench's delay. If the
 document contains the weights of the norm, the norm must not exceed the claimed norm. Every corner
-of a schedule is checked with its own plant. Rounding of signals is not covered; the golden vectors
-measure it (golden_vectors.py).
+of a schedule is checked with the plant of this corner. Rounding of signals is not covered; the
+golden vectors measure it (golden_vectors.py).
 """
 
 from __future__ import annotations

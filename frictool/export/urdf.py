@@ -1,7 +1,6 @@
 """Damping and friction of one joint, written into a copy of a URDF or SDF file.
 
-expat gives the byte position of every element, so that only the bytes of the two values change:
-comments, order, indentation, line endings and everything else stay.
+Only the bytes of the two values change.
 
     URDF  <joint name="NAME" type="..."> ... <dynamics damping="..." friction="..."/> </joint>
     SDF   <joint name="NAME" type="..."><axis> ... <dynamics><damping/><friction/></dynamics></axis>

@@ -97,8 +97,8 @@ class ProjectedInequality:
     def reduced(self, n_w: int) -> tuple[Matrix, Matrix, Matrix]:
         """Return (fixed, columns, entering) of the smaller inequality.
 
-        It is fixed + F(v/gamma) - entering/gamma^2 > 0, the Schur complement in the last `n_w` rows
-        divided by gamma. `columns` are the coefficient matrices of F.
+        The inequality is fixed + F(v/gamma) - entering/gamma^2 > 0, the Schur complement in the
+        last `n_w` rows divided by gamma. `columns` are the coefficient matrices of F.
         """
         k = len(self.p) - n_w
         side = self.fixed[:k, k:]
@@ -172,7 +172,7 @@ class BoundedRealInequalities:
         )
 
     def free(self) -> list[AffineConstraint]:
-        """Return the inequalities with unknown gamma; the decision vector is (R', S', d, m)."""
+        """Return the inequalities for the unknowns (R', S', d, m); d = 1/gamma, m >= d^2."""
         count = 2 * self.half + 2
         inequalities = [self._coupling(count, None)]
         for start, (fixed, coefficients, entering) in self.reduced:

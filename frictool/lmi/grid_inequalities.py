@@ -164,8 +164,8 @@ class GridInequalities:
     def reduced(self) -> Iterator[tuple[Matrix, Matrix, Matrix]]:
         """Yield (fixed, columns, entering) of the inequality of each grid point, plant and motion.
 
-        It is fixed + F(X/gamma, Y/gamma) - entering/gamma^2 > 0; `columns` are the coefficients of
-        F.
+        The inequality is fixed + F(X/gamma, Y/gamma) - entering/gamma^2 > 0; `columns` are the
+        coefficients of F.
         """
         for cell, sides in zip(self.cells, self.sides, strict=True):
             for block in (0, 1):
@@ -184,12 +184,12 @@ class GridInequalities:
                         yield fixed, columns, entering
 
     def weights(self, block: int, values: Values) -> list[tuple[Vector, Vector]]:
-        """Return the basis functions of X (block 0) or Y (block 1) for each distinct motion.
+        """Return pairs (w1, w2) of weights of the coefficients of X (block 0) or Y (block 1).
 
-        Each entry is a pair (w1, w2) of weights of the coefficients. The sum with w1 is the matrix
-        that is multiplied by matrices of the plant. The sum with w2 is the matrix v in the term e v
-        e'. In continuous time, v is the derivative of X, or minus the derivative of Y. In discrete
-        time, w1 and w2 belong to the two ends of a step.
+        There is one pair for each distinct corner of the rates of r. The sum with w1 is the matrix
+        that is multiplied by matrices of the plant. The sum with w2 is the matrix v of the separate
+        term e v e' (lmi/bounded_real.py): in continuous time the derivative of X, or minus that of
+        Y. In discrete time, w1 and w2 belong to the two ends of a step.
         """
         basis = self.bases[block]
         pairs = []

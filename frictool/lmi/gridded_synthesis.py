@@ -60,7 +60,7 @@ class GridSchedule:
     """Dependence of X and Y on the parameters.
 
     rates: bound of |dr_j/dt| for each parameter, in 1/s (for sampled plants, per sample); X and Y
-    do not depend on a parameter with an infinite rate. degrees: those of X and Y, 0 to 2. points:
+    do not depend on a parameter with an infinite rate. degrees: degrees of X and Y, 0 to 2. points:
     number of points of the first grid along each parameter.
     """
 

@@ -316,7 +316,7 @@ def _nothing(decay: float, t: Matrix) -> SwitchedGains:
 def state_units(modes: Mapping[int, ObserverMode]) -> Matrix:
     """Return a diagonal scaling of the states for which the couplings in A are of order one.
 
-    It is a least-squares fit of logarithms over all modes.
+    The scaling is a least-squares fit of logarithms over all modes.
     """
     coupling = np.max(
         [np.abs(mode.a - np.diag(np.diag(mode.a))) for mode in modes.values()], axis=0

@@ -15,6 +15,6 @@ from frictool.typing import Vector
 def oscillations(position: Vector, origin: float, target: float, resolution: float = 0.0) -> int:
     """Return the number of oscillations of `position` (n,) after a step.
 
-    It is 0 if the position does not reach the 95 % zone around its final value.
+    The number is 0 if the position does not reach the 95 % zone around its final value.
     """
     return math.ceil(reversals(position, origin, target, resolution) / 2)

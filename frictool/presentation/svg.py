@@ -44,8 +44,7 @@ PAGE: dict[str, Any] = {  # matplotlib settings common to all figures
 class FigureMargins(NamedTuple):
     """Margins around the axes, and distance of ordinate labels from the left edge [inch].
 
-    They are fixed so that the axes of figures below each other line up. Fitting them to the labels
-    of each figure would take longer than the rest of a page.
+    They are fixed so that the axes of figures below each other line up.
     """
 
     left: float
@@ -59,7 +58,7 @@ class FigureMargins(NamedTuple):
 def drawing(name: str, style: Mapping[str, Any] = PAGE) -> Iterator[None]:
     """Set the matplotlib settings under which the figure `name` is drawn and rendered.
 
-    The user's own settings are ignored; `name` is the salt of the ids in the SVG text.
+    The user's matplotlib settings are ignored; `name` is the salt of the ids in the SVG text.
     """
     with mpl.rc_context():
         mpl.rcdefaults()

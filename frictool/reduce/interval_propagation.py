@@ -106,7 +106,7 @@ def consistent(mechanism: Mechanism) -> Mechanism:
 def propagated(
     mechanism: Mechanism, numbers: Callable[[Mechanism], Numbers], progress: Callable[[str], None]
 ) -> Ends:
-    """Return (low, high) of each of `numbers`; without intervals, both equal its value."""
+    """Return (low, high) of each of `numbers`; without intervals, low and high are the value."""
     centre = numbers(mechanism)
     low, high = dict(centre), dict(centre)
     intervals = uncertain(mechanism)

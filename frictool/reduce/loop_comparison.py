@@ -23,8 +23,8 @@ class LoopStep:
     """Comparison over one hold of the reference.
 
     time: start of the hold [s]. origin, target: reference before and during the hold [rad | m].
-    distance: largest difference of both positions [rad | m]. at_the_end: their difference at the
-    end of the hold [rad | m]. whole_s, reduced_s: response times [s]. allowed: largest allowed
+    distance: largest difference between the two positions [rad | m]. at_the_end: this difference at
+    the end of the hold [rad | m]. whole_s, reduced_s: response times [s]. allowed: largest allowed
     difference [rad | m].
     """
 

@@ -18,10 +18,10 @@ POINTS = 241  # even positions over the travel; the points of every curve are ad
 def travel_of(mechanism: Mechanism) -> tuple[float, float]:
     """Return the travel (low, high) of the source's block [rad | m].
 
-    It is the first of these that exists: travel of the document, range between end stops, range of
-    the curves, range over which the source's largest effort strains the springs, one unit to each
-    side of the start. Raises NoSolutionError if there are springs and the source's effort has no
-    limit.
+    The travel is the first of these that exists: travel of the document, range between end stops,
+    range of the curves, range over which the source's largest effort strains the springs, one unit
+    to each side of the start. Raises NoSolutionError if there are springs and the source's effort
+    has no limit.
     """
     known = known_travel(mechanism)
     if known is not None:

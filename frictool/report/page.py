@@ -1,7 +1,4 @@
-"""Report as one HTML file without requests.
-
-The report contains verdict, reasons, figures, controller and provenance.
-"""
+"""Report as one HTML file without requests."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class RigFacts:
         return self.simulated(facts_of_text(log.metadata.get(RECORD, {})))
 
     def simulated(self, facts: Mapping[str, float]) -> RigFacts:
-        """Return the data with a simulation's encoder step and the lower of both drive limits."""
+        """Return the data with a simulation's encoder step and the lower of two drive limits."""
         limits = [
             limit
             for limit in (self.drive_limit, facts.get("drive_limit"))

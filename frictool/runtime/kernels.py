@@ -160,10 +160,7 @@ def _inner_options(function: Callable[..., Any]) -> dict[str, Any]:
 
 
 def inner_kernel(function: F) -> F:
-    """Compile as `kernel` does, and inline the function into its callers; for inner loops.
-
-    Inlining avoids calls that pass every word of each array descriptor.
-    """
+    """Compile as `kernel` does, and inline the function into its callers; for inner loops."""
     return cast(F, _declared(function, _inner_options(function)))
 
 
@@ -199,7 +196,7 @@ def part_kernel(function: F) -> F:
 def inset_kernel(function: F) -> F:
     """Compile as `bare_kernel` does, but without the wrapper that Python code needs to call it.
 
-    Only other kernels can call the function. Leaving out the wrapper shortens the compilation.
+    Only other kernels can call the function.
     """
     return cast(
         F,

@@ -3,10 +3,9 @@
 Each state of a module's sources has its own folder. kernel_folders.py manages these folders: names,
 use, locks and removal.
 
-numba's cache checks only the file of a function, names the entry by line number, and lets two
-processes compile the same function at once. KernelStore names the folder after the module and the
-digest of all sources that the module imports (kernel_sources.py). A process that finds no code
-takes a lock; another process that needs the same code waits for it.
+KernelStore names the folder after the module and the digest of all sources that the module imports
+(kernel_sources.py). A process that finds no code takes a lock; another process that needs the same
+code waits for it.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from typing import TypedDict, Unpack
 
 
 class Receivers(TypedDict, total=False):
-    """One callable for each kind of notification, with the parameters of the function below."""
+    """One callable for each kind of notification, called as the function of this name."""
 
     compiling: Callable[[], None]
     remark: Callable[[str], None]

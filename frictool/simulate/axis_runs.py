@@ -1,9 +1,8 @@
 """Closed loops of all variants of an axis.
 
-Runs with a simulated controller use all cores, because the kernels release the interpreter lock;
-batches limit the memory for records. With compiled controller code, engine/closed_loop.py simulates
-one sample at a time, and the variants run one after another. The same applies to runs with commands
-of a supervisor.
+Runs with a simulated controller use all cores; batches limit the memory for records. With compiled
+controller code, engine/closed_loop.py simulates one sample at a time, and the variants run one
+after another. The same applies to runs with commands of a supervisor.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Runs of mechanisms in parallel threads, which share no state.
-
-The kernels release the interpreter lock.
-"""
+"""Runs of mechanisms in parallel threads, which share no state."""
 
 from __future__ import annotations
 

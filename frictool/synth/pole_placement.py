@@ -50,7 +50,7 @@ class PlacementVariable:
     def polynomials(self, plant: Lti) -> tuple[Vector, Vector]:
         """Return A (monic, degree n) and B (degree below n) of a strictly proper SISO plant.
 
-        They are coefficients of the powers of x, the highest power first.
+        A and B are coefficients of the powers of x, the highest power first.
         """
         a = (plant.a - np.eye(plant.order)) / self.step if self.period else plant.a / self.step
         below = _characteristic(a)

@@ -1,6 +1,7 @@
 """Method `rst`: pole placement of an RST controller, as in the comparison of thesis 5.4.3.3.
 
-It works with structure `position` only. The tuning rule searches w, m and f and derives all poles:
+The method works with structure `position` only. The tuning rule searches w, m and f and derives all
+poles:
 
 - dominant pair: natural frequency w and damping m; w >= 3/t95, so that a disturbance also decays
   within the response time

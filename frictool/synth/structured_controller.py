@@ -195,7 +195,7 @@ class StructuredController:
 def chain(above: Vector, factors: list[Vector], around: float) -> Lti:
     """Return the system N/(q1 q2 ... qm), polynomials in x = s/w0, as a chain of blocks.
 
-    The blocks are 1/qm, then 1/q(m-1) ... 1/q1, each with its own output coefficients. N = r1 + q1
+    The blocks are 1/qm, then 1/q(m-1) ... 1/q1, each with separate output coefficients. N = r1 + q1
     (r2 + q2 (r3 + ... + qm d)), so that N/D = r1/(q1 ... qm) + r2/(q2 ... qm) + ... + rm/qm + d.
     The diagonal blocks keep the poles even if they nearly coincide; a companion form of the product
     would lose that accuracy.

@@ -91,7 +91,7 @@ class SynthesisProblem:
     def running(self, rates: AxisRates) -> GeneralisedPlant:
         """Return the plant for the verification: sampled with the bench's period and delay.
 
-        It has no uncertainty channel.
+        The plant has no uncertainty channel.
         """
         return generalised_plant(
             self.controlled, rates, self.lag, self.weights, self.period, self.delay

@@ -93,10 +93,7 @@ class OpenLoopResponses:
         )
 
     def _gram(self, k: ComplexVector) -> tuple[ComplexVector, ComplexVector]:
-        """Return T and T^H T (k, w, w), whose largest eigenvalue is the squared gain.
-
-        This takes a third of the time of a singular value decomposition of T.
-        """
+        """Return T and T^H T (k, w, w), whose largest eigenvalue is the squared gain."""
         closed = self._closed(k)
         return closed, closed.conj().transpose(0, 2, 1) @ closed
 

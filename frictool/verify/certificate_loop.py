@@ -53,7 +53,7 @@ class CertificateLoop:
 
 
 def quantity_loops(loop: CertificateLoop, of: Quantity) -> tuple[CertificateLoop, ...]:
-    """Return the loops whose norms define a quantity; it is the largest of these norms.
+    """Return the loops whose norms define a quantity; the quantity is the largest of these norms.
 
     For the sensitivity these are the unweighted position loop (from s to s - position), or the
     unweighted speed loop and the outer loop with a proportional law.

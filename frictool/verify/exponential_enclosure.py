@@ -39,8 +39,8 @@ Series = Callable[[int, Fraction], tuple[Fraction, Fraction]]
 class HoldPolynomials:
     """Polynomials of h_1, h_2, a and b in sigma - `middle`, and bounds of their errors.
 
-    coefficients: those of each polynomial, lowest power first. errors: one error bound for each
-    polynomial. kept: e, with an error of at most `kept_error`.
+    coefficients: coefficients of each polynomial, lowest power first. errors: one error bound for
+    each polynomial. kept: e, with an error of at most `kept_error`.
     """
 
     middle: Fraction
@@ -87,7 +87,7 @@ def hold_polynomials(ratio: Fraction, low: Fraction, high: Fraction) -> HoldPoly
 def growth(low: Fraction) -> Fraction:
     """Return an upper bound of exp(-sigma x) for sigma >= low and 0 <= x <= 1.
 
-    It is also a bound of h_q and its derivatives.
+    It also bounds h_q and the derivatives of h_q.
     """
     return Fraction(1 if low >= 0 else 3 ** math.ceil(-low))
 

@@ -124,8 +124,6 @@ def verify(controller: Controller, model: Model | None = None) -> Verification:
 def recheck(controller: Controller) -> None:
     """Check box, stability and margins at every vertex, before the coefficients are used.
 
-    The check takes about 0.05 s.
-
     Raises
     ------
     NoSolutionError

@@ -32,7 +32,7 @@ BRAKING_SHARE = 0.5  # disturbance while the axis stops, relative to the least f
 def prove_rest(controller: Controller, certificate: Certificate) -> RestProof | None:
     """Return the proof of rest for every plant of the certificate's box; None without a band.
 
-    It is computed from the document only, so that `verify` can repeat it.
+    The proof uses the document only, so that `verify` can repeat it.
     """
     law, limiter = controller.position_law, controller.limiter
     if law is not None and law.action != "none":

@@ -114,7 +114,7 @@ def power(x: Form, n: int) -> Form:
 def shifted(
     coefficients: ComplexVector, middle: float, half: float, work: ComplexVector
 ) -> tuple[complex, complex, float]:
-    """Return c, t and r of a polynomial on [middle - half, middle + half].
+    """Return c, t and r of the form of a polynomial on [middle - half, middle + half].
 
     The polynomial's coefficients (n + 1,), lowest power first, are real or imaginary, with a
     relative error of at most U. Each coefficient about the middle takes at most 2 n + 1 roundings

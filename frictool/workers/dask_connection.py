@@ -4,9 +4,8 @@
                 certificates missing         refused, other certificates, no answer,
                 or not for the key           or no scheduler
 
-If the creation of a client fails, Dask raises one of its internal exceptions, in some cases after
-30 s. A greeting therefore comes first: it fails at once and gives the reason. On TLS, see
-https://distributed.dask.org/en/latest/tls.html.
+A greeting comes before the creation of a client, because it fails at once and gives the reason. On
+TLS, see https://distributed.dask.org/en/latest/tls.html.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Transfer of the files of a job to workers that cannot read them from their own disk.
+"""Transfer of the files of a job to workers that cannot read them from a local disk.
 
     (paths, job) ──▶ worker: same size and SHA-256 at the paths? ──yes──▶ function(paths, job)
                          └─no──▶ bytes are requested and sent ──▶ function(copies, job)

@@ -5,8 +5,8 @@
          ◀──pipe── results, or "compiling"; the pipe closes if the process ends
 
 If a process ends, another process repeats its jobs. Each process has one task and one pipe, so that
-only the jobs of this task are lost; a pool of `concurrent.futures` gives up all tasks when one
-process dies. A process ends when its pipe closes, so that no process outlives its parent.
+only the jobs of this task are lost. A process ends when its pipe closes, so that no process
+outlives its parent.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Exact Clopper-Pearson bounds of a pass rate (Biometrika 26, 1934).
 
 The lower bound is the rate for which a count of at least the observed one has the probability 1 -
-confidence. It is exact for every rate and number of draws, if the draws are independent.
+confidence. This bound is exact for every rate and number of draws, if the draws are independent.
 
 The count of a Latin hypercube is not binomial. The mean of any function over n draws of a hypercube
 has at most the variance of its mean over n - 1 independent draws (Owen, Annals of Statistics 25(4),

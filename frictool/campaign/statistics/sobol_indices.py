@@ -4,9 +4,9 @@
 
 E[Y | X_i] is the mean of Y in slices of X_i with equal counts (the correlation ratio; Plischke,
 Borgonovo, Smith, European Journal of Operational Research 226, 2013). The expected random variation
-of the means of k slices is (k - 1)/(n - k) times the variance within the slices. It is subtracted,
-so that the estimate for a factor without influence is 0 on average (Kelley's epsilon squared, PNAS
-21, 1935).
+of the means of k slices is (k - 1)/(n - k) times the variance within the slices. This variation is
+subtracted, so that the estimate for a factor without influence is 0 on average (Kelley's epsilon
+squared, PNAS 21, 1935).
 
 The error is the standard deviation of the efficient estimator, whose influence function is 2 Y m -
 m^2 - S Y^2 with m = E[Y | X_i] and zero-mean Y (Da Veiga and Gamboa, Journal of Nonparametric
@@ -14,9 +14,9 @@ Statistics 25, 2013). The random error of the means for a factor without influen
 1))/n, is added in quadrature.
 
 The test of influence uses ranks, so that very large or infinite values are allowed (a step that
-never settles has the worst rank). It combines two differences between the slices: of the mean ranks
-(Kruskal and Wallis, JASA 47, 1952), and of the spread about the middle rank, as in Lepage's test
-for two samples (Biometrika 58, 1971). A factor that acts only jointly with others has no
+never settles has the worst rank). The test combines two differences between the slices: of the mean
+ranks (Kruskal and Wallis, JASA 47, 1952), and of the spread about the middle rank, as in Lepage's
+test for two samples (Biometrika 58, 1971). A factor that acts only jointly with others has no
 first-order share; the difference of spread detects it.
 """
 

@@ -102,7 +102,7 @@ class PlayedVerdict(ResultView):
     def reserve(self) -> float:
         """Return the smallest reserve: 0 or more if every decided requirement is met.
 
-        It is -inf if a plant could not be simulated, NaN if no requirement is decided.
+        The reserve is -inf if a plant could not be simulated, NaN if no requirement is decided.
         """
         if self.failed:
             return -math.inf
@@ -240,8 +240,8 @@ class ControllerJudge:
 def relative_reserve(metric: MetricLimit, value: float) -> float:
     """Return the distance of a value to its limit, relative to the limit.
 
-    It is 0 at the limit, negative for a violation, and NaN if there is no value. If the limit is 0,
-    the absolute distance is returned.
+    The distance is 0 at the limit, negative for a violation, and NaN if there is no value. If the
+    limit is 0, the absolute distance is returned.
     """
     inside = metric.limit - value if metric.relation == "<=" else value - metric.limit
     return inside / metric.limit if metric.limit > 0.0 else inside

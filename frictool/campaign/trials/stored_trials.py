@@ -1,4 +1,4 @@
-"""Results of trials in arrays, by the index of the draw: a million trials take 100 MB."""
+"""Results of trials in arrays, by the index of the draw."""
 
 from __future__ import annotations
 

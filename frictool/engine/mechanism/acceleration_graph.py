@@ -39,7 +39,7 @@ class JointTree(NamedTuple):
 
 @part_kernel
 def evaluate(tree: JointTree, x: float, towards: float) -> None:
-    """Fill VALUE and SLOPE with Lambda(x) and dLambda/dx of all members of a tree.
+    """Fill the rows VALUE and SLOPE with Lambda(x) and dLambda/dx of all members of a tree.
 
     x: acceleration of the root. towards: direction of the root's motion if it starts from rest, 0
     if it moves already.

@@ -168,7 +168,7 @@ def _place(column: int) -> Callable[[IntVector, int], int]:
     return _column(column, ac.INDICES, ac.INTEGER)
 
 
-# Accessors for kernels. They are intrinsics, because calls of inlined kernels make runs slower.
+# Accessors for kernels.
 block_at = _entry(ORDER)  # block at a position in the order
 parent_of = _entry(PARENT)  # parent of a block, -1 for a root
 joint_of = _entry(PARENT_JOINT)  # joint from a block to its parent, -1 for a root

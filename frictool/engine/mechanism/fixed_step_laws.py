@@ -48,9 +48,9 @@ def _first_mode(k: IntVector) -> int:
 def timed_frictions(
     machine: CompiledMechanism, y: Vector, modes: IntVector, out: RateEvaluation, whole: bool
 ) -> int:
-    """Subtract the friction of the laws with a fixed step from FORCE, and fill their states' rates.
+    """Subtract the friction of laws with a fixed step from the row FORCE; fill their states' rates.
 
-    Call it after the forces NEED were computed without these frictions. Returns a status of
+    The row NEED must have been filled without these frictions before. Returns a status of
     friction/status_codes.py.
     """
     k, p, laws = machine

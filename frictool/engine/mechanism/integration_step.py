@@ -159,8 +159,9 @@ def try_step(
 ) -> tuple[float, float]:
     """Try a step of length h from the state, t [s] after its command.
 
-    Before the call, the rows 0 contain y' and the powers of the state, and GUARD its guards.
-    Afterwards END contains the new state, the rows AFTER its y' and powers, and TRIAL its guards.
+    Before the call, row 0 of the slopes and of the powers contains y' and the powers of the state,
+    and the row GUARD its guards. Afterwards the row END contains the new state, the rows AFTER its
+    y' and powers, and the row TRIAL its guards.
 
     Returns error/tolerance (inf if a law or the mechanism fails), and the fraction of the step
     after which a guard of a force was first violated (1 if none was).
@@ -193,7 +194,7 @@ def trace(machine: CompiledMechanism, state: MechanismState, t: float, h: float)
 def look(machine: CompiledMechanism, state: MechanismState, t: float, h: float, at: float) -> bool:
     """Evaluate the dense output at `at` in 0 .. h; return True if the rates are finite.
 
-    Afterwards END, AFTER and TRIAL contain the results of a step of length `at`.
+    Afterwards the rows END, AFTER and TRIAL contain the results of a step of length `at`.
     """
     y, workspace = state.y, state.workspace
     end = workspace.lines[st.END]

@@ -16,7 +16,7 @@ BROKEN = -1.0  # value of a guard below which it has been passed
 
 @inset_kernel
 def forces_hold(k: IntVector, modes: IntVector, guard: Vector) -> bool:
-    """Return True if no mode that depends on a force ends.
+    """Return True if all modes that depend on a force continue.
 
     These modes are sticking blocks, closed contacts, sides of kinks, and compliant flanks.
     """

@@ -76,7 +76,7 @@ INTEGER_ROWS = 3
 class Workspace(NamedTuple):
     """Work arrays of the kernels; their content is valid within one call only.
 
-    Kernels with few arguments are compiled and called faster; rows may be longer than needed.
+    Rows may be longer than needed.
     """
 
     w: Vector  # (WORK_ROWS, blocks or joints): workspace_rows.py

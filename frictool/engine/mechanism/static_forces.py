@@ -23,7 +23,7 @@ from frictool.typing import IntVector, Vector
 
 @inset_kernel
 def gather_rest(tree: JointTree, sided: bool, towards: float) -> bool:
-    """Fill NEED and NEED_HIGH with the force range that each member needs at rest; False if none.
+    """Fill the rows NEED and NEED_HIGH with the force range of each member at rest; False if none.
 
     sided: True if each self-locking joint must be loaded on the side of its kink that its branch (a
     mode, +1 or -1) names. A joint with branch 0 is then at its kink, or loaded on the side on which
@@ -110,7 +110,7 @@ def side_at_rest(k: IntVector, p: Vector, i: int, w: Vector) -> int:
 def breakaway_at_rest(k: IntVector, p: Vector, root: int, w: Vector) -> float:
     """Return the direction in which a tree at rest breaks away, 0 if it stays at rest.
 
-    The direction follows from NEED and NEED_HIGH of the root.
+    The direction follows from the rows NEED and NEED_HIGH at the root.
     """
     slack = slack_at(k, p, w, root)
     if w[rows.NEED_HIGH, root] < -slack:

@@ -1,7 +1,7 @@
 """PI cascade that adds the model's friction with the sign of the reference's speed.
 
-It suits axes whose friction is a large part of the drive's limit, and whose dead time allows only a
-slow speed loop.
+The cascade suits axes whose friction is a large part of the drive's limit, and whose dead time
+allows only a slow speed loop.
 """
 
 from __future__ import annotations

@@ -1,9 +1,7 @@
 """Cascade of a position law and a PI controller of the speed: the simplest candidate.
 
-    K     gain_product = omega_c (dead time + 1/filter), omega_c = K/J of the lightest plant
-    T_i   integral_product = T_i omega_c of the heaviest plant
-
-Starts and ranges were chosen on 40 random actuators that no test uses.
+K     gain_product = omega_c (dead time + 1/filter), omega_c = K/J of the lightest plant
+T_i   integral_product = T_i omega_c of the heaviest plant
 """
 
 from __future__ import annotations
