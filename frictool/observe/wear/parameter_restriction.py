@@ -4,7 +4,7 @@ A weak-form row has p columns (`WeakFormLayout.names`), each with a coefficient.
 expresses the p coefficients by r parameters. The prior has a mean and a standard deviation for each
 parameter.
 
-    multiplicative   dry_d,z = wear            additive   dry_d,z = 1, level_d = d added
+    multiplicative   dry_d,z = wear            additive   dry_d,z = 1, level_d = added
     directional      dry_d,z = wear_d          zones      dry_d,z = wear_z
 
 Here dry_d,z and level_d are coefficients of weak_form_layout.py for the direction d (1 or -1) and
