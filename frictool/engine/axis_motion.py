@@ -350,7 +350,7 @@ def drive_range(p: Vector, velocity: float) -> tuple[float, float]:
 def drive_from_now(state: Vector, command: float, p: Vector) -> float:
     """Return the present drive [A | V], limited to `drive_range`.
 
-    With a lag it is the state of the drive, without a lag the command.
+    Before the limit, it is the state of a drive with a lag, else the command.
     """
     low, high = drive_range(p, state[ax.VELOCITY])
     return float(min(max(state[ax.DRIVE] if p[ax.LAG] > 0.0 else command, low), high))

@@ -98,8 +98,8 @@ def play_reference(
 ) -> int:
     """Follow `reference` (n,) from `state` (7,), in place; fill `position` and `drive` (n,).
 
-    axis: plant/axis.py. load: plant/position_load.py. servo (5,): `PositionServo` in effort. The
-    effort is limited by the axis's drive only. Returns a status of engine/status_codes.py.
+    axis: plant/axis.py. load: plant/position_load.py. servo (5,): `PositionServo`. The effort is
+    limited by the axis's drive only. Returns a status of engine/status_codes.py.
     """
     p = with_load(axis, load)
     waiting = np.zeros(delay + 1)

@@ -28,11 +28,11 @@ SOFT_SOURCES = {"gear": "(2.5)", "belt": "(2.6)"}
 class LinkEquations:
     """Equations of one link.
 
-    The link connects the blocks a (first end) and b (second end). force: effort lambda on b.
-    passed: transfer of lambda to a. rigid: True if the link is a constraint (with backlash: while a
-    flank touches). play: half of the backlash at b [rad | m]. relations: equations of positions and
-    speeds. effort: equations of lambda. modes: conditions for free motion and contact in the
-    backlash.
+    The link connects the blocks a (first end) and b (second end). force: effort lambda on the block
+    b. passed: transfer of lambda to the block a. rigid: True if the link is a constraint (with
+    backlash: while a flank touches). play: half of the backlash at b [rad | m]. relations:
+    equations of positions and speeds. effort: equations of lambda. modes: conditions for free
+    motion and contact in the backlash.
     """
 
     name: str

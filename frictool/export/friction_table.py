@@ -47,8 +47,8 @@ def table_files(
     top = model.bench.mechanics.top_speed
     if top is None:
         raise NoSolutionError(
-            f"{model.name}: the table needs its last speed; add mechanics.top_speed to the bench "
-            "of the model"
+            f"{model.name}: the last speed of the table is missing; add mechanics.top_speed to "
+            "the bench of the model"
         )
     name = c_identifier(model.name)
     sides = [slip_curve(model, forward=one) for one in (True, False)]

@@ -153,7 +153,7 @@ def _agrees(link: Connection, motions: dict[int, BlockMotion], names: Sequence[s
     if not np.isclose(there, expected, rtol=SAME, atol=0.0):
         raise NoSolutionError(
             f"links.{link.name}: {names[link.b]} moves {expected:.6g} times as far as the source "
-            f"by {names[link.a]}, but {there:.6g} times by "
+            f"through {names[link.a]}, but {there:.6g} times through "
             f"{', '.join(one.name for one in motions[link.b].by) or 'itself'}; a one-inertia model "
             "has one motion"
         )

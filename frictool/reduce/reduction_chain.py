@@ -98,7 +98,7 @@ def _chain(
         raise ElementError(
             f"sensors.{sensor}.measures",
             f"found {whole.sensors[sensor].measures}; allowed: position, which a model.yaml needs; "
-            f"name such a sensor by control",
+            f"name such a sensor under control",
         )
 
     def take(result: tuple[Mechanism, StepReport]) -> Mechanism:

@@ -129,11 +129,11 @@ def as_resistance(mechanism: Mechanism) -> tuple[Mechanism, StepReport]:
     ]
     did = f"{', '.join(replaced)} as C_r(theta, sign)" if replaced else _unchanged(exact, largest)
     note = (
-        "irreversible over the whole travel: it stays at rest without a command, and the friction "
-        "of the model includes the load"
+        "irreversible over the whole travel: the axis stays at rest without a command; the "
+        "friction of the model includes the load"
         if margin.margin >= 0.0
         else f"not irreversible over {1.0 - margin.share:.1%} of the travel: "
-        "there the load moves it without a command"
+        "there the load moves the axis without a command"
     )
     return mechanism, StepReport(
         "resisting curve",

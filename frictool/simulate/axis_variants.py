@@ -166,7 +166,7 @@ def _drawn(model: Model, plants: int, seed: int, owner: str) -> dict[str, dict[s
     box = ranges(model)
     if all(low == high for low, high in box.values()):
         raise FrictoolError(
-            f"{owner}: variants: random draws from ranges, and its bench gives none; give low and "
+            f"{owner}: variants: random needs ranges, but the bench has none; give low and "
             "high in bench.mechanics"
         )
     lows, highs = (np.array([box[name][side] for name in PARAMETERS]) for side in (0, 1))

@@ -76,7 +76,7 @@ def controller_signal(run: RecordedRun, node: ProgramNode) -> Vector:
 
 
 def fault_signal(run: RecordedRun) -> Vector:
-    """Return an array (n,): 1 at each sample in the fault, else 0."""
+    """Return an array (n,): 1 at each sample in the fault state, else 0."""
     values = np.zeros(run.reference.size)
     for k, supervised in _supervised(run, copy_program(run.running)):
         values[k] = supervised.in_fault

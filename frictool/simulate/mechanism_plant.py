@@ -161,8 +161,8 @@ class MechanismPlant:
         if controller.schedule is not None and not moved.variant.name:
             names = ", ".join(controller.schedule.parameters)
             yield (
-                f"the controller is scheduled by {names}, which a mechanism does not provide: "
-                "it uses the middle of each range"
+                f"the controller is scheduled by {names}, which a mechanism does not provide; "
+                "the middle of each range is used"
             )
 
 
@@ -231,7 +231,9 @@ def check_pace(assembled: AssembledMechanism, seconds: float, period: float, own
     """Raise DocumentError if a link is too stiff for a simulation in reasonable time."""
     pace = fastest_link(assembled)
     if pace.rate * period > FASTEST or pace.rate * seconds > MOST_TURNS:
-        problem = f"is too stiff, or too damped, for its load: it responds at {pace.rate:.3g} rad/s"
+        problem = (
+            f"is too stiff or too damped for its load; it responds at {pace.rate:.3g} rad/s"
+        )
         allowed = (
             f"at most {min(FASTEST / period, MOST_TURNS / seconds):.3g} rad/s in a test of "
             f"{seconds:g} s sampled at {period:g} s"
@@ -239,7 +241,7 @@ def check_pace(assembled: AssembledMechanism, seconds: float, period: float, own
         refuse(
             owner,
             f"links.{pace.link}",
-            f"{problem}; allowed: {allowed}; without its compliance it is rigid",
+            f"{problem}; allowed: {allowed}; without compliance the link is rigid",
         )
 
 

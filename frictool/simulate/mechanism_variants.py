@@ -86,7 +86,7 @@ def mechanism_variants(
     ranged = {key: one for key, one in every.items() if one.low < one.high}
     if not ranged:
         raise FrictoolError(
-            f"{owner}: variants: random draws from ranges, and no quantity has one; add low and "
+            f"{owner}: variants: random needs ranges, but no quantity has one; add low and "
             "high to a value"
         )
     parts = np.random.Generator(np.random.PCG64([scenario.seed, PLANTS_STREAM])).random(

@@ -53,7 +53,9 @@ def check_spread(
         )
     if spread.within_count and rig.resolution == 0.0:
         refuse(
-            name, "spread.within_count", f"the sensor of {names.model} has no counts: leave it out"
+            name,
+            "spread.within_count",
+            f"the sensor of {names.model} has no counts: remove the key",
         )
     for index, fault in enumerate(spread.sensor_faults):
         _check_times(fault, f"spread.sensor_faults[{index}]", seconds, rig.sample_period_s, name)

@@ -125,7 +125,7 @@ def _refuse(problem: SynthesisProblem) -> None:
     if design.scheduled and problem.sampled:
         raise FrictoolError(
             "method lpv_grid: found scheduled controllers with domain discrete; allowed: domain "
-            "continuous, or a frozen one"
+            "continuous, or a frozen controller"
         ).at("design", "method")
     if design.schedule is not None and "regime" in design.schedule:
         raise FrictoolError(

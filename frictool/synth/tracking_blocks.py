@@ -138,7 +138,7 @@ def stored_feedforward(
     if bandwidth * period >= 2.0:
         raise FrictoolError(
             f"feedforward.filter_rad_s: found {bandwidth:g}; allowed: below {2.0 / period:g} rad/s "
-            "(two per sample period), above which the filter alternates from sample to sample"
+            "(2/T); a faster filter alternates from sample to sample"
         ).at("design", "feedforward.filter_rad_s")
     values = {}
     for name, dimension in (("inertia", "inertia"), ("viscous", "viscous"), ("coulomb", "effort")):

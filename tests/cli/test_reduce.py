@@ -195,7 +195,8 @@ def test_a_differential_is_refused_with_both_ratios(tmp_path: Path) -> None:
     refused(
         run("reduce", path, "--bandwidth", "100"),
         4,
-        "links.bypass: shaft moves 1 times as far as the source by motor, but -0.2 times by gear",
+        "links.bypass: shaft moves 1 times as far as the source through motor, but "
+        "-0.2 times through gear",
     )
 
 

@@ -330,7 +330,7 @@ def test_no_breakaway_is_drawn_below_its_coulomb_friction() -> None:
 
 def test_without_ranges_there_is_nothing_to_draw() -> None:
     with pytest.raises(
-        FrictoolError, match="model: variants: random draws from ranges, and no quantity has one"
+        FrictoolError, match="model: variants: random needs ranges, but no quantity has one"
     ):
         log_of(ONE_BLOCK, scenario(variants="random", plants=2))
 

@@ -133,6 +133,6 @@ def test_no_range_to_draw_from_is_refused() -> None:
         model, bench=bench, parameters=msgspec.structs.replace(model.parameters, **fixed)
     )
     with pytest.raises(
-        FrictoolError, match=r"model: variants: random draws from ranges.*give low and high"
+        FrictoolError, match=r"model: variants: random needs ranges.*give low and high"
     ):
         drawn(3, model=bare)

@@ -2,12 +2,12 @@
 
     q_b = ratio q_a        effort at a: ratio lambda + loss, with lambda the effort at b
 
-If power flows from a to b, effort_a = ratio lambda/eta, so that drive_loss = |ratio| (1/eta - 1)
-per unit of lambda. If it flows back, effort_a = ratio lambda eta_back, so that back_loss = |ratio|
-(1 - eta_back). The same friction in both directions means eta_back = 2 - 1/eta. A thread with mu =
-tan phi (2.10)-(2.13) needs radius tan(alpha + phi) when driven by a, and transmits radius tan(alpha
-- phi) when driven by b. Equations: gear (2.3), with stiffness and damping (2.4)-(2.5); belt (2.6);
-pistons (2.16); play (2.18); rack (2.19)-(2.20).
+If power flows from end a to end b, effort_a = ratio lambda/eta, so that drive_loss = |ratio| (1/eta
+- 1) per unit of lambda. If it flows back, effort_a = ratio lambda eta_back, so that back_loss =
+|ratio| (1 - eta_back). The same friction in both directions means eta_back = 2 - 1/eta. A thread
+with mu = tan phi (2.10)-(2.13) needs radius tan(alpha + phi) if end a drives, and transmits radius
+tan(alpha - phi) if end b drives. Equations: gear (2.3), with stiffness and damping (2.4)-(2.5);
+belt (2.6); pistons (2.16); play (2.18); rack (2.19)-(2.20).
 """
 
 from __future__ import annotations
