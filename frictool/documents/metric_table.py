@@ -163,7 +163,7 @@ METRICS = (
         "rise 10-90 %",
         "time",
         "time between the first passages through 10 and 90 % of the distance from the position "
-        "at the step to the final value, interpolated between samples. It is infinite if the "
+        "at the step to the final value, interpolated between samples. The time is infinite if the "
         "final value misses the reference by more than half of the step, and 0 if the distance "
         "is less than 1 % of the amplitude",
         compute="rise_time.rise_time",
@@ -179,8 +179,8 @@ METRICS = (
         "overshoot",
         "percent",
         "largest excess beyond the reference in the direction of the step, relative to the "
-        "amplitude. An excess of at most one sensor step is 0, because a counter may round by "
-        "one step to one side",
+        "amplitude. An excess of at most one sensor step counts as 0, because a counter may "
+        "round by one step to one side",
         compute="overshoot.overshoot_percent",
         needs=("step",),
         table=MOTION,
