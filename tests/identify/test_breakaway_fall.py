@@ -10,10 +10,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 from frictool.identify.breakaway.onset import STEPS, looked_up, travel, travel_table
 from frictool.identify.breakaway.stribeck_velocity import Misfit, StribeckFall, allowed_fall
 from frictool.plant.axis import AxisParameters
+from frictool.typing import Vector
 from studies.command_line import run
 from tests.identify.arm import BENCH, PERIOD, write_log
 from tests.support.stribeck_rigs import FALLS, Ramps, found_breakaway, play
@@ -120,22 +122,46 @@ def test_random_rigs(tmp_path: Path, seed: int, exponent: float, fall: str) -> N
     )
 
 
-@pytest.mark.parametrize("velocity", [1e-6, math.inf])
+@pytest.mark.parametrize("velocity", [1e-12, math.inf])
 def test_the_table_is_the_closed_form_where_friction_falls_at_once_or_never(
     velocity: float,
 ) -> None:
-    axis, rate, excess, step = np.array([5e-3, 0.02, 0.45]), 0.5, 0.1, 2e-4
-    table = travel_table(step, excess, rate, axis, velocity, 2.0)
-    for time in (0.3 * step, 17.7 * step, (STEPS - 0.1) * step):
+    axis, rate, excess, duration = np.array([5e-3, 0.02, 0.45]), 0.5, 0.1, 0.05
+    table = travel_table(duration, excess, rate, axis, velocity, 2.0)
+    first = duration / STEPS**2
+    for time in (0.3 * first, 0.05 * duration, 0.997 * duration):
         exact, later = (
             travel(t, excess if velocity < 1.0 else 0.0, rate, axis[0], axis[1])
-            for t in (time, time + step)
+            for t in (time, time + first)
         )
         # a fall within the first step is late by a part of it
-        assert looked_up(time, step, table) == pytest.approx(
+        assert looked_up(time, duration, table) == pytest.approx(
             exact, rel=1e-7, abs=later - exact if velocity < 1.0 else 1e-12
         )
-    assert looked_up(-1.0, step, table) == 0.0
+    assert looked_up(-1.0, duration, table) == 0.0
+
+
+@pytest.mark.parametrize("exponent", [2.0, 1.0, 0.5])
+@pytest.mark.parametrize("velocity", [0.02, 0.3])
+def test_the_table_is_the_solution_of_the_equation_of_motion(
+    velocity: float, exponent: float
+) -> None:
+    """Units in which inertia and rate are 1; the axis moves 2 to 3 lengths."""
+    inertia, viscous, rate, excess, duration = 1.0, 0.1, 1.0, 2.0, 1.5
+    table = travel_table(
+        duration, excess, rate, np.array([inertia, viscous, 0.0]), velocity, exponent
+    )
+
+    def motion(t: float, state: Vector) -> list[float]:
+        fallen = -math.expm1(-((max(state[1], 0.0) / velocity) ** exponent))
+        return [state[1], (rate * t + excess * fallen - viscous * state[1]) / inertia]
+
+    times = np.linspace(0.05, 1.0, 7) * duration
+    solution = solve_ivp(
+        motion, (0.0, duration), [0.0, 0.0], method="LSODA", t_eval=times, rtol=1e-11, atol=1e-14
+    )
+    positions = [looked_up(t, duration, table) for t in times]
+    assert positions == pytest.approx(solution.y[0], abs=2e-3)
 
 
 def test_the_allowed_velocities_reach_to_the_next_that_is_refused() -> None:

@@ -41,10 +41,10 @@ STATUS = {
     NO_MOTION: "no change after the onset",
     NOT_POSITIVE: "rate, inertia or search span is not positive",
 }
-STEPS = 256  # steps of the travel table
+STEPS = 96  # steps of the travel table; step k ends at (k/STEPS)^2 of its duration
 ROUNDS = 4  # iterations between the onset and its excess
 # grid points of the first search; golden-section steps around the best one
-COARSE, HALVINGS = 64, 40
+COARSE, HALVINGS = 64, 30
 
 
 @kernel
@@ -74,22 +74,29 @@ def travel(t: float, excess: float, rate: float, inertia: float, viscous: float)
 
 @kernel
 def travel_table(
-    step: float, excess: float, rate: float, axis: Vector, velocity: float, exponent: float
+    duration: float, excess: float, rate: float, axis: Vector, velocity: float, exponent: float
 ) -> Table:
-    """Return position and velocity (STEPS + 1, 2) at multiples of `step` s after the onset.
+    """Return the travel over the time since the onset as cubic polynomials, (STEPS, 6).
+
+    Row k holds for duration (k/STEPS)^2 to duration ((k + 1)/STEPS)^2: begin [s], 1/length [1/s],
+    and four coefficients over the share of the row's time that has passed, the constant first.
 
     Friction falls by `excess`, from the breakaway to Coulomb friction, over the Stribeck velocity
-    `velocity`; with inf it does not fall. The integration is a fourth-order Runge-Kutta method.
+    `velocity`; with inf it does not fall. The integration is a fourth-order Runge-Kutta method. Its
+    steps are short at the onset, where a fast fall changes the acceleration.
     """
-    table = np.zeros((STEPS + 1, 2))
+    table = np.empty((STEPS, 6))
     slopes = np.zeros(4)
+    s = 0.0
     v = 0.0
     for k in range(STEPS):
+        begin = duration * (k / STEPS) ** 2
+        step = duration * ((k + 1) / STEPS) ** 2 - begin
         at = v
         for stage in range(4):
             if stage > 0:
                 at = v + (step if stage == 3 else 0.5 * step) * slopes[stage - 1]
-            t = step * (k + (0.0 if stage == 0 else 1.0 if stage == 3 else 0.5))
+            t = begin + step * (0.0 if stage == 0 else 1.0 if stage == 3 else 0.5)
             ratio = at / velocity
             # a general power takes several times as long as a product or a root
             if exponent == 2.0:
@@ -102,27 +109,28 @@ def travel_table(
                 power = ratio**exponent
             fallen = -math.expm1(-power)
             slopes[stage] = (rate * t + max(excess, 0.0) * fallen - axis[1] * at) / axis[0]
-        table[k + 1, 0] = table[k, 0] + step * (
-            v + step / 6.0 * (slopes[0] + slopes[1] + slopes[2])
-        )
+        rise = step * (v + step / 6.0 * (slopes[0] + slopes[1] + slopes[2]))
+        left = step * v
         v += step / 6.0 * (slopes[0] + 2.0 * slopes[1] + 2.0 * slopes[2] + slopes[3])
-        table[k + 1, 1] = v
+        right = step * v
+        table[k, 0] = begin
+        table[k, 1] = 1.0 / step
+        table[k, 2] = s
+        table[k, 3] = left
+        table[k, 4] = 3.0 * rise - 2.0 * left - right
+        table[k, 5] = left + right - 2.0 * rise
+        s += rise
     return table
 
 
 @kernel
-def looked_up(t: float, step: float, table: Table) -> float:
-    """Return the position of `travel_table` at t, by cubic Hermite interpolation; 0 for t <= 0."""
+def looked_up(t: float, duration: float, table: Table) -> float:
+    """Return the travel of `travel_table` at t; 0 for t <= 0."""
     if t <= 0.0:
         return 0.0
-    k = min(int(t / step), table.shape[0] - 2)
-    x = t / step - k
-    rise = table[k + 1, 0] - table[k, 0]
-    left = step * table[k, 1]
-    right = step * table[k + 1, 1]
-    value: float = table[k, 0] + x * (
-        left + x * (3.0 * rise - 2.0 * left - right + x * (left + right - 2.0 * rise))
-    )
+    k = min(int(STEPS * math.sqrt(t / duration)), STEPS - 1)
+    x = (t - table[k, 0]) * table[k, 1]
+    value: float = table[k, 2] + x * (table[k, 3] + x * (table[k, 4] + x * table[k, 5]))
     return value
 
 
@@ -136,7 +144,7 @@ def misfit(
     resolution: float,
     expected: float,
     timing: float,
-    table_step: float,
+    table_duration: float,
     table: Table,
 ) -> tuple[float, float]:
     """Return the sum of squares of s(time - t0) - (start + `seen`), and the best start.
@@ -146,8 +154,8 @@ def misfit(
     - axis: inertia, viscous, coulomb
     - expected, timing: preferred start, rad | m, and weight of this preference (see above)
     - resolution: encoder step, rad | m; the start is between 0 and one step
-    - table, table_step: result of `travel_table` and its step, s; with one row, friction falls at
-      once
+    - table, table_duration: result of `travel_table` and its duration, s; without rows, friction
+      falls at once
     """
     excess = ramp[0] + ramp[1] * t0 - axis[2]
     n = time.shape[0]
@@ -155,8 +163,8 @@ def misfit(
     for k in range(n):
         late = time[k] - t0
         moved = (
-            looked_up(late, table_step, table)
-            if table.shape[0] > 1
+            looked_up(late, table_duration, table)
+            if table.shape[0] > 0
             else travel(late, excess, ramp[1], axis[0], axis[1])
         )
         error = moved - seen[k]
@@ -179,7 +187,7 @@ def least_misfit(
     expected: float,
     timing: float,
     span: float,
-    table_step: float,
+    table_duration: float,
     table: Table,
 ) -> float:
     """Return the onset [s] with the least `misfit`, within `span` s before time[0].
@@ -191,9 +199,9 @@ def least_misfit(
     least = math.inf
     for k in range(COARSE + 1):
         t0 = time[0] - k * step
-        value = misfit(t0, time, seen, ramp, axis, resolution, expected, timing, table_step, table)[
-            0
-        ]
+        value = misfit(
+            t0, time, seen, ramp, axis, resolution, expected, timing, table_duration, table
+        )[0]
         if value < least:
             best, least = t0, value
     low = best - step
@@ -202,10 +210,10 @@ def least_misfit(
     left = high - ratio * (high - low)
     right = low + ratio * (high - low)
     before, _ = misfit(
-        left, time, seen, ramp, axis, resolution, expected, timing, table_step, table
+        left, time, seen, ramp, axis, resolution, expected, timing, table_duration, table
     )
     after, _ = misfit(
-        right, time, seen, ramp, axis, resolution, expected, timing, table_step, table
+        right, time, seen, ramp, axis, resolution, expected, timing, table_duration, table
     )
     for _round in range(HALVINGS):
         # one inner point stays an inner point of the next interval, and its misfit is reused
@@ -213,13 +221,13 @@ def least_misfit(
             high, right, after = right, left, before
             left = high - ratio * (high - low)
             before, _ = misfit(
-                left, time, seen, ramp, axis, resolution, expected, timing, table_step, table
+                left, time, seen, ramp, axis, resolution, expected, timing, table_duration, table
             )
         else:
             low, left, before = left, right, after
             right = low + ratio * (high - low)
             after, _ = misfit(
-                right, time, seen, ramp, axis, resolution, expected, timing, table_step, table
+                right, time, seen, ramp, axis, resolution, expected, timing, table_duration, table
             )
     middle: float = 0.5 * (low + high)
     return middle
@@ -250,8 +258,8 @@ def onset_time(
         return math.nan, math.nan, math.nan, NO_MOTION
     if not (span > 0.0 and ramp[1] > 0.0 and axis[0] > 0.0):
         return math.nan, math.nan, math.nan, NOT_POSITIVE
-    table = np.zeros((1, 2))
-    duration = (time[-1] - time[0] + span * (1.0 + 1.0 / COARSE)) / STEPS
+    table = np.empty((0, 6))
+    duration = time[-1] - time[0] + span * (1.0 + 1.0 / COARSE)
     t0 = least_misfit(time, seen, ramp, axis, resolution, expected, timing, span, duration, table)
     if velocity > 0.0:
         for _ in range(ROUNDS):
