@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 def bench_of(path: Path) -> Bench:
-    """Return the bench at `path`; warn of a load whose largest effort it does not declare."""
+    """Return the bench at `path`; warn if it declares a load without the load's largest effort."""
     from frictool.documents.bench import Bench
     from frictool.documents.registry import load
     from frictool.identify.excite.bench_limits import unsaid_load

@@ -68,7 +68,7 @@ def checked_pattern(option: str, text: str | None) -> str | None:
 
 
 def check_outputs(request: ObserveRequest, logs: tuple[Path, ...], several: bool) -> None:
-    """Raise UsageError or OutputError before the first log is read."""
+    """Check the outputs before the first log is read; raise UsageError or OutputError."""
     plot, output = request.plot, request.output
     if output is not None:
         check_ending(

@@ -53,7 +53,7 @@ class EventsOutput:
 def mechanism_plant(path: Path, events: EventsOutput) -> MechanismPlant:
     """Return the mechanism at `path` as a controller's plant.
 
-    Raises DocumentError if it cannot be one.
+    Raises DocumentError if a controller cannot drive it.
     """
     from frictool.cli.mechanism_file import load_mechanism, mechanism_error, print_notes
     from frictool.plant.mechanism.element_error import ElementError

@@ -11,8 +11,8 @@ metre of the thesis are replaced by these units:
 
 In these units the amplitudes of stick-slip and limit cycle are proportional to F_s - F_c. The speed
 of the pull and the duration of the position loop are therefore multiplied or divided by `fall`
-(compare/input_protocol.py). Unknown values of v_s, z_max and Sigma are multiplied by `fall`. An
-actuator with a small fall then sticks as often as one with a large fall, and is as rigid.
+(compare/input_protocol.py). Unknown values of v_s, z_max and Sigma are multiplied by `fall`. The
+number of sticks and the rigidity then do not depend on the fall.
 """
 
 from __future__ import annotations

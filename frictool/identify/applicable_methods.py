@@ -21,8 +21,8 @@ COARSEST = 0.1
 def applicable_methods(stream: StreamSurvey, kind: str | None) -> dict[str, str | None]:
     """Return method -> None if the stream suits the method, else the reason why not.
 
-    The key `breakaway` is the evaluation of breakaway ramps. `kind` is the detected kind of test,
-    such as "ramp" or "rest".
+    The key `breakaway` stands for the evaluation of breakaway ramps. `kind` is the detected kind of
+    test, such as "ramp" or "rest".
     """
     why = _nothing_to_use(stream, kind)
     blind = None if POSITION in stream.signals else "the log has no position"

@@ -49,8 +49,7 @@ def ordered(batch: Sequence[BatchResult]) -> list[BatchResult]:
 def cells(one: BatchResult) -> dict[str, Any]:
     """Return column -> value; None for an empty cell.
 
-    Only parameters that were identified from the logs have values. A value that the model took from
-    the bench is left out.
+    Only parameters that were identified from the logs have values.
     """
     row: dict[str, Any] = dict.fromkeys(COLUMNS)
     row |= {

@@ -30,7 +30,7 @@ DRIVE_OFF = "the drive was off; such a log shows friction relative to the inerti
 
 
 def drive_was_off(rows: Sequence[SlipRows], bench: Bench) -> bool:
-    """Return True if the effort is negligible against least inertia times acceleration."""
+    """Return True if the effort is small against the bench's least inertia times acceleration."""
     if not rows:
         return False
     effort = float(np.sqrt(sum(np.sum(one.effort**2) for one in rows)))

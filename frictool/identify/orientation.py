@@ -5,15 +5,14 @@ check fits the following model to the samples of a log that certainly slip:
 
     effort = inertia a + friction sign(v) + offset + declared loads
 
-The log is reversed if the larger of the two efforts, inertia rms(a) or friction, is significantly
+The directions differ if the larger of the two efforts, inertia rms(a) or friction, is significantly
 negative. The smaller effort is ignored, since a delay between position and drive can change its
 sign.
 
 Some logs allow no such fit, for example breakaway ramps or slow motion with a coarse encoder. Their
 strokes are tested instead: the mean effort from the first to the last count of a stroke is friction
-plus offset. The work of single samples is not used, because the derivative action of a controller
-brakes in the sample of each count. The sum of effort times count can then be negative although the
-mean effort is positive.
+plus offset. The work of single samples is not used: a controller's derivative action brakes in each
+sample with a new count, so that the work can be negative although the mean effort is positive.
 """
 
 from __future__ import annotations

@@ -44,8 +44,8 @@ def implausible(record: MotionRecord, bench: Bench) -> list[str]:
             away,
             record.position,
             length,
-            f"within {MOST_TRAVELS:g} times the bench's travel, {reach:.4g} {length}, of the "
-            "others",
+            f"within {MOST_TRAVELS:g} times the bench's travel ({reach:.4g} {length}) of the "
+            "median position",
         )
     most = MOST_EFFORT * bench.actuator.limit.value * bench.actuator.constant.value
     beyond = np.abs(record.effort) > most
@@ -54,7 +54,7 @@ def implausible(record: MotionRecord, bench: Bench) -> list[str]:
         beyond,
         record.effort,
         effort,
-        f"at most {MOST_EFFORT:g} times the actuator's at its limit, {most:.4g} {effort}",
+        f"at most {MOST_EFFORT:g} times the effort at the actuator's limit, {most:.4g} {effort}",
     )
     return _skipped_counts(record, bench)
 

@@ -1,11 +1,11 @@
 """Error of a causal velocity estimate along a log, compared with the best low-pass (5.70).
 
     position ──central difference, Butterworth forwards and backwards──▶ zero-phase velocity
-             ──difference, low-passes of many cut-offs (kernels/low_pass_bank.py)──▶ (5.70)
+             ──difference, low-passes of many cut-offs (kernels/low_pass_bank.py)──▶ best low-pass
 
 The reference is the zero-phase velocity. It needs later samples, and is computed in blocks with
-margins as long as the filter's memory. The cut-off of (5.70) is the best one for this log. A
-controller cannot know it in advance, so that the comparison favours the low-pass over the observer.
+margins as long as the filter's memory. The best cut-off of a log is not known in advance, so that
+the comparison favours the low-pass over the observer.
 """
 
 from __future__ import annotations

@@ -132,7 +132,7 @@ def test_a_coarse_encoder_refuses_what_it_hides(bench: Bench) -> None:
     assert set(found.parameters) == {"offset"}
     assert "quantisation" in found.refused["inertia"]
     assert "below 100 Hz" in found.refused["inertia"]
-    assert "noise of the velocity" in found.refused["viscous"]
+    assert "noise in the velocity" in found.refused["viscous"]
     assert found.refused["coulomb"] == found.refused["viscous"]
     assert found.parameters["offset"].low <= truth.offset <= found.parameters["offset"].high
 

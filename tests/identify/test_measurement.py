@@ -61,7 +61,7 @@ def test_what_does_not_tell_a_lag_is_refused() -> None:
         loop_lag(command, command, PERIOD, 0.95)
     with pytest.raises(UnusableLogs, match="does not change"):
         loop_lag(np.ones(6000), measured, PERIOD, 0.95)
-    with pytest.raises(UnusableLogs, match=r"leaves .* of the measured current"):
+    with pytest.raises(UnusableLogs, match=r"leaves .* of the current unexplained"):
         loop_lag(command, np.random.default_rng(1).standard_normal(6000), PERIOD, 0.95)
     with pytest.raises(UnusableLogs, match="too short for samples of"):
         loop_lag(

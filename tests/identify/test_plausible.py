@@ -68,7 +68,7 @@ def test_an_effort_that_no_actuator_gives(log: MotionRecord) -> None:
     effort = log.effort.copy()
     effort[300] = -1e200
     with pytest.raises(
-        LogError, match=r"-1e\+200 N m at 0\.3 s; allowed: at most 10 times the actuator's"
+        LogError, match=r"-1e\+200 N m at 0\.3 s; allowed: at most 10 times the effort at"
     ):
         implausible(replace(log, effort=effort), clutch())
 

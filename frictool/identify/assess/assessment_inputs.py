@@ -80,7 +80,7 @@ class AssessmentRequest:
     noise : float or None
         Standard deviation of the measured drive, A | V; None for the default.
     effort : float or None
-        Largest effort of the test, N m | N; None for that of the bench.
+        Largest effort of the test, N m | N; None for the bench's.
     presliding : float or None
         Expected presliding distance z_max, rad | m; None for the default.
     step : float or None

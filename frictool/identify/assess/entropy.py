@@ -33,7 +33,7 @@ class SensorEntropy(NamedTuple):
 
 
 def metric_entropy(measures: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> float:
-    """Return the entropy -sum mu ln mu of a partition in nats, annex (4).
+    """Return the entropy -sum mu ln mu of a partition in nats (annex B, equation 4).
 
     `measures` (n,): measures mu of the cells, with sum 1.
     """
@@ -42,7 +42,7 @@ def metric_entropy(measures: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) 
 
 
 def sensor_entropy(travel: float, step: float) -> SensorEntropy:
-    """Return the entropy of an encoder, annex (5); travel and step are in rad | m."""
+    """Return the entropy of an encoder (annex B, equation 5); travel and step are in rad | m."""
     counts = travel / step
     nats = math.log(counts) if counts > 1.0 else 0.0
     return SensorEntropy(counts, nats, math.log(2.0) / nats if nats > 0.0 else math.inf, counts**2)

@@ -44,8 +44,8 @@ class Identifiability:
     """Verdict on one parameter; precisions are relative to the a-priori value.
 
     - precision: half width of the expected 95 % interval; None if no value can be expected
-    - bound: largest error due to quantisation; None if quantisation has no influence. It is the
-      error of (filtered) differences, of a ramp's latest onset, or of one count in presliding.
+    - bound: largest error due to quantisation: of differences, of the latest onset of a ramp, or of
+      one count in presliding; None if quantisation has no influence
     - why: reason for the verdict, as text
     - method, test: proposed method and test, or None
     - filter: time constant of the filter, s, or None
@@ -204,7 +204,7 @@ def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identif
     ) / facts.value(parameter)
     why = (
         f"{refusal}; {percent(by_sines)} by means over strokes, without differences, if the "
-        "position loop follows to 3 %"
+        "position loop keeps the speed to within 3 %"
     )
     fine = by_sines <= wanted
     return Identifiability(fine, by_sines, bound, why, STROKE_MEANS if fine else None, SINES)

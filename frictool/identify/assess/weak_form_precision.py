@@ -44,10 +44,10 @@ def weak_deviation(
     window: int | None = None,
     share: float = 1.0,
 ) -> tuple[Vector, int]:
-    """Return the rms errors (4,) of SLIDING in SI units, and the window in samples.
+    """Return the rms errors (4,) of inertia, viscous, Coulomb and offset (SI), and the window.
 
     - window: samples; None selects the best window for the inertia
-    - share: part of the acceleration's power that columns other than SLIDING do not explain
+    - share: part of the acceleration's power that further regressors do not explain
 
     The errors are inf if no stroke is longer than the window.
     """

@@ -11,9 +11,9 @@ slip is assumed to be proportional to the breakaway (4.42).
 
 - breakaway: mean over the range of positions and over both directions, so that an offset of the
   effort cancels
-- fall: fall of friction after the onset, by a Stribeck velocity from another log, or within the
-  range that the encoder's changes allow (`stribeck_velocity`). The value assumes an immediate fall
-  if it is allowed. The interval includes the breakaways of all allowed falls.
+- fall: decrease of friction after the onset, with a Stribeck velocity from another log, or in the
+  range that the encoder's changes allow (`stribeck_velocity`). The value holds for an immediate
+  fall if this is allowed; the interval includes the breakaways of all allowed falls.
 - interval: spread between onsets (jackknife), and the ranges of the axis's parameters
   (`combined_interval`). For a sampled ramp, two errors of half a step are added, because they do
   not average out: the breakaway lies within a step of the ramp, and the encoder's changes are late

@@ -134,7 +134,7 @@ def _fitted(
 
 
 def shape_along(rows: StrokeRows, law: BreakawayOverPosition) -> Vector:
-    """Return C_s/mean C_s (n,) at each sample; it is constant outside the range of the ramps."""
+    """Return the breakaway relative to its mean (n,), constant outside the range of the ramps."""
     lengths = np.diff(np.append(rows.means.starts, rows.position.size))
     forward = np.repeat(rows.means.sign > 0.0, lengths)
     place = np.clip(rows.position, law.low, law.high)
@@ -146,7 +146,7 @@ def shape_along(rows: StrokeRows, law: BreakawayOverPosition) -> Vector:
 
 
 def breakaway_laws(ramp: Breakaway, bench: Bench, sliding: Laws | None = None) -> Laws:
-    """Return the laws of a model with a varying breakaway; the laws of `sliding` are kept."""
+    """Return the laws `sliding`, with the varying breakaway of `ramp` added."""
     law = ramp.by_position
     laws = sliding or Laws()
     if ramp.rising is not None:

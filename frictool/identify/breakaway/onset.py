@@ -147,7 +147,7 @@ def misfit(
     table_duration: float,
     table: Table,
 ) -> tuple[float, float]:
-    """Return the sum of squares of s(time - t0) - (start + `seen`), and the best start.
+    """Return the squares of `travel` at time - t0 less (start + `seen`), and the best start.
 
     - time, seen: times [s] of the encoder's changes, and distances [rad | m] at them, (n,)
     - ramp: |effort| at time 0, and its rate per s
@@ -274,5 +274,5 @@ def onset_time(
 
 
 def search_span(resolution: float, rate: float, inertia: float, counts: float) -> float:
-    """Return the time [s] in which an effort `rate` t moves a free inertia by `counts`."""
+    """Return the time t [s] in which the effort rate t moves a free inertia by `counts` counts."""
     return float(np.cbrt(6.0 * counts * resolution * inertia / rate))

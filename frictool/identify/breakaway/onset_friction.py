@@ -1,8 +1,9 @@
 """Friction at the onsets of ramps: the effort at which each motion begins.
 
-The rest position within an encoder count also follows from the changes, but often not uniquely. A
-test that withdraws the ramp after a fixed number of counts brings the axis to rest at nearly the
-same position each time. Therefore the mean rest position of all onsets is used (`OnsetData.rest`).
+The rest position within an encoder count also follows from the encoder's changes, but often not
+uniquely. A test that withdraws the ramp after a fixed number of counts brings the axis to rest at
+nearly the same position each time. Therefore the mean rest position of all onsets is used
+(`OnsetData.rest`).
 """
 
 from __future__ import annotations
@@ -48,8 +49,8 @@ def efforts(
 ) -> tuple[Vector, Vector, Vector]:
     """Return |effort| (n,), rest position (n,) and misfit (n,) of each onset.
 
-    The rest position within an encoder count is between 0 and 1; the misfit is relative to
-    `timing`.
+    The rest position within an encoder count is between 0 and 1. The misfit is the squared
+    difference of the encoder's changes, divided by the variance that sampling causes.
 
     - axis: `inertia`, `viscous`, `coulomb` and `offset` in SI units
     - start: expected rest position, 0 to 1
@@ -173,10 +174,7 @@ class OnsetData:
         )
 
     def shape(self, structure: PolynomialOrders, value: Vector) -> Vector:
-        """Return the factors (n,) of friction at the onsets relative to their mean.
-
-        Friction in slip is proportional to the breakaway (4.42).
-        """
+        """Return the fitted friction (n,) at the onsets, relative to its mean."""
         curve = self.positions.design(structure) @ value
         if structure.common:
             curve = curve - value[-1] * self.positions.direction

@@ -161,7 +161,7 @@ def _smallest_as_good(errors: list[Vector]) -> int:
 
 
 def as_good(simple: Vector, best: Vector) -> bool:
-    """Return True if errors (n,) exceed those of the best fit by at most SURE standard errors."""
+    """Return True if the mean square of `simple` (n,) exceeds that of `best` insignificantly."""
     more = simple**2 - best**2
     return bool(np.mean(more) <= SURE * np.std(more) / np.sqrt(more.size))
 

@@ -7,8 +7,8 @@ assumed. A fine encoder determines the fall better than a coarse one.
 `allowed_fall` keeps each pair of Stribeck velocity and exponent whose misfit exceeds the least
 misfit of the preferred exponent by at most the chi-square quantile with one degree of freedom. The
 other exponents widen the interval only and do not change the value, because they can imitate
-friction that varies with position. The misfit is averaged over the onsets, which count as one: a
-repetitive test repeats its timing errors.
+friction that varies with position. The onsets together count as one, with their mean misfit,
+because a repetitive test repeats its timing errors.
 """
 
 from __future__ import annotations

@@ -249,7 +249,7 @@ def _thinned(record: MotionRecord, share: float) -> MotionRecord:
 
 @dataclass(frozen=True)
 class Trial:
-    """Hypothesis, squared prediction errors of the s strokes with it, and level of its test."""
+    """Hypothesis, squared prediction errors (s,) of the strokes with it, and level of its test."""
 
     hypothesis: Hypothesis
     rows: ReducedRows

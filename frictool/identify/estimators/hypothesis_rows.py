@@ -98,9 +98,8 @@ class ReducedRows:
     def visible(self, tested: Hypothesis, others: Sequence[Hypothesis]) -> bool:
         """Return True if the rows separate `tested`, and its effort exceeds the noise.
 
-        A derivative of the acceleration explains the encoder's noise. Any other column that
-        resembles the acceleration explains the part of the effort by which noise attenuates the
-        inertia.
+        The encoder's noise resembles a derivative of the acceleration. It also attenuates the
+        inertia, and a column that resembles the acceleration explains the missing effort.
         """
         columns = self.columns([*others, tested])
         names = [self.names[k] for k in columns]

@@ -124,7 +124,7 @@ def _unresolved(
     if noise > LARGEST_NOISE:
         shown = f"{100 * noise:.2g} % of the speed (allowed: {100 * LARGEST_NOISE:g} %)"
         reason = (
-            f"the encoder's noise of the velocity is {shown}, so that the velocity changes its "
+            f"the encoder's noise in the velocity is {shown}, so that the velocity changes its "
             "sign without a reversal; use least-squares"
         )
         refused |= {"viscous": reason, "coulomb": reason}

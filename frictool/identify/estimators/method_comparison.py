@@ -91,7 +91,7 @@ class PredictionScore:
 
 @dataclass(frozen=True)
 class ComparedData:
-    """Logs, bench, settings, and the regressions of all logs in the order of preference."""
+    """Logs, bench, settings, and the regressions for all logs in the order of preference."""
 
     records: list[MotionRecord]
     bench: Bench
@@ -253,7 +253,8 @@ def regression_scores(
 ) -> list[PredictionScore]:
     """Return the scores of the regressions with the load terms `terms`.
 
-    A method has no score if it refuses one half, or if its friction in one half is negative.
+    A method has no score if it refuses one half of the data (`sides`), or if its friction there is
+    negative.
     """
     scores = []
     declared = bench_with_terms(data.bench, terms) if terms else data.bench

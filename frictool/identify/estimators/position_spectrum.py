@@ -1,8 +1,8 @@
 """Periodogram of a residual over the position, on a grid of wave numbers.
 
 The residuals r at the positions x are summed in bins of the position. An FFT of the bins gives the
-amplitude 2 |sum r exp(-i n x)|/m for each wave number n; m is the number of samples. The amplitude
-is the smaller one of the two halves of the strokes, so that a peak has to occur in both halves.
+amplitude 2 |sum r exp(-i n x)|/m for each wave number n; m is the number of samples. The smaller of
+the amplitudes from two halves of the strokes counts, so that a peak has to occur in both.
 """
 
 from __future__ import annotations

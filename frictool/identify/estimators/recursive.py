@@ -58,7 +58,7 @@ def _fit(
 
 
 def path(samples: RegressionSamples, of_stroke: float) -> Matrix:
-    """Return the estimates (n, 4) after each row, in the order of SLIDING.
+    """Return inertia, viscous, Coulomb and offset (n, 4) after each row.
 
     Estimates are NaN until the rows determine them. The test for this uses columns of unit length,
     so that it does not depend on the units.

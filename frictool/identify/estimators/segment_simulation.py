@@ -164,7 +164,7 @@ class SimulationFit:
 
 
 def estimate(simulated: SegmentSimulation, known: Mapping[str, float]) -> SimulationFit:
-    """Return the values with the least squared residual; the search starts at `known` [SI].
+    """Return the values that minimise the squared residual; the search starts at `known` [SI].
 
     Raises UnusableLogs if the search does not converge.
     """

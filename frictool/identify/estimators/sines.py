@@ -176,7 +176,7 @@ def _coulomb_and_offset(
 
 
 def gated_rows(records: list[MotionRecord], bench: Bench) -> StrokeRows:
-    """Return `stroke_rows`; raise UnusableLogs if they do not determine the friction line."""
+    """Return `stroke_rows`; raise UnusableLogs if they do not determine friction over speed."""
     rows = stroke_rows(records, bench)
     _check(rows.means)
     return rows

@@ -133,7 +133,7 @@ def choose_terms(
 def choose_structure(
     sides: Sides, bench: Bench, known: Mapping[str, float], confidence: float
 ) -> HeldOutPrediction:
-    """Return the prediction with the declared terms or, without any, with the best terms.
+    """Return the prediction with the declared terms or, if there are none, with the best terms.
 
     Terms are added one at a time.
     """

@@ -122,12 +122,12 @@ def information(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPr
 
 
 def of_sliding(values: Vector, axis: PriorAxis) -> Vector:
-    """Return the values (4,) of SLIDING from `values` (p,) of all columns; 0 for no offset."""
+    """Return inertia, viscous, Coulomb and offset (4,) of `values` (p,); 0 for no offset."""
     return np.asarray([*values[:3], values[3] if axis.loads.offset else 0.0])
 
 
 def cramer_rao(strokes: list[PlannedStroke], axis: PriorAxis, sensing: SensorPrecision) -> Vector:
-    """Return the least standard deviations (4,) of SLIDING in SI units; inf if undetermined."""
+    """Return the bounds (4,) of inertia, viscous, Coulomb and offset (SI); inf if undetermined."""
     matrix = information(strokes, axis, sensing)
     scale = np.sqrt(np.diag(matrix))
     if not np.all(scale > 0.0):
@@ -143,8 +143,8 @@ def regressors(
 ) -> Vector:
     """Return G (n, p) at the samples of a stroke that certainly slip outside the backlash.
 
-    `side` is 1 for forward and -1 for backward. The first columns are SLIDING, without the offset
-    if it is absent; the columns of the loads follow.
+    `side` is 1 for forward and -1 for backward. The columns are inertia, viscous, Coulomb, offset
+    (unless absent) and the loads.
     """
     duration = stroke.duration
     samples = max(0, math.floor(duration / sensing.period))

@@ -1,4 +1,4 @@
-"""Design of a test of strokes: the shortest for a precision, or the most precise of a duration."""
+"""Design of the shortest test of strokes for a precision, or of the best one for a duration."""
 
 from __future__ import annotations
 
@@ -104,7 +104,8 @@ def precise_strokes(bench: Bench, request: PrecisionRequest) -> PreciseTest:
     bench
         Bench whose limits the test respects on every axis of the a-priori intervals.
     request
-        Requested precisions of SLIDING parameters; other parameters are ignored.
+        Requested precisions of inertia, viscous and Coulomb friction and offset; others are
+        ignored.
 
     Returns
     -------

@@ -58,7 +58,7 @@ def loop_lag(command: Vector, measured: Vector, period: float, confidence: float
     error = float(np.std(residual)) / float(np.std(measured))
     if error > LARGEST_ERROR:
         raise UnusableLogs(
-            f"a lag of first order leaves {100.0 * error:.3g} % of the measured current "
+            f"a lag of first order leaves {100.0 * error:.3g} % of the current unexplained "
             f"(allowed: {100 * LARGEST_ERROR:g} %)"
         )
     gain = float(np.linalg.lstsq(columns, measured, rcond=None)[0][0])

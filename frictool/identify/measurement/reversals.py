@@ -78,7 +78,7 @@ class ReversalRows:
     period: float
 
     def inside(self, width: float) -> Matrix:
-        """Return the weighted means (n, 2) of s and v times the smoothed indicator of `width`."""
+        """Return the weighted means (n, 2) of direction and velocity inside a backlash `width`."""
         share = np.clip(
             (width - self.advance) / np.maximum(np.abs(self.moving) * self.period, self.count)
             + 0.5,
@@ -98,7 +98,7 @@ def reversals(
 ) -> tuple[Interval | UnusableLogs, Interval | UnusableLogs]:
     """Return the full width of the backlash [rad | m] and the delay [s].
 
-    An error takes the place of a value that is not determined.
+    A value that is not determined is replaced by the error with the reason.
 
     Raises UnusableLogs if nothing moves.
     """

@@ -63,8 +63,8 @@ def preisach(loops: PreslidingLoops, confidence: float) -> EverettTable:
         if min(map(len, near)) >= FEWEST_REPEATS:
             return _table(near, loops, confidence)
     raise UnusableLogs(
-        f"no set of centred cycles with the amplitudes k z/K, k = 1 to K; needed: K from "
-        f"{FEWEST} to {MOST}, each amplitude at least {FEWEST_REPEATS} times"
+        f"no set of centred cycles with equally spaced amplitudes; needed: {FEWEST} to {MOST} "
+        f"amplitudes, each at least {FEWEST_REPEATS} times"
     )
 
 

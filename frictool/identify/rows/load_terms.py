@@ -224,8 +224,8 @@ def bench_with_terms(bench: Bench, terms: tuple[str, ...]) -> Bench:
     """Return the bench with `terms` as its load terms; a bench with load terms is not changed.
 
     A regression and a simulation with the same terms have comparable parameters. With other terms
-    the offset has another meaning: if viscous friction differs by direction, a single coefficient
-    shifts the offset.
+    the offset has another meaning: if viscous friction differs by direction, a single viscous
+    coefficient shifts the offset.
     """
     if bench.load is not None:
         return bench
@@ -235,7 +235,7 @@ def bench_with_terms(bench: Bench, terms: tuple[str, ...]) -> Bench:
 
 
 def with_laws(fit: SlidingFit, bench: Bench) -> SlidingFit:
-    """Return the fit with its load parameters as laws, without those of infinite intervals."""
+    """Return the fit with its load parameters as laws, except those with infinite intervals."""
     sliding = {name: interval for name, interval in fit.parameters.items() if name in SLIDING}
     removed = effect_names()
     loads = {

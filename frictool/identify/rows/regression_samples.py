@@ -235,7 +235,7 @@ def _without(
 
 
 def less_offset(summed: Interval, offset: Interval, sign: float) -> Interval:
-    """Return Coulomb friction, summed - sign offset.
+    """Return the Coulomb friction `summed` - `sign` times `offset`.
 
     Its interval includes every offset in the interval `offset`.
     """
@@ -252,7 +252,7 @@ def less_offset(summed: Interval, offset: Interval, sign: float) -> Interval:
 def reduced(
     samples: RegressionSamples, weight: Vector, parameters: int, window: int
 ) -> tuple[Tensor, Tensor, IntVector, IntVector]:
-    """Reduce the rows of each stroke and cluster, a run, to a triangular matrix by QR.
+    """Reduce each run, the rows of one stroke and cluster, to a triangular matrix by QR.
 
     Return the matrices of the g runs without and with weights (g, q, q), and their cluster and
     stroke numbers (g,) from 0. The columns are the first `parameters` of SLIDING, the loads, and

@@ -67,7 +67,7 @@ def weighted_fit(
 def slipping_fit(
     records: list[MotionRecord], bench: Bench, settings: IdentificationSettings, fitting: Fitting
 ) -> SlidingFit:
-    """Return the fit by the function `fitting` of the samples that certainly slip.
+    """Return the fit of the samples that certainly slip, by the function `fitting`.
 
     The inertia is refused if the encoder's quantisation hides it. Raises UnusableLogs if nothing
     slips.

@@ -91,7 +91,7 @@ class LatchedTable(DerivedTable):
 
 
 def row_times(block: RowBlock, time: tuple[str, float] | None) -> Nanoseconds:
-    """Return the times of the rows of a block in ns, from the time column or from the table.
+    """Return the times of the rows of a block in ns.
 
     time: time column and its unit in s; None if the block has `time_ns`.
     """

@@ -48,7 +48,7 @@ class LoggerPreset(NamedTuple):
     """Preset for the logs of one maker's drives or robots.
 
     signature: patterns of names that only these logs have together.
-    columns: the columns; others are judged by their names.
+    columns: columns with known channels and units; others are judged by their names.
     """
 
     title: str

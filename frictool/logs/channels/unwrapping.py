@@ -1,6 +1,7 @@
 """Unwrapping of positions and references that a sensor shows modulo a period, block by block.
 
-The shorter of the two steps that are possible modulo the period P is taken:
+Of the two steps of x that are possible for a shown value y modulo the period P, the shorter is
+taken:
 
     x[k] = y[k] - P n[k],   n[k] = n[k-1] + round((y[k] - y[k-1]) / P)
 

@@ -61,7 +61,7 @@ class ObserverVerification:
 
 
 def motion_samples(growth: float, decay: float) -> float | None:
-    """Return the number of samples until e' P e has decayed by `growth`; None without decay."""
+    """Return the number of samples in which e' P e falls by `growth`; None without decay."""
     return None if decay >= 1.0 else max(0.0, math.log(growth) / (-2.0 * math.log(decay)))
 
 
@@ -71,7 +71,7 @@ def verify(
     gains: Mapping[int, Matrix],
     solution: SwitchedGains,
 ) -> ObserverVerification:
-    """Verify the stored `gains` (n, m) of each mode with the P of `solution`.
+    """Verify the stored `gains` (n, m) of each mode with the matrices P of `solution`.
 
     Raises NoSolutionError; the message states the condition that fails.
     """

@@ -34,7 +34,7 @@ ZONE_SIZE = 5  # from, to, wear, low, high
 
 @kernel
 def dry_friction(p: Vector, x: float, direction: float, speed: float) -> float:
-    """Return the dry friction F [N m | N] of slip after a long rest; p: (EXTENDED_SIZE,)."""
+    """Return the dry friction F [N m | N] in slip; p (EXTENDED_SIZE,): parameters of the axis."""
     level = float(coulomb_at(p, direction, x))
     if p[STRIBECK_VELOCITY] > 0.0:
         fall = math.exp(-((speed / p[STRIBECK_VELOCITY]) ** p[STRIBECK_EXPONENT]))

@@ -41,7 +41,7 @@ MOVE_SIZE = 5
 
 @kernel
 def attached(state: Vector, step: float, gap: float) -> float:
-    """Move the play by a motor `step` [rad | m].
+    """Move the play operator of the backlash by a motor `step` [rad | m].
 
     Return 1 or -1 if the motor certainly carries the load in that direction, else 0.
     """
