@@ -117,7 +117,7 @@ def _moment(date: str) -> datetime:
 
 
 def batch_populations(batch: Sequence[BatchResult], confidence: float) -> dict[str, Population]:
-    """Return the scatter over the units of each parameter that two or more models contain."""
+    """Return the scatter of each parameter that two or more models contain."""
     values: dict[str, list[UnitValue]] = {name: [] for name in ESTIMATES}
     for one in batch:
         if one.model is not None:

@@ -52,7 +52,7 @@ def refit(
     fit: SlidingFit,
     fixed: Mapping[str, Interval],
 ) -> SlidingFit:
-    """Return the fit by the same method and with the same terms, with the parameters `fixed`.
+    """Return the fit by the same method with the same terms and the fixed parameters `fixed`.
 
     A parameter that `auto` set to 0 stays 0. An inertia that `auto` took from another method is
     kept. Raises UnusableLogs as the method does.
@@ -94,7 +94,7 @@ def refit(
 def with_held(
     settings: methods.IdentificationSettings, fit: SlidingFit, fixed: Mapping[str, Interval]
 ) -> methods.IdentificationSettings:
-    """Return settings that fix `fixed`, and the parameters that `fit` dropped at 0."""
+    """Return settings that fix the parameters `fixed`, and those that `fit` dropped (at 0)."""
     dropped = {name: fit.parameters[name] for name in fit.dropped if name in fit.parameters}
     return replace(settings, fixed={**dropped, **fixed})
 

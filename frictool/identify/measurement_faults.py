@@ -118,7 +118,7 @@ def refuse_self_explained(fit: SlidingFit, records: list[MotionRecord]) -> None:
 
 
 def commanded(records: list[MotionRecord]) -> str | None:
-    """Return the reason if the position commanded the effort of a record, else None."""
+    """Return a message if the position alone explains the effort of a record, else None."""
     return next((one for record in records if (one := _commanded_by_position(record))), None)
 
 

@@ -96,7 +96,7 @@ def once_per_record(
 ) -> Callable[Concatenate[MotionRecord, P], R]:
     """Return the function with a cache of its results, which are kept as long as their record.
 
-    Several methods need the same figure of the same record.
+    Several methods need the same value of the same record.
     """
     kept: WeakKeyDictionary[MotionRecord, dict[tuple[object, ...], R]] = WeakKeyDictionary()
 

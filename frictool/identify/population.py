@@ -9,9 +9,9 @@ the variance that the intervals do not explain (DerSimonian and Laird, Controlle
 1986).
 
 If the units are known, Q is the sum of a part within units and a part between units. In the test
-between units, the unexplained scatter within units is added to s^2. The drift is the slope over the
-date that all units have in common, about the mean of each unit. The Birge ratio (Physical Review
-40, 1932) widens its interval.
+between units, the unexplained scatter within units is added to s^2. The drift is the common slope
+of all units over the date, with a separate mean for each unit. The Birge ratio (Physical Review 40,
+1932) widens its interval.
 """
 
 from __future__ import annotations

@@ -44,8 +44,8 @@ class ParameterAssessment:
     - wanted: requested precision
     - known: precision of the a-priori interval; None without an interval
     - target: the smaller of `wanted` and `known`
-    - least: Cramér-Rao bound of the proposed test; None for another parameter than
-        inertia, viscous friction, Coulomb friction and offset
+    - least: Cramér-Rao bound of the proposed test; None except for inertia, viscous friction,
+      Coulomb friction and offset
     - doubled: precision with half the encoder step
     - step: coarsest encoder step [rad | m] with which the parameter is identifiable; None if no
       step down to FINEST suffices
@@ -162,7 +162,7 @@ def coarsest_step(parameter: str, facts: AssessmentInputs, target: float) -> flo
 
 
 def unreachable_parameters(assessment: Assessment, counted: set[str]) -> list[ParameterAssessment]:
-    """Return the rows of parameters in `counted` that are not identifiable and not exactly 0."""
+    """Return the rows of the parameters `counted` that are neither identifiable nor exactly 0."""
     return [
         row
         for row in assessment.rows

@@ -74,7 +74,7 @@ class AssessmentRequest:
     Attributes
     ----------
     wanted : mapping of str to float
-        Parameter -> requested relative half width; WANTED for a missing parameter.
+        Parameter -> requested relative half width; 0.05 for a missing parameter.
     duration : float
         Duration of the proposed sines, s.
     noise : float or None

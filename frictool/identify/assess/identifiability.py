@@ -93,7 +93,7 @@ def differentiation(
 
 
 def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
-    """Return why differences of samples are too inaccurate, and the precision of windows."""
+    """Return why differences of samples are too inaccurate, and the precision with windows."""
     raw = raw_bound(parameter, facts)
     precision = statistical(facts)[parameter]
     if facts.dynamics_known:

@@ -62,7 +62,7 @@ def phi3(x: float) -> float:
 
 @kernel
 def travel(t: float, excess: float, rate: float, inertia: float, viscous: float) -> float:
-    """Return the travel s(t) after the onset, rad | m, by the formula above.
+    """Return the travel s(t) after the onset, rad | m, by the formula of the module.
 
     s is 0 for t <= 0. A negative excess is replaced by 0.
     """
@@ -147,12 +147,12 @@ def misfit(
     table_duration: float,
     table: Table,
 ) -> tuple[float, float]:
-    """Return the squares of `travel` at time - t0 less (start + `seen`), and the best start.
+    """Return the squared difference of `travel` and start + `seen`, and the best start.
 
     - time, seen: times [s] of the encoder's changes, and distances [rad | m] at them, (n,)
     - ramp: |effort| at time 0, and its rate per s
     - axis: inertia, viscous, coulomb
-    - expected, timing: preferred start, rad | m, and weight of this preference (see above)
+    - expected, timing: preferred start, rad | m, and weight of this preference (see the module)
     - resolution: encoder step, rad | m; the start is between 0 and one step
     - table, table_duration: result of `travel_table` and its duration, s; without rows, friction
       falls at once
@@ -246,7 +246,7 @@ def onset_time(
     velocity: float,
     exponent: float,
 ) -> tuple[float, float, float, int]:
-    """Return (t0 [s], start [rad | m], misfit, status of STATUS) of the onset.
+    """Return (t0 [s], start [rad | m], misfit, status code) of the onset.
 
     - span: length of the searched interval before time[0], s
     - velocity, exponent: Stribeck velocity, rad/s | m/s, and exponent of the fall. With velocity 0,

@@ -50,7 +50,7 @@ def efforts(
     """Return |effort| (n,), rest position (n,) and misfit (n,) of each onset.
 
     The rest position within an encoder count is between 0 and 1. The misfit is the squared
-    difference of the encoder's changes, divided by the variance that sampling causes.
+    difference of computed and logged travel, divided by the variance that sampling causes.
 
     - axis: `inertia`, `viscous`, `coulomb` and `offset` in SI units
     - start: expected rest position, 0 to 1

@@ -2,8 +2,8 @@
 
 `assess/identifiability.py` judges the encoder and the motion.
 
-Loads and disturbing effects are searched first (`explanation_search`). The following steps fit
-those that the logs support together with the sliding parameters.
+Loads and disturbing effects are searched first (`explanation_search`). The following steps fit the
+supported ones together with the sliding parameters.
 
 1. If differentiated velocities are too inaccurate, the method is sines. Least squares over
    smoothing windows are used instead if they agree with sines and their intervals are at most half
@@ -160,9 +160,9 @@ def _speeds(
 
 
 def decide_identifiability(parameter: str, facts: AssessmentInputs) -> Identifiability:
-    """Return the verdict at the usual precision or, if negative, at the bench's (4.2.1).
+    """Return the verdict at the default precision or, if negative, at the bench's (4.2.1).
 
-    Without an interval in the bench, the second precision is a relative half width of 1.
+    Without an interval in the bench, the bench's precision is a relative half width of 1.
     """
     known = facts.known.get(parameter, 1.0)
     first = verdict(parameter, facts, min(WANTED, known))

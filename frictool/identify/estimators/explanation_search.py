@@ -181,7 +181,8 @@ class ExplanationSearch:
     def reduced_rows(self, samples: RegressionSamples, waves: tuple[float, ...]) -> ReducedRows:
         """Return the rows reduced to triangular matrices.
 
-        The base columns are those that the bench declares, without parameters fixed in the samples.
+        The base columns, which are in every fit, are those that the bench declares, without
+        parameters fixed in the samples.
         """
         names = parameters_of(samples)[0]
         plain, _, cluster, stroke = reduced(

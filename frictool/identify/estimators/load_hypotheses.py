@@ -51,7 +51,7 @@ def wave_numbers(load: LoadTerms | None) -> tuple[float, ...]:
 
 
 def harmonic(term: str, what: str = "a ripple over the position", settle: str = "") -> Hypothesis:
-    """Return the hypothesis of one harmonic of a ripple; `term` is one of RIPPLES."""
+    """Return the hypothesis of one harmonic of a ripple; arguments as in `Hypothesis`."""
     return Hypothesis(term, TERMS[term], what, settle, is_load=True)
 
 

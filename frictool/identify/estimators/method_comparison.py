@@ -209,7 +209,7 @@ def _spanning(simulated: SlidingFit, regression: SlidingFit) -> SlidingFit:
 
 
 def contradicted(regression: SlidingFit, simulated: SlidingFit) -> str | None:
-    """Return the first parameter whose regression value is outside output error's interval."""
+    """Return the first parameter of `regression` outside the interval of output error."""
     for name in SLIDING:
         regressed, interval = regression.parameters.get(name), simulated.parameters.get(name)
         if (

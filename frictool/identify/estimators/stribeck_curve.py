@@ -3,10 +3,10 @@
     effort = (coulomb + (breakaway - coulomb) e^(-|v/v_s|^delta)) s + viscous v + offset
 
 A run is a part of a stroke whose position stays within two counts of a straight line over time. If
-there are too few such runs, whole strokes are used: the position must stay within 2.7 % of the
-stroke's distance from a line, and the speed may drift by at most a twentieth. At constant speed the
-inertia has no effect. If all runs have the same direction, the offset is the bench's, and its range
-widens the interval of Coulomb friction.
+there are too few such runs, whole strokes are used: the position must deviate from a line by at
+most 2.7 % of the stroke's distance, and the speed may drift by at most a twentieth. At constant
+speed the inertia has no effect. If all runs have the same direction, the offset is the bench's, and
+its range widens the interval of Coulomb friction.
 
 For fixed (v_s, delta) the other parameters are linear. v_s is searched; delta is 2 or, if the data
 support it, 1 or 1/2. Schwarz's criterion (BIC) decides between the curve and a straight line. For
@@ -70,7 +70,7 @@ class ConstantSpeedRuns:
         return bool(np.all(self.sign == self.sign[0]))
 
     def design(self, velocity: float, exponent: float) -> Matrix:
-        """Return the regressors (m, 4) in the order of NAMES.
+        """Return the regressors (m, 4): Coulomb, Stribeck effect, viscous, offset.
 
         The column of the Stribeck effect is missing if `velocity` is 0, that of the offset if all
         runs have the same direction.

@@ -13,7 +13,7 @@ A fit to one half of the records simulates the other half.
   strokes of one record.
 
 A model with more terms always has a smaller error on the data of its fit. If the logs are too short
-for halves, no term is added. Of long records, evenly spaced parts are simulated.
+for halves, no term is added. Long records are simulated in evenly spaced parts.
 """
 
 from __future__ import annotations

@@ -37,7 +37,7 @@ def joined(parts: list[Motion], end: float) -> Motion:
 
 
 def spare_effort(limits: BenchLimits) -> float:
-    """Return TOP_SHARE of the effort at the drive's limit less dry friction and load, N m | N.
+    """Return TOP_SHARE times the effort at the drive's limit, minus dry friction and load, N m | N.
 
     Raises NoSolutionError if the result is not positive.
     """

@@ -32,7 +32,7 @@ def schroeder(harmonics: int) -> Vector:
 
 
 def crest(phases: Vector) -> float:
-    """Return the crest factor (largest over rms value) of equal cosines with these phases."""
+    """Return the crest factor (largest value to rms) of equal cosines with these phases."""
     speed = _period(phases)
     return float(np.abs(speed).max() / np.sqrt(np.mean(speed**2)))
 
@@ -80,7 +80,7 @@ def multisine(
     amplitude: float | None,
     repetitions: int,
 ) -> tuple[Motion, dict[str, float]]:
-    """Return the motion and its figures.
+    """Return the motion and the numbers that describe it.
 
     - phases: phases of the harmonics, (harmonics,), rad
     - frequency: frequency of the first harmonic, Hz; None: travel and speed both reach their limits

@@ -8,10 +8,10 @@ shortest test for the half widths h_i of the parameters i is
                 sum tau_k x_k (rms_k^2 - rms^2) <= 0           drive, if it has an rms limit
                 x_k >= 0
 
-(Pukelsheim 2006, chapter 6; Boyd and Vandenberghe 2004, 7.5). q_i is the half width divided by the
-standard deviation at the Cramér-Rao bound. The most precise test of a given duration minimises the
-largest ratio of a parameter's variance to its limit. A pause is a candidate without information and
-drive.
+(Pukelsheim 2006, chapter 6; Boyd and Vandenberghe 2004, 7.5). e_i is the i-th unit vector, and q_i
+the half width divided by the standard deviation at the Cramér-Rao bound. The most precise test of a
+given duration minimises the largest ratio of a parameter's variance to its limit. A pause is a
+candidate without information and drive.
 
 All x_k are rounded up. Repetitions are then removed one by one, those of the longest strokes first,
 as long as every constraint holds.

@@ -10,8 +10,8 @@ distance per sample, so that the width may lie between two counts.
 
 The delay is a linear parameter, which noise of the derivative attenuates. The estimation is
 therefore repeated, with the effort shifted by the previous delay, until the remaining delay is 0.
-Only rows outside the backlash are used, because brush friction inside it looks like a delay; its
-width is the larger of the bench's and the estimated width.
+The delay uses only rows outside the wider of the bench's and the estimated backlash, because brush
+friction inside the backlash looks like a delay.
 
 Schwarz's criterion (BIC) decides if there is a backlash. The intervals come from a jackknife over
 strokes; the position of a reversal is known to within a count.

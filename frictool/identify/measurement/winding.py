@@ -3,7 +3,7 @@
     voltage = resistance i + constant v + inductance i' + offset
 
 If the voltage u is held over a period T, and the speed is constant during the period, the currents
-at two successive samples satisfy
+at two successive samples satisfy, with resistance R, constant K, inductance L and offset u0,
 
     u = R i[k] + c (i[k+1] - i[k]) + K (x[k+1] - x[k])/T + u0,    c = R/(1 - e^(-R T/L))
 

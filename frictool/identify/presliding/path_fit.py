@@ -3,9 +3,9 @@
     minimise sum (force - law(path; parameters) - offset - damping speed)^2
 
 The sum is over the rows whose samples are in one branch (`loops`). Parameters are positive; the
-search variables are their logarithms. The intervals come from a jackknife over branches, as over
-strokes in sliding (`regression`). They include the range of the breakaway, and half a count at the
-ends of the path (`combined_interval`). The error on unseen branches measures how well a law fits.
+search variables are their logarithms. The intervals come from a jackknife over branches
+(`regression`). They include the range of the breakaway, and half a count at the ends of the path
+(`combined_interval`). The error on unseen branches measures how well a law fits.
 """
 
 from __future__ import annotations

@@ -75,7 +75,7 @@ def solve_triangles(parts: Tensor, cluster: IntVector) -> LeastSquaresSolution:
 
 
 def least(parts: Tensor) -> tuple[Vector, Vector, float]:
-    """Return the least-squares value (p,), the norms (p,) of the columns, and the condition.
+    """Return the least-squares value (p,), the norms (p,) of the columns, and the condition number.
 
     Raises SingularRegressors if the regressors do not determine the parameters.
     """

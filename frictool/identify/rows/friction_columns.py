@@ -72,7 +72,7 @@ def rows_of(
 def position_columns(
     record: MotionRecord, rows: FrictionRows, low: float, high: float
 ) -> dict[str, Vector]:
-    """Return the columns friction_k and load_k (m,) up to HIGHEST.
+    """Return the columns friction_k and load_k (m,) for k = 1 to HIGHEST.
 
     low, high: positions of xi = -1 and 1, rad | m.
     """

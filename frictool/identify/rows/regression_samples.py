@@ -75,7 +75,7 @@ class RegressionSamples:
 
     @property
     def columns(self) -> tuple[Vector, ...]:
-        """Return the regressors, each (n,), in the order of SLIDING."""
+        """Return the regressors inertia, viscous, Coulomb and offset, each (n,)."""
         return self.acceleration, self.velocity, self.sign, np.ones(self.sign.size)
 
     @property
@@ -255,8 +255,8 @@ def reduced(
     """Reduce each run, the rows of one stroke and cluster, to a triangular matrix by QR.
 
     Return the matrices of the g runs without and with weights (g, q, q), and their cluster and
-    stroke numbers (g,) from 0. The columns are the first `parameters` of SLIDING, the loads, and
-    the effort.
+    stroke numbers (g,) from 0. The columns are the first `parameters` sliding parameters, the
+    loads, and the effort.
     """
     columns = (*samples.columns[:parameters], *samples.loads.values(), samples.effort)
     cluster = clusters(samples.stroke, samples.sign, samples.counts, 3 * window)
