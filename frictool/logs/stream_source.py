@@ -36,10 +36,12 @@ class StreamSource(Protocol):
 
     source: file name for messages.
     head: topic, fields and units.
-    columns: field -> raw column, for fields that were made from one column. clock: clock of the
-    samples; None if the samples already have the log's time. size: bytes to process. done: bytes
-    processed so far. losses: data that could not be read; filled while `samples` runs. warnings:
-    oddities without loss; complete when `samples` has ended.
+    columns: field -> raw column, for fields that were made from one column.
+    clock: clock of the samples; None if the samples already have the log's time.
+    size: bytes to process.
+    done: bytes processed so far.
+    losses: data that could not be read; filled while `samples` runs.
+    warnings: oddities without loss; complete when `samples` has ended.
     """
 
     source: str

@@ -75,7 +75,7 @@ class EstimateBlock:
     second: ObserverOutput | None = None
 
     def samples(self) -> SampleBlock:
-        """Return the samples of the log with the estimates, as columns FIELDS."""
+        """Return the samples of the log with the estimates, with the columns FIELDS."""
         time = np.rint(self.piece.time * NS).astype(np.int64)
         return SampleBlock(time, (self.piece.position, *self.velocity, *self.friction, *self.wear))
 

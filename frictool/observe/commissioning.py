@@ -29,7 +29,10 @@ class Commissioning:
 
 
 def commissioning_of_estimate(estimate: WearEstimate, source: str) -> Commissioning:
-    """Return the commissioning from a unit's first log; raise InputFileError if it has no wear."""
+    """Return the commissioning from the estimate of a unit's first log.
+
+    Raises InputFileError if the estimate has no wear.
+    """
     if not estimate.moves or not estimate.wear.low > 0.0:
         raise InputFileError(
             source,

@@ -51,7 +51,7 @@ class WearEstimate:
     time: time [s] of the last sample used. moves: number of moves used. wear: mean over directions
     and zones of the dry friction relative to the model's (1: no wear). kind: kind of wear in the
     data, or `none`. forward, backward: wear of each direction. added: increase of the friction [N m
-    | N], for kind additive. zones: for kind zones.
+    | N], for kind additive. zones: wear by zone, for kind zones.
 
     scale: common factor of all wears due to the error of the actuator constant, from the bench's
     range. The intervals do not include it, and it cancels in a ratio to commissioning. others:

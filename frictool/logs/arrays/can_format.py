@@ -74,8 +74,9 @@ def tables(path: Path, layout: Layout | None = None) -> tuple[RawTable, ...]:
 class MessageTable(LibraryTable):
     """Frames of one message.
 
-    message: message of the DBC, as cantools describes it. identifier: identifier of the frames, and
-    whether it is an extended one. reader: name of the reader of python-can.
+    message: message of the DBC, as cantools describes it.
+    identifier: identifier of the frames, and whether it is an extended one.
+    reader: name of the reader of python-can.
     """
 
     message: Any

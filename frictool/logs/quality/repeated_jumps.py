@@ -68,11 +68,11 @@ class RepeatedJump:
     low, high: bounds of the period in rad or m.
     reach: range of the raw position in rad or m.
     count: number of jumps.
-    first: time in s of the first jump, and positions before and after it. forward: number of jumps
-    that are classified as `forward` (module docstring). slow: True if the axis moves by less than P
-    / 100 in the steps before and after a jump. centred: True if every jump leads from one end of
-    the range [-P/2, P/2] to the other. movable: True if the drive can move the axis by a jump in
-    one sample.
+    first: time in s of the first jump, and positions before and after it.
+    forward: number of jumps that are classified as `forward` (module docstring).
+    slow: True if the axis moves by less than P / 100 in the steps before and after a jump.
+    centred: True if every jump leads from one end of the range [-P/2, P/2] to the other.
+    movable: True if the drive can move the axis by a jump in one sample.
     """
 
     low: float

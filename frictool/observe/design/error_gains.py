@@ -2,7 +2,7 @@
 
     error     e = (x, v, d/J), before the correction:   e+ = F ((1 - L C) e - L n) + B a
     in slip   F is the model x'' = a + d/J over one period
-    n, a      white errors of the measured position and of the acceleration
+    n, a      white errors of the measured position and, through B, of the acceleration
 
 L are the gains, and C = [1 0 0]. Smith's doubling method computes the steady covariance of e. The
 unit of time is one period, so that the matrices depend on the gains only.

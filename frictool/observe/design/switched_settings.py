@@ -22,7 +22,7 @@ SLOW = 1.0 / 40.0  # default of Sigma relative to the top speed: 10 rad/s of the
 class SwitchedObserverSettings:
     """Options of `observe design`; an option that is None is derived from the model.
 
-    - intervals: n of (6.15)-(6.16), for each direction in which friction depends on the position
+    - intervals: number of position intervals (6.15)-(6.16) of each direction, if friction varies
     - switch_speed: Sigma, speed below which the axis counts as stuck [rad/s | m/s]
     - weights: weights of the errors of position, speed and alpha, the diagonal of C-bar (6.19)
     - decay: lambda; in each sample the error falls at least to this fraction
@@ -31,8 +31,8 @@ class SwitchedObserverSettings:
       follow any other
     - stuck_speed: factor of the estimated speed in each sample of mode 0: 1 (held) or 0 as in
       (6.18)
-    - quiet: gamma may be this many times its smallest value; the gains then pass less encoder noise
-      (lmi/quiet_observer_gains.py). None: smallest gamma, (6.6)
+    - quiet: the bound gamma of the error may be this many times its smallest value; the gains then
+      pass less encoder noise (lmi/quiet_observer_gains.py). None: smallest gamma, (6.6)
     """
 
     intervals: int = 10

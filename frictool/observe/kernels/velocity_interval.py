@@ -16,7 +16,7 @@
                and friction with a delayed onset cause such peaks
 
 The predicted and the observed misfit estimate the same error; the larger one is used.
-docs/theory/velocity.md describes the choice of ROUNDED and MODEL_PART.
+docs/theory/velocity.md describes the choice of ROUNDED and of the factor 1.2.
 """
 
 from __future__ import annotations

@@ -37,7 +37,7 @@ class ChangeDetector:
         )
 
     def seen(self, step: Vector, weight: Vector) -> Vector:
-        """Return the walk (k, r) of each parameter that explains its change; 0 without a change.
+        """Return the deviation (k, r) of a walk that explains each parameter's change, or 0.
 
         step, weight: (k, r), h'S^-1 e and h'S^-1 h. The sums of a filter restart when it reports a
         change.

@@ -1,4 +1,4 @@
-"""Moves of a log; the Gram matrix of a move has the same size for every length."""
+"""Moves of a log; the size of a move's Gram matrix does not depend on the move's length."""
 
 from __future__ import annotations
 

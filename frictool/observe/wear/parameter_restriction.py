@@ -13,7 +13,7 @@ level_d = d offset, for example of a current sensor.
 
 The prior is wide for parameters that differ between units or change with age: inertia, wear and
 viscous friction. `UnmodelledFriction` bounds friction over speed that the model does not include: a
-slope below its knee, or another bend.
+slope below the model's first knee, or another bend.
 """
 
 from __future__ import annotations
@@ -141,8 +141,8 @@ def offset_of(
     """Return coefficients (p,) per unit, prior mean and deviation [N m | N] of the drive's offset.
 
     The offset is relative to the model's; a positive one opposes a positive effort. The deviation
-    is the root sum of squares of `share` times the dry friction and of the wider range of model and
-    bench.
+    is the root sum of squares of `share` times the dry friction and the wider of the model's and
+    the bench's ranges.
     """
     known = max(
         _half(quantity)

@@ -6,7 +6,7 @@
 
 Wear, alpha of (6.13), is a random walk with the standard deviation WALK per move. If one or several
 moves show a larger change (change_detection.py), the walk is enlarged until it explains them: the
-wear has grown faster, or has jumped (thesis 6.3.2: by a factor of 1.5 at 5 s).
+wear has grown faster, or has jumped (thesis 6.3.2).
 
 The variance of the interval is the sum of three: that of the filters, the square of the lag behind
 a growing wear, and the square of FLOOR times the wear. FLOOR is the error that many moves do not

@@ -12,8 +12,8 @@ Here dry_d,z and level_d are coefficients of weak_form_layout.py for the directi
 the zone z. All kinds have the uncertainties of parameter_restriction.py: inertia, viscous friction
 with its bends, and an offset. All kinds allow friction over speed that the model does not include,
 as a mixture of priors in which larger friction is less likely (filter_bank.py). Each dry_d,z has
-the additional standard deviation ROUGH, the usual accuracy of a model's friction over position. A
-common factor for the actuator's constant prevents that a wrong constant is taken for wear.
+the additional standard deviation ROUGH, the usual accuracy of a model's friction over position.
+With a common factor for the actuator's constant, a wrong constant does not look like wear.
 
 The evidence of a kind (bayesian_evidence.py) is the probability density of the data, integrated
 over the parameters; it favours kinds with few parameters. A kind of wear is reported if its log
