@@ -42,7 +42,7 @@ class CampaignPaths:
 def setting_of(
     paths: CampaignPaths, number: ProgramNumber
 ) -> tuple[CampaignSetting, CampaignPaths]:
-    """Load the documents; return their setting, and the paths with the replayed log.
+    """Load the documents; return the campaign's setting, and the paths with the replayed log.
 
     Raises InputFileError if the documents do not fit together.
     """
@@ -83,7 +83,7 @@ def setting_of(
 
 
 def commands_of(paths: CampaignPaths, folder: Path, number: ProgramNumber) -> Commands:
-    """Return a function: file name of a scenario in `folder` -> its two replay commands.
+    """Return a function from the file name of a scenario in `folder` to its two replay commands.
 
     The first command contains base names, the second the paths as typed.
     """

@@ -118,7 +118,7 @@ Exit codes:
     message=f"%(prog)s %(version)s, Python {sys.version.split()[0]}",
 )
 def group(debug: bool, quiet: bool, verbose: bool) -> None:
-    """Show EXAMPLE as help."""
+    """Set the verbosity of all commands."""
     if quiet and verbose:
         raise click.UsageError("--quiet and --verbose exclude each other.")
     Verbosity.quiet, Verbosity.verbose = quiet, verbose

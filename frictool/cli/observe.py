@@ -32,4 +32,4 @@ Estimate velocity, friction and wear of a running actuator from its encoder and 
 
 @click.group("observe", cls=LazyGroup, table=COMMANDS, help=HELP)
 def command() -> None:
-    """Show HELP as help."""
+    """Group of the subcommands of `frictool observe`."""

@@ -80,7 +80,7 @@ def unplayable(model: Model, spec: Spec) -> FrictoolError:
 def search_design(
     test: DesignTest, outputs: SearchOutputs, inputs: list[Path], wishes: Design | None
 ) -> FoundDesign:
-    """Search a design, and write the design and the picture of the search.
+    """Search for a design, and write the design and the picture of the search.
 
     `wishes`: design with method `auto`, if the user provides one. Raises NoSolutionError if no
     design passes.

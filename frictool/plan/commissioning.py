@@ -192,7 +192,7 @@ def _designed(bench: Bench, outcome: IdentifiedModel, refusal_of: Judge, narrow:
     except NoSolutionError as error:
         why = f"no controller for such wide intervals ({refusal}); no test halves them: {error}"
         return PlanStep("impossible", why, None, reached, model, exit_code=EXIT_NO_SOLUTION)
-    why = f"no controller for such wide intervals ({refusal}); exact values have one"
+    why = f"no controller for such wide intervals ({refusal}); one exists for exact values"
     return PlanStep("finer", why, test, reached, model)
 
 

@@ -1,8 +1,8 @@
 """Recursive least squares (4.16) in square-root form, by Givens rotations of the QR triangle.
 
 (4.16) updates a gain F, which becomes indefinite on long logs because of rounding. The start at F =
-1000 I causes an error that hardly decays (278 % of F_c in table 4.4). Here the triangle starts at
-zero. In the duration of a median stroke, the weights of earlier squared residuals are multiplied by
+1000 I causes an error that hardly decays (table 4.4). Here the triangle starts at zero. In the
+duration of a median stroke, the weights of earlier squared residuals are multiplied by
 `forgetting`, so that the end of the log has the largest weight.
 
 The last value and its interval are those of least squares with these weights (`fit`). `path`

@@ -7,10 +7,10 @@ The test controller goes on to
 - the next segment, as soon as the encoder has moved by `advance_on` since the segment began;
 - the first segment of the other direction, as soon as the position passes a turn.
 
-Without these rules (`open_loop`) the drive reaches the top of every ramp, which few benches
-withstand. In both cases the test is simulated first on three axes: the nominal axis, the lightest
-axis with the least friction, and the heaviest axis with the most friction. The simulation has no
-load, since the shape of the load is unknown; the tops of the ramps are raised by `load.most`.
+Without these rules (`open_loop`) the drive reaches the top of every ramp. In both cases the test is
+simulated first on three axes: the nominal axis, the lightest axis with the least friction, and the
+heaviest axis with the most friction. The simulation has no load, since the shape of the load is
+unknown; the tops of the ramps are raised by `load.most`.
 
 Rate: after a breakaway under a ramp of R [N m/s | N/s], the encoder shows a count after at most t =
 (6 inertia step/R)^(1/3), while the effort grows by R t. The rate R = (0.05 F)^(3/2)/sqrt(6 inertia

@@ -10,7 +10,6 @@
                                           offset and drift.
 
 clock_offset.py estimates one offset of two whole records, with its confidence interval.
-clock_drift.py computes only the lag of each window, in a fraction of the time.
 
 With an offset of x s, the second clock shows t + x when the first shows t. With a drift of d s/s,
 the second clock gains d s per second.

@@ -9,8 +9,7 @@ Two fast methods are tried. Python converts a text for which both are undecided.
 - Otherwise, the leading 64 bits of w * 5^q are computed from a table of the leading 64 bits of the
   powers. Truncation of the table changes the product by less than 2 units of its last bit. The
   rounding is therefore undecided only if the product is within 2 units of the middle between two
-  doubles, about once in 500 (D. Lemire, Number parsing at a gigabyte per second, 2021, decides
-  these cases with 128 bits).
+  doubles, about once in 500 (D. Lemire, 2021).
 """
 
 from __future__ import annotations

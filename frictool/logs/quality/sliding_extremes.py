@@ -1,6 +1,6 @@
 """Largest value in a sliding window, as `scipy.ndimage.maximum_filter1d` computes it.
 
-Importing `scipy.ndimage` takes 0.2 s of processor time, more than everything else that `info` does.
+Importing `scipy.ndimage` would take 0.2 s.
 """
 
 from __future__ import annotations
