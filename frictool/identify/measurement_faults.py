@@ -60,8 +60,8 @@ def _refuse_saturated(record: MotionRecord, bench: Bench) -> None:
             unit = si_unit("effort", bench.axis)
             raise UnusableLogs(
                 f"{record.name}: the effort stays at {top.at:.4g} {unit} for {100 * share:.2g} % "
-                f"of the samples (allowed: {100 * LARGEST_SATURATED_SHARE:g} %, or the drive's "
-                f"limit, {most:.4g}): the measurement is saturated; widen its range"
+                f"of the samples (allowed: {100 * LARGEST_SATURATED_SHARE:g} %, or limit "
+                f"{most:.4g}): the measurement is saturated; widen its range"
             )
 
 
