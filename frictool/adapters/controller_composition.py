@@ -51,7 +51,7 @@ ETA_WIDTHS = 2.0  # bound of |eta| in widths of the position range
 
 
 def controller_program(controller: Controller) -> Program:
-    """Return the program of a controller document; the module of each block names its states."""
+    """Return the program of a controller document."""
     return _Composition(controller).program
 
 

@@ -2,7 +2,7 @@
 
 The fields of `spec.yaml`, the units and headings of a report, the definitions on its page and in
 docs/metrics.md, and the columns of a campaign follow from the records of this table. The columns of
-a page have the order of the rows, the keys of a specification that of `rank`.
+a page follow the rows, the keys of a specification follow `rank`.
 """
 
 from __future__ import annotations

@@ -129,8 +129,7 @@ def json_schema(name: str, choices: Mapping[str, Iterable[str]] | None = None) -
     name : str
         A key of `DOCUMENTS`, such as `bench`.
     choices : dict of str to iterable of str, optional
-        Allowed values of keys whose values a registry of another package lists, by type and key,
-        such as `FrictionOf.law`.
+        Allowed values by type and key, such as `FrictionOf.law`, if another package lists them.
 
     Returns
     -------

@@ -6,8 +6,8 @@
 
 With friction laws (plant/axis_friction_laws.py) a slip also ends where the law changes: at a knee,
 at the boundary of the Stribeck layer and at an end of the position polynomials. End stops end it,
-too. If the breakaway grows with the time at rest, engine/drive_lag.py computes the breakaway's
-time. If friction is nonlinear in speed or position, or a load follows the position
+too. If the breakaway grows with the time at rest, engine/drive_lag.py computes the time of the
+breakaway. If friction is nonlinear in speed or position, or a load follows the position
 (plant/position_load.py), the slip is integrated in steps (engine/slip_integration.py); otherwise it
 has a closed form.
 

@@ -100,7 +100,7 @@ class Notation:
         return _named(letter, latex, name, si_unit("effort", kind))
 
     def stretch(self, letter: str, name: str, kind: Axis) -> tuple[Term, Term]:
-        """Return the symbols of a difference of two positions and of its rate of change."""
+        """Return the symbols of a position difference and of its rate."""
         position, rate, _ = RATES[kind]
         still = _named(letter, letter, name, position)
         return still, symbol(f"{letter}_{name}'", indexed_latex(rf"\dot{{{letter}}}", name), rate)

@@ -28,7 +28,7 @@ import scipy
 
 ZONE = 0.05  # half width of the zone of the response time, relative to the step
 NEARLY_EQUAL = 1e-4  # difference of two exponents below which a derivative replaces a quotient
-SAMPLE_ROUNDING = 1e-9  # of a sample period
+SAMPLE_ROUNDING = 1e-9  # tolerance of a time, as a share of the sample period
 ROOT = 1e-13  # relative tolerance of a time
 
 

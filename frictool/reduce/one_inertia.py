@@ -33,8 +33,8 @@ from frictool.reduce.rigid_lumping import lump_rigid_links
 from frictool.reduce.travel_grid import POINTS, positions
 from frictool.typing import Vector
 
-SAME = 1e-9  # relative to the travel: closer ends are equal
-FLAT = 1e-9  # relative to the mean: a curve that varies less is a constant
+SAME = 1e-9  # distance of equal ends, relative to the travel
+FLAT = 1e-9  # variation of a constant curve, relative to the mean
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ from frictool.reduce.advice import parts_of_travel
 from frictool.reduce.resistance_curves import DirectedResistance
 from frictool.typing import Vector
 
-NOTHING = 1e-12  # relative to the largest load: smaller terms are omitted
+NOTHING = 1e-12  # largest omitted term, relative to the largest load
 HELD = 1e-9  # allowed excess of the remaining load over friction, relative to the largest load
 FITS = 0.01  # largest error of the friction's polynomials, relative to the mean friction
 LEAST_TURN = 0.5  # rad of a harmonic over the travel: a shorter one is a line

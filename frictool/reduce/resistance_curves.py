@@ -2,7 +2,7 @@
 
 In a mechanism two elements represent the pair of curves: a spring with their mean, and a cam of
 angle 0 with half their difference as friction. Speed-dependent friction remains separate; the loss
-of a link towards the source raises its level.
+of a link towards the source raises the level of this friction.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from frictool.plant.mechanism.assembled_mechanism import AssembledMechanism
 from frictool.reduce.block_resistance import BlockResistance, SpeedDependentFriction, resisting
 from frictool.typing import Vector
 
-NOTHING = 1e-12  # relative to the largest effort: a smaller curve is omitted
+NOTHING = 1e-12  # largest omitted curve, relative to the largest effort
 
 
 @dataclass(frozen=True)

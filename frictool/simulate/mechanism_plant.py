@@ -231,9 +231,7 @@ def check_pace(assembled: AssembledMechanism, seconds: float, period: float, own
     """Raise DocumentError if a link is too stiff for a simulation in reasonable time."""
     pace = fastest_link(assembled)
     if pace.rate * period > FASTEST or pace.rate * seconds > MOST_TURNS:
-        problem = (
-            f"is too stiff or too damped for its load; it responds at {pace.rate:.3g} rad/s"
-        )
+        problem = f"is too stiff or too damped for its load; it responds at {pace.rate:.3g} rad/s"
         allowed = (
             f"at most {min(FASTEST / period, MOST_TURNS / seconds):.3g} rad/s in a test of "
             f"{seconds:g} s sampled at {period:g} s"

@@ -32,7 +32,7 @@ SAME_PLACE = 1e-12  # relative tolerance of a stop's position
 
 
 class ControlledAxis(NamedTuple):
-    """Indices of the controlled source, of its block, of the sensor's block and of the load.
+    """Indices of the controlled source, its block, the sensor's block and the load.
 
     The speed of the load is `load_ratio` times the speed of the sensor's block.
     """

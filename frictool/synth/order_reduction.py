@@ -41,8 +41,8 @@ class ReducedController:
 def reduce_order(k: Lti, order: int, check: Check, kept: Kept = "high") -> list[ReducedController]:
     """Return checked controllers with falling order, from the order of `k` less 1 to `order`.
 
-    `check` is called with each reduced controller and raises NoSolutionError if that fails; the
-    order is added to its message. Also raises NoSolutionError if `k` without its integrator is
+    `check` is called with each reduced controller and raises NoSolutionError for a bad one; the
+    order is added to the message. Also raises NoSolutionError if `k` without its integrator is
     unstable, or if `order` is 0 and `k` has an integrator.
     """
     integrator, rest = split_integrator(k)

@@ -1,4 +1,4 @@
-"""Box of plants of a controller document: that of its certificate or of its vertices."""
+"""Box of plants of a controller document, from its certificate or from its vertices."""
 
 from __future__ import annotations
 

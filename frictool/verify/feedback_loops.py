@@ -16,7 +16,7 @@ controller: the loop is opened after controller and observer.
 A proportional law is linear and gives a second, outer loop; both loops are checked. In a loop that
 feeds back the speed only, the position is not a state. A square-root law, a limiter and friction
 compensation are nonlinear and not part of any loop. The virtual friction of a limiter has a
-separate loop with its largest slope F_cv/v_r, at rest.
+separate loop near standstill, with its largest slope F_cv/v_r.
 
     L(z) = -(transfer from the commanded to the requested drive),  sensitivity 1/(1 + L)
 """

@@ -63,7 +63,7 @@ def _product(a: Matrix, b: Matrix) -> Matrix:
 def sampled_axis(
     drive: float, viscous: float, lag: float, period: float, sees: IntVector
 ) -> tuple[Matrix, Vector, Matrix]:
-    """Return a (n, n), b (n,) from the command, and c (m, n) to the measured signals.
+    """Return the matrices a (n, n), b (n,), c (m, n) from the command to the measured signals.
 
     The system is that of `feedback_loops.measured_axis`. drive and viscous: rates of
     plant/linear_axis.py. lag and period in s. sees (m,): SEES_ETA, SEES_DIFFERENCE or SEES_SPEED.
@@ -109,7 +109,7 @@ def sensitivity(
     delay_samples: int,
     axis: tuple[Matrix, Vector, Matrix],
 ) -> tuple[Matrix, Vector, Vector]:
-    """Return a (n, n), b (n,) and c (n,) of 1/(1 + L) - 1.
+    """Return the matrices a (n, n), b (n,) and c (n,) of 1/(1 + L) - 1.
 
     controller: matrices of its state space, with one input per measured signal and one output.
     axis: result of `sampled_axis`. The states are those of controller, delay and axis, in this

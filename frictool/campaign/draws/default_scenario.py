@@ -18,9 +18,9 @@ from frictool.documents.spec import Spec
 
 START, TARGETS = 0.08, (0.88, 0.08, 0.56, 0.24)  # shares of the travel
 LONGEST = max(TARGETS) - START  # longest step, as a share of the travel
-PART = 5.0  # response times, duration of each part
-WITHOUT_TRAVEL = 1000.0  # encoder steps, length of the longest step on a bench without travel
-WITHOUT_RESPONSE = 1000.0  # samples, response time without response_time_95_s
+PART = 5.0  # duration of each part, in response times
+WITHOUT_TRAVEL = 1000.0  # longest step on a bench without travel, in encoder steps
+WITHOUT_RESPONSE = 1000.0  # response time without response_time_95_s, in samples
 CYCLE_S = 30.0  # s, hold for a requirement on limit cycles
 
 

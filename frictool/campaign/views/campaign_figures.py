@@ -135,7 +135,7 @@ def metric(findings: Findings, one: Distribution) -> PageFigure | None:
 
 
 def causes(findings: Findings) -> list[PageFigure]:
-    """Return one figure for each factor that causes failures: failing share over its range."""
+    """Return a figure of the failing share for each factor with a significant influence."""
     questions = findings.sensitivity.questions
     if not questions or questions[0].name != "":
         return []

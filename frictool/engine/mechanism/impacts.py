@@ -1,10 +1,9 @@
 """Speeds after impacts of flanks, which close the backlash of (2.18), and after end-stop impacts.
 
-After an impact, (2.19) holds. An impact is between two groups of rigidly joined blocks, or between
-a group and the frame, by Newton's law with the restitution of the contact. If groups touch in a
-row, the impact passes from contact to contact, as in Newton's cradle, the fastest approach first,
-until no two groups approach. Friction of blocks is finite and has no impulse; an impact can set
-blocks at rest in motion.
+An impact is between two groups of rigidly joined blocks, or between a group and the frame, by
+Newton's law with the restitution of the contact. If groups touch in a row, the impact passes from
+contact to contact, as in Newton's cradle, the fastest approach first, until no two groups approach.
+Friction of blocks is finite and has no impulse; an impact can set blocks at rest in motion.
 
 Losses of joints are proportional to the transmitted force and therefore take a fraction of the
 impulse (lossy_impulses.py). If the losses change during the impact, the flanks return at most the

@@ -136,7 +136,7 @@ WIDTH = 6
 
 
 def addresses_of(laws: Sequence[Law], kinds: Sequence[int]) -> IntVector:
-    """Return the addresses (n + 1, WIDTH) of the kernels of the law of each of n frictions.
+    """Return addresses (n + 1, WIDTH): a row with the kernels of the law for each of n frictions.
 
     Columns are in the order of FUNCTIONS; the last row is for the engine's own kernels.
     """

@@ -29,7 +29,7 @@ from frictool.plant.mechanism.packed_mechanism import FRAME
 from frictool.typing import IntVector, Matrix, Vector
 
 Efficiency = Literal["none", "driving"]
-STILL = 1e-7  # relative to the fastest eigenvalue: a slower mode is a rigid-body motion
+STILL = 1e-7  # fastest rigid-body motion, relative to the fastest eigenvalue
 
 
 @dataclass(frozen=True)

@@ -46,7 +46,7 @@ class Transmission:
 
     @property
     def irreversible(self) -> bool:
-        """True if b cannot drive a."""
+        """Return True if block b cannot drive block a."""
         return abs(self.ratio) <= max(self.back_loss, self.thread)
 
     @property

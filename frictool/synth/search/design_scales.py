@@ -19,7 +19,7 @@ from frictool.documents.quantity import si_unit
 from frictool.documents.spec import Spec
 from frictool.errors import NoSolutionError
 
-STATIC_ERROR = 0.04  # of the step, width of the band without static_error
+STATIC_ERROR = 0.04  # width of the band without static_error, as a share of the step
 
 
 @dataclass(frozen=True)

@@ -23,7 +23,7 @@ from frictool.synth.search.design_scales import DesignScales
 
 MOST_FILTER = 1.9  # rad/s times s: bandwidth of the filter times the period
 MOST_PREFILTER = 1.0  # rad/s times s: frequency of the prefilter times the period
-LINEAR_PART = 0.25  # of the step, error at which a proportional law equals the square-root law
+LINEAR_PART = 0.25  # share of the step, at which a proportional law equals the square-root law
 
 PARAMETERS = (
     SearchedParameter("braking_share", 0.1, 1.1, (0.6, 0.3)),
