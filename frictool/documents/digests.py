@@ -1,8 +1,8 @@
 """Digests of a controller's blocks: they show changes since the controller was verified.
 
 The gain of a position law, a prefilter and a specified margin follow from the model, the
-specification and the design, which the document does not contain. No property of the linear loop
-depends on them, so that only a digest can show that they changed. No proof uses a digest.
+specification and the design, which the document does not contain. Since no property of the linear
+loop depends on these three, only a digest shows a change. No proof uses a digest.
 """
 
 from __future__ import annotations

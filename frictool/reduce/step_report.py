@@ -17,8 +17,8 @@ class StepFigure(NamedTuple):
 class MeasuredError(NamedTuple):
     """Error of a mechanism relative to another one under the same commands.
 
-    distance: largest difference of their positions at the sensor [rad | m]. way: travelled distance
-    of that run [rad | m]. where: name of the run. whole: largest difference from the whole
+    distance: largest difference of the two positions at the sensor [rad | m]. way: distance
+    travelled in the run [rad | m]. where: name of the run. whole: largest difference from the whole
     mechanism [rad | m].
     """
 

@@ -1,4 +1,4 @@
-"""Output of `reduce` as text: one row with two errors per step, then the resulting model."""
+"""Output of `reduce` as text: per step one row with two errors, then the resulting model."""
 
 from __future__ import annotations
 
