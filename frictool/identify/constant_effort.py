@@ -1,9 +1,8 @@
 """Detection of strokes with constant logged effort and varying speed.
 
 Such an effort is a saturated measurement, or a command that was logged in place of a measurement.
-Coulomb friction and an offset fit a constant effort almost exactly, for any axis. The inertia and
-the viscous friction would then be near zero, with narrow intervals. A constant effort is valid data
-only
+Coulomb friction and an offset would fit it almost exactly, with an inertia near zero. A constant
+effort is valid data only
 
 - at constant speed, which needs a constant effort;
 - at several levels (an open-loop test), since one set of parameters has to explain all levels;

@@ -1,12 +1,9 @@
 """Detection of a logged effort that changes far less often than the position is logged.
 
-A current read at 20 Hz, or a held set point, has the same value in many rows of a log at 1 kHz. On
-average this value is late by half of the time between two updates. The fitted inertia and viscous
-friction then have errors of tens of per cent, but narrow intervals.
-
-But a drive may also hold its true effort between two updates of a slow controller. The logged
-efforts of both cases look the same; the motions differ. Let y be the effort that the motion needs,
-and y_held its value at the last update:
+A current that was read too rarely is late by half of the time between two updates on average, which
+falsifies inertia and viscous friction. But a drive with a slow controller may also hold its true
+effort. Only the motion distinguishes the two cases. Let y be the effort that the motion needs, and
+y_held its value at the last update:
 
     logged effort = inertia a + viscous v + coulomb sign(v) + offset + declared loads
                     + b (y_held - y)

@@ -6,18 +6,13 @@ A saturated effort stays below the effort that the motion needs. The search fits
     S(u) = u (1 + |u/L|^p)^(-1/p)
 
 to the slipping samples, with a limit L for either sign. The sharpness p is low for a soft
-saturation (tanh) and high for a clip. The column x is needed without a spring, too: in a sine, x is
-proportional to the acceleration, but has less noise.
+saturation (tanh) and high for a clip.
 
-Loads and friction that vary over position and speed bend the effort, too. The rivals are columns
-for them in a linear fit: x^2, s x, s x^2, v x, |v|, v^2, v |v|, s e^(-|v|/w), and on a rotary axis
-sin x and cos x. The effort is saturated if S compresses the largest efforts, and if it explains the
-effort
-
-- better than the linear fit with the rivals, or
-- as well as the linear fit with the rivals, and much better than the linear fit without them.
-
-Each comparison must have the same result without the stroke that supports it most.
+Loads and friction that vary over position and speed bend the effort, too. The rival is a linear fit
+with further columns over position and speed. The effort is saturated if S compresses the largest
+efforts, and if it explains the effort better than the rival, or as well as the rival and much
+better than the linear fit without the further columns. Each comparison must have the same result
+without the stroke that supports it most.
 """
 
 from __future__ import annotations

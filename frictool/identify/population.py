@@ -1,17 +1,14 @@
 """Tests whether many estimates of one parameter have the same true value.
 
 The observed scatter is compared with the scatter that the intervals predict. The standard deviation
-s of an estimate x is the half width of its interval divided by the normal quantile.
-
-With weights w = 1/s^2, Q = sum w (x - mean)^2 has a chi-squared distribution with n - 1 degrees of
-freedom if all estimates have one true value (Cochran, Biometrics 10, 1954). The excess of Q gives
-the variance that the intervals do not explain (DerSimonian and Laird, Controlled Clinical Trials 7,
-1986).
+s of an estimate x is the half width of its interval divided by the normal quantile. With weights
+w = 1/s^2, Q = sum w (x - mean)^2 has a chi-squared distribution with n - 1 degrees of freedom if
+all estimates have one true value (Cochran 1954). The excess of Q gives the variance that the
+intervals do not explain (DerSimonian and Laird 1986).
 
 If the units are known, Q is the sum of a part within units and a part between units. In the test
 between units, the unexplained scatter within units is added to s^2. The drift is the common slope
-of all units over the date, with a separate mean for each unit. The Birge ratio (Physical Review 40,
-1932) widens its interval.
+of all units over the date, with a separate mean for each unit. The Birge ratio widens its interval.
 """
 
 from __future__ import annotations

@@ -1,33 +1,22 @@
 """Widening of intervals by effects that the model does not include and the residual shows.
 
 Such an effect leaves the same residual in every stroke, so that the covariance over strokes
-(`regression`) does not include the resulting error. X are the columns of the model and of the
-effects that were removed from the effort.
+(`regression`) does not include the resulting error. Four sources of this error are examined
+(docs/theory/identify.md):
 
-1. Positions and states: the variance between bins of the position, and between bins of the state
-   (velocity, sign of the acceleration), is added (`regression/multiway.py`).
-2. Other explanations: effort = X d + Z g is fitted with the columns Z of a hypothesis of the search
-   (`explanation_search`). A hypothesis is accepted if g differs from 0 in the joint test over
-   clusters (`joint_test`), at the level (1 - confidence)/(number of hypotheses). A hypothesis is
-   also accepted if it predicts unseen strokes as well as the best one, or as well as a hypothesis
-   of the model that it replaces. Then more hypotheses are added to the best one as long as they are
-   significant. The shift of d relative to the fit of X alone is the spread between models, which
-   Buckland, Burnham and Augustin (1997) add to the variance within one model.
-3. Another window: a lag, a resonance and the encoder's noise have different effects in smoothing
-   windows of different lengths. The significant part of the shift of d with windows of twice the
-   length is added.
-4. Delay or lag: if the column of the delay is used, the shifts with the effort delayed exactly, and
-   behind a lag, are added. The column is the first order of both.
+1. Residuals that repeat over position and state (velocity, sign of the acceleration) add a variance
+   (`regression/multiway.py`).
+2. Hypotheses of `explanation_search` that improve the fit shift the parameters.
+3. Smoothing windows of twice the length shift the parameters.
+4. A delay or a lag, computed exactly, shifts the parameters if the column of the delay is used.
 
-The end of an interval on the side of the shift moves by the shift, so that the interval contains
-the shifted interval. The opposite end moves to a distance of sqrt(half^2 + shift^2) from the value,
-because effects that look alike may shift a parameter in opposite directions. Of all accepted
-effects, the one with the largest movement determines each end. No end moves beyond the interval of
-the bench, unless the two intervals do not overlap.
+The end of an interval on the side of the shift moves by the shift. The opposite end moves to a
+distance of sqrt(half^2 + shift^2) from the value, because effects that look alike may shift a
+parameter in opposite directions. The largest movement of all accepted effects counts. No end moves
+beyond the interval of the bench, unless the two intervals do not overlap.
 
-Noise of the acceleration attenuates the inertia, and columns that resemble the acceleration would
-explain the remaining effort. If the encoder is so coarse that this noise is not small, the interval
-of the inertia is not widened, and the effort of the inertia is treated as known.
+If the encoder is so coarse that noise attenuates the inertia, the interval of the inertia is not
+widened, and the effort of the inertia is treated as known.
 """
 
 from __future__ import annotations

@@ -1,30 +1,25 @@
 """Choice of the method by the decision scheme of figure 4.4, applied to the recorded motion.
 
-`assess/identifiability.py` judges the encoder and the motion.
-
 Loads and disturbing effects are searched first (`explanation_search`). The following steps fit the
 supported ones together with the sliding parameters.
 
-1. If differentiated velocities are too inaccurate, the method is sines. Least squares over
-   smoothing windows are used instead if they agree with sines and their intervals are at most half
-   as wide.
-2. If the efficient estimate (`least_squares`) and the robust estimate (`power_balance`) disagree by
-   more than their intervals, power-balance is preferred. The disagreement means that friction at
-   low speed is not viscous + Coulomb.
+1. If differentiated velocities are too inaccurate (`assess/identifiability.py`), the method is
+   sines. Least squares over smoothing windows are used instead if they agree with sines and their
+   intervals are at most half as wide.
+2. If `least_squares` and `power_balance` disagree by more than their intervals, power-balance is
+   preferred: friction at low speed is then not viscous + Coulomb.
 3. Otherwise least-squares is preferred.
-4. The candidates are the methods of steps 2 and 3, the same methods with the load terms that the
-   simulation selects, and output error. The preferred method is used if its prediction error of
-   unseen strokes is within a tenth of the smallest error; otherwise the candidate with the smallest
-   error is used (`method_comparison`).
+4. The methods of steps 2 and 3, without and with the load terms that the simulation selects, and
+   output error are compared by their prediction of unseen strokes (`method_comparison`). The
+   preferred method is used if its error is within a tenth of the smallest.
 5. If steps 1 to 4 do not identify the inertia, it comes from the weak form if `assess` proposes
-   the weak form for the inertia, otherwise from output error, which differentiates nothing.
+   this, otherwise from output error, which differentiates nothing.
 
 If more than 70 % of the motion is at constant speed, and the bench declares no loads, the method is
 `stribeck-curve`, and none of these steps is done.
 
-Step 2 is Hausman's test in terms of intervals. Viscous friction, and an offset that the bench does
-not declare, are dropped if the prediction of unseen strokes does not become worse. Steps 2 and 3
-also apply to strokes that are not sines.
+Viscous friction, and an offset that the bench does not declare, are dropped if the prediction of
+unseen strokes does not become worse.
 """
 
 from __future__ import annotations

@@ -8,20 +8,12 @@
 - viscous friction by direction, which competes with the others, but is never added here:
   `structure_selection` decides on it
 
-All hypotheses are columns of one regression, reduced once to triangular matrices. The score of a
-hypothesis is the sum of squared prediction errors of all strokes; a fit to one half of the strokes
-predicts the other half. The best hypothesis is used if it passes two tests:
-
-1. The squared errors of the strokes decrease significantly. For a load, which is a statement about
-   the machine, the rms error also falls by more than a fifth (`term_selection.clearly_better`); for
-   an effect, the sum of squares falls by at least a twentieth.
-2. Its parameters differ from 0 in the joint test over clusters (`joint_test`). FALSE_ALARM is the
-   level of all tests together: one half is divided among the hypotheses, one half among the wave
-   numbers of a ripple.
-
-A load is not used if an effect predicts the strokes equally well. A hypothesis is removed again if
-it no longer passes the first test; harmonics of a ripple stay. Significant hypotheses that are not
-used are reported as left in the residual, with their rms effort.
+A fit to one half of the strokes predicts the other half. The best hypothesis is used if the squared
+prediction errors decrease significantly and noticeably, and if the parameters of the hypothesis
+differ from 0 in the joint test over clusters (`joint_test`). A load is not used if an effect
+predicts the strokes equally well. A hypothesis is removed again if the errors no longer decrease;
+harmonics of a ripple stay. Significant hypotheses that are not used are reported as left in the
+residual. docs/theory/identify.md states the levels and limits of the tests.
 """
 
 from __future__ import annotations

@@ -8,13 +8,13 @@ The procedure was published for a rack-and-pinion stage:
                for each direction of motion, and an offset
 
 The breakaway is the largest friction of the curve. It is reached at the speed v_p, and not at rest
-as in (2.34). v_p is therefore not a Stribeck velocity, and is reported in the details. For a fixed
-v_p the other parameters are linear, so that only v_p is searched.
+as in (2.34); v_p is therefore not a Stribeck velocity, and is reported in the details. Only v_p is
+searched, since the other parameters are linear.
 
-As in the publication, every sample of a stroke counts, even at rest. Samples at rest shift Coulomb
-friction towards the effort at rest; select the moving part of the log with `ingest --from --to`.
-The intervals take into account that the filter correlates the residuals (`newey_west`). They do not
-include errors from samples at rest, from the inertia, or from different clocks of the instruments.
+Every sample of a stroke counts, even at rest. Samples at rest shift Coulomb friction towards the
+effort at rest; select the moving part of the log with `ingest --from --to`. The intervals take into
+account that the filter correlates the residuals (`newey_west`). They do not include errors from
+samples at rest, from the inertia, or from different clocks of the instruments.
 """
 
 from __future__ import annotations

@@ -8,17 +8,13 @@
                one sample in ten
     solve      ordinary least squares on [acceleration, velocity, sign(velocity), 1]
 
-Only the position passes the Butterworth filter. All signals pass the decimation filter, whose band
-is well below the Butterworth filter's.
+The values are those of the published pipeline. Two systematic errors of the pipeline do not appear
+in its residuals: a held effort counts as measured at its sample, and samples at rest or at
+reversals count as slip. Each interval therefore contains the intervals of the pipeline and of the
+power balance (`power_balance`), which has neither error.
 
-The values are those of the published pipeline; the intervals are wider. The pipeline has two
-systematic errors that its residuals do not show. It treats a held effort as measured at its sample,
-which is half a period early. It treats samples at rest, and reversals smeared by the decimation
-filter, as slip. The power balance (`power_balance`) has neither error. The reported interval
-contains the intervals of the pipeline and of the power balance.
-
-The method refuses a log with much motion inside the backlash, where only the motor moves. It also
-refuses a log whose encoder noise is so large relative to the speed that false reversals occur.
+The method refuses a log with much motion inside the backlash, and a log whose encoder noise causes
+false reversals.
 """
 
 from __future__ import annotations

@@ -6,18 +6,13 @@
   predicts the other half
 - allowed: candidates with a force error of at most twice the smallest, since a model with a wrong
   effort may still simulate the position well
-- winner: the first allowed candidate, in the order of preference, with a position error within a
-  tenth of the smallest. Output error wins only if the regression of the same structure does not
-  contradict it.
-
-Order of preference: the method of the decision scheme (`auto`), another regression, output error.
-Output error is last because its parameters also absorb effects that the structure does not include.
-Values of different structures are not compared: an offset has another meaning if viscous friction
-differs by direction.
+- winner: the first allowed candidate with a position error within a tenth of the smallest. The
+  order of preference is the method of the decision scheme (`auto`), another regression, output
+  error. Output error wins only if the regression of the same structure does not contradict it.
 
 An effect that is removed from the effort (`rows/effects.py`) cannot be simulated; the preferred
 method is then used. If the logs are too short for halves, the regressions are compared on the logs
-of the fit. Output error is then no candidate, because it minimises the compared error.
+of the fit, and output error is no candidate, because it minimises the compared error.
 """
 
 from __future__ import annotations

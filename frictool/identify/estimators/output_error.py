@@ -3,17 +3,15 @@
 Nothing is differentiated or filtered. The search starts from the power balance.
 
 In open loop, an error of the effort shifts the position for a long time, so that the residuals do
-not show the uncertainty of a parameter. The interval is computed from errors of the effort instead.
-An observer follows the measured position; the effort that it adds to the model is the effort error.
-This error is added to the simulation one stroke (or cluster, `clusters`) at a time; the resulting
-change of the parameters is the influence of the stroke. The variance is the sum of the squared
-influences, for any correlation within a stroke. The effort errors are computed with the parameters
-of the regression, since those of the simulation are fitted to the same motion and would make the
-errors too small. In closed loop, the residuals themselves are errors of the effort.
+not show the uncertainty of a parameter. The interval is computed from errors of the effort instead:
+an observer follows the measured position, and the effort that it adds to the model is the effort
+error. This error is added to the simulation one cluster of strokes (`clusters`) at a time; the
+variance is the sum of the squared changes of the parameters. The effort errors are computed with
+the parameters of the regression, since those of the simulation would make the errors too small. In
+closed loop, the residuals themselves are errors of the effort.
 
-Over many seconds the position depends little on the inertia. If the regression has a much narrower
-interval of the inertia, the inertia is fixed at the regression's value, and the simulation gives
-the other parameters.
+If the regression has a much narrower interval of the inertia, the inertia is fixed at the
+regression's value, and the simulation gives the other parameters.
 """
 
 from __future__ import annotations

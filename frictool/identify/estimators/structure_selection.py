@@ -7,13 +7,11 @@ A fit to one half of the records simulates the other half.
 - candidates: output error with the four sliding parameters and one more load term at a time
   (`load_terms`)
 - declared terms: if the bench declares its loads, these are kept and no others are tried
-- choice: a term is kept if two conditions hold. The squared errors of the predicted strokes
-  decrease significantly (Student's test of paired strokes), and the held-out error falls by a
-  fifth. The second condition is required because conditions differ more between days than between
-  strokes of one record.
+- choice: a term is kept if the squared errors of the predicted strokes decrease significantly
+  (Student's test of paired strokes), and the held-out error falls by a fifth
 
-A model with more terms always has a smaller error on the data of its fit. If the logs are too short
-for halves, no term is added. Long records are simulated in evenly spaced parts.
+If the logs are too short for halves, no term is added. Long records are simulated in evenly spaced
+parts.
 """
 
 from __future__ import annotations

@@ -3,21 +3,17 @@
     inertia int(phi'' x) + viscous int(phi x') + coulomb int(phi sign v) + offset int(phi)
         = int(phi u)
 
-Only the test function is differentiated, by its exact second difference; the analytic second
-derivative would bias the inertia by 4-5 %. Successive windows start a sixth of their length apart,
-since closer windows add no information.
+Only the test function phi is differentiated, by its exact second difference; the analytic second
+derivative would bias the inertia. Successive windows start a sixth of their length apart.
 
 Friction over position, and knees over speed, have additional columns if these improve the
 prediction of unseen strokes (`weak_structure`). Coulomb friction and offset are then means over the
 range of positions, and viscous friction is that below the first knee.
 
-The length of the window, and the decision if the inertia is identifiable, follow from the expected
-precision (assess/weak_form_precision.py) for the strokes of the records. The encoder's noise in the
-regressor attenuates the inertia. The attenuation is largest for white noise, and 0 if the rounding
-errors are a regular sawtooth. Half of the largest attenuation is added to the value, and the
-interval covers +- half of it (`combined_interval`). Identical strokes have identical rounding
-errors, which may shift the inertia up or down. In that case nothing is added to the value, and the
-interval covers +- the whole attenuation.
+The expected precision (assess/weak_form_precision.py) determines the length of the window, and if
+the inertia is identifiable. The encoder's noise attenuates the inertia, by at most the value for
+white noise. Half of this value is added to the inertia, and the interval covers +- half of it. If
+strokes repeat each other, nothing is added, and the interval covers +- the whole value.
 """
 
 from __future__ import annotations

@@ -5,13 +5,11 @@
 
 `advance` is the distance since the last reversal, and [...] is 1 if the condition holds, else 0.
 The equation is used in the weak form (`weak`). Inside the backlash only the friction of the motor
-(brush) acts. The width is searched. The indicator [advance < width] is smoothed over a count or the
-distance per sample, so that the width may lie between two counts.
+(brush) acts. The width is searched, with [advance < width] smoothed over a count.
 
-The delay is a linear parameter, which noise of the derivative attenuates. The estimation is
-therefore repeated, with the effort shifted by the previous delay, until the remaining delay is 0.
-The delay uses only rows outside the wider of the bench's and the estimated backlash, because brush
-friction inside the backlash looks like a delay.
+The delay is a linear parameter. The estimation is repeated, with the effort shifted by the previous
+delay, until the remaining delay is 0. It uses only rows outside the wider of the bench's and the
+estimated backlash, because brush friction inside the backlash looks like a delay.
 
 Schwarz's criterion (BIC) decides if there is a backlash. The intervals come from a jackknife over
 strokes; the position of a reversal is known to within a count.

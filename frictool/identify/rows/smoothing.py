@@ -1,21 +1,17 @@
 """Zero-phase smoothing with the same kernel for acceleration, velocity and effort (4.2.2).
 
-The Savitzky-Golay filter c for the second derivative (a cubic over W samples) is 0 for straight
-lines. It is therefore the second difference of a kernel g with sum 1. The convolution * of the
-equation of motion with g gives, without an error of alignment,
+The Savitzky-Golay filter c for the second derivative (a cubic over W samples) is the second
+difference of a kernel g with sum 1. The convolution * of the equation of motion with g gives
 
     J (c * x) + viscous (g * dx) + coulomb (g * sign v) + offset = g * u_
+
+with the parameters of the unsmoothed equation, for any W.
 
 - c * x: acceleration by the Savitzky-Golay filter
 - dx: central difference (x[k+1] - x[k-1])/(2 T)
 - u_: mean of the effort with the triangular weights by which a second difference of positions
-  averages the acceleration. Without a lag, the effort is held from its sample on, and the mean is
-  (u[k-1] + u[k])/2. With a lag, the effort is measured at its sample, and approaches a held command
-  like 1 - e^(-t/lag) between samples; the weights are those of `effort_weights`, (1, 4, 1)/6 for a
-  long lag.
-
-The smoothing therefore adds no bias for any W: J, viscous, coulomb and offset are those of the
-unsmoothed equation.
+  averages the acceleration (`effort_weights`): (u[k-1] + u[k])/2 for a held effort, about
+  (1, 4, 1)/6 for an effort behind a long lag
 
 The window W is the smallest odd number for which the noise of the position causes at most a share s
 of the rms acceleration. W is between 11 samples and a sixth of the median stroke. The noise of the

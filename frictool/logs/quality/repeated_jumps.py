@@ -1,10 +1,9 @@
 """Repeated jumps of one size in a position: detection of a wrap with any period.
 
-A step s is long if it exceeds half of the position's range. The range leaves out outliers of one
-sample. If the sensor wraps, the axis moves by u against the direction of s, and the period is P =
-|s| + u. The four steps around s bound u, so that each long step gives an interval of P. The search
-chooses the period that lies in most of these intervals, and then classifies the motion around the
-steps:
+A step s is long if it exceeds half of the position's range, without outliers of one sample. If the
+sensor wraps, the axis moves by u against the direction of s, and the period is P = |s| + u. The
+four steps around s bound u, so that each long step gives an interval of P. The search chooses the
+period that lies in most of these intervals, and then classifies the motion around the steps:
 
     forward     the axis moves against s both before and after the step, as it does if it continues
                 across the end of the period
@@ -12,16 +11,13 @@ steps:
                 wrap
     at rest     the motion is neither forward nor backward: there is only noise, or the axis rests
 
-The motion on one side is the sum of 2, 8, 32 or 128 steps. It counts if it exceeds 4 times the mean
-difference of neighbouring steps, which is a measure of noise, and 3 times the smallest of these
-steps, which is one count. Noise at the end of the period causes several long steps of alternating
-signs. If the number of these steps is odd, the first of them represents the wrap; if it is even,
-none does.
+The motion on one side is the sum of 2, 8, 32 or 128 steps, if it exceeds noise and one count. Noise
+at the end of the period causes several long steps of alternating signs. If the number of these
+steps is odd, the first of them represents the wrap; if it is even, none does.
 
-If the axis rests, turns or creeps at an end of the period, noise hides the motion. The positions
-before and after the long steps then decide: they are the ends of a period that is known.
-
-A sawtooth motion that returns within one sample looks like a wrap. `RepeatedJump.movable` therefore
+If noise hides the motion of an axis that rests, turns or creeps at an end of the period, the
+positions before and after the long steps decide: they are the ends of a period that is known. A
+sawtooth motion that returns within one sample looks like a wrap. `RepeatedJump.movable` therefore
 states whether the drive can move the axis by such a jump in one sample.
 """
 

@@ -4,18 +4,15 @@ The error's recursion is e(k+1) = (A_i - L_i C_i) e(k) + Q_i Delta(k), z = C-bar
 sequence of allowed switches, the inequalities guarantee two properties. With Delta = 0, e' P_i e
 falls to lambda^2 of its value or less in each sample. From zero error, |z| <= gamma |Delta|.
 
-The verification simulates the recursion, independently of the inequalities. The mode sequences are
-every allowed switch (one mode, then the other), every pair of modes that may alternate, and random
-allowed sequences. The disturbances are white noise, a constant, and the worst disturbance, computed
-by iterating the recursion and its adjoint.
+The verification simulates the recursion, independently of the inequalities, with every allowed
+switch, every pair of modes that may alternate, and random allowed sequences. The disturbances are
+white noise, a constant, and the worst disturbance, computed by iterating the recursion and its
+adjoint.
 
-A rest needs a separate bound. In mode 0 the inequalities treat alpha as measured, but the observer
-uses its estimate of alpha instead. The error of this estimate stays constant at rest (eigenvalue
-1), so that the proved decay does not cover it. Over a rest of any length and the first sample after
-it, e' P e may therefore grow. The verification computes the largest growth from the true recursion.
-It does the same for a switch between two moving modes that is not allowed, such as a reversal that
-skips mode 0. The report states how long a motion must last until e' P e has decayed by the same
-factor.
+A rest needs a separate bound, because the observer's error of alpha stays constant at rest
+(eigenvalue 1). The verification computes the largest growth of e' P e over a rest of any length and
+the first sample after it, and over a switch between two moving modes that is not allowed. The
+report states how long a motion must last until e' P e has decayed by the same factor.
 """
 
 from __future__ import annotations

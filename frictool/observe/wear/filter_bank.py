@@ -5,11 +5,10 @@
     UNMODELLED     ──evidence of each move──▶ weights ──▶ mean and deviation of the mixture
 
 If all moves are alike, a slope of friction over speed that the model does not include looks much
-like wear. A filter without the slope is biased on a plant that has it. A filter with the slope is
-three times less precise on a plant that does not have it. The evidence of the moves decides between
-the filters; until then, the interval covers both. A slope is positive like all viscous friction;
-the prior prefers small slopes. Similar moves repeat the rounding errors of the encoder. The
-evidence of a move is therefore multiplied by EVIDENCE and forgotten over MEMORY moves.
+like wear. A filter without the slope is biased on a plant that has it; a filter with the slope is
+less precise. The evidence of the moves decides between the filters (docs/theory/wear.md). Similar
+moves repeat the rounding errors of the encoder; the evidence of a move is therefore multiplied by
+EVIDENCE and forgotten over MEMORY moves.
 
 A and b are the Gram matrix C'C and C' effort of the move's rows C. The rows overlap, so that their
 errors are correlated. r is the variance of a row's residual, estimated from the moves, times

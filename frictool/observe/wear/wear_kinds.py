@@ -4,26 +4,23 @@
 
     none             dry_d,z = 1
     multiplicative   dry_d,z = w        alpha of (6.13)
-    additive         level_d = a        alpha of (6.22)
+    additive         level_d = d a      alpha of (6.22)
     directional      dry_d,z = w_d
     zones            dry_d,z = w_z
 
 Here dry_d,z and level_d are coefficients of weak_form_layout.py for the direction d (1 or -1) and
-the zone z. All kinds have the uncertainties of parameter_restriction.py: inertia, viscous friction
-with its bends, and an offset. All kinds allow friction over speed that the model does not include,
-as a mixture of priors in which larger friction is less likely (filter_bank.py). Each dry_d,z has
-the additional standard deviation ROUGH, the usual accuracy of a model's friction over position.
-With a common factor for the actuator's constant, a wrong constant does not look like wear.
+the zone z. The prior of the other parameters is that of parameter_restriction.py and filter_bank.py
+(docs/theory/wear_kinds.md). Each dry_d,z has the additional standard deviation ROUGH, the usual
+accuracy of a model's friction over position. With a common factor for the actuator's constant, a
+wrong constant does not look like wear.
 
 The evidence of a kind (bayesian_evidence.py) is the probability density of the data, integrated
-over the parameters; it favours kinds with few parameters. A kind of wear is reported if its log
-evidence exceeds that of `none` by CERTAIN. Of the kinds within ALIKE of the best, the first in
-KINDS is reported. Values are posterior means. Their intervals include ROUGH, but not the error of
-the actuator's constant (constant_error.py).
+over the parameters. A kind of wear is reported if its log evidence exceeds that of `none` by
+CERTAIN. Of the kinds within ALIKE of the best, the first in KINDS is reported. Intervals include
+ROUGH, but not the error of the actuator's constant (constant_error.py).
 
-The weights of moves decay over MEMORY moves. Each classification first tests for a sudden change
-within the last RECENT moves. The friction has changed if the last moves have more evidence with
-separate friction levels than with those of the earlier moves. The earlier moves are then forgotten.
+The weights of moves decay over MEMORY moves. If the last moves (at most RECENT) have more evidence
+with separate friction levels than with those of the earlier moves, the earlier moves are forgotten.
 """
 
 from __future__ import annotations
