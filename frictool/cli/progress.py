@@ -1,4 +1,4 @@
-"""Progress of long commands on a terminal: a bar of rich on stderr with the remaining time."""
+"""Progress of long commands on a terminal: a bar on stderr with the remaining time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Search of a design in `frictool synth` without `--design`."""
+"""Search for a design in `frictool synth` without `--design`."""
 
 from __future__ import annotations
 

@@ -99,7 +99,7 @@ class Population:
 
     @property
     def one(self) -> bool:
-        """Return True if no test rejects one common value."""
+        """Return True if no test rejects the hypothesis of one common value."""
         return not any(
             self.rejects(test) for test in (self.whole, self.within, self.between, self.drift)
         )

@@ -197,7 +197,7 @@ def _wider(full: Interval, mean: Interval) -> Interval:
 
 @dataclass(frozen=True)
 class BreakawayFit:
-    """Breakaway over position as fitted polynomials, and the onsets computed with them.
+    """Breakaway over position as fitted polynomials, and the friction at the onsets.
 
     - shape: factors of friction at the onsets, (n,); None if friction is constant
     - friction: breakaway at the onsets, (n,), N m | N

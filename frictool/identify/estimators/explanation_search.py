@@ -1,4 +1,4 @@
-"""Search of loads and disturbing effects that explain the effort of unseen strokes.
+"""Search for loads and disturbing effects that explain the effort of unseen strokes.
 
 `auto` adds one hypothesis at a time to inertia, viscous, Coulomb and offset:
 

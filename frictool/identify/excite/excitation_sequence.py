@@ -24,7 +24,7 @@ class ExcitationSequence(ResultView):
     - columns: name -> samples (n,), SI units
     - units: name -> unit
     - rule: instruction for playing the sequence, as text
-    - figures: name -> value of numbers that describe the test
+    - figures: name -> number that describes the test
     """
 
     kind: str

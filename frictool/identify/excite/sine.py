@@ -46,7 +46,7 @@ def longest_distance(limits: BenchLimits) -> float:
 def best_stroke(
     limits: BenchLimits, axis: PriorAxis, sensing: SensorPrecision, duration: float
 ) -> PlannedStroke:
-    """Return the sine of `duration` [s] with the smallest `worst` relative bound."""
+    """Return the sine of `duration` [s] whose largest relative bound (`worst`) is smallest."""
     longest = longest_distance(limits)
     shortest = min(longest, max(longest / 50.0, axis.backlash + SHORTEST_COUNTS * sensing.step))
     strokes = [

@@ -30,7 +30,7 @@ def count_quadrature(
     state: NDArray[np.int64],
     counts: NDArray[np.float64],
 ) -> None:
-    """Count the levels a, b (n,) into `counts` (n,).
+    """Fill `counts` (n,) with the counts at the levels a, b (n,).
 
     A level becomes high at `high` or above, and low at `low` or below; low <= high. A sample that
     is not finite leaves its level unchanged.
