@@ -47,8 +47,8 @@ def why_uninformative(name: str, interval: Interval, known: Quantity | None) -> 
     if known.low is None or known.high is None:
         if friction and interval.high > LARGEST_FACTOR * max(interval.low, known.value):
             return (
-                f"the log's interval {shown} exceeds {LARGEST_FACTOR:g} times its lower end and "
-                f"{LARGEST_FACTOR:g} times the bench's value, {known.value:.4g}"
+                f"the upper end of the log's interval {shown} exceeds {LARGEST_FACTOR:g} times the "
+                f"lower end and {LARGEST_FACTOR:g} times the bench's value, {known.value:.4g}"
             )
         return None
     low = max(interval.low, 0.0) if friction else interval.low

@@ -77,8 +77,8 @@ def method_warnings(
     ):
         unit = si_unit("position", bench.axis)
         lines += [
-            f"the rms error of the simulated position is {requested.position:.3g} {unit}, not "
-            f"{reference.position:.3g} {unit}"
+            f"the rms error of the simulated position is {requested.position:.3g} {unit} instead "
+            f"of {reference.position:.3g} {unit}"
         ]
     return _warning(fit, how, lines)
 
@@ -99,7 +99,7 @@ def _force_line(requested: float | None, reference: float | None) -> list[str]:
     """Return a line on both force errors if the requested method's is too large, else no line."""
     if requested is None or reference is None or requested <= max(WORSE * reference, NEGLIGIBLE):
         return []
-    return [f"the force error is {100 * requested:.3g} %, not {100 * reference:.3g} %"]
+    return [f"the force error is {100 * requested:.3g} % instead of {100 * reference:.3g} %"]
 
 
 def _reference_force(

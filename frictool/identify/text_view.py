@@ -57,7 +57,7 @@ def law_lines(model: Model) -> list[str]:
         backward = {name: estimate for name, estimate in backward.items() if estimate is not None}
         lines.append(
             f"backward: {', '.join(shown(name, estimate) for name, estimate in backward.items())}; "
-            f"{', '.join(backward)} above: forward"
+            f"{', '.join(backward)} above are forward"
         )
     if laws.load is not None:
         lines.append(f"load in addition to friction: {load_line(laws.load)}")

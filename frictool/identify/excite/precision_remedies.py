@@ -33,7 +33,7 @@ def remedies(bench: Bench, request: PrecisionRequest, needed: float | None) -> l
                 shown.append(f"{text} ({duration:.3g} s)")
                 break
     if not shown:
-        return ["no encoder, travel or drive up to 16 times finer, longer or stronger would do"]
+        return ["even a factor of 16 in encoder, travel or drive limit would not suffice"]
     return ["any of these would do: " + "; ".join(shown)]
 
 
