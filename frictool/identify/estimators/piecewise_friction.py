@@ -8,12 +8,11 @@ part, so that a knee within the part stays sharp. For fixed knees the model is l
 added one at a time; after each addition, all knees are optimised in turn. Schwarz's criterion
 (BIC), with the independent strokes as data, decides when to stop; a knee costs two parameters, its
 speed and its slope. With n strokes and p parameters, the penalty p log n is multiplied by n/(n - p
-- 2) (McQuarrie, 1999), since few strokes would otherwise support false knees.
+- 2) (McQuarrie, 1999).
 
 The search for knees has an additional regressor, the mean acceleration, because an error of the
-bench's inertia can also bend the means over speed. Effort that this regressor explains is no
-evidence of a knee. The intervals of all parameters come from a jackknife; for a knee, the
-derivative with respect to its speed is one more regressor.
+bench's inertia can also bend the means over speed. The intervals of all parameters come from a
+jackknife; for a knee, the derivative with respect to its speed is one more regressor.
 """
 
 from __future__ import annotations

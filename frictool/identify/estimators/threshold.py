@@ -1,7 +1,7 @@
 """Least squares on differences of the samples faster than a threshold (4.18).
 
-In the thesis the user chooses the threshold. The default is a tenth of the top speed, which is
-above the Stribeck effect of most axes. `least_squares` derives a threshold from encoder and motion.
+The default of the threshold is a tenth of the top speed, which is above the Stribeck effect of most
+axes. `least_squares` derives a threshold from encoder and motion.
 """
 
 from __future__ import annotations

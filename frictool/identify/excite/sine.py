@@ -1,9 +1,8 @@
 """Sine of the position (4.25), and the condition number of its regression (4.30)-(4.33).
 
 With the scaling (4.33) by sqrt(2)/V, every top speed V has the condition number 19, the minimum of
-(4.30). The errors (4.3) and (4.4) decrease with the acceleration and the speed. Among the sines
-that the bench can follow, the chosen sine minimises the largest relative Cramér-Rao bound of
-inertia, viscous and Coulomb friction.
+(4.30). Among the sines that the bench can follow, the chosen sine minimises the largest relative
+Cramér-Rao bound of inertia, viscous and Coulomb friction.
 """
 
 from __future__ import annotations

@@ -1,9 +1,9 @@
 """Variance of a least-squares fit whose residual repeats at the same positions or phases.
 
 An effect that the model does not include leaves the same residual in every stroke, at the same
-positions or phases. The variance over strokes does not include this residual. Rows are therefore
-grouped a second time, by bins of position, phase or time. The variance over these groups is added,
-less the part that both groupings have in common (Cameron, Gelbach and Miller, 2011):
+positions or phases. Rows are therefore grouped a second time, by bins of position, phase or time.
+The variance over these groups is added, less the part that both groupings have in common (Cameron,
+Gelbach and Miller, 2011):
 
     V = V_strokes + (V_bins - V_both),    V_groups = sum over groups (sum over rows psi)^2
 

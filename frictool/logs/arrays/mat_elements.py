@@ -1,8 +1,7 @@
 """Data elements of a MATLAB file of version 5 to 7 ("level 5 MAT-File Format").
 
-`scipy.io` reads these files as well, but some damaged files end its process with a segmentation
-fault. Here every length is checked against the bytes available before it is used, and the checksum
-of a compressed variable is verified.
+Some damaged files crash `scipy.io`. Here every length is checked against the bytes available before
+it is used, and the checksum of a compressed variable is verified.
 
 A file is a head of 128 bytes, then elements: type (4), bytes (4), content, padded to 8. A variable
 is an element of type MATRIX, alone or inside one of type COMPRESSED. Its content consists of

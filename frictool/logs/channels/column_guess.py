@@ -1,8 +1,7 @@
 """Guess of a rig from a bench file: columns, units, sample period and encoder step.
 
-A unit takes precedence over a name. A person who knows the rig has to check the guess. A column
-that fits no channel is left out. Missing units, and the choice among several columns that fit,
-become questions (column_choice.py).
+A unit takes precedence over a name. A column that fits no channel is left out. Missing units, and
+the choice among several columns that fit, become questions (column_choice.py).
 """
 
 from __future__ import annotations

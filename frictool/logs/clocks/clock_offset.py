@@ -3,9 +3,8 @@
     y(u) = a + b x(u - tau) + e        u: times of the clock that leads by tau; x by linear
                                        interpolation
 
-Both signals get the same smoothing first. Linear interpolation reduces the noise of x between the
-samples. Without smoothing, the estimate of tau would therefore be biased towards offsets with which
-the samples of y fall between those of x.
+Both signals get the same smoothing first. Without smoothing, the estimate of tau would be biased,
+because linear interpolation reduces the noise of x between the samples.
 
 tau minimises the sum of squares of e, with |tau| <= most. Its variance follows from two quantities.
 The first is the slope s = b x' without the part that a and b can compensate. The second is the

@@ -18,9 +18,7 @@ If noise hides the motion, a wrap is certain if the period is natural, the drive
 axis by the jump in one sample, and three or more jumps lead from one end of the range [0, P] or
 [-P/2, P/2] to the other.
 
-An axis is slow if it moves by less than P/100 in the steps before and after the jump. Other
-causes look different: a glitch returns to its start, lost counts have another length, and a fast
-axis leaves the range.
+An axis is slow if it moves by less than P/100 in the steps before and after the jump.
 """
 
 from __future__ import annotations

@@ -3,10 +3,8 @@
     X^+     = A_i X^ + B_i (u - s (f^(y) + alpha)) + L_X (y - C X^)
     alpha^+ = alpha + L_alpha (y - C X^)            s: direction of motion
 
-X is position and speed, f^ the friction map; A_i, B_i and C are those of `mode_matrices`. The
-thesis prints + B_i alpha in (6.22). With this sign the friction would be f - alpha forward, which
-contradicts figure 6.8 and the matrices of (6.25). Here alpha adds to the friction in both
-directions, and A_a(i) has -s B_i, as in (6.25).
+X is position and speed, f^ the friction map; A_i, B_i and C are those of `mode_matrices`. alpha
+adds to the friction in both directions, as in (6.25); (6.22) prints another sign.
 """
 
 from __future__ import annotations

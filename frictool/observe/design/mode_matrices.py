@@ -9,10 +9,7 @@
     additive         friction f + alpha, so that c = 1 and d = 1                   (6.20)-(6.26)
 
 The model is discretised by Euler's method, as in (6.18). With h = 1 the estimated speed is held in
-mode 0; the thesis prints h = 0. Three other entries differ from the thesis. In A_i the sign for i <
-0 is positive, because -T f/J would drive a negative motion instead of opposing it. B_0 is 0,
-because the axis is stuck. In mode 0, the C of (6.18) replaces the C of (6.25): with the printed (C
-0) alpha is not observable and there are no gains.
+mode 0. docs/theory/observers.md lists the entries that differ from the thesis.
 """
 
 from __future__ import annotations

@@ -5,9 +5,8 @@ in the intervals of that direction, and mode 0 is for a stuck axis. In forward m
 stay, or switch to i + 1 or 0. In backward motion, mode -i may stay, or switch to the next lower
 interval or 0. From mode 0 every mode is allowed. A motion that reverses therefore passes mode 0.
 
-If repeated reversals without mode 0 were allowed, (6.6) would have no solution. An error of alpha
-appears in the position two samples later. If the direction has changed in between, the correction
-of alpha has the wrong sign.
+If repeated reversals without mode 0 were allowed, (6.6) would have no solution
+(docs/theory/observers.md).
 """
 
 from __future__ import annotations

@@ -2,8 +2,7 @@
 
 In each interval the friction must be monotone, so that it stays between its end values. Each
 extremum is therefore an edge between two intervals. A monotone section is divided into parts with
-equal change of friction. Each further interval goes to the section whose parts have the largest
-deviation; this minimises the largest Delta_f.
+equal change of friction. The intervals are distributed such that the largest Delta_f is smallest.
 """
 
 from __future__ import annotations
