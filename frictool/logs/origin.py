@@ -49,7 +49,7 @@ class LogOrigin:
 
 @dataclass(frozen=True)
 class LogName:
-    """Path of a log, as shown to the user, and the folder of the log below a listed folder.
+    """Path of a log, as shown to the user.
 
     folder: name of the last folder in the path below the listed folder; "" if there is none.
     """

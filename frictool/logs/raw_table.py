@@ -99,8 +99,7 @@ class RawTable(Protocol):
     def find(self, wanted: str | int) -> str | None:
         """Return the name of the column with this name or number (from 1); None if there is none.
 
-        Raises LogError if the column exists and holds no numbers. If the columns are named as in
-        the file, the method only calls the function `find` of this module.
+        Raises LogError if the column exists and holds no numbers.
         """
         ...
 

@@ -94,8 +94,8 @@ class PositionJumps:
     def wrap_bits(self) -> int | None:
         """Return the bits of a counter that wraps, or None.
 
-        A counter wraps if several jumps are as long as its range and land within this range, both
-        up to the slack.
+        A counter wraps if several jumps are as long as the counter's range and end within one such
+        range, both to within the slack.
         """
         if (
             self.count < FEWEST_WRAPS

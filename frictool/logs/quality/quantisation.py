@@ -29,5 +29,5 @@ class DistinctValues:
 
     @property
     def step(self) -> float | None:
-        """Return the quantisation step of the values, or None if they lie on no lattice."""
+        """Return the step of which all values are multiples, or None."""
         return encoder_step(self._values) if self._values.size else None

@@ -42,7 +42,7 @@ class SignalSurvey:
 
     low, high: range.
     levels: lower bound of the number of distinct values.
-    step: quantisation step; None if the values lie on no lattice.
+    step: quantisation step; None if the values are not multiples of a step.
     hold: number of samples for which a value is held; None if it is not held.
     flat: flat tops.
     at_limit: number of samples at the bench's limit; None if the signal has no limit.

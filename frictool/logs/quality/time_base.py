@@ -76,7 +76,7 @@ def _distances(position: Vector) -> Vector:
 def encoder_step(position: Vector) -> float | None:
     """Return the step of which all positions (n,) are multiples, up to a common offset.
 
-    Returns None if they lie on no lattice. Neighbouring positions may be several steps apart. The
+    Returns None if there is no such step. Neighbouring positions may be several steps apart. The
     step is therefore the largest integer fraction of their smallest distance that divides every
     distance.
     """
