@@ -17,7 +17,7 @@ MAIN, FURTHER = (1.0, 1.2, 3.0), (0.35, 0.7, 2.0)  # opacity, width, order of a 
 
 
 def log_figure(log: Log) -> Figure:
-    """Return a figure with a panel for each signal of the main stream, with further streams faint."""
+    """Return a figure with a panel for each signal of the main stream and faint further streams."""
     from matplotlib.figure import Figure
 
     main = log.main
