@@ -61,7 +61,7 @@ def spread_factors(scenario: Scenario) -> Iterator[Factor]:
         cold, hot = spread.temperature.cold, spread.temperature.hot
         if cold != hot:
             yield Factor(
-                TEMPERATURE, 0.0, 1.0, "1", "temperature, 0 cold to 1 hot", NOWHERE, "temperature"
+                TEMPERATURE, 0.0, 1.0, "1", "temperature (0 cold, 1 hot)", NOWHERE, "temperature"
             )
     for index, fault in enumerate(spread.sensor_faults):
         yield from _of_fault(

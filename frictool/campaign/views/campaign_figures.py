@@ -46,7 +46,7 @@ ROW = 0.3  # inches, height of a row of rates
 def rates(findings: Findings) -> PageFigure:
     """Return the figure of pass rates: of the campaign and of each requirement, with intervals."""
     rate = findings.rate
-    rows = [("all of them", rate.passed, rate.undecided)]
+    rows = [("all requirements", rate.passed, rate.undecided)]
     rows += [
         (requirement_title(one.metric.name), one.met, one.undecided)
         for one in findings.distributions
