@@ -99,8 +99,8 @@ _ROWS = (
     ),
     IdentificationMethod(
         "power-balance",
-        "power balance: least squares weighted by velocity; with --time-constant on filtered "
-        "differences of all samples",
+        "least squares weighted by velocity; with --time-constant on filtered differences of all "
+        "samples",
         "friction that falls over speed beyond the slowest samples (Stribeck)",
         ("window", "time_constant"),
         velocity=True,
@@ -162,23 +162,23 @@ _ROWS = (
     ),
     IdentificationMethod(
         "sines",
-        "sines: mean effort over mean speed in the middle of each stroke, with knees of friction "
-        "over speed",
+        "mean effort over mean speed in the middle of each stroke, with knees of friction over "
+        "speed",
         "any encoder, strokes at several speeds; friction only, with the bench's inertia",
         velocity=True,
         known_inertia=True,
     ),
     IdentificationMethod(
         "output-error",
-        "output error: fit of the position simulated with the measured effort; load terms by "
-        "the prediction of unseen strokes",
+        "fit of the position simulated with the measured effort; load terms by the prediction of "
+        "unseen strokes",
         "a model for simulation; several strokes with a measured effort",
         load=True,
         known_terms="simulation_error",
     ),
     IdentificationMethod(
         "stribeck-curve",
-        "Stribeck curve: mean effort of runs at constant speeds",
+        "mean effort of runs at constant speeds, with the Stribeck fall",
         "runs at constant speeds, including slow ones; also gives breakaway and Stribeck velocity "
         "if friction falls with speed",
         whole_curve=True,

@@ -35,6 +35,9 @@ def test_breakaway_of_a_known_axis_is_right_in_either_direction(log: MotionRecor
     assert found.interval.low <= TRUTH.breakaway <= found.interval.high
     assert found.forward == pytest.approx(TRUTH.breakaway + TRUTH.offset, rel=3e-3)
     assert found.backward == pytest.approx(TRUTH.breakaway - TRUTH.offset, rel=3e-3)
+    for side in (1.0, -1.0):  # the page draws these points beside the model's breakaway
+        points = found.friction[found.direction == side]
+        assert np.mean(points) == pytest.approx(TRUTH.breakaway, rel=3e-3)
 
 
 def test_the_largest_effort_before_motion_is_seen_is_late(log: MotionRecord) -> None:

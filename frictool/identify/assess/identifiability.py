@@ -101,11 +101,11 @@ def refusal_of_differentiation(parameter: str, facts: AssessmentInputs) -> str:
         behind = f"{up_to(best)} behind the slowest low-pass filter, {facts.fastest:.3g} s"
     else:
         behind = (
-            f"inertia/viscous, {facts.fastest:.3g} to {facts.slowest:.3g} s, is too uncertain to "
-            "choose a low-pass filter beforehand"
+            "no low-pass filter can be chosen beforehand, since inertia/viscous may be "
+            f"{facts.fastest:.3g} to {facts.slowest:.3g} s"
         )
     averaged = (
-        f"; averaged over windows of {best_window(facts)} samples, {percent(precision)} is expected"
+        f"; windows of {best_window(facts)} samples: {percent(precision)} expected"
         if math.isfinite(precision)
         else ""
     )
@@ -203,8 +203,8 @@ def _friction(parameter: str, facts: AssessmentInputs, wanted: float) -> Identif
         sines_half_width(facts, QUANTILE)[("viscous", "coulomb").index(parameter)]
     ) / facts.value(parameter)
     why = (
-        f"{refusal}; {percent(by_sines)} by means over strokes, without differences, if the "
-        "position loop keeps the speed to within 3 %"
+        f"{refusal}; means over strokes: {percent(by_sines)} expected, if the position loop keeps "
+        "the speed within 3 %"
     )
     fine = by_sines <= wanted
     return Identifiability(fine, by_sines, bound, why, STROKE_MEANS if fine else None, SINES)

@@ -152,6 +152,9 @@ def breakaway(
         for side in (positions.direction > 0.0, positions.direction < 0.0)
     )
     delay = float(np.mean([onset.level for onset in data.onsets]) - np.mean(seen))
+    friction = fit.friction
+    if law is None and data.offset is not None:  # the polynomials of `law` are without this change
+        friction = friction + (data.offset - nominal["offset"]) * positions.direction
     return Breakaway(
         mean,
         forward,
@@ -160,7 +163,7 @@ def breakaway(
         delay,
         positions.position,
         positions.direction,
-        fit.friction,
+        friction,
         fall,
         law,
         rising,
